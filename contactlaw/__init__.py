@@ -1,0 +1,25 @@
+"""contactlaw: oblique elastic impact with stick and slip inside the contact, for rigid-body engines.
+
+Units are SI; vectors are in the world frame; a contact normal points from body B to body A and forces act on A.
+"""
+
+from contactlaw.impact import Body, Impact, collide, force_along_path, rebound
+from contactlaw.laws import LAWS, Law
+from contactlaw.material import MATERIALS, RIGID, Material
+from contactlaw.pair import ContactPair, ContactWarning
+
+__all__ = [
+    "LAWS",
+    "MATERIALS",
+    "RIGID",
+    "Body",
+    "ContactPair",
+    "ContactWarning",
+    "Impact",
+    "Law",
+    "Material",
+    "collide",
+    "force_along_path",
+    "rebound",
+]
+__version__ = "0.1.0"

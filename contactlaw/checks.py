@@ -1,0 +1,75 @@
+"""Input checks: every error names the argument, the value and what is allowed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def number(name: str, value: Any, allowed: str, *, low: float, high: float, open_low: bool = False) -> float:
+    """Return value as a float inside [low, high] (or (low, high]); infinities pass only where a bound is infinite."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r}: must be a number {allowed}") from None
+    if not (low <= result <= high) or (open_low and result == low):
+        raise ValueError(f"{name} = {value!r}: must be {allowed}")
+    return result
+
+
+def positive(name: str, value: Any) -> float:
+    """Return value as a float that is finite and above zero."""
+    return number(name, value, "finite and > 0", low=0.0, high=np.finfo(float).max, open_low=True)
+
+
+def not_negative(name: str, value: Any) -> float:
+    """Return value as a float that is finite and not below zero."""
+    return number(name, value, "finite and >= 0", low=0.0, high=np.finfo(float).max)
+
+
+def restitution(name: str, value: Any) -> float:
+    """Return a restitution coefficient; 0 would need infinite damping and is refused."""
+    return number(name, value, "in (0, 1]", low=0.0, high=1.0, open_low=True)
+
+
+def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Return value as a float64 array without NaN or infinity."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r}: must be numbers") from None
+    if not np.isfinite(array).all():
+        bad = array[~np.isfinite(array)].flat[0]
+        raise ValueError(f"{name}: holds {bad}; every value must be finite")
+    return array
+
+
+def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Return value as a finite float64 vector of three."""
+    array = finite_array(name, value)
+    if array.shape != (3,):
+        raise ValueError(f"{name}: shape {array.shape}; must be (3,)")
+    return array
+
+
+def unit_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Return value as a unit vector; a length off by more than 1e-6 is refused, a smaller error removed."""
+    array = vector(name, value)
+    length = float(np.linalg.norm(array))
+    if abs(length - 1.0) > 1e-6:
+        raise ValueError(f"{name} = {array.tolist()}: must be a unit vector, its length is {length:.6g}")
+    return array / length
+
+
+def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
+    """Return value if it is one of the allowed names; the error offers the nearest one."""
+    names = list(allowed)
+    if value in names:
+        return value
+    near = difflib.get_close_matches(str(value), names, n=1)
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    raise ValueError(f"{name} = {value!r}: must be one of {', '.join(names)}{hint}")

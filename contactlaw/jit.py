@@ -1,0 +1,62 @@
+"""Compilation with a cache that notices every edit.
+
+numba's on-disk cache is stamped with the time and size of the *one* file a function stands in. A helper or a constant
+changed in another file would leave stale machine code behind and give silently wrong physics. Here the stamp is a hash
+of every kernel source together, so an edit anywhere recompiles everything that could depend on it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def _hash_of_sources() -> str:
+    digest = hashlib.sha256()
+    root = Path(__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+SOURCE_STAMP = _hash_of_sources()
+
+
+def _cache(compiled: Any) -> None:
+    """Turn the cache on and key it on all sources; leave it off where numba's internals no longer fit."""
+    compiled.enable_caching()
+    index = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    if hasattr(index, "_source_stamp"):
+        index._source_stamp = SOURCE_STAMP
+    else:  # an unknown numba: compile afresh each time, slow but never stale
+        compiled._cache.disable()
+
+
+def jit(function: Function) -> Function:
+    """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
+    dispatcher = numba.njit(error_model="numpy")(function)
+    if dispatcher is not function:
+        _cache(dispatcher)
+    return dispatcher  # type: ignore[return-value]
+
+
+def c_callback(signature: Any) -> Callable[[Callable[..., Any]], Any]:
+    """`numba.cfunc` with the cache keyed on every source of the package."""
+
+    def compile_now(function: Callable[..., Any]) -> Any:
+        from numba.core.ccallback import CFunc
+        from numba.core.sigutils import normalize_signature
+
+        callback = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
+        _cache(callback)
+        callback.compile()
+        return callback
+
+    return compile_now

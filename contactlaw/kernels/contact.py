@@ -1,0 +1,254 @@
+"""One contact advanced by one step: the ladder of laws with explicit history.
+
+Sources: Hertz (1882) and Tsuji, Tanaka & Ishida (1992) for the normal force; Mindlin & Deresiewicz (1953) for the
+single springs; Popov & Hess, Method of Dimensionality Reduction (2015), and Lyashenko & Popov (2015) for microslip.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit
+from contactlaw.kernels.microslip import microslip_on_line, microslip_in_plane, regrid, spread
+
+# Law codes. The order is the ladder's; `contactlaw.laws` names them.
+COULOMB, LINEAR_SPRING, MINDLIN, MINDLIN_RESCALED, MICROSLIP = 0, 1, 2, 3, 4
+
+# Parameters of a contact: a float64 array, the microslip nodes (n abscissae on [0, 1], n weights) after the named ones.
+# AXIS: normal of the plane of motion where PLANAR (three components).
+E_STAR, G_STAR, RADIUS, FRICTION, STATIC_FRICTION, ZETA, LAW, NODES, PLANAR, AXIS = range(10)
+PARAMETERS = 12
+
+# History of a contact: a float64 array, the tractions (and, with static friction, a slip flag each) after the header.
+PHASE = 0  # OPEN, SLIDING since the touch, or SPRUNG: some part of the contact has stuck
+OVERLAP = 1  # [m]
+MASS = 2  # normal effective mass when the bodies touched [kg]
+TANGENTIAL_MASS = 3  # the tangential one [kg]
+SCALE = 4  # microslip: contact radius that the nodes span [m]; linear_spring: its normal stiffness [N/m]
+NORMAL = 5  # normal force [N]
+TANGENTIAL = 6  # tangential force, two components [N]
+TANGENT = 8  # first tangent vector, world frame; the second is n x t
+HEADER = 11
+OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
+
+# T_Hertz = 2.943 delta_max/v makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed.
+LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / 2.943275184324214) ** 2
+
+
+@jit
+def hertz_stiffness(p):
+    """k = 4/3 E* sqrt(R) [N/m^1.5]."""
+    return 4.0 / 3.0 * p[E_STAR] * sqrt(p[RADIUS])
+
+
+@jit
+def greatest_overlap(k, m, overlap, closing):
+    """Overlap [m] at which an undamped contact that now has this overlap and closing speed will stop."""
+    return (overlap * overlap * sqrt(overlap) + 1.25 * m * closing * closing / k) ** 0.4
+
+
+@jit
+def normal_force(p, h, overlap, closing, dt):
+    """Normal force [N] and its ratio to the undamped one.
+
+    `closing` is the closing speed half a step before the overlap was reached (leapfrog); the damper acts on the speed
+    at the overlap, closing - dt P/(2 m), solved for P so that no damping is too strong for the step.
+    """
+    if p[LAW] == LINEAR_SPRING:
+        stiffness = h[SCALE]
+        elastic = stiffness * overlap
+        damping = 2.0 * p[ZETA] * sqrt(h[MASS] * stiffness)
+    else:
+        k = hertz_stiffness(p)
+        elastic = k * overlap * sqrt(overlap)
+        if p[ZETA] == 0.0:
+            return elastic, 1.0
+        damping = sqrt(5.0 * h[MASS] * k * sqrt(overlap)) * p[ZETA]
+    force = (elastic + damping * closing) / (1.0 + 0.5 * damping * dt / h[MASS])
+    if force <= 0.0:
+        return 0.0, 0.0
+    return force, force / elastic
+
+
+@jit
+def touch(p, h_out, overlap, closing, mass, tangential_mass):
+    """Fill the header of a contact that was open: what the rest of the contact needs from its first instant."""
+    h_out[MASS] = mass
+    h_out[TANGENTIAL_MASS] = tangential_mass
+    k = hertz_stiffness(p)
+    deepest = greatest_overlap(k, mass, overlap, closing)
+    if p[LAW] == LINEAR_SPRING:
+        h_out[SCALE] = LINEAR_STIFFNESS * k * sqrt(deepest)
+    else:
+        h_out[SCALE] = sqrt(p[RADIUS] * deepest)
+
+
+@jit
+def step(p, h, overlap, closing, du, dv, dt, mass, tangential_mass, h_out):
+    """Advance one contact to the overlap it has now.
+
+    p: parameters. h: history at the last step, read only. overlap [m] now. closing: mean closing speed over the step
+    [m/s]. du, dv: tangential displacement of A relative to B over the step along the two tangents [m]; dv is not read
+    where the contact is planar. dt: step [s]. mass, tangential_mass: effective [kg], read at a touch alone. h_out: the
+    new history (its tangent vector is the caller's). Returns P, F along each tangent [N].
+    """
+    for i in range(h.size):
+        h_out[i] = h[i]
+    if overlap <= 0.0:
+        for i in range(h.size):
+            h_out[i] = 0.0
+        return 0.0, 0.0, 0.0
+    before = h[OVERLAP]
+    if h[PHASE] == OPEN:
+        before = overlap - closing * dt
+        touch(p, h_out, overlap, closing, mass, tangential_mass)
+    elif p[LAW] == MICROSLIP:
+        span = respan(p, h_out, overlap, closing)
+        if span != h[SCALE]:
+            if h[PHASE] == SPRUNG:
+                regrid_history(p, h_out, span)
+            h_out[SCALE] = span
+    force, ratio = normal_force(p, h_out, overlap, closing, dt)
+    f, g = friction(p, h_out, overlap, before, du, dv, force, ratio, dt * dt / h_out[TANGENTIAL_MASS])
+    return force, f, g
+
+
+@jit
+def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
+    """Tangential force [N] for a given normal force; brings the history up to now.
+
+    before: overlap at the start of the step, negative if the bodies were apart. ratio: normal force over the undamped
+    one. mobility: dt^2/m_T [m/N], what `coulomb` needs to stop a sliding contact and no more (0: no inertia).
+    """
+    f, g = 0.0, 0.0
+    mu, phase = p[FRICTION], h_io[PHASE]
+    if p[LAW] == COULOMB:
+        h_io[PHASE] = SLIDING
+        slide = sqrt(du * du + dv * dv)
+        if slide > 0.0:
+            held = slide <= p[STATIC_FRICTION] * force * mobility
+            pull = slide / mobility if held or slide <= mu * force * mobility else mu * force
+            f, g = pull * du / slide, pull * dv / slide
+    elif phase != SPRUNG and slides_on(p, h_io, overlap, before, du, dv, force):
+        f, g = h_io[TANGENTIAL], h_io[TANGENTIAL + 1]
+    else:
+        h_io[PHASE] = SPRUNG
+        n = int(p[NODES])
+        size = n if p[PLANAR] != 0.0 else 2 * n
+        q, flags = h_io[HEADER : HEADER + size], h_io[HEADER + size :]
+        if p[LAW] == MICROSLIP:
+            f, g = microslip(p, h_io, q, flags, phase == SLIDING, overlap, before, du, dv, ratio)
+        else:
+            f, g = single_spring(p, h_io, q, flags, phase == SLIDING, overlap, before, du, dv, force)
+    h_io[OVERLAP] = overlap
+    h_io[NORMAL] = force
+    h_io[TANGENTIAL] = f
+    h_io[TANGENTIAL + 1] = g
+    return f, g
+
+
+@jit
+def slides_on(p, h_io, overlap, before, du, dv, force):
+    """Whether a contact that has slid as a whole since the touch still does; if so, its force is put in the history.
+
+    Under gross slip all points move together (the paper's appendix), so the middle of the contact, cap mu E* delta,
+    speaks for all: it slides while its displacement outruns the growth of that cap. Caps without damping: a contact that
+    began sliding slides on whatever the damper adds to P, and no node is needed.
+    """
+    phase, mu_e = h_io[PHASE], p[FRICTION] * p[E_STAR]
+    f, g = h_io[TANGENTIAL], h_io[TANGENTIAL + 1]
+    part = 1.0 if before >= 0.0 else overlap / (overlap - before)
+    u, v = p[G_STAR] * part * du, p[G_STAR] * part * dv
+    old = sqrt(f * f + g * g)
+    if old > 0.0:
+        stretch = mu_e * max(before, 0.0) / old
+        u += stretch * f
+        v += stretch * g
+    size = sqrt(u * u + v * v)
+    limit = p[STATIC_FRICTION] * p[E_STAR] if phase == OPEN else mu_e
+    if size == 0.0 or size < limit * overlap:
+        return False
+    h_io[PHASE] = SLIDING
+    h_io[TANGENTIAL] = p[FRICTION] * force * u / size
+    h_io[TANGENTIAL + 1] = p[FRICTION] * force * v / size
+    return True
+
+
+@jit
+def microslip(p, h, q, flags, slid, overlap, before, du, dv, ratio):
+    """The nodes of `kernels.microslip` on this history; slid: the contact was sliding as a whole until now."""
+    n = int(p[NODES])
+    x, w = p[PARAMETERS : PARAMETERS + n], p[PARAMETERS + n : PARAMETERS + 2 * n]
+    span, planar = h[SCALE], p[PLANAR] != 0.0
+    if slid:
+        spread(p[RADIUS], span, x, before, h[TANGENTIAL], h[TANGENTIAL + 1], planar, q)
+    if planar:
+        f = microslip_on_line(
+            p[E_STAR], p[G_STAR], p[RADIUS], p[FRICTION], p[STATIC_FRICTION],
+            span, x, w, overlap, before, ratio, du, q, flags,
+        )  # fmt: skip
+        return f, 0.0
+    return microslip_in_plane(
+        p[E_STAR], p[G_STAR], p[RADIUS], p[FRICTION], p[STATIC_FRICTION],
+        span, x, w, overlap, before, ratio, du, dv, q, flags,
+    )  # fmt: skip
+
+
+@jit
+def regrid_history(p, h_io, span):
+    """Let the nodes of a history span another contact radius [m]."""
+    n = int(p[NODES])
+    planar = p[PLANAR] != 0.0
+    x, w = p[PARAMETERS : PARAMETERS + n], p[PARAMETERS + n : PARAMETERS + 2 * n]
+    q = h_io[HEADER : HEADER + (n if planar else 2 * n)]
+    regrid(p[RADIUS], h_io[SCALE], span, x, w, h_io[OVERLAP], planar, q)
+
+
+@jit
+def respan(p, h, overlap, closing):
+    """Contact radius that the nodes should span: the present one unless the contact outgrows it or lives far inside.
+
+    A contact that settles from a bounce to rest keeps less than a third of its nodes; it is judged by the overlap it
+    can still reach, so that the thin contacts at the start and end of an impact are left alone.
+    """
+    span = h[SCALE]
+    a2 = p[RADIUS] * overlap
+    if a2 > span * span:
+        return 1.25 * sqrt(a2)
+    if a2 * 9.0 < span * span:
+        reach = sqrt(p[RADIUS] * greatest_overlap(hertz_stiffness(p), h[MASS], overlap, closing))
+        if 3.0 * reach < span:
+            return 1.1 * reach
+    return span
+
+
+@jit
+def single_spring(p, h, q, flags, slid, overlap, before, du, dv, force):
+    """One spring for the whole contact, capped by Coulomb: linear_spring, mindlin, mindlin_rescaled."""
+    planar = p[PLANAR] != 0.0
+    f = h[TANGENTIAL] if slid else q[0]
+    g = 0.0 if planar else (h[TANGENTIAL + 1] if slid else q[1])
+    part = 1.0 if before >= 0.0 else overlap / (overlap - before)
+    start = max(before, 0.0)
+    shrink = 1.0  # square root of a/a_old, applied half before and half after the displacement: second order
+    if p[LAW] == LINEAR_SPRING:
+        stiffness = p[G_STAR] / p[E_STAR] * h[SCALE]
+    else:
+        stiffness = 2.0 * p[G_STAR] * sqrt(p[RADIUS] * 0.5 * (start + overlap))
+        if p[LAW] == MINDLIN_RESCALED and overlap < start:
+            shrink = (overlap / start) ** 0.25
+    f = shrink * (shrink * f + stiffness * part * du)
+    if not planar:
+        g = shrink * (shrink * g + stiffness * part * dv)
+    total, limit, held = sqrt(f * f + g * g), p[FRICTION] * force, p[FRICTION] * force
+    if p[STATIC_FRICTION] > p[FRICTION]:
+        if flags[0] == 0.0:
+            held = p[STATIC_FRICTION] * force
+        flags[0] = 1.0 if total > held else 0.0
+    if total > held:
+        f *= limit / total
+        g *= limit / total
+    q[0] = f
+    if not planar:
+        q[1] = g
+    return f, g

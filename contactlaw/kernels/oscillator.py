@@ -1,0 +1,81 @@
+"""The damped Hertz impact in closed form.
+
+With y proportional to delta^(5/4) the damped Hertz motion obeys v dv/dy = -(y + 2 zeta v): in the plane of y and v it is
+the linear damped oscillator, so its restitution, its deepest point and its velocity at any phase theta are elementary.
+The contact ends where its force y + 2 zeta v falls to zero, at theta = 2 acos(zeta)/sqrt(1 - zeta^2) (the time found
+for the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 465), and there v = -exp(-zeta theta).
+"""
+
+from __future__ import annotations
+
+from math import acos, acosh, cos, cosh, exp, pi, sin, sinh, sqrt
+
+from contactlaw.jit import jit
+
+
+@jit
+def end_phase(zeta):
+    """Phase at which the contact force falls to zero, for damping ratio zeta >= 0."""
+    if abs(zeta - 1.0) < 1e-6:
+        return 2.0 - 2.0 / 3.0 * (zeta - 1.0)
+    if zeta < 1.0:
+        return 2.0 * acos(zeta) / sqrt(1.0 - zeta * zeta)
+    return 2.0 * acosh(zeta) / sqrt((zeta - 1.0) * (zeta + 1.0))
+
+
+@jit
+def restitution(zeta):
+    """Restitution coefficient of the damped impact, cut-off at zero force included."""
+    return exp(-zeta * end_phase(zeta))
+
+
+@jit
+def damping_ratio(e):
+    """Inverse of `restitution` by bisection to rounding, 0 < e <= 1."""
+    if e == 1.0:
+        return 0.0
+    low, high = 0.0, 1.0 + 1.0 / sqrt(e)
+    while True:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            return middle
+        if restitution(middle) > e:
+            low = middle
+        else:
+            high = middle
+
+
+@jit
+def phase_point(theta, zeta):
+    """Scaled y and v at a phase; y = theta, v = 1 at first."""
+    if abs(zeta - 1.0) < 1e-6:
+        s, c = theta, 1.0
+    elif zeta < 1.0:
+        omega = sqrt(1.0 - zeta * zeta)
+        s, c = sin(omega * theta) / omega, cos(omega * theta)
+    else:
+        omega = sqrt((zeta - 1.0) * (zeta + 1.0))
+        s, c = sinh(omega * theta) / omega, cosh(omega * theta)
+    fade = exp(-zeta * theta)
+    return fade * s, fade * (c - zeta * s)
+
+
+@jit
+def phase_of_velocity(v, zeta):
+    """Phase at which the normal velocity has fallen to v, between 1 and minus the restitution."""
+    if zeta == 0.0:
+        return acos(v)
+    low, high = 0.0, end_phase(zeta)
+    theta = min(acos(max(min(v, 1.0), -1.0)) * high / pi, 0.999 * high)
+    for _ in range(60):
+        y, w = phase_point(theta, zeta)
+        if w > v:
+            low = theta
+        else:
+            high = theta
+        newton = theta + (w - v) / (y + 2.0 * zeta * w)
+        following = newton if low < newton < high else 0.5 * (low + high)
+        if abs(following - theta) < 1e-14:
+            return following
+        theta = following
+    return theta
