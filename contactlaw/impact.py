@@ -82,9 +82,9 @@ def _integrated(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -
                 kernel.rebound_microslip(psi[chosen], chi[chosen], zeta, *tables, part)
             else:
                 linear, rescaled = law.code == contact.LINEAR_SPRING, law.code == contact.MINDLIN_RESCALED
-                theta, delta, force, _, v_mid, dt = _normal_table(zeta, steps or class_steps, linear)
+                theta, delta, _, _, v_mid, dt = _normal_table(zeta, steps or class_steps, linear)
                 kernel.rebound_single_spring(
-                    psi[chosen], chi[chosen], zeta, linear, rescaled, theta, delta, force, v_mid, dt, part
+                    psi[chosen], chi[chosen], zeta, linear, rescaled, theta, delta, v_mid, dt, part
                 )
             out[chosen] = part
     return out
@@ -98,11 +98,11 @@ def _normal_table(zeta: float, steps: int, linear: bool) -> tuple[Array, ...]:
 @lru_cache(maxsize=64)
 def _microslip_tables(zeta: float, steps: int, nodes: int) -> tuple[Array, ...]:
     """Arguments of the kernel between zeta and the output."""
-    theta, delta, _, ratio, v_mid, dt = _normal_table(zeta, steps, False)
+    theta, delta, _, _, v_mid, dt = _normal_table(zeta, steps, False)
     x, w = half_line_nodes(nodes)
     span = sqrt(float(delta.max()))
     x, w = x * span, 1.5 * w * span
-    return x, w, theta, delta, ratio, v_mid, dt, *kernel.node_table(delta, ratio, x, w)
+    return x, w, theta, v_mid, dt, *kernel.node_table(delta, x, w)
 
 
 @dataclass(frozen=True)

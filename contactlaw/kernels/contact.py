@@ -26,9 +26,10 @@ MASS = 2  # normal effective mass when the bodies touched [kg]
 TANGENTIAL_MASS = 3  # the tangential one [kg]
 SCALE = 4  # microslip: contact radius that the nodes span [m]; linear_spring: its normal stiffness [N/m]
 NORMAL = 5  # normal force [N]
-TANGENTIAL = 6  # tangential force, two components [N]
-TANGENT = 8  # first tangent vector, world frame; the second is n x t
-HEADER = 11
+RATIO = 6  # normal force over the elastic one
+TANGENTIAL = 7  # tangential force, two components [N]
+TANGENT = 9  # first tangent vector, world frame; the second is n x t
+HEADER = 12
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
 # T_Hertz = 2.943 delta_max/v makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed.
@@ -117,19 +118,19 @@ def step(p, h, overlap, closing, du, dv, dt, mass, tangential_mass, h_out):
 def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
     """Tangential force [N] for a given normal force; brings the history up to now.
 
-    before: overlap at the start of the step, negative if the bodies were apart. ratio: normal force over the undamped
+    before: overlap at the start of the step, negative if the bodies were apart. ratio: normal force over the elastic
     one. mobility: dt^2/m_T [m/N], what `coulomb` needs to stop a sliding contact and no more (0: no inertia).
     """
     f, g = 0.0, 0.0
-    mu, phase = p[FRICTION], h_io[PHASE]
+    slid = h_io[PHASE] == SLIDING
     if p[LAW] == COULOMB:
         h_io[PHASE] = SLIDING
         slide = sqrt(du * du + dv * dv)
         if slide > 0.0:
             held = slide <= p[STATIC_FRICTION] * force * mobility
-            pull = slide / mobility if held or slide <= mu * force * mobility else mu * force
+            pull = slide / mobility if held or slide <= p[FRICTION] * force * mobility else p[FRICTION] * force
             f, g = pull * du / slide, pull * dv / slide
-    elif phase != SPRUNG and slides_on(p, h_io, overlap, before, du, dv, force):
+    elif h_io[PHASE] != SPRUNG and slides_on(p, h_io, overlap, before, du, dv, force):
         f, g = h_io[TANGENTIAL], h_io[TANGENTIAL + 1]
     else:
         h_io[PHASE] = SPRUNG
@@ -137,11 +138,14 @@ def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
         size = n if p[PLANAR] != 0.0 else 2 * n
         q, flags = h_io[HEADER : HEADER + size], h_io[HEADER + size :]
         if p[LAW] == MICROSLIP:
-            f, g = microslip(p, h_io, q, flags, phase == SLIDING, overlap, before, du, dv, ratio)
+            f, g = microslip(p, h_io, q, flags, slid, overlap, before, du, dv)
         else:
-            f, g = single_spring(p, h_io, q, flags, phase == SLIDING, overlap, before, du, dv, force)
+            f, g = single_spring(p, h_io, q, flags, slid, overlap, before, du, dv)
+        f *= ratio
+        g *= ratio
     h_io[OVERLAP] = overlap
     h_io[NORMAL] = force
+    h_io[RATIO] = ratio
     h_io[TANGENTIAL] = f
     h_io[TANGENTIAL + 1] = g
     return f, g
@@ -152,8 +156,7 @@ def slides_on(p, h_io, overlap, before, du, dv, force):
     """Whether a contact that has slid as a whole since the touch still does; if so, its force is put in the history.
 
     Under gross slip all points move together (the paper's appendix), so the middle of the contact, cap mu E* delta,
-    speaks for all: it slides while its displacement outruns the growth of that cap. Caps without damping: a contact that
-    began sliding slides on whatever the damper adds to P, and no node is needed.
+    speaks for all: it slides while its displacement outruns the growth of that cap. No node is needed until it sticks.
     """
     phase, mu_e = h_io[PHASE], p[FRICTION] * p[E_STAR]
     f, g = h_io[TANGENTIAL], h_io[TANGENTIAL + 1]
@@ -175,23 +178,32 @@ def slides_on(p, h_io, overlap, before, du, dv, force):
 
 
 @jit
-def microslip(p, h, q, flags, slid, overlap, before, du, dv, ratio):
+def microslip(p, h, q, flags, slid, overlap, before, du, dv):
     """The nodes of `kernels.microslip` on this history; slid: the contact was sliding as a whole until now."""
     n = int(p[NODES])
     x, w = p[PARAMETERS : PARAMETERS + n], p[PARAMETERS + n : PARAMETERS + 2 * n]
     span, planar = h[SCALE], p[PLANAR] != 0.0
     if slid:
-        spread(p[RADIUS], span, x, before, h[TANGENTIAL], h[TANGENTIAL + 1], planar, q)
+        f, g = elastic_part(h)
+        spread(p[RADIUS], span, x, before, f, g, planar, q)
     if planar:
         f = microslip_on_line(
             p[E_STAR], p[G_STAR], p[RADIUS], p[FRICTION], p[STATIC_FRICTION],
-            span, x, w, overlap, before, ratio, du, q, flags,
+            span, x, w, overlap, before, du, q, flags,
         )  # fmt: skip
         return f, 0.0
     return microslip_in_plane(
         p[E_STAR], p[G_STAR], p[RADIUS], p[FRICTION], p[STATIC_FRICTION],
-        span, x, w, overlap, before, ratio, du, dv, q, flags,
+        span, x, w, overlap, before, du, dv, q, flags,
     )  # fmt: skip
+
+
+@jit
+def elastic_part(h):
+    """Tangential force of the last step less what friction carried of the damper's force."""
+    if h[RATIO] <= 0.0:
+        return 0.0, 0.0
+    return h[TANGENTIAL] / h[RATIO], h[TANGENTIAL + 1] / h[RATIO]
 
 
 @jit
@@ -223,27 +235,32 @@ def respan(p, h, overlap, closing):
 
 
 @jit
-def single_spring(p, h, q, flags, slid, overlap, before, du, dv, force):
+def single_spring(p, h, q, flags, slid, overlap, before, du, dv):
     """One spring for the whole contact, capped by Coulomb: linear_spring, mindlin, mindlin_rescaled."""
     planar = p[PLANAR] != 0.0
-    f = h[TANGENTIAL] if slid else q[0]
-    g = 0.0 if planar else (h[TANGENTIAL + 1] if slid else q[1])
+    if slid:
+        f, g = elastic_part(h)
+    else:
+        f, g = q[0], 0.0 if planar else q[1]
     part = 1.0 if before >= 0.0 else overlap / (overlap - before)
     start = max(before, 0.0)
     shrink = 1.0  # square root of a/a_old, applied half before and half after the displacement: second order
     if p[LAW] == LINEAR_SPRING:
+        load = h[SCALE] * overlap
         stiffness = p[G_STAR] / p[E_STAR] * h[SCALE]
     else:
+        load = hertz_stiffness(p) * overlap * sqrt(overlap)
         stiffness = 2.0 * p[G_STAR] * sqrt(p[RADIUS] * 0.5 * (start + overlap))
         if p[LAW] == MINDLIN_RESCALED and overlap < start:
             shrink = (overlap / start) ** 0.25
     f = shrink * (shrink * f + stiffness * part * du)
     if not planar:
         g = shrink * (shrink * g + stiffness * part * dv)
-    total, limit, held = sqrt(f * f + g * g), p[FRICTION] * force, p[FRICTION] * force
+    total, limit = sqrt(f * f + g * g), p[FRICTION] * load
+    held = limit
     if p[STATIC_FRICTION] > p[FRICTION]:
         if flags[0] == 0.0:
-            held = p[STATIC_FRICTION] * force
+            held = p[STATIC_FRICTION] * load
         flags[0] = 1.0 if total > held else 0.0
     if total > held:
         f *= limit / total

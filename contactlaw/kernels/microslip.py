@@ -23,9 +23,9 @@ def hertz_share(radius, overlap):
 
 @jit
 def microslip_on_line(
-    e_star, g_star, radius, mu, mu_static, span, x, w, overlap, before, ratio, du, q, flags
+    e_star, g_star, radius, mu, mu_static, span, x, w, overlap, before, du, q, flags
 ):  # fmt: skip
-    """Displace all nodes by du [m] along the line; tractions q are updated in place. Returns F [N]."""
+    """Displace all nodes by du [m] along the line; tractions q are updated in place. Returns F [N] without damping."""
     gained = overlap - before
     pull, load = 0.0, 0.0
     for i in range(x.size):
@@ -37,9 +37,9 @@ def microslip_on_line(
             continue
         part = z / gained if z < gained else 1.0
         q[i] += g_star * part * du
-        cap = mu * ratio * e_star * z
+        cap = mu * e_star * z
         if mu_static > mu:
-            cap_held = cap if flags[i] != 0.0 else mu_static * ratio * e_star * z
+            cap_held = cap if flags[i] != 0.0 else mu_static * e_star * z
             flags[i] = 1.0 if abs(q[i]) > cap_held else 0.0
             if flags[i] == 0.0:
                 cap = cap_held
@@ -53,9 +53,9 @@ def microslip_on_line(
 
 @jit
 def microslip_in_plane(
-    e_star, g_star, radius, mu, mu_static, span, x, w, overlap, before, ratio, du, dv, q, flags
+    e_star, g_star, radius, mu, mu_static, span, x, w, overlap, before, du, dv, q, flags
 ):  # fmt: skip
-    """Displace all nodes by (du, dv) [m]; tractions q (pairs) are updated in place. Returns both parts of F [N]."""
+    """Displace all nodes by (du, dv) [m]; tractions q (pairs) are updated in place. Returns both parts of F [N] without damping."""
     gained = overlap - before
     pull_u, pull_v, load = 0.0, 0.0, 0.0
     for i in range(x.size):
@@ -69,12 +69,12 @@ def microslip_in_plane(
         part = z / gained if z < gained else 1.0
         u = q[2 * i] + g_star * part * du
         v = q[2 * i + 1] + g_star * part * dv
-        cap = mu * ratio * e_star * z
+        cap = mu * e_star * z
         size2 = u * u + v * v
         limit = cap
         if mu_static > mu:
             if flags[i] == 0.0:
-                limit = mu_static * ratio * e_star * z
+                limit = mu_static * e_star * z
             flags[i] = 1.0 if size2 > limit * limit else 0.0
         if size2 > limit * limit:
             back = cap / sqrt(size2)

@@ -10,7 +10,7 @@ from contactlaw.jit import jit
 from contactlaw.kernels.contact import (
     COULOMB, E_STAR, FRICTION, G_STAR, HEADER, LAW, LINEAR_SPRING, LINEAR_STIFFNESS, MICROSLIP, NODES, NORMAL, OPEN,
     OVERLAP, PARAMETERS, PHASE, PLANAR, RADIUS, SCALE, SLIDING,
-    STATIC_FRICTION, TANGENTIAL, ZETA, friction, hertz_stiffness,
+    STATIC_FRICTION, TANGENTIAL, elastic_part, friction, hertz_stiffness,
 )  # fmt: skip
 
 SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
@@ -78,13 +78,11 @@ def collide(p, tangential_mass, speed, overlap, force, ratio, impulse, dt, histo
 
 @jit
 def first_share(p, speed, closing):
-    """F/P at the touch: mu where the contact starts sliding, psi_1 of it where it sticks, 0 where a damper lifts P."""
+    """F/P at the touch: mu where the contact starts sliding, psi_1 of it where it sticks."""
     if p[LAW] == COULOMB:
         return p[FRICTION] if speed > 0.0 else 0.0
     share = p[G_STAR] / p[E_STAR] * speed / closing
-    if share >= p[STATIC_FRICTION]:
-        return p[FRICTION]
-    return share if p[ZETA] == 0.0 else 0.0
+    return p[FRICTION] if share >= p[STATIC_FRICTION] else share
 
 
 @jit
@@ -93,7 +91,8 @@ def elastic_energy(p, h):
     law, overlap = p[LAW], h[OVERLAP]
     if law == COULOMB or h[PHASE] == OPEN:
         return 0.0
-    force2 = h[TANGENTIAL] ** 2 + h[TANGENTIAL + 1] ** 2
+    f, g = elastic_part(h)
+    force2 = f * f + g * g
     if law == LINEAR_SPRING:
         return 0.5 * force2 * p[E_STAR] / (p[G_STAR] * h[SCALE])
     a = sqrt(p[RADIUS] * overlap)

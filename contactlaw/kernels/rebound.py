@@ -62,7 +62,7 @@ def normal_table(zeta, steps, linear):
 
 
 @jit
-def node_table(delta, ratio, x, w):
+def node_table(delta, x, w):
     """Per step and node: traction gained per unit displacement, cap (both times the node's weight); summed caps.
 
     x, w: abscissae and weights of the nodes in the scaled contact line, the factor 2 E* = 3/2 included in w.
@@ -76,7 +76,7 @@ def node_table(delta, ratio, x, w):
             z = delta[k] - x[i] * x[i]
             if z > 0.0:
                 gain[k, i] = w[i] * (z / gained if z < gained else 1.0)
-                cap[k, i] = w[i] * ratio[k] * z
+                cap[k, i] = w[i] * z
                 total[k] += cap[k, i]
     return gain, cap, total
 
@@ -93,7 +93,7 @@ def first_stick(psi_1, chi, zeta, theta):
 
 
 @jit
-def rebound_microslip(psi_1, chi, zeta, x, w, theta, delta, ratio, v_mid, dt, gain, cap, total, psi_2_out):
+def rebound_microslip(psi_1, chi, zeta, x, w, theta, v_mid, dt, gain, cap, total, psi_2_out):
     """psi_2 of each impact (flat arrays) by the microslip law."""
     steps, n = dt.size, x.size
     _, v_end = phase_point(theta[steps], zeta)
@@ -111,10 +111,10 @@ def rebound_microslip(psi_1, chi, zeta, x, w, theta, delta, ratio, v_mid, dt, ga
             y, w_now = phase_point(phase, zeta)
             overlap = (SQRT_5_4 * y) ** 0.8
             for i in range(n):
-                q[i] = w[i] * max(overlap - x[i] * x[i], 0.0) * (1.0 + 2.0 * zeta * w_now / y)
+                q[i] = w[i] * max(overlap - x[i] * x[i], 0.0)
             length = time_of_phases(phase, theta[start + 1], zeta)
             psi -= c * (w_now - v)
-        elif zeta == 0.0:  # F/(mu P) of a contact that sticks from the touch on is psi_1 at first; 0 with a damper
+        else:  # F/(mu P) of a contact that sticks from the touch on is psi_1 at first
             psi -= c * psi * (1.0 - v)
         for k in range(start + 1, steps):
             du, pull = psi * length, 0.0
@@ -128,7 +128,7 @@ def rebound_microslip(psi_1, chi, zeta, x, w, theta, delta, ratio, v_mid, dt, ga
 
 
 @jit
-def rebound_single_spring(psi_1, chi, zeta, linear, rescaled, theta, delta, force, v_mid, dt, psi_2_out):
+def rebound_single_spring(psi_1, chi, zeta, linear, rescaled, theta, delta, v_mid, dt, psi_2_out):
     """psi_2 of each impact (flat arrays) by one spring under one cap: linear_spring, mindlin, mindlin_rescaled."""
     steps = dt.size
     _, v_end = phase_point(theta[steps], zeta)
@@ -143,17 +143,18 @@ def rebound_single_spring(psi_1, chi, zeta, linear, rescaled, theta, delta, forc
             phase, start, psi, v = first_stick(psi, chi[j], zeta, theta)
             y, w_now = phase_point(phase, zeta)
             before = y if linear else (SQRT_5_4 * y) ** 0.8
-            q = (1.0 + 2.0 * zeta * w_now / y) * (before if linear else before**1.5)
+            q = before if linear else before**1.5
             length = theta[start + 1] - phase if linear else time_of_phases(phase, theta[start + 1], zeta)
             psi -= c * (w_now - v)
-        elif zeta == 0.0:
+        else:
             psi -= c * psi * (1.0 - v)
         for k in range(start + 1, steps):
             shrink = (delta[k] / before) ** 0.25 if rescaled and delta[k] < before else 1.0
             stiffness = 1.0 if linear else 1.5 * sqrt(0.5 * (before + delta[k]))
             q = shrink * (shrink * q + stiffness * psi * length)
-            q = min(max(q, -force[k]), force[k])
-            share = q / force[k] if force[k] > 0.0 else 0.0
+            load = delta[k] if linear else delta[k] ** 1.5
+            q = min(max(q, -load), load)
+            share = q / load
             psi -= c * share * (v - v_mid[k])
             v, length, before = v_mid[k], dt[k], delta[k]
         psi_2_out[j] = side * (psi - c * share * (v - v_end))
