@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core.ccallback import CFunc
+from numba.core.sigutils import normalize_signature
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -29,34 +31,43 @@ def _hash_of_sources() -> str:
 SOURCE_STAMP = _hash_of_sources()
 
 
-def _cache(compiled: Any) -> None:
+def _cache(compiled: Any, key: str) -> None:
     """Turn the cache on and key it on all sources; leave it off where numba's internals no longer fit."""
     compiled.enable_caching()
     index = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     if hasattr(index, "_source_stamp"):
-        index._source_stamp = SOURCE_STAMP
+        index._source_stamp = SOURCE_STAMP + key
     else:  # an unknown numba: compile afresh each time, slow but never stale
         compiled._cache.disable()
 
 
-def jit(function: Function) -> Function:
-    """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
-    dispatcher = numba.njit(error_model="numpy")(function)
-    if dispatcher is not function:
-        _cache(dispatcher)
-    return dispatcher  # type: ignore[return-value]
+def jit_for(key: str) -> Callable[[Function], Function]:
+    """`jit` for code that also depends on something outside the package, named by the key."""
+
+    def compile_lazily(function: Function) -> Function:
+        dispatcher = numba.njit(error_model="numpy")(function)
+        if dispatcher is not function:
+            _cache(dispatcher, key)
+        return dispatcher  # type: ignore[return-value]
+
+    return compile_lazily
 
 
-def c_callback(signature: Any) -> Callable[[Callable[..., Any]], Any]:
-    """`numba.cfunc` with the cache keyed on every source of the package."""
+jit = jit_for("")
+"""`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
 
-    def compile_now(function: Callable[..., Any]) -> Any:
-        from numba.core.ccallback import CFunc
-        from numba.core.sigutils import normalize_signature
 
+def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
+    """`numba.cfunc` with the same cache; returns the address of the compiled function, which lives for good."""
+
+    def compile_now(function: Callable[..., Any]) -> int:
         callback = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
-        _cache(callback)
+        _cache(callback, key)
         callback.compile()
-        return callback
+        _CALLBACKS.append(callback)
+        return callback.address
 
     return compile_now
+
+
+_CALLBACKS: list[CFunc] = []

@@ -32,8 +32,9 @@ TANGENT = 9  # first tangent vector, world frame; the second is n x t
 HEADER = 12
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
-# T_Hertz = 2.943 delta_max/v makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed.
-LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / 2.943275184324214) ** 2
+HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
+# which makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed
+LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
 
 
 @jit

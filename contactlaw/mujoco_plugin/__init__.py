@@ -1,0 +1,21 @@
+"""The law as a MuJoCo engine plugin: `add_contact`, then `spec.compile()` and unmodified `mj_step`.
+
+Importing this module registers the plugin; XML may then name it:
+
+    <extension><plugin plugin="contactlaw.contact"><instance name="bounce">
+      <config key="geom1" value="ball"/> <config key="geom2" value="floor"/>
+      <config key="material1" value="steel"/> <config key="material2" value="2.1e11 0.3"/>
+      <config key="friction" value="0.1"/> <config key="restitution" value="0.9"/>
+    </instance></plugin></extension>
+    <contact><pair geom1="ball" geom2="floor" margin="-1e6"/></contact>
+
+Keys: see `config.KEYS`. The explicit pair with its negative margin turns the native contact of these two geoms off.
+"""
+
+from contactlaw.mujoco_plugin.register import register
+
+_PLUGIN = register()
+
+from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402  (needs the registered plugin's library)
+
+__all__ = ["add_contact"]

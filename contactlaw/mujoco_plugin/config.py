@@ -1,0 +1,115 @@
+"""The configuration of a contact in a model: what XML says and `add_contact` writes, read back into a pair."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from contactlaw import checks
+from contactlaw.laws import LAWS, Law, Microslip, law_of
+from contactlaw.material import MATERIALS, Material
+from contactlaw.pair import ContactPair
+
+PLUGIN_NAME = "contactlaw.contact"
+KEYS = (
+    "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "nodes", "stiffness_ratio",
+    "static_friction", "plane",
+)  # fmt: skip
+"""Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
+
+A material is a name in `MATERIALS` or "E nu" in SI units; plane is the normal of the plane of all motion, "x y z".
+"""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact as configured: the geoms' names, the pair, and the plane of motion if there is one."""
+
+    geom1: str
+    geom2: str
+    pair: ContactPair
+    plane: tuple[float, float, float] | None = None
+
+    @property
+    def history_size(self) -> int:
+        """Entries of the history of one contact."""
+        return self.pair.history(planar=self.plane is not None).size
+
+
+def write(contact: Contact) -> dict[str, str]:
+    """The configuration that `read` turns back into this contact, digit for digit."""
+    pair, law = contact.pair, law_of(contact.pair.law)
+    config = {
+        "geom1": contact.geom1,
+        "geom2": contact.geom2,
+        "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
+        "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
+        "friction": repr(pair.friction),
+        "restitution": repr(pair.restitution),
+        "law": law.name,
+    }
+    if isinstance(law, Microslip) and law.node_count is not None:
+        config["nodes"] = str(law.node_count)
+    for key in ("radius", "stiffness_ratio", "static_friction"):
+        if getattr(pair, key) is not None:
+            config[key] = repr(getattr(pair, key))
+    if contact.plane is not None:
+        config["plane"] = " ".join(repr(float(x)) for x in contact.plane)
+    return config
+
+
+@lru_cache(maxsize=None)  # read for each mjData made; a pair should warn of its coupling once
+def read(items: tuple[tuple[str, str], ...]) -> Contact:
+    """The contact that a configuration describes.
+
+    Raises:
+        ValueError: A key is missing or a value is not allowed; the message names it.
+    """
+    config = {key: value for key, value in items if value}
+    for key in ("geom1", "geom2", "material1", "material2", "friction"):
+        if key not in config:
+            raise ValueError(f"{key}: missing in the configuration of {PLUGIN_NAME}")
+
+    def optional(key: str) -> float | None:
+        return _floats(key, config[key], 1)[0] if key in config else None
+
+    law: Law = LAWS[checks.one_of("law", config.get("law", "microslip"), LAWS)]
+    if "nodes" in config:
+        law = Microslip(int(_floats("nodes", config["nodes"], 1)[0]))
+    pair = ContactPair(
+        _material("material1", config["material1"]),
+        _material("material2", config["material2"]),
+        _floats("friction", config["friction"], 1)[0],
+        restitution=1.0 if "restitution" not in config else _floats("restitution", config["restitution"], 1)[0],
+        radius=optional("radius"),
+        law=law,
+        stiffness_ratio=optional("stiffness_ratio"),
+        static_friction=optional("static_friction"),
+    )
+    plane = None
+    if "plane" in config:
+        x, y, z = checks.unit_vector("plane", np.array(_floats("plane", config["plane"], 3)))
+        plane = (float(x), float(y), float(z))
+    return Contact(config["geom1"], config["geom2"], pair, plane)
+
+
+def _material(key: str, text: str) -> Material:
+    if text in MATERIALS:
+        return MATERIALS[text]
+    try:
+        modulus, ratio = (float(word) for word in text.split())
+    except ValueError:
+        raise ValueError(f"{key} = {text!r}: must be 'E nu' in SI units or one of {', '.join(MATERIALS)}") from None
+    return Material(modulus, ratio)
+
+
+def _floats(key: str, text: str, count: int) -> list[float]:
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) != count:
+        raise ValueError(f"{key} = {text!r}: must be {count} number{'s' if count > 1 else ''}")
+    return values

@@ -1,0 +1,141 @@
+"""Where MuJoCo keeps its fields: struct offsets derived from the wheel's own description, checked against live arrays."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.introspect import ast_nodes, structs
+from numpy.typing import NDArray
+
+_NUMBERS: dict[str, Any] = {
+    "int": ctypes.c_int,
+    "unsigned int": ctypes.c_uint,
+    "float": ctypes.c_float,
+    "double": ctypes.c_double,
+    "char": ctypes.c_char,
+    "mjtNum": ctypes.c_double,
+    "mjtByte": ctypes.c_ubyte,
+    "mjtBool": ctypes.c_ubyte,
+    "mjtSize": ctypes.c_int64,
+    "uint64_t": ctypes.c_uint64,
+    "int64_t": ctypes.c_int64,
+    "size_t": ctypes.c_size_t,
+    "uintptr_t": ctypes.c_size_t,
+}
+
+DATA_FIELDS = ("plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "subtree_com", "cdof", "cvel", "qfrc_passive")
+MODEL_FIELDS = ("dof_parentid", "geom_type", "geom_size", "geom_bodyid", "body_parentid", "body_rootid", "body_dofadr", "body_dofnum")
+
+
+def _ctype(node: Any) -> Any:
+    if isinstance(node, ast_nodes.PointerType):
+        return ctypes.c_void_p
+    if isinstance(node, ast_nodes.ArrayType):
+        kind = _ctype(node.inner_type)
+        for extent in reversed(node.extents):
+            kind = kind * extent
+        return kind
+    if isinstance(node, ast_nodes.AnonymousStructDecl):
+        return _laid_out("anonymous", node.fields)
+    if isinstance(node, ast_nodes.ValueType):
+        if node.name in _NUMBERS:
+            return _NUMBERS[node.name]
+        if node.name in structs.STRUCTS:
+            return structure(node.name)
+        if node.name.startswith("mjt"):  # the remaining types of this prefix are enums
+            return ctypes.c_int
+    raise ImportError(f"contactlaw does not know the type {node} in the structs of MuJoCo {mujoco.__version__}")
+
+
+@lru_cache(maxsize=None)
+def structure(name: str) -> type[ctypes.Structure]:
+    """A MuJoCo struct as ctypes lays it out."""
+    return _laid_out(name, structs.STRUCTS[name].fields)
+
+
+def _laid_out(name: str, fields: Any) -> type[ctypes.Structure]:
+    return type(name, (ctypes.Structure,), {"_fields_": [(field.name, _ctype(field.type)) for field in fields]})
+
+
+def offset(struct: str, field: str) -> int:
+    """Byte offset of a field."""
+    return getattr(structure(struct), field).offset
+
+
+DATA = {field: offset("mjData", field) for field in DATA_FIELDS}
+DOF_PARENTS = offset("mjModel", "dof_parentid")
+TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
+KEY = repr((mujoco.__version__, DATA, DOF_PARENTS, TIMESTEP))
+"""What compiled code that knows the offsets depends on."""
+
+
+class ModelView:
+    """A compiled model at an address, as the callbacks get it, with the arrays that they need."""
+
+    def __init__(self, address: int) -> None:
+        self.address = address
+
+    def size(self, field: str) -> int:
+        """An integer size, such as nv."""
+        return ctypes.c_int64.from_address(self.address + offset("mjModel", field)).value
+
+    def option(self, field: str) -> int:
+        """An integer option, such as disableflags."""
+        at = self.address + offset("mjModel", "opt") + offset("mjOption", field)
+        return ctypes.c_int.from_address(at).value
+
+    def ints(self, field: str, count: int) -> NDArray[np.intc]:
+        """The first entries of an int array."""
+        return self._array(field, count, ctypes.c_int)
+
+    def doubles(self, field: str, count: int) -> NDArray[np.float64]:
+        """The first entries of an mjtNum array."""
+        return self._array(field, count, ctypes.c_double)
+
+    def _array(self, field: str, count: int, kind: Any) -> NDArray[Any]:
+        if count == 0:
+            return np.empty(0, dtype=kind)
+        pointer = ctypes.c_void_p.from_address(self.address + offset("mjModel", field)).value
+        return np.ctypeslib.as_array((kind * count).from_address(pointer))
+
+
+def library() -> ctypes.CDLL:
+    """The wheel's libmujoco."""
+    folder = Path(mujoco.__file__).parent
+    for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
+        for path in sorted(folder.glob(pattern)):
+            return ctypes.CDLL(str(path))
+    raise ImportError(f"contactlaw finds no MuJoCo library in {folder}")
+
+
+def check() -> None:
+    """Compare the offsets with a live model; refuse a MuJoCo whose layout differs."""
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><option timestep='0.00123'/><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+
+    def pointer(base: int, at: int) -> int:
+        return ctypes.c_size_t.from_address(base + at).value
+
+    wrong = [
+        f"mjData.{field}"
+        for field in DATA_FIELDS
+        if not field.startswith("plugin") and pointer(data._address, DATA[field]) != getattr(data, field).ctypes.data
+    ]
+    wrong += [f"mjModel.{field}" for field in MODEL_FIELDS if pointer(model._address, offset("mjModel", field)) != getattr(model, field).ctypes.data]
+    view = ModelView(model._address)
+    if view.size("nv") != model.nv or view.option("disableflags") != model.opt.disableflags:
+        wrong.append("the sizes or options of mjModel")
+    if ctypes.c_double.from_address(model._address + TIMESTEP).value != model.opt.timestep:
+        wrong.append("mjModel.opt.timestep")
+    if wrong:
+        raise ImportError(
+            f"contactlaw does not fit MuJoCo {mujoco.__version__}: {', '.join(wrong)} not where its description says"
+        )

@@ -1,0 +1,86 @@
+"""Put the law into a model that is still a specification."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import checks
+from contactlaw.mujoco_plugin import config
+from contactlaw.mujoco_plugin.instance import native_margin
+from contactlaw.mujoco_plugin.shapes import Shape, meeting
+from contactlaw.pair import ContactPair
+
+
+def add_contact(
+    spec: mujoco.MjSpec,
+    geom1: str | mujoco.MjsGeom,
+    geom2: str | mujoco.MjsGeom,
+    pair: ContactPair,
+    *,
+    plane: ArrayLike | None = None,
+) -> str:
+    """Let two geoms touch by the law; then `spec.compile()` and plain `mj_step`.
+
+    Their native contact is turned off, that of each with every other geom stays. Balls and the ends of capsules may
+    touch planes, the faces of boxes and each other; any other shapes need `pair.radius`.
+
+    Args:
+        spec: The model, before it is compiled.
+        geom1, geom2: Names, or geoms of the spec (one without a name is given one).
+        pair: The contact; its radius, where None, is read from the geoms.
+        plane: Normal of the plane of all motion, a unit vector, where the scene is planar: the traction then has one
+            component instead of two.
+
+    Returns:
+        The name of the plugin instance, for `contact_state`.
+
+    Raises:
+        ValueError: A value outside what is allowed; the message names it and the spec is unchanged.
+    """
+    if not isinstance(spec, mujoco.MjSpec):
+        raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
+    if not isinstance(pair, ContactPair):
+        raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
+    one, two = _geom(spec, "geom1", geom1), _geom(spec, "geom2", geom2)
+    if one is two or (one.name and one.name == two.name):
+        raise ValueError(f"geom2 = {two.name!r}: must be another geom than geom1")
+    normal = None if plane is None else checks.unit_vector("plane", plane)
+    shapes = [Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in (one, two)]
+    meeting(*shapes, pair.radius)
+    existing = [name for name in (one.name, two.name) if name]
+    name = f"contactlaw:{one.name or 'geom'}:{two.name or 'geom'}"
+    if any(plugin.name == name for plugin in spec.plugins) and len(existing) == 2:
+        raise ValueError(f"geom1 = {one.name!r}, geom2 = {two.name!r}: this pair has been added before")
+
+    for geom in (one, two):
+        geom.name = geom.name or _free_name(spec)
+    name = f"contactlaw:{one.name}:{two.name}"
+    for native in spec.pairs:
+        if {native.geomname1, native.geomname2} == {one.name, two.name}:
+            spec.delete(native)
+    spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-native_margin(*shapes), gap=0.0)
+    contact = config.Contact(one.name, two.name, pair, None if normal is None else tuple(normal.tolist()))
+    spec.activate_plugin(config.PLUGIN_NAME)
+    instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
+    instance.config = config.write(contact)
+    return name
+
+
+def _geom(spec: mujoco.MjSpec, argument: str, value: Any) -> mujoco.MjsGeom:
+    if isinstance(value, mujoco.MjsGeom):
+        return value
+    if isinstance(value, str):
+        geom = spec.geom(value)
+        if geom is not None:
+            return geom
+        checks.one_of(argument, value, [geom.name for geom in spec.geoms if geom.name])
+    raise ValueError(f"{argument} = {value!r}: must be the name of a geom, or a geom, of the spec")
+
+
+def _free_name(spec: mujoco.MjSpec) -> str:
+    taken = {geom.name for geom in spec.geoms}
+    return next(name for name in (f"contactlaw_geom{i}" for i in range(len(taken) + 1)) if name not in taken)
