@@ -1,0 +1,1 @@
+"""Published data, error against run time, stability, and the references that judge the laws."""

@@ -1,0 +1,193 @@
+"""The annulus solver: partial slip on a Hertz contact whose size changes, the reference that judges the contact laws.
+
+Contact radius cut into N equal annuli; axisymmetric traction; stick and slip guessed per annulus and corrected in each
+step, coupled with the body's tangential momentum. The compiled core is in annulus_kernel.py, where the equations stand;
+the normal motion of an impact in normal_motion.py. Second order in 1/N.
+
+Limits: for psi_1 below about 0.1 slip is a ring thinner than an annulus; the error of psi_2 stays small, but not against
+psi_1, and some tangential energy is created (it vanishes as N grows).
+
+Restitution < 1: the damper does not touch the elastic contact. Tractions q, stick and slip are those of the undamped
+theory, with the limits mu p_Hertz(r) of the overlap that the damped motion follows; the damper changes the total normal
+force, and friction carries the same mobilised share of it, F = (P/P_Hertz) times the sum of q. At P = 0 the impact is
+over. As F is then not the sum of q, tangential energy can rise while the normal motion loses some (seen: by a tenth of
+its first value, never above that value).
+
+Scaled quantities: psi = (kappa/mu) V_x/V_z1, chi = (kappa/2) m_N/m_T; forces F/mu; displacements kappa s_x/mu.
+
+Sources: Maw, Barber & Fawcett, Wear 38 (1976) 101-114; J. Lubr. Tech. 103 (1981) 74-80.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from validation.reference.checks import check_annuli, check_finite, check_positive, check_restitution, check_steps
+from validation.reference.normal_motion import Array, impact_motion
+from validation.reference.paths import along_motion, force_along_path
+from validation.reference.response import History, rings, solve
+
+__all__ = ["History", "Impact", "along_motion", "force_along_path", "impact", "rebound", "rebound_extrapolated"]
+
+STEPS_PER_ANNULUS = 16  # with these the error of time stepping is about a tenth of that of the annuli
+ANNULI_TO_EXTRAPOLATE = 40  # the middle one of three resolutions, up to chi = 3
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One impact, from touch to release.
+
+    Attributes:
+        psi_2: Rebound psi = (kappa/mu) V_x2/V_z1.
+        time: tau = t/T, T the duration, shape (n,).
+        overlap: Overlap over its largest value, shape (n,).
+        normal_force: P/P_max, shape (n,).
+        tangential_force: F/(mu P_max), shape (n,); positive where it opposes psi_1 > 0.
+        psi: Tangential velocity, shape (n,).
+        radii: Radii r_j over the largest contact radius, shape (N,).
+        pressure: Hertz pressure at r_j over p_max, its largest value anywhere, shape (n, N); the limit of the traction.
+        traction: Elastic traction q/(mu p_max) at r_j, shape (n, N); damped or not, |q| <= mu p_Hertz.
+        stuck: Whether annulus j is in contact and sticks, shape (n, N).
+        corrections: Corrections of the stick and slip guess at each instant, shape (n,).
+        energy: Tangential energy, kinetic and elastic, over its initial value (over 1/(4 chi) for psi_1 = 0), shape (n,).
+    """
+
+    psi_2: float
+    time: Array
+    overlap: Array
+    normal_force: Array
+    tangential_force: Array
+    psi: Array
+    radii: Array
+    pressure: Array
+    traction: Array
+    stuck: NDArray[np.bool_]
+    corrections: NDArray[np.int64]
+    energy: Array
+
+    @property
+    def steps(self) -> int:
+        """Number of time steps."""
+        return self.time.size - 1
+
+    @property
+    def corrections_mean(self) -> float:
+        """Corrections per step, mean."""
+        return float(self.corrections[1:].mean())
+
+    @property
+    def corrections_max(self) -> int:
+        """Corrections per step, largest."""
+        return int(self.corrections.max())
+
+
+def rebound(
+    psi_1: ArrayLike,
+    chi: ArrayLike,
+    annuli: int = 20,
+    *,
+    restitution: ArrayLike = 1.0,
+    steps: int | None = None,
+) -> float | Array:
+    """Rebound psi_2 of an impact.
+
+    Args:
+        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite; arrays broadcast.
+        chi: (kappa/2) m_N/m_T > 0; arrays broadcast.
+        annuli: Number of annuli N >= 2.
+        restitution: Normal speed after over before, in (0, 1]; arrays broadcast.
+        steps: Least number of time steps; by default in step with annuli and chi.
+
+    Returns:
+        psi_2 = (kappa/mu) V_x2/V_z1: a float for scalars, otherwise an array.
+
+    Raises:
+        ValueError: An argument is outside its range.
+    """
+
+    def one(psi: float, ratio: float, e: float) -> float:
+        return float(_impact_history(psi, ratio, annuli, e, steps).psi[-1])
+
+    result = np.vectorize(one, otypes=[float])(psi_1, chi, restitution)
+    return float(result) if result.ndim == 0 else result
+
+
+def rebound_extrapolated(
+    psi_1: float, chi: float, restitution: float = 1.0, *, annuli: int | None = None
+) -> tuple[float, float]:
+    """Rebound psi_2 by Richardson extrapolation, with an estimate of its error.
+
+    Args:
+        psi_1: Incidence.
+        chi: (kappa/2) m_N/m_T > 0.
+        restitution: Normal speed after over before, in (0, 1].
+        annuli: Middle one, N, of the resolutions N/2, N and 2N; even. By default 40, above chi = 3 80.
+
+    Returns:
+        psi_2 extrapolated from N and 2N as of second order, and the change from the extrapolation with N/2 and N.
+
+    Raises:
+        ValueError: An argument is outside its range.
+    """
+    if annuli is None:
+        check_positive("chi", chi)
+        annuli = ANNULI_TO_EXTRAPOLATE * (1 if chi <= 3.0 else 2)
+    if annuli < 4 or annuli % 2:
+        raise ValueError(f"annuli is {annuli!r}; to be halved it must be even and at least 4")
+    levels = [float(rebound(psi_1, chi, n, restitution=restitution)) for n in (annuli // 2, annuli, 2 * annuli)]
+    coarse, fine = (second + (second - first) / 3.0 for first, second in pairwise(levels))
+    return fine, abs(fine - coarse)
+
+
+def impact(psi_1: float, chi: float, annuli: int = 20, *, restitution: float = 1.0, steps: int | None = None) -> Impact:
+    """One impact with its whole history.
+
+    Args:
+        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite.
+        chi: (kappa/2) m_N/m_T > 0.
+        annuli: Number of annuli N >= 2.
+        restitution: Normal speed after over before, in (0, 1].
+        steps: Least number of time steps; by default in step with annuli and chi.
+
+    Returns:
+        The impact, normalised by its duration, largest force and largest pressure.
+
+    Raises:
+        ValueError: An argument is outside its range.
+    """
+    history = _impact_history(psi_1, chi, annuli, restitution, steps)
+    force_max = history.normal_force.max()
+    pressure_max = history.pressure.max()
+    return Impact(
+        psi_2=float(history.psi[-1]),
+        time=history.time / history.time[-1],
+        overlap=history.overlap / history.overlap.max(),
+        normal_force=history.normal_force / force_max,
+        tangential_force=history.tangential_force / force_max,
+        psi=history.psi,
+        radii=history.radii / history.boundaries[-1],
+        pressure=history.pressure / pressure_max,
+        traction=history.traction / pressure_max,
+        stuck=history.stuck,
+        corrections=history.corrections,
+        energy=history.energy / (history.energy[0] or 0.25 / chi),
+    )
+
+
+def _impact_history(psi_1: float, chi: float, annuli: int, restitution: float, steps: int | None) -> History:
+    check_finite("psi_1", psi_1)
+    check_positive("chi", chi)
+    check_annuli(annuli)
+    check_restitution(restitution)
+    check_steps(steps)
+    if steps is None:
+        # The tangential oscillation quickens with sqrt(chi). Rounded up, so that few motions need integrating.
+        steps = STEPS_PER_ANNULUS * annuli * math.ceil(2.0 * math.sqrt(max(chi, 1.0))) // 2
+    motion = impact_motion(float(restitution), int(annuli), int(steps))
+    boundaries, points = rings(motion.overlap, annuli)
+    return solve(motion, boundaries, points, psi_1=float(psi_1), chi=float(chi))
