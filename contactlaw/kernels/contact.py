@@ -32,6 +32,8 @@ TANGENT = 9  # first tangent vector, world frame; the second is n x t
 HEADER = 12
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
+MARGIN = 1.02  # of the nodes over the greatest contact radius foreseen: the steps' own error must not outgrow them
+
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
 # which makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed
 LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
@@ -73,16 +75,19 @@ def normal_force(p, h, overlap, closing, dt):
 
 
 @jit
-def touch(p, h_out, overlap, closing, mass, tangential_mass):
-    """Fill the header of a contact that was open: what the rest of the contact needs from its first instant."""
+def touch(p, h_out, before, closing, mass, tangential_mass):
+    """Fill the header of a contact that was open: what the rest of the contact needs from its first instant.
+
+    before: overlap [m] that was there before the first force, below zero if the bodies were apart.
+    """
     h_out[MASS] = mass
     h_out[TANGENTIAL_MASS] = tangential_mass
     k = hertz_stiffness(p)
-    deepest = greatest_overlap(k, mass, overlap, closing)
+    deepest = greatest_overlap(k, mass, max(before, 0.0), closing)
     if p[LAW] == LINEAR_SPRING:
         h_out[SCALE] = LINEAR_STIFFNESS * k * sqrt(deepest)
     else:
-        h_out[SCALE] = sqrt(p[RADIUS] * deepest)
+        h_out[SCALE] = MARGIN * sqrt(p[RADIUS] * deepest)
 
 
 @jit
@@ -103,7 +108,7 @@ def step(p, h, overlap, closing, du, dv, dt, mass, tangential_mass, h_out):
     before = h[OVERLAP]
     if h[PHASE] == OPEN:
         before = overlap - closing * dt
-        touch(p, h_out, overlap, closing, mass, tangential_mass)
+        touch(p, h_out, before, closing, mass, tangential_mass)
     elif p[LAW] == MICROSLIP:
         span = respan(p, h_out, overlap, closing)
         if span != h[SCALE]:
@@ -231,7 +236,7 @@ def respan(p, h, overlap, closing):
     if a2 * 9.0 < span * span:
         reach = sqrt(p[RADIUS] * greatest_overlap(hertz_stiffness(p), h[MASS], overlap, closing))
         if 3.0 * reach < span:
-            return 1.1 * reach
+            return MARGIN * reach
     return span
 
 

@@ -16,6 +16,6 @@ from contactlaw.mujoco_plugin.register import register
 
 _PLUGIN = register()
 
-from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402  (needs the registered plugin's library)
+from contactlaw.mujoco_plugin.spec import add_contact, contact_history  # noqa: E402  (needs the registered plugin)
 
-__all__ = ["add_contact"]
+__all__ = ["add_contact", "contact_history"]

@@ -17,8 +17,8 @@ from contactlaw.mujoco_plugin import layout
 # the pair, room for the new histories, and room to work in. A is the rounder of the two geoms.
 (
     SIZE, REPORT, REPORTED, KIND, SLOTS, HISTORY, PARAMETER_COUNT, NV, TOUCHED, RADIUS_GIVEN, STATE,
-    GEOM_A, GEOM_B, BODY_A, BODY_B, ROOT_A, ROOT_B, DOF_A, DOF_B, BALL_A, BALL_B, HALF_A, HALF_B, BOX,
-) = range(24)  # fmt: skip
+    GEOM_A, GEOM_B, BODY_A, BODY_B, ROOT_A, ROOT_B, DOF_A, DOF_B, BALL_A, BALL_B, HALF_A, HALF_B, BOUND, BOX,
+) = range(25)  # fmt: skip
 PARAMETERS_AT = BOX + 3
 WORK = 24  # normal, point, velocity, force, tangents and a direction to project, and the ends of a distance
 
@@ -63,6 +63,39 @@ def row(d, field, index, size):
 def part(block, start, size):
     """Some of a block, as an array: block is its address."""
     return carray(doubles_at(block + types.uintp(8 * start)), size)
+
+
+@jit
+def number(block, index):
+    """One entry of a block. Free flight reads a few of these and nothing else: arrays would cost more than the test."""
+    return load_double(block + types.uintp(8 * index))
+
+
+@jit
+def is_idle(d, block):
+    """Whether no contact of an instance is open and the bounds of its geoms are apart."""
+    if number(block, TOUCHED) != 0.0:
+        return False
+    state = load_pointer(d + types.uintp(STATE_AT)) + types.uintp(8 * int(number(block, STATE)))
+    if load_double(state + types.uintp(8 * PHASE)) != OPEN:
+        return False
+    if number(block, SLOTS) == 2.0 and load_double(state + types.uintp(8 * (PHASE + int(number(block, HISTORY))))) != OPEN:
+        return False
+    places = load_pointer(d + types.uintp(XPOS_AT))
+    a = places + types.uintp(24 * int(number(block, GEOM_A)))
+    geom_b = int(number(block, GEOM_B))
+    b = places + types.uintp(24 * geom_b)
+    x = load_double(a) - load_double(b)
+    y = load_double(a + types.uintp(8)) - load_double(b + types.uintp(8))
+    z = load_double(a + types.uintp(16)) - load_double(b + types.uintp(16))
+    bound = number(block, BOUND)
+    if number(block, KIND) == BALL_ON_PLANE:
+        frame = load_pointer(d + types.uintp(XMAT_AT)) + types.uintp(72 * geom_b)
+        x *= load_double(frame + types.uintp(16))
+        y *= load_double(frame + types.uintp(40))
+        z *= load_double(frame + types.uintp(64))
+        return x + y + z > bound
+    return x * x + y * y + z * z > bound * bound
 
 
 @jit
@@ -203,7 +236,7 @@ def act(m, d, b, instance, p, h, overlap, clear, n, point, work, y, x, dt, h_out
             report(b, instance, UNCLEAR_RADIUS, p[RADIUS])
         closing = -(velocity[0] * n[0] + velocity[1] * n[1] + velocity[2] * n[2])
         if closing > 0.0:
-            deepest = greatest_overlap(hertz_stiffness(p), mass, overlap, closing)
+            deepest = greatest_overlap(hertz_stiffness(p), mass, max(overlap - closing * dt, 0.0), closing)
             longest = HERTZ_DURATION * deepest / closing / STEPS_PER_CONTACT
             if dt > longest:
                 report(b, instance, LONG_STEP, longest)
@@ -220,6 +253,8 @@ def act(m, d, b, instance, p, h, overlap, clear, n, point, work, y, x, dt, h_out
 def compute(m, d, instance, capability):
     """Force of all contacts of an instance at the present state; committed state is only read."""
     block = address_of_block(d, instance)
+    if is_idle(d, block):
+        return
     b = part(block, 0, PARAMETERS_AT)
     slots, size, count, nv = int(b[SLOTS]), int(b[HISTORY]), int(b[PARAMETER_COUNT]), int(b[NV])
     p = part(block, PARAMETERS_AT, count)
@@ -250,9 +285,9 @@ def compute(m, d, instance, capability):
 def advance(m, d, instance):
     """The step is taken: what compute left becomes the history."""
     block = address_of_block(d, instance)
-    b = part(block, 0, PARAMETERS_AT)
-    if b[TOUCHED] == 0.0:
+    if number(block, TOUCHED) == 0.0:
         return
+    b = part(block, 0, PARAMETERS_AT)
     total = int(b[SLOTS]) * int(b[HISTORY])
     new = part(block, PARAMETERS_AT + int(b[PARAMETER_COUNT]), total)
     state = part(load_pointer(d + types.uintp(STATE_AT)), int(b[STATE]), total)

@@ -25,13 +25,18 @@ _LIBRARY.mju_malloc.restype = ctypes.c_void_p
 _NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 
 
+def contact_of(model: int, number: int) -> config.Contact:
+    """The contact that a plugin instance of the model at this address is configured for."""
+    items = ((key, _LIBRARY.mj_getPluginConfig(model, number, key.encode())) for key in config.KEYS)
+    return config.read(tuple((key, value.decode()) for key, value in items if value))
+
+
 class _Instance:
     """What a compiled model says of one contact."""
 
     def __init__(self, model: int, number: int) -> None:
         self.view = layout.ModelView(model)
-        items = ((key, _LIBRARY.mj_getPluginConfig(model, number, key.encode())) for key in config.KEYS)
-        self.contact = config.read(tuple((key, value.decode()) for key, value in items if value))
+        self.contact = contact_of(model, number)
         names = [self.contact.geom1, self.contact.geom2]
         self.geoms = [self._geom(key, name) for key, name in zip(("geom1", "geom2"), names, strict=True)]
         if self.geoms[0] == self.geoms[1]:
@@ -80,12 +85,14 @@ class _Instance:
         if dof_a < 0 and dof_b < 0:
             raise ValueError(f"geom1, geom2: neither {self.shapes[0].label} nor {self.shapes[1].label} can move")
         a, other = self.shapes
+        bound = a.bound if self.meeting.kind == c.BALL_ON_PLANE else a.bound + other.bound
         values = {
             c.SIZE: b.size, c.REPORT: REPORT_ADDRESS, c.KIND: self.meeting.kind, c.SLOTS: self.meeting.slots,
             c.HISTORY: self.contact.history_size, c.PARAMETER_COUNT: p.size, c.NV: nv, c.STATE: state_address,
             c.RADIUS_GIVEN: self.contact.pair.radius is not None, c.GEOM_A: self.geoms[0], c.GEOM_B: self.geoms[1],
             c.BODY_A: body_a, c.BODY_B: body_b, c.ROOT_A: root_a, c.ROOT_B: root_b, c.DOF_A: dof_a, c.DOF_B: dof_b,
             c.BALL_A: a.size[0], c.BALL_B: other.size[0], c.HALF_A: a.half_length, c.HALF_B: other.half_length,
+            c.BOUND: bound if np.isfinite(bound) else 1e300,
         }  # fmt: skip
         for index, value in values.items():
             b[index] = value

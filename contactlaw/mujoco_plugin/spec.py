@@ -6,11 +6,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.instance import native_margin
+from contactlaw.mujoco_plugin.instance import contact_of, native_margin
 from contactlaw.mujoco_plugin.shapes import Shape, meeting
 from contactlaw.pair import ContactPair
 
@@ -36,7 +36,7 @@ def add_contact(
             component instead of two.
 
     Returns:
-        The name of the plugin instance, for `contact_state`.
+        The name of the plugin instance, for `contact_history`.
 
     Raises:
         ValueError: A value outside what is allowed; the message names it and the spec is unchanged.
@@ -51,14 +51,13 @@ def add_contact(
     normal = None if plane is None else checks.unit_vector("plane", plane)
     shapes = [Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in (one, two)]
     meeting(*shapes, pair.radius)
-    existing = [name for name in (one.name, two.name) if name]
-    name = f"contactlaw:{one.name or 'geom'}:{two.name or 'geom'}"
-    if any(plugin.name == name for plugin in spec.plugins) and len(existing) == 2:
+    taken = {plugin.name for plugin in spec.plugins}
+    if one.name and two.name and taken & {_instance_name(one, two), _instance_name(two, one)}:
         raise ValueError(f"geom1 = {one.name!r}, geom2 = {two.name!r}: this pair has been added before")
 
     for geom in (one, two):
         geom.name = geom.name or _free_name(spec)
-    name = f"contactlaw:{one.name}:{two.name}"
+    name = _instance_name(one, two)
     for native in spec.pairs:
         if {native.geomname1, native.geomname2} == {one.name, two.name}:
             spec.delete(native)
@@ -81,6 +80,32 @@ def _geom(spec: mujoco.MjSpec, argument: str, value: Any) -> mujoco.MjsGeom:
     raise ValueError(f"{argument} = {value!r}: must be the name of a geom, or a geom, of the spec")
 
 
+def _instance_name(one: mujoco.MjsGeom, two: mujoco.MjsGeom) -> str:
+    return f"contactlaw:{one.name}:{two.name}"
+
+
 def _free_name(spec: mujoco.MjSpec) -> str:
     taken = {geom.name for geom in spec.geoms}
     return next(name for name in (f"contactlaw_geom{i}" for i in range(len(taken) + 1)) if name not in taken)
+
+
+def contact_history(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> NDArray[np.float64]:
+    """The committed history of a contact, a view into `data.plugin_state`.
+
+    Args:
+        model, data: The compiled model and its state.
+        name: Of the plugin instance, as `add_contact` returned it or the XML has it.
+
+    Returns:
+        Shape (slots, entries), as `contactlaw.kernels.contact` lays it out (`OVERLAP`, `NORMAL`, `TANGENTIAL`, ...);
+        two slots for a capsule on a plane or box, one for each end, otherwise one.
+
+    Raises:
+        ValueError: The model has no such contact.
+    """
+    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
+    if number < 0:
+        raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
+    start, size = model.plugin_stateadr[number], model.plugin_statenum[number]
+    entries = contact_of(model._address, number).history_size
+    return data.plugin_state[start : start + size].reshape(-1, entries)

@@ -1,0 +1,5 @@
+"""`python -m sims`."""
+
+from sims.cli import app
+
+app()

@@ -1,0 +1,119 @@
+"""The main job: the puck in both engines and by every law, beside the reference, as a table and a picture."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from contactlaw.laws import LAWS
+from sims.puck import ENGINES, SURFACES, Puck, Result, reference, run
+
+FIGURES = Path(__file__).parent / "figures"
+
+TABLE_PSI_1 = (0.5, 1.2, 2.0, 3.0, 4.5)
+CURVE_PSI_1 = np.linspace(0.1, 6.0, 25)
+FINE_PSI_1 = np.linspace(0.0, 6.0, 61)
+
+
+def main_job(console: Console, out: Path) -> int:
+    """Run everything, print the table, draw the picture. Returns an exit code."""
+    engines = [engine for engine in ENGINES if importlib.util.find_spec(engine)]
+    for engine in sorted(set(ENGINES) - set(engines)):
+        console.print(f"[yellow]{engine} is not installed: left out (pip install 'contactlaw[{engine}]')[/]")
+    table_throws = [
+        (engine, Puck(material, psi_1, law))
+        for material in SURFACES
+        for engine in engines
+        for law in LAWS
+        for psi_1 in TABLE_PSI_1
+    ]
+    curve_throws = [
+        (engine, Puck(material, float(psi_1), law))
+        for material in SURFACES
+        for engine in engines
+        for law in ("microslip", "native")
+        for psi_1 in CURVE_PSI_1
+    ]
+    with_table = [(engine, Puck(material, 1.2, table=True)) for material in SURFACES for engine in engines]
+    throws = table_throws + curve_throws + with_table
+    with _progress(console) as progress:
+        curves = {
+            material: np.array([reference(float(psi), Puck(material).chi, Puck(material).pair.restitution) for psi in FINE_PSI_1])
+            for material in progress.track(SURFACES, description="reference")
+        }
+        results = [run(puck, engine) for engine, puck in progress.track(throws, description="throws")]
+    in_table, drawn = results[: len(table_throws)], results[len(table_throws) : -len(with_table)]
+    for material in SURFACES:
+        console.print(_table(material, [result for result in in_table if result.material == material]))
+    console.print(_cost_of_table(results[-len(with_table) :], in_table))
+    if importlib.util.find_spec("matplotlib"):
+        from sims.draw import draw_rebounds
+
+        console.print(f"picture: {draw_rebounds(drawn, FINE_PSI_1, curves, out / 'puck.png')}")
+    else:
+        console.print("[yellow]matplotlib is not installed: no picture (pip install 'contactlaw\\[plot]')[/]")
+    failed = [message for result in results if (message := _failure(result))]
+    for message in failed:
+        console.print(f"[red]{message}[/]")
+    return 1 if failed else 0
+
+
+def _progress(console: Console) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+        console=console, transient=True,
+    )  # fmt: skip
+
+
+def _failure(result: Result) -> str:
+    try:
+        result.check()
+    except AssertionError as error:
+        return f"{result.engine} {result.material} {result.law} psi_1 = {result.psi1:g}: {error}"
+    return ""
+
+
+def _table(material: str, results: list[Result]) -> Table:
+    one = results[0]
+    table = Table(
+        title=f"{material} puck: chi = {one.chi:.3f}, mu = {one.mu}, e = {one.restitution}, "
+        f"contact {one.contact_duration * 1e6:.0f} us, {one.contact_duration / one.timestep:.0f} steps a contact"
+    )
+    for name in ("engine", "law"):
+        table.add_column(name)
+    for name in ("psi_1", "psi_2", "reference", "error", "energy ratio", "time [ms]"):
+        table.add_column(name, justify="right")
+    last = ("", "")
+    for r in results:
+        if (r.engine, r.law) != last:
+            table.add_section()
+        last = (r.engine, r.law)
+        style = "bold" if r.law == "microslip" else ""
+        table.add_row(
+            r.engine, r.law, f"{r.psi1:.2f}", f"{r.psi2:+.4f}", f"{r.psi2_reference:+.4f}", f"{r.error:+.4f}",
+            f"{r.energy_ratio:.4f}", f"{r.wall_time * 1e3:.2f}", style=style,
+        )  # fmt: skip
+    return table
+
+
+def _cost_of_table(with_table: list[Result], without: list[Result]) -> Table:
+    """Gravity and a frictionless table simulated too, beside the same throws without."""
+    table = Table(title="the air table simulated too (psi_1 = 1.2): what it changes and what it costs")
+    for name in ("engine", "material"):
+        table.add_column(name)
+    for name in ("psi_2 with", "psi_2 without", "time with/without"):
+        table.add_column(name, justify="right")
+    for r in with_table:
+        plain = next(
+            o for o in without
+            if (o.engine, o.material, o.law) == (r.engine, r.material, r.law) and abs(o.psi1 - r.psi1) < 1e-9
+        )  # fmt: skip
+        table.add_row(
+            r.engine, r.material, f"{r.psi2:+.5f}", f"{plain.psi2:+.5f}", f"{r.wall_time / plain.wall_time:.2f}"
+        )
+    return table

@@ -1,0 +1,49 @@
+"""Pictures of the scenes. Curves differ in dash and marker as well as colour, so that they survive grey print."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")  # no screen needed
+
+import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
+
+from contactlaw import rebound  # noqa: E402
+from sims.puck import Result  # noqa: E402
+
+BLUE, ORANGE, GREY = "#1f4e9c", "#d9730d", "#777777"
+
+
+def draw_rebounds(
+    results: Sequence[Result], psi_1: NDArray[np.float64], reference: Mapping[str, NDArray[np.float64]], path: Path
+) -> Path:
+    """psi_2 over psi_1, a panel for each material: reference, law and native contact in the engines, rigid theory."""
+    figure, axes = plt.subplots(1, len(reference), figsize=(11.0, 4.6), sharey=True, layout="constrained")
+    for axis, (material, curve) in zip(np.atleast_1d(axes), reference.items(), strict=True):
+        here = [result for result in results if result.material == material]
+        one = here[0]
+        rigid = rebound(psi_1, one.chi, "coulomb", one.restitution)
+        axis.axhline(0.0, color="black", linewidth=0.6)
+        axis.plot(psi_1, rigid, color=GREY, linestyle=(0, (6, 3)), label="rigid theory (Coulomb)")
+        axis.plot(psi_1, curve, color="black", linewidth=1.6, label="reference: annulus solver")
+        for engine, marker in (("mujoco", "o"), ("pybullet", "x")):
+            for law, colour, name in (("microslip", BLUE, "contactlaw in"), ("native", ORANGE, "native contact of")):
+                points = [(r.psi1, r.psi2) for r in here if (r.engine, r.law) == (engine, law)]
+                if points:
+                    x, y = np.array(points).T
+                    face = "none" if marker == "o" else colour
+                    axis.plot(x, y, marker, color=colour, markerfacecolor=face, markersize=6, label=f"{name} {engine}")
+        axis.set_title(f"{material}: $\\chi$ = {one.chi:.3f}, $\\mu$ = {one.mu}, $e$ = {one.restitution}")
+        axis.set_xlabel(r"before: $\psi_1 = (\kappa/\mu)\,V_x/V_{z1}$")
+        axis.grid(alpha=0.25)
+    np.atleast_1d(axes)[0].set_ylabel(r"after: $\psi_2$   (below 0: the contact point reverses)")
+    np.atleast_1d(axes)[0].legend(loc="upper left", fontsize=9)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=130, metadata={"Software": None})
+    plt.close(figure)
+    return path
