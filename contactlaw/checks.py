@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 def number(name: str, value: Any, allowed: str, *, low: float, high: float, open_low: bool = False) -> float:
     """Return value as a float inside [low, high] (or (low, high]); infinities pass only where a bound is infinite."""
     try:
+        if isinstance(value, str | bytes | bool):
+            raise TypeError
         result = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name} = {value!r}: must be a number {allowed}") from None
     if not (low <= result <= high) or (open_low and result == low):
         raise ValueError(f"{name} = {value!r}: must be {allowed}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf, isinf, sqrt
+from math import ceil, inf, isinf, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from contactlaw import checks
 from contactlaw.kernels import contact, oscillator, paths
 from contactlaw.kernels import rebound as kernel
 from contactlaw.laws import Law, Microslip, law_of
-from contactlaw.pair import ContactPair, half_line_nodes
+from contactlaw.pair import ContactPair, half_line_nodes, warn_of_depth
 
 Array = NDArray[np.float64]
 
@@ -22,6 +22,7 @@ LINE = (0.0, 0.0, 1.0)  # motion along a line asks for some plane; which one doe
 # Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is the
 # finer its traces across the contact.
 CHI_BOUNDS = np.array([1.3, 2.2, 5.0, 10.0, 20.0, 40.0])
+STABLE_STEPS = 4.5  # times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), grows
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
 
 
@@ -50,9 +51,13 @@ def rebound(
         ValueError: A value outside its range; the message names it.
     """
     rule = law_of(law)
-    psi, c, e = np.broadcast_arrays(
-        checks.finite_array("psi_1", psi_1), checks.finite_array("chi", chi), checks.finite_array("restitution", restitution)
-    )  # fmt: skip
+    given = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
+    arrays = [checks.finite_array(name, value) for name, value in given.items()]
+    try:
+        psi, c, e = np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
+        raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
     if (c <= 0.0).any():
         raise ValueError(f"chi = {c[c <= 0.0].flat[0]}: must be > 0")
     if ((e <= 0.0) | (e > 1.0)).any():
@@ -73,6 +78,10 @@ def _integrated(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -
     for number in np.flatnonzero(np.bincount(classes)):
         in_class = np.flatnonzero(classes == number)
         nodes, class_steps = RESOLUTION[number]
+        stiffest = float(chi[in_class].max())
+        if (steps or class_steps) < STABLE_STEPS * sqrt(stiffest):
+            needed = ceil(STABLE_STEPS * sqrt(stiffest))
+            raise ValueError(f"chi = {stiffest:g}: needs steps >= {needed} to be stable, and several times that to be exact")
         for restitution in np.unique(e[in_class]):
             chosen = in_class[e[in_class] == restitution]
             zeta = oscillator.damping_ratio(float(restitution))
@@ -102,10 +111,10 @@ def _microslip_tables(zeta: float, steps: int, nodes: int) -> tuple[Array, ...]:
     x, w = half_line_nodes(nodes)
     span = sqrt(float(delta.max()))
     x, w = x * span, 1.5 * w * span
-    return x, w, theta, v_mid, dt, *kernel.node_table(delta, x, w)
+    return x, w, theta, delta, v_mid, dt, *kernel.node_table(delta, x, w)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
     """A body in an impact: its centre of mass lies on the contact normal (a ball, or a puck cut from one).
 
@@ -133,7 +142,7 @@ class Body:
         if self.inertia is not None:
             object.__setattr__(self, "inertia", checks.positive("inertia", self.inertia))
         for name in ("velocity", "spin"):
-            object.__setattr__(self, name, checks.vector(name, getattr(self, name)))
+            object.__setattr__(self, name, checks.vector(name, getattr(self, name)).copy())
 
     @property
     def inverse_mass(self) -> float:
@@ -148,7 +157,7 @@ class Body:
         return 1.0 / (0.4 * self.mass * self.radius**2 if self.inertia is None else self.inertia)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Impact:
     """What an impact did. Times run from the touch; the last row is the end of contact.
 
@@ -203,7 +212,7 @@ def collide(
     """
     b = Body() if b is None else b
     n = checks.unit_vector("normal", normal)
-    if not (isinstance(steps, int) and steps >= 4):
+    if not (isinstance(steps, int | np.integer) and steps >= 4):
         raise ValueError(f"steps = {steps!r}: must be an integer >= 4")
     arms = [0.0 if isinf(body.radius) else body.radius for body in (a, b)]
     relative = (a.velocity - b.velocity) - np.cross(arms[0] * a.spin + arms[1] * b.spin, n)  # type: ignore[operator]
@@ -225,6 +234,7 @@ def collide(
     p, history = pair.parameters(radius, plane=LINE), pair.history(planar=True)
     motion = _normal_motion(pair, p, mass, approach, steps)
     history[contact.SCALE] = motion.scale
+    warn_of_depth(float(motion.overlap.max()), float(p[contact.RADIUS]))
     pull, elastic, slide = np.zeros(steps + 1), np.zeros(steps + 1), np.empty(steps)
     after = paths.collide(
         p, tangential_mass, speed, motion.overlap, motion.force, motion.ratio, motion.impulse, motion.dt, history,
@@ -331,10 +341,11 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
         raise ValueError(
             f"displacement: shape {motion.shape}; must be ({overlap.size},) or ({overlap.size}, 2) to match approach"
         )
+    p = pair.parameters(plane=LINE if motion.ndim == 1 else None)
+    warn_of_depth(float(overlap.max()), float(p[contact.RADIUS]))
     line = motion.ndim == 1
     plane = np.column_stack([motion, np.zeros(motion.size)]) if line else np.ascontiguousarray(motion)
     normal, tangential = np.empty(overlap.size), np.empty((overlap.size, 2))
-    p = pair.parameters(plane=LINE if line else None)
     paths.force_along_path(p, overlap, plane, pair.history(planar=line), normal, tangential)
     return normal, tangential[:, 0].copy() if line else tangential
 

@@ -33,7 +33,10 @@ SOURCE_STAMP = _hash_of_sources()
 
 def _cache(compiled: Any, key: str) -> None:
     """Turn the cache on and key it on all sources; leave it off where numba's internals no longer fit."""
-    compiled.enable_caching()
+    try:
+        compiled.enable_caching()
+    except RuntimeError:  # nowhere to keep a cache, a package inside a zip file say
+        return
     index = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     if hasattr(index, "_source_stamp"):
         index._source_stamp = SOURCE_STAMP + key

@@ -16,6 +16,7 @@ from contactlaw.laws import Law, law_of
 from contactlaw.material import Material
 
 COUPLING_TO_MENTION = 0.2
+DEEPEST = 0.1  # overlap over radius up to which a Hertz contact is small
 
 
 class ContactWarning(UserWarning):
@@ -119,7 +120,8 @@ class ContactPair:
         """psi = (kappa/mu) V_x/V_z1 for the contact point's tangential and the approach velocity [m/s]."""
         if self.friction == 0.0:
             raise ValueError("friction = 0.0: psi = (kappa/mu) V_x/V_z1 needs friction > 0")
-        return self.kappa / self.friction * tangential_velocity / checks.positive("normal_velocity", normal_velocity)
+        sliding = float(checks.finite_array("tangential_velocity", tangential_velocity))
+        return self.kappa / self.friction * sliding / checks.positive("normal_velocity", normal_velocity)
 
     def greatest_overlap(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] of an impact with normal effective mass [kg] and approach speed [m/s]."""
@@ -157,7 +159,8 @@ class ContactPair:
         p = np.zeros(contact.PARAMETERS + 2 * n)
         p[contact.E_STAR] = self.effective_modulus
         p[contact.G_STAR] = self.effective_shear_modulus
-        p[contact.RADIUS] = self._radius() if self.radius is not None or radius is None else radius
+        given = self.radius is not None or radius is None
+        p[contact.RADIUS] = self._radius() if given else checks.positive("radius", radius)
         p[contact.FRICTION] = self.friction
         p[contact.STATIC_FRICTION] = self.friction if self.static_friction is None else self.static_friction
         p[contact.ZETA] = self.damping_ratio
@@ -175,6 +178,16 @@ class ContactPair:
         n = law_of(self.law).nodes
         flags = n if self.static_friction is not None and self.static_friction > self.friction else 0
         return np.zeros(contact.HEADER + n * (1 if planar else 2) + flags)
+
+
+def warn_of_depth(overlap: float, radius: float) -> None:
+    """Say so where an overlap [m] is too deep for the radius [m] to be a Hertz contact."""
+    if overlap > DEEPEST * radius:
+        warnings.warn(
+            f"overlap over radius is {overlap / radius:.2g}: beyond {DEEPEST} Hertz contact is no longer right",
+            ContactWarning,
+            stacklevel=3,
+        )
 
 
 @lru_cache(maxsize=64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +15,7 @@ from contactlaw.laws import LAWS
 from sims import compare, puck
 
 app = typer.Typer(add_completion=False, no_args_is_help=False, help="Scenes that show the contact law in an engine.")
-console = Console()
+console = Console(width=None if sys.stdout.isatty() else 110)
 
 SCENES = {"puck": "a puck strikes a clamped block on an air table (Maw, Barber & Fawcett 1981)"}
 

@@ -17,6 +17,12 @@ from contactlaw import rebound  # noqa: E402
 from sims.puck import Result  # noqa: E402
 
 BLUE, ORANGE, GREY = "#1f4e9c", "#d9730d", "#777777"
+MARKERS = {
+    ("mujoco", "microslip"): ("o", BLUE, "contactlaw in MuJoCo"),
+    ("pybullet", "microslip"): ("x", BLUE, "contactlaw in PyBullet"),
+    ("mujoco", "native"): ("^", ORANGE, "MuJoCo's own contact"),
+    ("pybullet", "native"): ("+", ORANGE, "PyBullet's own contact"),
+}
 
 
 def draw_rebounds(
@@ -31,13 +37,10 @@ def draw_rebounds(
         axis.axhline(0.0, color="black", linewidth=0.6)
         axis.plot(psi_1, rigid, color=GREY, linestyle=(0, (6, 3)), label="rigid theory (Coulomb)")
         axis.plot(psi_1, curve, color="black", linewidth=1.6, label="reference: annulus solver")
-        for engine, marker in (("mujoco", "o"), ("pybullet", "x")):
-            for law, colour, name in (("microslip", BLUE, "contactlaw in"), ("native", ORANGE, "native contact of")):
-                points = [(r.psi1, r.psi2) for r in here if (r.engine, r.law) == (engine, law)]
-                if points:
-                    x, y = np.array(points).T
-                    face = "none" if marker == "o" else colour
-                    axis.plot(x, y, marker, color=colour, markerfacecolor=face, markersize=6, label=f"{name} {engine}")
+        for (engine, law), (marker, colour, name) in MARKERS.items():
+            points = [(r.psi1, r.psi2) for r in here if (r.engine, r.law) == (engine, law)]
+            if points:
+                axis.plot(*np.array(points).T, marker, color=colour, markerfacecolor="none", markersize=6, label=name)
         axis.set_title(f"{material}: $\\chi$ = {one.chi:.3f}, $\\mu$ = {one.mu}, $e$ = {one.restitution}")
         axis.set_xlabel(r"before: $\psi_1 = (\kappa/\mu)\,V_x/V_{z1}$")
         axis.grid(alpha=0.25)

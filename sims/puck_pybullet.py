@@ -14,6 +14,8 @@ from sims.puck import Outcome, Puck
 
 BLOCK = (0.1, 4.0, 0.2)  # half lengths [m]
 GRAVITY = 9.81
+RIM = 0  # link of the rim where a table is simulated
+RIM_MASS = 1e-9  # of the puck's; a link must have some
 
 
 def simulate(puck: Puck) -> Outcome:
@@ -23,7 +25,8 @@ def simulate(puck: Puck) -> Outcome:
         body, block = _build(puck, client)
         before_step = _use_native(puck, client, body, block) if puck.law == "native" else ContactCallback(client)
         if isinstance(before_step, ContactCallback):
-            before_step.add_contact(body, block, puck.pair, plane=None if puck.table else [0.0, 0.0, 1.0])
+            rim, plane = (RIM, None) if puck.table else (-1, [0.0, 0.0, 1.0])
+            before_step.add_contact(body, block, puck.pair, link_a=rim, plane=plane)
         velocity, spin = puck.start_motion
         pybullet.resetBaseVelocity(body, velocity.tolist(), [0.0, 0.0, spin], physicsClientId=client)
         begin = perf_counter()
@@ -44,26 +47,38 @@ def _build(puck: Puck, client: int) -> tuple[int, int]:
     turn = pybullet.getQuaternionFromEuler([0.0, 0.0, puck.heading])
     face = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=BLOCK, physicsClientId=client)
     block = pybullet.createMultiBody(0.0, face, -1, (-BLOCK[0] * puck.normal).tolist(), turn, physicsClientId=client)
-    half = 0.5 * puck.thickness
+    ball = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=puck.radius, physicsClientId=client)
     if puck.table:
-        shape = pybullet.createCollisionShapeArray(
-            shapeTypes=[pybullet.GEOM_SPHERE, pybullet.GEOM_CYLINDER],
-            radii=[puck.radius, sqrt(puck.radius**2 - half**2)],
-            lengths=[0.0, puck.thickness],
-            halfExtents=[[0.0] * 3] * 2,
-            physicsClientId=client,
-        )
-        plane = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[9.0, 9.0, 0.5], physicsClientId=client)
-        table = pybullet.createMultiBody(0.0, plane, -1, [0.0, 0.0, -half - 0.5], physicsClientId=client)
-        pybullet.changeDynamics(table, -1, lateralFriction=0.0, physicsClientId=client)
+        body = _on_table(puck, client, ball)
+        pybullet.setCollisionFilterPair(body, block, -1, -1, 0, client)  # a soft rim gives by more than it stands out
     else:
-        shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=puck.radius, physicsClientId=client)
-    body = pybullet.createMultiBody(puck.mass, shape, -1, puck.start.tolist(), physicsClientId=client)
+        body = pybullet.createMultiBody(puck.mass, ball, -1, puck.start.tolist(), physicsClientId=client)
     pybullet.changeDynamics(
         body, -1, localInertiaDiagonal=[0.6 * puck.inertia, 0.6 * puck.inertia, puck.inertia],
         linearDamping=0.0, angularDamping=0.0, maxJointVelocity=1e6, physicsClientId=client,
     )  # fmt: skip
     return body, block
+
+
+def _on_table(puck: Puck, client: int, ball: int) -> int:
+    """The puck as a slice that rests on a frictionless table; its round rim is a link that does not touch the table."""
+    half = 0.5 * puck.thickness
+    slab = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[9.0, 9.0, 0.5], physicsClientId=client)
+    table = pybullet.createMultiBody(0.0, slab, -1, [0.0, 0.0, -half - 0.5], physicsClientId=client)
+    pybullet.changeDynamics(table, -1, lateralFriction=0.0, physicsClientId=client)
+    face = pybullet.createCollisionShape(
+        pybullet.GEOM_CYLINDER, radius=sqrt(puck.radius**2 - half**2), height=puck.thickness, physicsClientId=client
+    )
+    upright = [0.0, 0.0, 0.0, 1.0]
+    body = pybullet.createMultiBody(
+        puck.mass, face, -1, puck.start.tolist(),
+        linkMasses=[RIM_MASS * puck.mass], linkCollisionShapeIndices=[ball], linkVisualShapeIndices=[-1],
+        linkPositions=[[0.0, 0.0, 0.0]], linkOrientations=[upright], linkInertialFramePositions=[[0.0, 0.0, 0.0]],
+        linkInertialFrameOrientations=[upright], linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_FIXED],
+        linkJointAxis=[[0, 0, 1]], physicsClientId=client,
+    )  # fmt: skip
+    pybullet.setCollisionFilterPair(body, table, RIM, -1, 0, client)
+    return body
 
 
 def _use_native(puck: Puck, client: int, body: int, block: int) -> Callable[[], None]:

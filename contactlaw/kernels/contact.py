@@ -22,16 +22,19 @@ PARAMETERS = 12
 # History of a contact: a float64 array, the tractions (and, with static friction, a slip flag each) after the header.
 PHASE = 0  # OPEN, SLIDING since the touch, or SPRUNG: some part of the contact has stuck
 OVERLAP = 1  # [m]
-MASS = 2  # normal effective mass when the bodies touched [kg]
-TANGENTIAL_MASS = 3  # the tangential one [kg]
-SCALE = 4  # microslip: contact radius that the nodes span [m]; linear_spring: its normal stiffness [N/m]
-NORMAL = 5  # normal force [N]
-RATIO = 6  # normal force over the elastic one
-TANGENTIAL = 7  # tangential force, two components [N]
-TANGENT = 9  # first tangent vector, world frame; the second is n x t
-HEADER = 12
+CLOSING = 2  # closing speed over the last step [m/s]
+MASS = 3  # normal effective mass when the bodies touched [kg]
+TANGENTIAL_MASS = 4  # the tangential one [kg]
+SCALE = 5  # microslip: contact radius that the nodes span [m]; linear_spring: its normal stiffness [N/m]
+NORMAL = 6  # normal force [N]
+RATIO = 7  # normal force over the elastic one
+TANGENTIAL = 8  # tangential force, two components [N]
+TANGENT = 10  # first tangent vector, world frame; the second is n x t
+DIRECTION = 13  # normal n, world frame
+HEADER = 16
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
+STRAIGHT = 1e-6  # sine of the angle to which a slide may turn in a step and still count as straight
 MARGIN = 1.02  # of the nodes over the greatest contact radius foreseen: the steps' own error must not outgrow them
 
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
@@ -52,11 +55,12 @@ def greatest_overlap(k, m, overlap, closing):
 
 
 @jit
-def normal_force(p, h, overlap, closing, dt):
+def normal_force(p, h, overlap, closing, free, dt):
     """Normal force [N] and its ratio to the undamped one.
 
-    `closing` is the closing speed half a step before the overlap was reached (leapfrog); the damper acts on the speed
-    at the overlap, closing - dt P/(2 m), solved for P so that no damping is too strong for the step.
+    closing is the closing speed half a step before the overlap was reached (leapfrog). The damper acts on the speed at
+    the overlap, closing + dt/2 (free - P/m), solved for P so that no damping is too strong for the step. free: closing
+    acceleration [m/s^2] by all but this contact, gravity say: without it a contact at rest would lean on its damper.
     """
     if p[LAW] == LINEAR_SPRING:
         stiffness = h[SCALE]
@@ -68,7 +72,7 @@ def normal_force(p, h, overlap, closing, dt):
         if p[ZETA] == 0.0:
             return elastic, 1.0
         damping = sqrt(5.0 * h[MASS] * k * sqrt(overlap)) * p[ZETA]
-    force = (elastic + damping * closing) / (1.0 + 0.5 * damping * dt / h[MASS])
+    force = (elastic + damping * (closing + 0.5 * dt * free)) / (1.0 + 0.5 * damping * dt / h[MASS])
     if force <= 0.0:
         return 0.0, 0.0
     return force, force / elastic
@@ -105,17 +109,19 @@ def step(p, h, overlap, closing, du, dv, dt, mass, tangential_mass, h_out):
         for i in range(h.size):
             h_out[i] = 0.0
         return 0.0, 0.0, 0.0
-    before = h[OVERLAP]
     if h[PHASE] == OPEN:
-        before = overlap - closing * dt
+        before, free = overlap - closing * dt, 0.0
         touch(p, h_out, before, closing, mass, tangential_mass)
-    elif p[LAW] == MICROSLIP:
-        span = respan(p, h_out, overlap, closing)
-        if span != h[SCALE]:
-            if h[PHASE] == SPRUNG:
-                regrid_history(p, h_out, span)
-            h_out[SCALE] = span
-    force, ratio = normal_force(p, h_out, overlap, closing, dt)
+    else:  # what changed the closing speed besides the last step's own force goes on doing so
+        before, free = h[OVERLAP], (closing - h[CLOSING]) / dt + h[NORMAL] / h[MASS]
+        if p[LAW] == MICROSLIP:
+            span = respan(p, h_out, overlap, closing)
+            if span != h[SCALE]:
+                if h[PHASE] == SPRUNG:
+                    regrid_history(p, h_out, span)
+                h_out[SCALE] = span
+    h_out[CLOSING] = closing
+    force, ratio = normal_force(p, h_out, overlap, closing, free, dt)
     f, g = friction(p, h_out, overlap, before, du, dv, force, ratio, dt * dt / h_out[TANGENTIAL_MASS])
     return force, f, g
 
@@ -162,7 +168,8 @@ def slides_on(p, h_io, overlap, before, du, dv, force):
     """Whether a contact that has slid as a whole since the touch still does; if so, its force is put in the history.
 
     Under gross slip all points move together (the paper's appendix), so the middle of the contact, cap mu E* delta,
-    speaks for all: it slides while its displacement outruns the growth of that cap. No node is needed until it sticks.
+    speaks for all: it slides while its displacement outruns the growth of that cap. No node is needed until it sticks,
+    or until the slide turns: then the nodes near the rim turn first.
     """
     phase, mu_e = h_io[PHASE], p[FRICTION] * p[E_STAR]
     f, g = h_io[TANGENTIAL], h_io[TANGENTIAL + 1]
@@ -170,6 +177,8 @@ def slides_on(p, h_io, overlap, before, du, dv, force):
     u, v = p[G_STAR] * part * du, p[G_STAR] * part * dv
     old = sqrt(f * f + g * g)
     if old > 0.0:
+        if abs(u * g - v * f) > STRAIGHT * old * sqrt(u * u + v * v):
+            return False
         stretch = mu_e * max(before, 0.0) / old
         u += stretch * f
         v += stretch * g
@@ -226,16 +235,16 @@ def regrid_history(p, h_io, span):
 def respan(p, h, overlap, closing):
     """Contact radius that the nodes should span: the present one unless the contact outgrows it or lives far inside.
 
-    A contact that settles from a bounce to rest keeps less than a third of its nodes; it is judged by the overlap it
+    A contact that settles from a bounce to rest keeps few of its nodes; it is judged by the overlap it
     can still reach, so that the thin contacts at the start and end of an impact are left alone.
     """
     span = h[SCALE]
     a2 = p[RADIUS] * overlap
     if a2 > span * span:
         return 1.25 * sqrt(a2)
-    if a2 * 9.0 < span * span:
+    if a2 * 4.0 < span * span:
         reach = sqrt(p[RADIUS] * greatest_overlap(hertz_stiffness(p), h[MASS], overlap, closing))
-        if 3.0 * reach < span:
+        if 2.0 * reach < span:
             return MARGIN * reach
     return span
 
@@ -256,9 +265,10 @@ def single_spring(p, h, q, flags, slid, overlap, before, du, dv):
         stiffness = p[G_STAR] / p[E_STAR] * h[SCALE]
     else:
         load = hertz_stiffness(p) * overlap * sqrt(overlap)
-        stiffness = 2.0 * p[G_STAR] * sqrt(p[RADIUS] * 0.5 * (start + overlap))
-        if p[LAW] == MINDLIN_RESCALED and overlap < start:
-            shrink = (overlap / start) ** 0.25
+        a, b = sqrt(p[RADIUS] * start), sqrt(p[RADIUS] * overlap)
+        stiffness = 4.0 / 3.0 * p[G_STAR] * (a * a + a * b + b * b) / (a + b)  # 2 G* a averaged over the overlap
+        if p[LAW] == MINDLIN_RESCALED and b < a:
+            shrink = sqrt(b / a)
     f = shrink * (shrink * f + stiffness * part * du)
     if not planar:
         g = shrink * (shrink * g + stiffness * part * dv)

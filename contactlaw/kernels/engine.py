@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, sin, sqrt
 
 from contactlaw.jit import jit
-from contactlaw.kernels.contact import AXIS, PLANAR, TANGENT, step
+from contactlaw.kernels.contact import AXIS, DIRECTION, PLANAR, TANGENT, step
 
 
 @jit
@@ -27,6 +27,7 @@ def contact_force(p, h, normal, velocity, spin, overlap, dt, mass, tangential_ma
     force, f, g = step(p, h, overlap, closing, du, dv, dt, mass, tangential_mass, h_out)
     if overlap > 0.0:
         h_out[TANGENT], h_out[TANGENT + 1], h_out[TANGENT + 2] = tx, ty, tz
+        h_out[DIRECTION], h_out[DIRECTION + 1], h_out[DIRECTION + 2] = nx, ny, nz
     force_out[0] = force * nx - f * tx - g * bx
     force_out[1] = force * ny - f * ty - g * by
     force_out[2] = force * nz - f * tz - g * bz
@@ -41,9 +42,11 @@ def tangent(p, h, normal, twist):
         x, y, z = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
     else:
         x, y, z = h[TANGENT], h[TANGENT + 1], h[TANGENT + 2]
-        along = x * nx + y * ny + z * nz
-        x, y, z = x - along * nx, y - along * ny, z - along * nz
-        if x * x + y * y + z * z < 1e-4:  # no contact yet, or a normal that has jumped: any tangent will do
+        ox, oy, oz = h[DIRECTION], h[DIRECTION + 1], h[DIRECTION + 2]
+        lean = max(1.0 + nx * ox + ny * oy + nz * oz, 1e-300)
+        along = (x * nx + y * ny + z * nz) / lean  # the shortest rotation from the old normal to the new one
+        x, y, z = x - along * (nx + ox), y - along * (ny + oy), z - along * (nz + oz)
+        if lean < 1.0 or x * x + y * y + z * z < 0.5:  # no contact yet, or a normal that has jumped: any tangent will do
             if abs(nx) < 0.6:
                 x, y, z = 0.0, nz, -ny
             else:

@@ -141,9 +141,11 @@ def regrid(radius, span, new_span, x, w, overlap, planar, q):
             new_energy += new_span * w[i] * value * value
         overlap_of_forces += force * new_force
         force2 += new_force * new_force
-    if force2 == 0.0 or overlap_of_forces <= 0.0:
-        q[:] = 0.0
-        return
-    scale = min(overlap_of_forces / force2, sqrt(energy / new_energy))
+    # A force that is small beside its own tractions (sheared and brought back) is no measure of them.
+    scale = overlap_of_forces / force2 if force2 > 0.0 else 1.0
+    if not 0.5 < scale < 2.0:
+        scale = 1.0
+    if scale * scale * new_energy > energy:
+        scale = sqrt(energy / new_energy)
     for i in range(q.size):
         q[i] *= scale

@@ -38,7 +38,7 @@ def force_along_path(p, approach, displacement, history, normal_out, tangential_
         force, f, g = history[NORMAL], history[TANGENTIAL], history[TANGENTIAL + 1]
         for i in range(count):
             before = now + step_n * i / count
-            overlap = now + step_n * (i + 1) / count
+            overlap = approach[j] if i == count - 1 else now + step_n * (i + 1) / count
             if overlap <= 0.0:
                 history[:] = 0.0
                 history[SCALE] = scale

@@ -22,14 +22,25 @@ TIME_PER_PHASE = 0.8 * 1.25**0.4  # dt = this y^(-1/5) dtheta
 
 @jit
 def time_of_phases(start, end, zeta):
-    """Scaled time between two phases; exact to 1e-6 of itself even where y starts or ends at zero."""
-    # Gauss-Legendre with 5 points after theta = start + (end - start) s^2 (3 - 2 s), which tames y^(-1/5) at both ends.
+    """Scaled time between two phases, the integral of y^(-1/5) dtheta.
+
+    Gauss-Legendre with 5 points; where y starts or ends at zero, in a variable whose fifth power is the distance from
+    there, which makes a polynomial of the singularity.
+    """
+    length = end - start
+    last = end_phase(zeta)
     total = 0.0
     for i in range(5):
         s, w = GAUSS_5[i, 0], GAUSS_5[i, 1]
-        y, _ = phase_point(start + (end - start) * s * s * (3.0 - 2.0 * s), zeta)
-        total += w * 6.0 * s * (1.0 - s) * max(y, 1e-300) ** -0.2
-    return TIME_PER_PHASE * total * (end - start)
+        if start < 0.5 * length:
+            theta, weight = start + length * s**5, 5.0 * s**4
+        elif zeta == 0.0 and end >= last:
+            theta, weight = end - length * s**5, 5.0 * s**4
+        else:
+            theta, weight = start + length * s, 1.0
+        y, _ = phase_point(theta, zeta)
+        total += w * weight * max(y, 1e-300) ** -0.2
+    return TIME_PER_PHASE * total * length
 
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -93,7 +104,7 @@ def first_stick(psi_1, chi, zeta, theta):
 
 
 @jit
-def rebound_microslip(psi_1, chi, zeta, x, w, theta, v_mid, dt, gain, cap, total, psi_2_out):
+def rebound_microslip(psi_1, chi, zeta, x, w, theta, delta, v_mid, dt, gain, cap, total, psi_2_out):
     """psi_2 of each impact (flat arrays) by the microslip law."""
     steps, n = dt.size, x.size
     _, v_end = phase_point(theta[steps], zeta)
@@ -105,7 +116,7 @@ def rebound_microslip(psi_1, chi, zeta, x, w, theta, v_mid, dt, gain, cap, total
             psi_2_out[j] = side * (psi - c * (1.0 - v_end))
             continue
         q[:] = 0.0
-        start, v, share, length = 0, v_mid[0], 0.0, dt[0]
+        start, v, share, length, overlap = 0, v_mid[0], 0.0, dt[0], 0.0
         if psi > 1.0:
             phase, start, psi, v = first_stick(psi, chi[j], zeta, theta)
             y, w_now = phase_point(phase, zeta)
@@ -118,9 +129,16 @@ def rebound_microslip(psi_1, chi, zeta, x, w, theta, v_mid, dt, gain, cap, total
             psi -= c * psi * (1.0 - v)
         for k in range(start + 1, steps):
             du, pull = psi * length, 0.0
-            for i in range(n):
-                q[i] = min(max(q[i] + gain[k, i] * du, -cap[k, i]), cap[k, i])
-                pull += q[i]
+            if k == start + 1 and overlap > 0.0:  # the step that sticking cut short: gains from the overlap then
+                for i in range(n):
+                    z = delta[k] - x[i] * x[i]
+                    part = min(z / (delta[k] - overlap), 1.0) if delta[k] > overlap else 1.0
+                    q[i] = min(max(q[i] + w[i] * part * du, -cap[k, i]), cap[k, i]) if z > 0.0 else 0.0
+                    pull += q[i]
+            else:
+                for i in range(n):
+                    q[i] = min(max(q[i] + gain[k, i] * du, -cap[k, i]), cap[k, i])
+                    pull += q[i]
             share = pull / total[k] if total[k] > 0.0 else 0.0
             psi -= c * share * (v - v_mid[k])
             v, length = v_mid[k], dt[k]
@@ -149,8 +167,9 @@ def rebound_single_spring(psi_1, chi, zeta, linear, rescaled, theta, delta, v_mi
         else:
             psi -= c * psi * (1.0 - v)
         for k in range(start + 1, steps):
-            shrink = (delta[k] / before) ** 0.25 if rescaled and delta[k] < before else 1.0
-            stiffness = 1.0 if linear else 1.5 * sqrt(0.5 * (before + delta[k]))
+            a, b = sqrt(before), sqrt(delta[k])
+            shrink = sqrt(b / a) if rescaled and b < a else 1.0
+            stiffness = 1.0 if linear else (a * a + a * b + b * b) / (a + b)  # 3/2 a averaged over the overlap
             q = shrink * (shrink * q + stiffness * psi * length)
             load = delta[k] if linear else delta[k] ** 1.5
             q = min(max(q, -load), load)

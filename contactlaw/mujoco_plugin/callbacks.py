@@ -12,6 +12,7 @@ from contactlaw.kernels.engine import contact_force, tangent
 from contactlaw.kernels.geometry import ball_on_ball, ball_on_box, ball_on_plane, nearest_on_segments, place_point
 from contactlaw.kernels.memory import call_report, doubles_at, load_double, load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
+from contactlaw.pair import DEEPEST
 
 # One block of float64 for each plugin instance of each mjData: what `instance` found in the model, then the parameters of
 # the pair, room for the new histories, and room to work in. A is the rounder of the two geoms.
@@ -27,7 +28,6 @@ BALL_ON_BALL, BALL_ON_PLANE, BALL_ON_BOX, ROUND_BARS, ANY_SHAPES = range(5)
 # What is reported to Python, once for each instance and mjData.
 LONG_STEP, DEEP, UNCLEAR_RADIUS = 1, 2, 4
 STEPS_PER_CONTACT = 10
-DEEPEST = 0.1  # overlap over radius
 
 STATE_AT, BLOCKS_AT, XPOS_AT, XMAT_AT, COM_AT, CDOF_AT, CVEL_AT, FORCE_AT = (
     layout.DATA[field]

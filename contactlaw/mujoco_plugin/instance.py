@@ -13,7 +13,7 @@ import numpy as np
 from contactlaw.mujoco_plugin import callbacks as c
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.shapes import Meeting, Shape, meeting
-from contactlaw.pair import ContactWarning
+from contactlaw.pair import DEEPEST, ContactWarning
 
 _LIBRARY = layout.library()
 _LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
@@ -178,7 +178,7 @@ def _report(number: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData."""
     text = {
         c.LONG_STEP: f"the time step is longer than a tenth of the contact: use {value:.3g} s or less",
-        c.DEEP: f"overlap over radius is {value:.2g}: beyond {c.DEEPEST} Hertz contact is no longer right",
+        c.DEEP: f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right",
         c.UNCLEAR_RADIUS: f"touching at an edge or the side of a capsule with R = {value:.3g} m taken from the ball; "
         "give the pair its radius",
     }[code]

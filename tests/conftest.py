@@ -1,0 +1,25 @@
+"""What all tests share: heavy tests need compiled kernels, and hypothesis runs the same examples every time."""
+
+from __future__ import annotations
+
+import numba
+import pytest
+from hypothesis import settings
+
+settings.register_profile("contactlaw", derandomize=True, deadline=None, max_examples=50)
+settings.load_profile("contactlaw")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Announce the marker."""
+    config.addinivalue_line("markers", "heavy: too slow without the JIT; skipped under NUMBA_DISABLE_JIT=1")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip heavy tests where the kernels run as plain Python."""
+    if not numba.config.DISABLE_JIT:
+        return
+    skip = pytest.mark.skip(reason="heavy: needs the JIT")
+    for item in items:
+        if item.get_closest_marker("heavy"):
+            item.add_marker(skip)
