@@ -19,10 +19,12 @@ Array = NDArray[np.float64]
 
 LINE = (0.0, 0.0, 1.0)  # motion along a line asks for some plane; which one does not matter here
 
-# Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is the
-# finer its traces across the contact.
+# Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
+# the finer its traces across the contact.
 CHI_BOUNDS = np.array([1.3, 2.2, 5.0, 10.0, 20.0, 40.0])
-STABLE_STEPS = 4.5  # times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), grows
+STABLE_STEPS = (
+    4.5  # times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), grows
+)
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
 
 
@@ -81,14 +83,16 @@ def _integrated(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -
         stiffest = float(chi[in_class].max())
         if (steps or class_steps) < STABLE_STEPS * sqrt(stiffest):
             needed = ceil(STABLE_STEPS * sqrt(stiffest))
-            raise ValueError(f"chi = {stiffest:g}: needs steps >= {needed} to be stable, and several times that to be exact")
+            raise ValueError(
+                f"chi = {stiffest:g}: needs steps >= {needed} to be stable, and several times that to be exact"
+            )
         for restitution in np.unique(e[in_class]):
             chosen = in_class[e[in_class] == restitution]
             zeta = oscillator.damping_ratio(float(restitution))
             part = np.empty(chosen.size)
             if isinstance(law, Microslip):
                 tables = _microslip_tables(zeta, steps or class_steps, law.node_count or nodes)
-                kernel.rebound_microslip(psi[chosen], chi[chosen], zeta, *tables, part)
+                kernel.rebound_microslip(psi[chosen], chi[chosen], zeta, *tables, part)  # pyright: ignore[reportCallIssue]
             else:
                 linear, rescaled = law.code == contact.LINEAR_SPRING, law.code == contact.MINDLIN_RESCALED
                 theta, delta, _, _, v_mid, dt = _normal_table(zeta, steps or class_steps, linear)
@@ -215,7 +219,8 @@ def collide(
     if not (isinstance(steps, int | np.integer) and steps >= 4):
         raise ValueError(f"steps = {steps!r}: must be an integer >= 4")
     arms = [0.0 if isinf(body.radius) else body.radius for body in (a, b)]
-    relative = (a.velocity - b.velocity) - np.cross(arms[0] * a.spin + arms[1] * b.spin, n)  # type: ignore[operator]
+    v_a, w_a, v_b, w_b = (np.asarray(x, dtype=np.float64) for x in (a.velocity, a.spin, b.velocity, b.spin))
+    relative: Array = v_a - v_b - np.cross(arms[0] * w_a + arms[1] * w_b, n)
     approach = -float(relative @ n)
     if approach <= 0.0:
         raise ValueError(f"velocity: the bodies part at {-approach!r} m/s along the normal; they must approach")
@@ -223,14 +228,12 @@ def collide(
     if inverse_normal == 0.0:
         raise ValueError("mass: both bodies are held fast; at least one must be finite")
     mass = 1.0 / inverse_normal
-    tangential_mass = 1.0 / (
-        inverse_normal + arms[0] ** 2 * a.inverse_inertia + arms[1] ** 2 * b.inverse_inertia
-    )
+    tangential_mass = 1.0 / (inverse_normal + arms[0] ** 2 * a.inverse_inertia + arms[1] ** 2 * b.inverse_inertia)
     radius = pair.radius if pair.radius is not None else 1.0 / (1.0 / a.radius + 1.0 / b.radius)
 
     sliding = relative + approach * n
     speed = float(np.linalg.norm(sliding))
-    along = sliding / speed if speed > 0.0 else _any_tangent(n)
+    along: Array = sliding / speed if speed > 0.0 else _any_tangent(n)
     p, history = pair.parameters(radius, plane=LINE), pair.history(planar=True)
     motion = _normal_motion(pair, p, mass, approach, steps)
     history[contact.SCALE] = motion.scale
@@ -246,10 +249,10 @@ def collide(
     work = np.concatenate([[0.0], np.cumsum(0.5 * (pull[1:] + pull[:-1]) * slide)])
     kinetic = 0.5 * mass * motion.speed**2
     return Impact(
-        velocity_a=a.velocity + impulse * a.inverse_mass,  # type: ignore[operator]
-        spin_a=a.spin - arms[0] * a.inverse_inertia * np.cross(n, impulse),  # type: ignore[operator]
-        velocity_b=b.velocity - impulse * b.inverse_mass,  # type: ignore[operator]
-        spin_b=b.spin - arms[1] * b.inverse_inertia * np.cross(n, impulse),  # type: ignore[operator]
+        velocity_a=v_a + impulse * a.inverse_mass,
+        spin_a=w_a - arms[0] * a.inverse_inertia * np.cross(n, impulse),
+        velocity_b=v_b - impulse * b.inverse_mass,
+        spin_b=w_b - arms[1] * b.inverse_inertia * np.cross(n, impulse),
         chi=pair.chi(mass, tangential_mass),
         psi_1=scale * speed,
         psi_2=scale * after,
@@ -351,5 +354,5 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
 
 
 def _any_tangent(n: Array) -> Array:
-    tangent = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
-    return tangent / np.linalg.norm(tangent)
+    tangent: Array = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))]).astype(np.float64)
+    return tangent / float(np.linalg.norm(tangent))

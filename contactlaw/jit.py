@@ -37,8 +37,8 @@ def _cache(compiled: Any, key: str) -> None:
         compiled.enable_caching()
     except RuntimeError:  # nowhere to keep a cache, a package inside a zip file say
         return
-    index = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
-    if hasattr(index, "_source_stamp"):
+    index = getattr(compiled._cache, "_cache_file", None)
+    if index is not None and hasattr(index, "_source_stamp"):
         index._source_stamp = SOURCE_STAMP + key
     else:  # an unknown numba: compile afresh each time, slow but never stale
         compiled._cache.disable()
@@ -68,7 +68,7 @@ def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
         _cache(callback, key)
         callback.compile()
         _CALLBACKS.append(callback)
-        return callback.address
+        return int(callback.address or 0)
 
     return compile_now
 

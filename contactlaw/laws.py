@@ -24,7 +24,6 @@ class Law:
         name: As users write it.
         code: Of the branch in the kernels.
         source: Where the law comes from.
-        nodes: How many tractions it remembers.
     """
 
     name: ClassVar[str]
@@ -33,6 +32,7 @@ class Law:
 
     @property
     def nodes(self) -> int:
+        """How many tractions (or springs) the history holds."""
         return 1
 
 
@@ -46,6 +46,7 @@ class Coulomb(Law):
 
     @property
     def nodes(self) -> int:
+        """None."""
         return 0
 
 
@@ -81,7 +82,8 @@ class Microslip(Law):
     """Springs along the contact line, each with its own Coulomb cap: part of the contact slips while the rest sticks.
 
     Attributes:
-        node_count: Gauss-Legendre nodes on half the line; None: 16, or as many as chi asks for where it is known (`rebound`).
+        node_count: Gauss-Legendre nodes on half the line; None: 16, or as many as chi asks for where it is known
+            (`rebound`).
     """
 
     name = "microslip"
@@ -95,6 +97,7 @@ class Microslip(Law):
 
     @property
     def nodes(self) -> int:
+        """One traction for each node."""
         return self.node_count or 16
 
 

@@ -180,14 +180,16 @@ class ContactPair:
         return np.zeros(contact.HEADER + n * (1 if planar else 2) + flags)
 
 
-def warn_of_depth(overlap: float, radius: float) -> None:
-    """Say so where an overlap [m] is too deep for the radius [m] to be a Hertz contact."""
-    if overlap > DEEPEST * radius:
+def warn_of_depth(overlap: float, radius: float) -> bool:
+    """Say so where an overlap [m] is too deep for the radius [m] to be a Hertz contact. Returns whether it was said."""
+    deep = overlap > DEEPEST * radius
+    if deep:
         warnings.warn(
             f"overlap over radius is {overlap / radius:.2g}: beyond {DEEPEST} Hertz contact is no longer right",
             ContactWarning,
             stacklevel=3,
         )
+    return deep
 
 
 @lru_cache(maxsize=64)

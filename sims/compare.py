@@ -43,7 +43,9 @@ def main_job(console: Console, out: Path) -> int:
     throws = table_throws + curve_throws + with_table
     with _progress(console) as progress:
         curves = {
-            material: np.array([reference(float(psi), Puck(material).chi, Puck(material).pair.restitution) for psi in FINE_PSI_1])
+            material: np.array(
+                [reference(float(psi), Puck(material).chi, Puck(material).pair.restitution) for psi in FINE_PSI_1]
+            )
             for material in progress.track(SURFACES, description="reference")
         }
         results = [run(puck, engine) for engine, puck in progress.track(throws, description="throws")]

@@ -9,12 +9,12 @@ import matplotlib
 
 matplotlib.use("Agg")  # no screen needed
 
-import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
-import numpy as np  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
+from numpy.typing import NDArray
 
-from contactlaw import rebound  # noqa: E402
-from sims.puck import Result  # noqa: E402
+from contactlaw import rebound
+from sims.puck import Result
 
 BLUE, ORANGE, GREY = "#1f4e9c", "#d9730d", "#777777"
 MARKERS = {

@@ -1,14 +1,14 @@
-"""The puck of Maw, Barber & Fawcett (1981): a slice of a ball on an air table strikes a clamped block of its own material.
+"""The puck of Maw, Barber & Fawcett (1981): a slice of a ball on an air table strikes a block of its own material.
 
-The air table makes the motion planar and frictionless, so neither table nor gravity is simulated: three degrees of freedom
-and one contact. With `table=True` both are, to show that they make no difference, and what they cost.
+The air table makes the motion planar and frictionless, so neither table nor gravity is simulated: three degrees of
+freedom and one contact. With `table=True` both are, to show that they make no difference, and what they cost.
 """
 
 from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 from math import ceil, pi
 from typing import Any, Literal, Protocol
 
@@ -100,7 +100,7 @@ class Puck:
 
     @property
     def mass(self) -> float:
-        """[kg]"""
+        """Of the puck [kg]."""
         return (self.pair.a.density or 0.0) * pi * self.radius**2 * self.thickness
 
     @property
@@ -115,7 +115,7 @@ class Puck:
 
     @cached_property
     def contact_duration(self) -> float:
-        """[s]"""
+        """Of the impact [s]."""
         return self.pair.contact_duration(self.mass, self.speed)
 
     @property
@@ -173,7 +173,9 @@ class Outcome:
 class Simulate(Protocol):
     """`simulate` of `sims.puck_mujoco` and `sims.puck_pybullet`."""
 
-    def __call__(self, puck: Puck) -> Outcome: ...
+    def __call__(self, puck: Puck) -> Outcome:
+        """Throw the puck."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -239,7 +241,7 @@ def run(puck: Puck, engine: str) -> Result:
     )
 
 
-@lru_cache(maxsize=None)
+@cache
 def reference(psi_1: float, chi: float, restitution: float) -> float:
     """psi_2 of the annulus solver, extrapolated; its own error is below 1e-4 at the chi of pucks."""
     from validation.reference.annulus import rebound_extrapolated

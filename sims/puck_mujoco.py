@@ -1,5 +1,8 @@
 """The puck in MuJoCo: two slides and a hinge, or a free body on a table."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from math import log, pi, sqrt
@@ -59,7 +62,9 @@ def build(puck: Puck) -> mujoco.MjSpec:
 def _add_table(puck: Puck, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
     half = 0.5 * puck.thickness
     body.add_freejoint()
-    spec.worldbody.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 0.1], pos=[0, 0, -half], condim=1)
+    spec.worldbody.add_geom(
+        name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 0.1], pos=[0, 0, -half], condim=1
+    )
     slice_radius = sqrt(puck.radius**2 - half**2)
     body.add_geom(name="slice", type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[slice_radius, half, 0.0], condim=1)
 

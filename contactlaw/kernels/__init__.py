@@ -13,10 +13,11 @@ Symbols, the same in every kernel (SI units unless a docstring says *scaled*):
     p(x) = E* (delta - x^2/R)      dq = G* ds, |q| <= mu p      (method of dimensionality reduction)
     F = P/P_Hertz times the integral of q
 
-The damper does not touch the elastic contact: it changes the total normal force, and friction carries the same mobilised
-share F/(mu P) of it as it would without. So stick and slip, and with them the regimes of the elastic theory, stay exact
-at any restitution. (Scaling the caps mu p instead makes every damped contact stick at the first touch, where the damper's
-share of P is infinite: gross slip then misses psi_1 - 2 chi (1 + e) by 4 chi zeta^2/psi_1, 0.08 at e = 0.5.)
+The damper does not touch the elastic contact: it changes the total normal force, and friction carries the same
+mobilised share F/(mu P) of it as it would without. So stick and slip, and with them the regimes of the elastic
+theory, stay exact at any restitution. (Scaling the caps mu p instead makes every damped contact stick at the first
+touch, where the damper's share of P is infinite: gross slip then misses psi_1 - 2 chi (1 + e) by 4 chi zeta^2/psi_1,
+0.08 at e = 0.5.)
 
 Forces F and tractions q point along the motion of body A relative to B: the force on A is P n - F.
 """

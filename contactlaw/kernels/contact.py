@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit
-from contactlaw.kernels.microslip import microslip_on_line, microslip_in_plane, regrid, spread
+from contactlaw.kernels.microslip import microslip_in_plane, microslip_on_line, regrid, spread
 
 # Law codes. The order is the ladder's; `contactlaw.laws` names them.
 COULOMB, LINEAR_SPRING, MINDLIN, MINDLIN_RESCALED, MICROSLIP = 0, 1, 2, 3, 4
@@ -31,7 +31,8 @@ RATIO = 7  # normal force over the elastic one
 TANGENTIAL = 8  # tangential force, two components [N]
 TANGENT = 10  # first tangent vector, world frame; the second is n x t
 DIRECTION = 13  # normal n, world frame
-HEADER = 16
+SHARE = 16  # place of the contact point in the overlap, kept by adapters: 0 on A's surface, 1 on B's
+HEADER = 17
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
 STRAIGHT = 1e-6  # sine of the angle to which a slide may turn in a step and still count as straight

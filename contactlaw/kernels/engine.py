@@ -46,7 +46,9 @@ def tangent(p, h, normal, twist):
         lean = max(1.0 + nx * ox + ny * oy + nz * oz, 1e-300)
         along = (x * nx + y * ny + z * nz) / lean  # the shortest rotation from the old normal to the new one
         x, y, z = x - along * (nx + ox), y - along * (ny + oy), z - along * (nz + oz)
-        if lean < 1.0 or x * x + y * y + z * z < 0.5:  # no contact yet, or a normal that has jumped: any tangent will do
+        if (
+            lean < 1.0 or x * x + y * y + z * z < 0.5
+        ):  # no contact yet, or a normal that has jumped: any tangent will do
             if abs(nx) < 0.6:
                 x, y, z = 0.0, nz, -ny
             else:

@@ -1,5 +1,7 @@
-"""Where two simple shapes touch: overlap [m], negative apart, and to n_out and surface_out (3 each, world frame) the normal
-from B to A and the deepest point of A's undeformed surface. A is always a ball.
+"""Where two simple shapes touch; A is always a ball.
+
+Each returns the overlap [m], negative apart, and writes to n_out and surface_out (3 each, world frame) the normal from
+B to A and the deepest point of A's undeformed surface.
 """
 
 from __future__ import annotations
@@ -10,14 +12,13 @@ from contactlaw.jit import jit
 
 
 @jit
-def place_point(n, overlap, a_moves, b_moves, surface_io):
+def place_point(n, overlap, share, surface_io):
     """Turn the deepest point of A's surface into the contact point, where the forces on both bodies act.
 
     The theory knows only the arms of undeformed bodies. Forces that act at one point keep the angular momentum, so the
-    point cannot be on both surfaces: it is on that of a body that moves against a fixed one, so that nothing is lost of
-    the theory there, and half-way between two that move.
+    point cannot be on both surfaces: share, B's part in how easily the contact gives way, puts it on that of the body
+    that moves where the other is fixed, so that nothing is lost of the theory there, and half-way between two alike.
     """
-    share = 0.5 if a_moves and b_moves else 1.0 if b_moves else 0.0
     for i in range(3):
         surface_io[i] += share * overlap * n[i]
 

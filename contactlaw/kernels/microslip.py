@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from math import sqrt
 
-import numpy as np
-
 from contactlaw.jit import jit
 
 
@@ -25,7 +23,7 @@ def hertz_share(radius, overlap):
 def microslip_on_line(
     e_star, g_star, radius, mu, mu_static, span, x, w, overlap, before, du, q, flags
 ):  # fmt: skip
-    """Displace all nodes by du [m] along the line; tractions q are updated in place. Returns F [N] without damping."""
+    """Displace all nodes by du [m] along the line; tractions q are updated in place. Returns F [N], undamped."""
     gained = overlap - before
     pull, load = 0.0, 0.0
     for i in range(x.size):
@@ -55,7 +53,7 @@ def microslip_on_line(
 def microslip_in_plane(
     e_star, g_star, radius, mu, mu_static, span, x, w, overlap, before, du, dv, q, flags
 ):  # fmt: skip
-    """Displace all nodes by (du, dv) [m]; tractions q (pairs) are updated in place. Returns both parts of F [N] without damping."""
+    """Displace all nodes by (du, dv) [m]; tractions q (pairs) are updated in place. Returns F [N], undamped."""
     gained = overlap - before
     pull_u, pull_v, load = 0.0, 0.0, 0.0
     for i in range(x.size):

@@ -1,9 +1,10 @@
 """The damped Hertz impact in closed form.
 
-With y proportional to delta^(5/4) the damped Hertz motion obeys v dv/dy = -(y + 2 zeta v): in the plane of y and v it is
-the linear damped oscillator, so its restitution, its deepest point and its velocity at any phase theta are elementary.
-The contact ends where its force y + 2 zeta v falls to zero, at theta = 2 acos(zeta)/sqrt(1 - zeta^2) (the time found
-for the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 465), and there v = -exp(-zeta theta).
+With y proportional to delta^(5/4) the damped Hertz motion obeys v dv/dy = -(y + 2 zeta v): in the plane of y and v it
+is the linear damped oscillator, so its restitution, its deepest point and its velocity at any phase theta are
+elementary. The contact ends where its force y + 2 zeta v falls to zero, at theta = 2 acos(zeta)/sqrt(1 - zeta^2) (the
+time found for the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 465), and there v =
+-exp(-zeta theta).
 """
 
 from __future__ import annotations

@@ -8,9 +8,30 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import (
-    COULOMB, E_STAR, FRICTION, G_STAR, HEADER, LAW, LINEAR_SPRING, LINEAR_STIFFNESS, MICROSLIP, NODES, NORMAL, OPEN,
-    OVERLAP, PARAMETERS, PHASE, PLANAR, RADIUS, SCALE, SLIDING,
-    STATIC_FRICTION, TANGENTIAL, elastic_part, friction, hertz_stiffness,
+    COULOMB,
+    E_STAR,
+    FRICTION,
+    G_STAR,
+    HEADER,
+    LAW,
+    LINEAR_SPRING,
+    LINEAR_STIFFNESS,
+    MICROSLIP,
+    NODES,
+    NORMAL,
+    OPEN,
+    OVERLAP,
+    PARAMETERS,
+    PHASE,
+    PLANAR,
+    RADIUS,
+    SCALE,
+    SLIDING,
+    STATIC_FRICTION,
+    TANGENTIAL,
+    elastic_part,
+    friction,
+    hertz_stiffness,
 )  # fmt: skip
 
 SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
@@ -66,7 +87,8 @@ def collide(p, tangential_mass, speed, overlap, force, ratio, impulse, dt, histo
     for k in range(steps + 1):
         if 0 < k < steps:
             f, _ = friction(
-                p, history, overlap[k], overlap[k - 1], slide_out[k - 1], 0.0, force[k], ratio[k], dt[k] ** 2 / tangential_mass
+                p, history, overlap[k], overlap[k - 1], slide_out[k - 1], 0.0, force[k], ratio[k], dt[k] ** 2 /
+                tangential_mass
             )  # fmt: skip
             force_out[k], elastic_out[k] = f, elastic_energy(p, history)
             share = f / force[k] if force[k] > 0.0 else 0.0

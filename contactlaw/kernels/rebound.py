@@ -1,10 +1,11 @@
 """Whole impacts in scaled variables: psi_1 and chi in, psi_2 out.
 
-Scaled so that m = V_z1 = 1 and P = delta^1.5, an impact obeys delta'' = -P and psi' = -2 chi F/mu. The normal motion does
-not depend on the tangential one, so it is tabulated once in closed form (`oscillator`) at equal phases theta and shared by
-all impacts; per step only the tangential springs are left. psi is advanced by the exact normal impulse of each step times
-the mobilised share F/(mu P), so gross slip is exact, and so is the start of stick: sliding ends where psi has fallen to
-the closing velocity (all points of a sliding contact move together; appendix of Maw, Barber & Fawcett 1981).
+Scaled so that m = V_z1 = 1 and P = delta^1.5, an impact obeys delta'' = -P and psi' = -2 chi F/mu. The normal motion
+does not depend on the tangential one, so it is tabulated once in closed form (`oscillator`) at equal phases theta and
+shared by all impacts; per step only the tangential springs are left. psi is advanced by the exact normal impulse of
+each step times the mobilised share F/(mu P), so gross slip is exact, and so is the start of stick: sliding ends where
+psi has fallen to the closing velocity (all points of a sliding contact move together; appendix of Maw, Barber &
+Fawcett 1981).
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ GAUSS_5 = np.column_stack([0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS])
 def normal_table(zeta, steps, linear):
     """The normal motion at equal phases.
 
-    Returns theta, delta, force, ratio (force over the undamped one) at steps + 1 phases; v_mid, dt of the steps between.
-    With linear normal springs delta is y and time is phase.
+    Returns theta, delta, force, ratio (force over the undamped one) at steps + 1 phases; v_mid, dt of the steps
+    between. With linear normal springs delta is y and time is phase.
     """
     end = end_phase(zeta)
     theta = np.linspace(0.0, end, steps + 1)

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from numba import carray, types
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback, jit_for
 from contactlaw.kernels.contact import (
-    HERTZ_DURATION, OPEN, PHASE, PLANAR, RADIUS, greatest_overlap, hertz_stiffness,
+    HERTZ_DURATION,
+    OPEN,
+    PHASE,
+    PLANAR,
+    RADIUS,
+    SHARE,
+    greatest_overlap,
+    hertz_stiffness,
 )  # fmt: skip
 from contactlaw.kernels.engine import contact_force, tangent
 from contactlaw.kernels.geometry import ball_on_ball, ball_on_box, ball_on_plane, nearest_on_segments, place_point
@@ -14,8 +21,8 @@ from contactlaw.kernels.memory import call_report, doubles_at, load_double, load
 from contactlaw.mujoco_plugin import layout
 from contactlaw.pair import DEEPEST
 
-# One block of float64 for each plugin instance of each mjData: what `instance` found in the model, then the parameters of
-# the pair, room for the new histories, and room to work in. A is the rounder of the two geoms.
+# One block of float64 for each plugin instance of each mjData: what `instance` found in the model, then the
+# parameters of the pair, room for the new histories, and room to work in. A is the rounder of the two geoms.
 (
     SIZE, REPORT, REPORTED, KIND, SLOTS, HISTORY, PARAMETER_COUNT, NV, TOUCHED, RADIUS_GIVEN, STATE,
     GEOM_A, GEOM_B, BODY_A, BODY_B, ROOT_A, ROOT_B, DOF_A, DOF_B, BALL_A, BALL_B, HALF_A, HALF_B, BOUND, BOX,
@@ -25,13 +32,24 @@ WORK = 24  # normal, point, velocity, force, tangents and a direction to project
 
 BALL_ON_BALL, BALL_ON_PLANE, BALL_ON_BOX, ROUND_BARS, ANY_SHAPES = range(5)
 
+TINY = 1e-300
+
 # What is reported to Python, once for each instance and mjData.
 LONG_STEP, DEEP, UNCLEAR_RADIUS = 1, 2, 4
 STEPS_PER_CONTACT = 10
 
 STATE_AT, BLOCKS_AT, XPOS_AT, XMAT_AT, COM_AT, CDOF_AT, CVEL_AT, FORCE_AT = (
     layout.DATA[field]
-    for field in ("plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "subtree_com", "cdof", "cvel", "qfrc_passive")
+    for field in (
+        "plugin_state",
+        "plugin_data",
+        "geom_xpos",
+        "geom_xmat",
+        "subtree_com",
+        "cdof",
+        "cvel",
+        "qfrc_passive",
+    )
 )
 PARENT_AT = layout.DOF_PARENTS
 TIMESTEP_AT = layout.TIMESTEP
@@ -79,7 +97,10 @@ def is_idle(d, block):
     state = load_pointer(d + types.uintp(STATE_AT)) + types.uintp(8 * int(number(block, STATE)))
     if load_double(state + types.uintp(8 * PHASE)) != OPEN:
         return False
-    if number(block, SLOTS) == 2.0 and load_double(state + types.uintp(8 * (PHASE + int(number(block, HISTORY))))) != OPEN:
+    if (
+        number(block, SLOTS) == 2.0
+        and load_double(state + types.uintp(8 * (PHASE + int(number(block, HISTORY))))) != OPEN
+    ):
         return False
     places = load_pointer(d + types.uintp(XPOS_AT))
     a = places + types.uintp(24 * int(number(block, GEOM_A)))
@@ -173,29 +194,38 @@ def project(m, d, dof, root, point, vector, sign, y_out):
 
 
 @jit
-def inverse_mass(m, d, b, point, direction, y, x):
-    """Inverse effective mass [1/kg] of the contact along a direction: J M^-1 J^T."""
-    y[:] = 0.0
-    project(m, d, int(b[DOF_A]), int(b[ROOT_A]), point, direction, 1.0, y)
-    project(m, d, int(b[DOF_B]), int(b[ROOT_B]), point, direction, -1.0, y)
-    solve_inertia(m, d, types.uintp(x.ctypes.data), types.uintp(y.ctypes.data), 1)
-    total = 0.0
-    for i in range(y.size):
-        total += x[i] * y[i]
-    return total
+def mobility(m, d, b, point, direction, push_a, push_b, answer):
+    """How easily A, B and their contact give way along a direction at a point [1/kg]: J M^-1 J^T of each and both."""
+    push_a[:] = 0.0
+    push_b[:] = 0.0
+    project(m, d, int(b[DOF_A]), int(b[ROOT_A]), point, direction, 1.0, push_a)
+    project(m, d, int(b[DOF_B]), int(b[ROOT_B]), point, direction, 1.0, push_b)
+    solve_inertia(m, d, types.uintp(answer.ctypes.data), types.uintp(push_a.ctypes.data), 1)
+    of_a, of_b, shared = 0.0, 0.0, 0.0
+    for i in range(answer.size):
+        of_a += answer[i] * push_a[i]
+        shared += answer[i] * push_b[i]
+    if b[DOF_B] >= 0.0:
+        solve_inertia(m, d, types.uintp(answer.ctypes.data), types.uintp(push_b.ctypes.data), 1)
+        for i in range(answer.size):
+            of_b += answer[i] * push_b[i]
+    return of_a, of_b, of_a + of_b - 2.0 * shared
 
 
 @jit
-def effective_masses(m, d, b, p, h, point, n, direction, y, x):
-    """Normal and mean tangential effective mass [kg]."""
-    normal = inverse_mass(m, d, b, point, n, y, x)
+def effective_masses(m, d, b, p, h, point, n, direction, push_a, push_b, answer):
+    """Normal and mean tangential effective mass [kg], and B's share in how easily the contact gives way."""
+    sum_a, sum_b, normal = mobility(m, d, b, point, n, push_a, push_b, answer)
     tx, ty, tz = tangent(p, h, n, 0.0)
     direction[0], direction[1], direction[2] = tx, ty, tz
-    along = inverse_mass(m, d, b, point, direction, y, x)
+    of_a, of_b, across = mobility(m, d, b, point, direction, push_a, push_b, answer)
+    sum_a, sum_b = sum_a + of_a, sum_b + of_b
     if p[PLANAR] == 0.0:
         direction[0], direction[1], direction[2] = n[1] * tz - n[2] * ty, n[2] * tx - n[0] * tz, n[0] * ty - n[1] * tx
-        along = 0.5 * (along + inverse_mass(m, d, b, point, direction, y, x))
-    return 1.0 / normal, 1.0 / along
+        of_a, of_b, other = mobility(m, d, b, point, direction, push_a, push_b, answer)
+        sum_a, sum_b, across = sum_a + of_a, sum_b + of_b, 0.5 * (across + other)
+    # What cannot move at all along a direction has no finite mass there; no force comes of it either.
+    return 1.0 / max(normal, TINY), 1.0 / max(across, TINY), sum_b / max(sum_a + sum_b, TINY)
 
 
 @jit
@@ -225,13 +255,16 @@ def report(b, instance, code, value):
 
 
 @jit
-def act(m, d, b, instance, p, h, overlap, clear, n, point, work, y, x, dt, h_out):
-    """One contact: its force to qfrc_passive, its history to h_out."""
+def act(m, d, b, instance, p, h, overlap, clear, n, point, work, push_a, push_b, answer, dt, h_out):
+    """One contact: its force to qfrc_passive, its history to h_out. point: the deepest of A's surface."""
     velocity, force = work[0:3], work[3:6]
+    touches = h[PHASE] == OPEN and overlap > 0.0
+    mass, tangential_mass, share = 1.0, 1.0, h[SHARE]
+    if touches:
+        mass, tangential_mass, share = effective_masses(m, d, b, p, h, point, n, work[6:9], push_a, push_b, answer)
+    place_point(n, overlap, share, point)
     spin = relative_velocity(d, b, point, n, velocity)
-    mass, tangential_mass = 1.0, 1.0
-    if h[PHASE] == OPEN and overlap > 0.0:
-        mass, tangential_mass = effective_masses(m, d, b, p, h, point, n, work[6:9], y, x)
+    if touches:
         if not clear and b[RADIUS_GIVEN] == 0.0:
             report(b, instance, UNCLEAR_RADIUS, p[RADIUS])
         closing = -(velocity[0] * n[0] + velocity[1] * n[1] + velocity[2] * n[2])
@@ -244,6 +277,7 @@ def act(m, d, b, instance, p, h, overlap, clear, n, point, work, y, x, dt, h_out
     if overlap > DEEPEST * p[RADIUS]:
         report(b, instance, DEEP, overlap / p[RADIUS])
     if overlap > 0.0:
+        h_out[SHARE] = share
         total = carray(doubles_at(load_pointer(d + types.uintp(FORCE_AT))), int(b[NV]))
         project(m, d, int(b[DOF_A]), int(b[ROOT_A]), point, force, 1.0, total)
         project(m, d, int(b[DOF_B]), int(b[ROOT_B]), point, force, -1.0, total)
@@ -269,16 +303,17 @@ def compute(m, d, instance, capability):
         overlap, clear = locate(m, d, b, slot, n, point, work[6:WORK])
         if overlap <= 0.0 and h[PHASE] == OPEN:
             continue
-        place_point(n, overlap, b[DOF_A] >= 0.0, b[DOF_B] >= 0.0, point)
         if b[TOUCHED] == 0.0:
             b[TOUCHED] = 1.0
             all_new, all_old = part(block, new, slots * size), part(state, 0, slots * size)
             for i in range(slots * size):
                 all_new[i] = all_old[i]
-        y = part(block, new + slots * size + WORK, nv)
-        x = part(block, new + slots * size + WORK + nv, nv)
-        h_out = part(block, new + slot * size, size)
-        act(m, d, b, instance, p, h, overlap, clear, n, point, work[6:WORK], y, x, dt, h_out)
+        vectors = new + slots * size + WORK
+        act(
+            m, d, b, instance, p, h, overlap, clear, n, point, work[6:WORK],
+            part(block, vectors, nv), part(block, vectors + nv, nv), part(block, vectors + 2 * nv, nv),
+            dt, part(block, new + slot * size, size),
+        )  # fmt: skip
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)

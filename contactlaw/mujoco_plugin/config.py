@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -60,7 +60,7 @@ def write(contact: Contact) -> dict[str, str]:
     return config
 
 
-@lru_cache(maxsize=None)  # read for each mjData made; a pair should warn of its coupling once
+@cache  # read for each mjData made; a pair should warn of its coupling once
 def read(items: tuple[tuple[str, str], ...]) -> Contact:
     """The contact that a configuration describes.
 

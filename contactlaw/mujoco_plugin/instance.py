@@ -1,5 +1,8 @@
 """A plugin instance comes to life: what MuJoCo asks of Python when a model is compiled and when an mjData is made."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import ctypes
@@ -80,7 +83,7 @@ class _Instance:
         """The memory that the compiled callbacks work with, as `callbacks` lays it out."""
         p = self.contact.pair.parameters(self.meeting.radius, self.contact.plane)
         nv = self.view.size("nv")
-        b = np.zeros(c.PARAMETERS_AT + p.size + self.state_size + c.WORK + 2 * nv)
+        b = np.zeros(c.PARAMETERS_AT + p.size + self.state_size + c.WORK + 3 * nv)
         (body_a, root_a, dof_a), (body_b, root_b, dof_b) = (self.body(geom) for geom in self.geoms)
         if dof_a < 0 and dof_b < 0:
             raise ValueError(f"geom1, geom2: neither {self.shapes[0].label} nor {self.shapes[1].label} can move")
@@ -120,7 +123,7 @@ class _Instance:
                 return
         names = self.contact.geom1, self.contact.geom2
         raise ValueError(
-            f"geom1 = {names[0]!r}, geom2 = {names[1]!r}: the engine's own contact of this pair is on; turn it off with "
+            f"geom1 = {names[0]!r}, geom2 = {names[1]!r}: the engine's own contact of this pair is on; turn it off by "
             f'<contact><pair geom1="{names[0]}" geom2="{names[1]}" margin="{-self.margin:g}"/></contact>'
         )
 

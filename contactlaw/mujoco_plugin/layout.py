@@ -1,9 +1,12 @@
-"""Where MuJoCo keeps its fields: struct offsets derived from the wheel's own description, checked against live arrays."""
+"""Where MuJoCo keeps its fields: offsets derived from the wheel's own description, checked against live arrays."""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
 
 from __future__ import annotations
 
 import ctypes
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +32,16 @@ _NUMBERS: dict[str, Any] = {
 }
 
 DATA_FIELDS = ("plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "subtree_com", "cdof", "cvel", "qfrc_passive")
-MODEL_FIELDS = ("dof_parentid", "geom_type", "geom_size", "geom_bodyid", "body_parentid", "body_rootid", "body_dofadr", "body_dofnum")
+MODEL_FIELDS = (
+    "dof_parentid",
+    "geom_type",
+    "geom_size",
+    "geom_bodyid",
+    "body_parentid",
+    "body_rootid",
+    "body_dofadr",
+    "body_dofnum",
+)
 
 
 def _ctype(node: Any) -> Any:
@@ -52,7 +64,7 @@ def _ctype(node: Any) -> Any:
     raise ImportError(f"contactlaw does not know the type {node} in the structs of MuJoCo {mujoco.__version__}")
 
 
-@lru_cache(maxsize=None)
+@cache
 def structure(name: str) -> type[ctypes.Structure]:
     """A MuJoCo struct as ctypes lays it out."""
     return _laid_out(name, structs.STRUCTS[name].fields)
@@ -129,7 +141,11 @@ def check() -> None:
         for field in DATA_FIELDS
         if not field.startswith("plugin") and pointer(data._address, DATA[field]) != getattr(data, field).ctypes.data
     ]
-    wrong += [f"mjModel.{field}" for field in MODEL_FIELDS if pointer(model._address, offset("mjModel", field)) != getattr(model, field).ctypes.data]
+    wrong += [
+        f"mjModel.{field}"
+        for field in MODEL_FIELDS
+        if pointer(model._address, offset("mjModel", field)) != getattr(model, field).ctypes.data
+    ]
     view = ModelView(model._address)
     if view.size("nv") != model.nv or view.option("disableflags") != model.opt.disableflags:
         wrong.append("the sizes or options of mjModel")

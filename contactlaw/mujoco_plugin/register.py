@@ -1,12 +1,15 @@
 """Make the plugin known to MuJoCo, once for each process."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import ctypes
 
 import llvmlite.binding
 import mujoco
-import numba
+from numba.core import config as numba_config
 
 from contactlaw.mujoco_plugin import config, layout
 
@@ -33,8 +36,10 @@ class _Plugin(ctypes.Structure):
 def _check_version() -> None:
     version = tuple(int(part) for part in mujoco.__version__.split(".")[:2])
     if not OLDEST <= version <= NEWEST:
-        raise ImportError(f"contactlaw works with MuJoCo {OLDEST[0]}.{OLDEST[1]} and later 4.x, not {mujoco.__version__}")
-    if numba.config.DISABLE_JIT:
+        raise ImportError(
+            f"contactlaw works with MuJoCo {OLDEST[0]}.{OLDEST[1]} and later 4.x, not {mujoco.__version__}"
+        )
+    if numba_config.DISABLE_JIT:
         raise ImportError("contactlaw.mujoco_plugin needs compiled callbacks, and NUMBA_DISABLE_JIT is set")
     layout.check()
 

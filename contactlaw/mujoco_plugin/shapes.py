@@ -1,5 +1,8 @@
 """Which geoms can touch, how their contact is found, and the radius of curvature there."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,5 +1,8 @@
 """Put the law into a model that is still a specification."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from typing import Any
@@ -50,7 +53,7 @@ def add_contact(
         raise ValueError(f"geom2 = {two.name!r}: must be another geom than geom1")
     normal = None if plane is None else checks.unit_vector("plane", plane)
     shapes = [Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in (one, two)]
-    meeting(*shapes, pair.radius)
+    meeting(shapes[0], shapes[1], pair.radius)
     taken = {plugin.name for plugin in spec.plugins}
     if one.name and two.name and taken & {_instance_name(one, two), _instance_name(two, one)}:
         raise ValueError(f"geom1 = {one.name!r}, geom2 = {two.name!r}: this pair has been added before")
@@ -61,7 +64,7 @@ def add_contact(
     for native in spec.pairs:
         if {native.geomname1, native.geomname2} == {one.name, two.name}:
             spec.delete(native)
-    spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-native_margin(*shapes), gap=0.0)
+    spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-native_margin(shapes[0], shapes[1]), gap=0.0)
     contact = config.Contact(one.name, two.name, pair, None if normal is None else tuple(normal.tolist()))
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)

@@ -18,8 +18,9 @@ from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning, rebound
 
 p = pytest.importorskip("pybullet")
 
+from contactlaw.kernels.contact import MASS  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_geometry import Mechanism, read_motion  # noqa: E402
+from contactlaw.pybullet_callback.geometry import Mechanism, read_motion  # noqa: E402
 
 RADIUS = 0.0254
 UP = np.array([0.0, 0.0, 1.0])
@@ -315,7 +316,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int) -> None:
     for _ in range(1500):
         run(client, callback, 1)
         if callback.state(handle).touching:
-            masses.append(callback.state(handle).history[2])
+            masses.append(callback.state(handle).history[MASS])
     velocity, spin = velocities(client, body)
     mass_matrix, rate = Mechanism(client, racket).mass_matrix, p.getJointState(racket, 0, client)[1]
     energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * mass_matrix[0, 0] * rate**2

@@ -61,7 +61,7 @@ def test_second_order_in_the_time_step(restitution):
 @pytest.mark.parametrize("psi_1", [0.5, 1.2, 3.0])
 def test_extrapolation_agrees_with_converged_values_and_states_its_error(psi_1):
     psi_2, error = annulus.rebound_extrapolated(psi_1, DISK)
-    expected = CONVERGED[INCIDENCE == psi_1][0]
+    expected = CONVERGED[psi_1 == INCIDENCE][0]
     assert error < 1e-4
     assert abs(psi_2 - expected) < error + PRINTED
 

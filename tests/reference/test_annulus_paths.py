@@ -46,8 +46,8 @@ def test_energy_is_half_the_work_of_traction_on_displacement():
     shares, radii = np.array([0.5, -1.2, 0.8]), np.array([0.3, 0.7, 1.0])
 
     def work(r):
-        traction = sum(c * hertz_pressure(b, r) for c, b in zip(shares, radii))
-        return math.pi * r * traction * sum(c * hertz_displacement(b, r) for c, b in zip(shares, radii))
+        traction = sum(c * hertz_pressure(b, r) for c, b in zip(shares, radii, strict=True))
+        return math.pi * r * traction * sum(c * hertz_displacement(b, r) for c, b in zip(shares, radii, strict=True))
 
     pieces = sum(quad(work, low, high)[0] for low, high in [(0.0, 0.3), (0.3, 0.7), (0.7, 1.0)])
     assert stored_energy(shares, radii) == pytest.approx(pieces, rel=1e-7)

@@ -4,8 +4,8 @@ Contact radius cut into N equal annuli; axisymmetric traction; stick and slip gu
 step, coupled with the body's tangential momentum. The compiled core is in annulus_kernel.py, where the equations stand;
 the normal motion of an impact in normal_motion.py. Second order in 1/N.
 
-Limits: for psi_1 below about 0.1 slip is a ring thinner than an annulus; the error of psi_2 stays small, but not against
-psi_1, and some tangential energy is created (it vanishes as N grows).
+Limits: for psi_1 below about 0.1 slip is a ring thinner than an annulus; the error of psi_2 stays small, but not
+against psi_1, and some tangential energy is created (it vanishes as N grows).
 
 Restitution < 1: the damper does not touch the elastic contact. Tractions q, stick and slip are those of the undamped
 theory, with the limits mu p_Hertz(r) of the overlap that the damped motion follows; the damper changes the total normal
@@ -54,7 +54,8 @@ class Impact:
         traction: Elastic traction q/(mu p_max) at r_j, shape (n, N); damped or not, |q| <= mu p_Hertz.
         stuck: Whether annulus j is in contact and sticks, shape (n, N).
         corrections: Corrections of the stick and slip guess at each instant, shape (n,).
-        energy: Tangential energy, kinetic and elastic, over its initial value (over 1/(4 chi) for psi_1 = 0), shape (n,).
+        energy: Tangential energy, kinetic and elastic, over its initial value (over 1/(4 chi) for psi_1 = 0), shape
+            (n,).
     """
 
     psi_2: float

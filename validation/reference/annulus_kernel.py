@@ -15,7 +15,8 @@ at annulus i once the elastic displacement is taken off.
     slipping   sum_j c_j sqrt(b_j^2 - r_i^2) = +-sqrt(a^2 - r_i^2)
     uncovered  no traction, S_i follows s - u: an annulus comes into contact unstressed
 
-Since the outermost distribution always ends at the contact edge, gross slip (c = 0, ..., 0, +-1) is represented exactly.
+Since the outermost distribution always ends at the contact edge, gross slip (c = 0, ..., 0, +-1) is represented
+exactly.
 
 The share mobilised, sum_j c_j (b_j/a)^3, is force over limit. Of a damped normal force P the tangential force is the
 same share; P enters the momentum alone, psi' = -2 chi P share, never the equations above.

@@ -170,7 +170,10 @@ def impact_motion(restitution: float, annuli: int, steps: int) -> NormalMotion:
     )
     pieces = np.ceil(np.diff(landmarks) * steps / path.duration).astype(int)
     time = np.concatenate(
-        [np.linspace(start, end, n, endpoint=False) for start, end, n in zip(landmarks, landmarks[1:], pieces)]
+        [
+            np.linspace(start, end, n, endpoint=False)
+            for start, end, n in zip(landmarks, landmarks[1:], pieces, strict=False)
+        ]
         + [landmarks[-1:]]
     )
     overlap, speed = path.at(time)

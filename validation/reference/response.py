@@ -20,13 +20,14 @@ class History:
         time: Instants, shape (n,).
         overlap: Overlap, shape (n,).
         normal_force: P, shape (n,).
-        tangential_force: F/mu, shape (n,), the share of P that the tractions mobilise of their limits; positive where it
-            opposes psi_1 > 0.
+        tangential_force: F/mu, shape (n,), the share of P that the tractions mobilise of their limits; positive where
+            it opposes psi_1 > 0.
         psi: Scaled tangential velocity, shape (n,); the given one is not known for a prescribed path: zeros.
         boundaries: Outer radii b_j of the annuli, shape (N,).
         radii: Radii r_j where traction is given, shape (N,): the middle of each annulus, the centre in the first.
         pressure: Hertz pressure p(r_j), the limit of the traction, shape (n, N). A damper leaves it as it is.
-        traction: Elastic traction q/mu at r_j, shape (n, N); it sums to F/mu without damper, to F/mu P_Hertz/P with one.
+        traction: Elastic traction q/mu at r_j, shape (n, N); it sums to F/mu without damper, to F/mu P_Hertz/P with
+            one.
         stuck: Whether annulus j is in contact and sticks, shape (n, N).
         corrections: Corrections of the stick and slip guess at each instant, shape (n,).
         energy: Tangential energy, shape (n,): elastic, plus psi^2/(4 chi) unless the path is prescribed. In a free

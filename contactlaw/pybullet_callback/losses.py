@@ -13,7 +13,7 @@ import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import ContactWarning
-from contactlaw.pybullet_geometry import BASE, Motion, engine_parameters
+from contactlaw.pybullet_callback.geometry import BASE, Motion, engine_parameters
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 from contactlaw.kernels.contact import NORMAL, OVERLAP
 from contactlaw.pair import ContactPair
-from contactlaw.pybullet_contact import (
+from contactlaw.pybullet_callback.contact import (
     PLACE,
     RESULTS,
     ROW,
@@ -32,7 +32,7 @@ from contactlaw.pybullet_contact import (
     closing_speed,
     with_radius,
 )
-from contactlaw.pybullet_geometry import (
+from contactlaw.pybullet_callback.geometry import (
     BASE,
     Motion,
     effective_radius,
@@ -40,7 +40,7 @@ from contactlaw.pybullet_geometry import (
     read_motion,
     read_side,
 )
-from contactlaw.pybullet_losses import Losses
+from contactlaw.pybullet_callback.losses import Losses
 
 Array = NDArray[np.float64]
 Motions = dict[tuple[int, int], Motion]

@@ -15,15 +15,14 @@ from numpy.typing import NDArray
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import MASS, NORMAL
 from contactlaw.kernels.engine import contact_force
-from contactlaw.pair import ContactPair, ContactWarning
-from contactlaw.pybullet_geometry import Motion, Side, check_one_end, check_smooth, mobility, velocity_at
-from contactlaw.pybullet_losses import CLAMP
+from contactlaw.pair import ContactPair, ContactWarning, warn_of_depth
+from contactlaw.pybullet_callback.geometry import Motion, Side, check_one_end, check_smooth, mobility, velocity_at
+from contactlaw.pybullet_callback.losses import CLAMP
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 STEPS_PER_CONTACT = 10  # fewer, and the law is not resolved
-SMALL = 0.1  # overlap over radius up to which Hertz holds
 LOCKED = 1e300  # effective mass of what cannot slide [kg]
 
 # A row of measurements, written with ROW and read by `advance`: number of the contact, normal and tangential effective
@@ -149,15 +148,8 @@ class Contact:
         overlap = -point.gap if -point.gap > 2.0 * closing * dt else 0.0
         speed = self._check_step(masses[0], overlap, closing, dt)
         self.masses, self.share, self.dt = masses, share, dt
-        if self.warned or speed == 0.0:
-            return
-        if self.pair.greatest_overlap(masses[0], speed) > SMALL * self.radius:
-            self.warned = True
-            warnings.warn(
-                f"{self}: at {speed:.3g} m/s they overlap by more than {SMALL} radii, more than Hertz holds for",
-                ContactWarning,
-                stacklevel=4,
-            )
+        if speed > 0.0 and not self.warned:
+            self.warned = warn_of_depth(self.pair.greatest_overlap(masses[0], speed), self.radius)
 
     def check_on(self, point: Point, a: Motion, b: Motion, dt: float) -> None:
         """What can go wrong during a contact: a capsule that lies down, another time step."""
