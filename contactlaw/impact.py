@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 from functools import lru_cache
-from math import ceil, inf, isinf, sqrt
+from math import ceil, copysign, inf, isfinite, isinf, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +23,7 @@ LINE = (0.0, 0.0, 1.0)  # motion along a line asks for some plane; which one doe
 
 # Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
 # the finer its traces across the contact.
-CHI_BOUNDS = np.array([1.3, 2.2, 5.0, 10.0, 20.0, 40.0])
+CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
 STABLE_STEPS = (
     4.5  # times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), grows
 )
@@ -53,10 +55,15 @@ def rebound(
         ValueError: A value outside its range; the message names it.
     """
     rule = law_of(law)
+    if steps is not None and not (isinstance(steps, int | np.integer) and not isinstance(steps, bool) and steps >= 4):
+        raise ValueError(f"steps = {steps!r}: must be None or an integer >= 4")
     given = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
+    if all(isinstance(value, float) for value in given.values()):  # one impact: no time for arrays
+        one = float(psi_1), float(chi), float(restitution)  # type: ignore[arg-type]
+        return _single(*one, rule, steps)
     arrays = [checks.finite_array(name, value) for name, value in given.items()]
     try:
-        psi, c, e = np.broadcast_arrays(*arrays)
+        psi, c, e = arrays if all(array.ndim == 0 for array in arrays) else np.broadcast_arrays(*arrays)
     except ValueError:
         shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
         raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
@@ -64,43 +71,60 @@ def rebound(
         raise ValueError(f"chi = {c[c <= 0.0].flat[0]}: must be > 0")
     if ((e <= 0.0) | (e > 1.0)).any():
         raise ValueError(f"restitution = {e[(e <= 0.0) | (e > 1.0)].flat[0]}: must be in (0, 1]")
-    if steps is not None and not (isinstance(steps, int | np.integer) and steps >= 4):
-        raise ValueError(f"steps = {steps!r}: must be None or an integer >= 4")
     if rule.code == contact.COULOMB:
         out = np.sign(psi) * np.maximum(np.abs(psi) - 2.0 * c * (1.0 + e), 0.0)
     else:
-        out = _integrated(psi.ravel(), c.ravel(), e.ravel(), rule, steps).reshape(psi.shape)
+        out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps).reshape(psi.shape)
     return out if psi.ndim else float(out)
 
 
-def _integrated(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -> Array:
-    """Group the impacts by the tables they share and run each group through its kernel."""
+def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int | None) -> float:
+    """One impact."""
+    if not isfinite(psi_1):
+        raise ValueError(f"psi_1: holds {psi_1}; every value must be finite")
+    if not 0.0 < chi < inf:
+        raise ValueError(f"chi = {chi}: must be finite and > 0")
+    if not 0.0 < restitution <= 1.0:
+        raise ValueError(f"restitution = {restitution}: must be in (0, 1]")
+    if law.code == contact.COULOMB:
+        return copysign(max(abs(psi_1) - 2.0 * chi * (1.0 + restitution), 0.0), psi_1)
+    chi_class = bisect_left(CHI_BOUNDS, chi)
+    return float(_group(np.array([psi_1]), np.array([chi]), restitution, chi_class, law, steps)[0])
+
+
+def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -> Array:
+    """Divide the impacts into groups that share their tables."""
     out = np.empty(psi.size)
     classes = np.searchsorted(CHI_BOUNDS, chi)
     for number in np.flatnonzero(np.bincount(classes)):
         in_class = np.flatnonzero(classes == number)
-        nodes, class_steps = RESOLUTION[number]
-        stiffest = float(chi[in_class].max())
-        if (steps or class_steps) < STABLE_STEPS * sqrt(stiffest):
-            needed = ceil(STABLE_STEPS * sqrt(stiffest))
-            raise ValueError(
-                f"chi = {stiffest:g}: needs steps >= {needed} to be stable, and several times that to be exact"
-            )
         for restitution in np.unique(e[in_class]):
             chosen = in_class[e[in_class] == restitution]
-            zeta = oscillator.damping_ratio(float(restitution))
-            part = np.empty(chosen.size)
-            if isinstance(law, Microslip):
-                tables = _microslip_tables(zeta, steps or class_steps, law.node_count or nodes)
-                kernel.rebound_microslip(psi[chosen], chi[chosen], zeta, *tables, part)  # pyright: ignore[reportCallIssue]
-            else:
-                linear, rescaled = law.code == contact.LINEAR_SPRING, law.code == contact.MINDLIN_RESCALED
-                theta, delta, _, _, v_mid, dt = _normal_table(zeta, steps or class_steps, linear)
-                kernel.rebound_single_spring(
-                    psi[chosen], chi[chosen], zeta, linear, rescaled, theta, delta, v_mid, dt, part
-                )
-            out[chosen] = part
+            out[chosen] = _group(psi[chosen], chi[chosen], float(restitution), int(number), law, steps)
     return out
+
+
+def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law, steps: int | None) -> Array:
+    """psi_2 of impacts with one restitution and one resolution."""
+    nodes, default_steps = RESOLUTION[chi_class]
+    count, stiffest = steps or default_steps, float(chi.max())
+    if count < STABLE_STEPS * sqrt(stiffest):
+        needed = ceil(STABLE_STEPS * sqrt(stiffest))
+        raise ValueError(
+            f"chi = {stiffest:g}: needs steps >= {needed} to be stable, and several times that to be exact"
+        )
+    zeta, out = _damping_ratio(restitution), np.empty(psi.size)
+    if isinstance(law, Microslip):
+        rebound_microslip: Any = kernel.rebound_microslip
+        rebound_microslip(psi, chi, zeta, *_microslip_tables(zeta, count, law.node_count or nodes), out)
+    else:
+        linear, rescaled = law.code == contact.LINEAR_SPRING, law.code == contact.MINDLIN_RESCALED
+        theta, delta, _, _, v_mid, dt = _normal_table(zeta, count, linear)
+        kernel.rebound_single_spring(psi, chi, zeta, linear, rescaled, theta, delta, v_mid, dt, out)
+    return out
+
+
+_damping_ratio = lru_cache(maxsize=256)(oscillator.damping_ratio)
 
 
 @lru_cache(maxsize=64)
@@ -245,14 +269,15 @@ def collide(
     )  # fmt: skip
 
     impulse = mass * approach * (1.0 + pair.restitution) * n + tangential_mass * (after - speed) * along
+    turn = np.asarray(np.cross(n, impulse), dtype=np.float64)
     scale = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else np.nan
     work = np.concatenate([[0.0], np.cumsum(0.5 * (pull[1:] + pull[:-1]) * slide)])
     kinetic = 0.5 * mass * motion.speed**2
     return Impact(
         velocity_a=v_a + impulse * a.inverse_mass,
-        spin_a=w_a - arms[0] * a.inverse_inertia * np.cross(n, impulse),
+        spin_a=w_a - arms[0] * a.inverse_inertia * turn,
         velocity_b=v_b - impulse * b.inverse_mass,
-        spin_b=w_b - arms[1] * b.inverse_inertia * np.cross(n, impulse),
+        spin_b=w_b - arms[1] * b.inverse_inertia * turn,
         chi=pair.chi(mass, tangential_mass),
         psi_1=scale * speed,
         psi_2=scale * after,

@@ -47,7 +47,6 @@ def build(puck: Puck) -> mujoco.MjSpec:
     ball = body.add_geom(name="rim", size=[puck.radius, 0.0, 0.0])
     if puck.table:
         _add_table(puck, spec, body)
-        ball.contype = ball.conaffinity = block.contype = block.conaffinity = 0
     else:
         for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
             body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
@@ -55,7 +54,8 @@ def build(puck: Puck) -> mujoco.MjSpec:
     if puck.law == "native":
         _use_native(puck, spec)
     else:
-        mujoco_plugin.add_contact(spec, ball, block, puck.pair, plane=None if puck.table else [0.0, 0.0, 1.0])
+        plane = None if puck.table else [0.0, 0.0, 1.0]
+        mujoco_plugin.add_contact(spec, ball, block, puck.pair, plane=plane, others=False)
     return spec
 
 

@@ -14,7 +14,7 @@ from math import sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit, jit_of_sums
 from contactlaw.kernels.oscillator import end_phase, phase_of_velocity, phase_point
 
 SQRT_5_4 = sqrt(1.25)
@@ -104,7 +104,7 @@ def first_stick(psi_1, chi, zeta, theta):
     return phase, k, v, v_mid
 
 
-@jit
+@jit_of_sums
 def rebound_microslip(psi_1, chi, zeta, x, w, theta, delta, v_mid, dt, gain, cap, total, psi_2_out):
     """psi_2 of each impact (flat arrays) by the microslip law."""
     steps, n = dt.size, x.size
@@ -146,7 +146,7 @@ def rebound_microslip(psi_1, chi, zeta, x, w, theta, delta, v_mid, dt, gain, cap
         psi_2_out[j] = side * (psi - c * share * (v - v_end))
 
 
-@jit
+@jit_of_sums
 def rebound_single_spring(psi_1, chi, zeta, linear, rescaled, theta, delta, v_mid, dt, psi_2_out):
     """psi_2 of each impact (flat arrays) by one spring under one cap: linear_spring, mindlin, mindlin_rescaled."""
     steps = dt.size

@@ -25,11 +25,12 @@ def add_contact(
     pair: ContactPair,
     *,
     plane: ArrayLike | None = None,
+    others: bool = True,
 ) -> str:
     """Let two geoms touch by the law; then `spec.compile()` and plain `mj_step`.
 
-    Their native contact is turned off, that of each with every other geom stays. Balls and the ends of capsules may
-    touch planes, the faces of boxes and each other; any other shapes need `pair.radius`.
+    Their native contact is turned off, that of each with every other geom stays unless told otherwise. Balls and the
+    ends of capsules may touch planes, the faces of boxes and each other; any other shapes need `pair.radius`.
 
     Args:
         spec: The model, before it is compiled.
@@ -37,6 +38,9 @@ def add_contact(
         pair: The contact; its radius, where None, is read from the geoms.
         plane: Normal of the plane of all motion, a unit vector, where the scene is planar: the traction then has one
             component instead of two.
+        others: Whether these geoms may touch any other natively. False takes both out of the engine's collision
+            detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to
+            further contacts of the law.
 
     Returns:
         The name of the plugin instance, for `contact_history`.
@@ -64,7 +68,11 @@ def add_contact(
     for native in spec.pairs:
         if {native.geomname1, native.geomname2} == {one.name, two.name}:
             spec.delete(native)
-    spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-native_margin(shapes[0], shapes[1]), gap=0.0)
+    if others:
+        spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-native_margin(shapes[0], shapes[1]), gap=0.0)
+    else:
+        for geom in (one, two):
+            geom.contype = geom.conaffinity = 0
     contact = config.Contact(one.name, two.name, pair, None if normal is None else tuple(normal.tolist()))
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)

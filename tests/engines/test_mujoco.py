@@ -261,6 +261,25 @@ def test_the_native_contact_of_the_pair_is_off_and_that_with_others_stays():
     assert data.qfrc_passive[2] > 0.0
 
 
+def test_geoms_without_others_leave_the_collision_detection_and_bounce_alike():
+    after = []
+    for others in (True, False):
+        spec = mujoco.MjSpec()
+        spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+        floor = spec.worldbody.add_geom(type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+        body = spec.worldbody.add_body(pos=[0, 0, RADIUS])
+        body.add_freejoint()
+        ball = body.add_geom(size=[RADIUS, 0, 0], density=DENSITY)
+        add_contact(spec, ball, floor, steel_pair(), others=others)
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qvel[:3] = [0.1, 0, -1]
+        mujoco.mj_step(model, data, 150)
+        after.append(data.qvel.copy())
+        assert (model.npair, ball.contype) == ((1, 1) if others else (0, 0))
+    assert np.array_equal(*after)
+
+
 def test_a_deep_overlap_does_not_bring_the_native_contact_back():
     for floor in ("plane", "box"):
         spec, _ = ball_on_floor(steel_pair(radius=1e6), floor=floor)  # so flat that no warning of depth is due
