@@ -1,0 +1,33 @@
+"""The README's code runs as it stands, and it has exactly the two set-up commands."""
+
+import re
+from pathlib import Path
+
+import numba
+import pytest
+
+TEXT = (Path(__file__).parent.parent / "README.md").read_text()
+BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.S)
+
+
+def test_there_are_two_commands_and_both_make_an_environment():
+    commands = re.findall(r"```sh\n(.*?)```", TEXT, re.S)
+    assert len(commands) == 2
+    assert "-m sims" in commands[0]
+    assert "-m pytest" in commands[1]
+    assert all(command.startswith("python3.11 -m venv .venv && ") for command in commands)
+
+
+@pytest.mark.parametrize("code", BLOCKS, ids=[re.findall(r"import (\w+)", block)[0] for block in BLOCKS])
+def test_code_runs_as_it_stands(code):
+    for engine in ("mujoco", "pybullet"):
+        if engine in code:
+            pytest.importorskip(engine)
+    if "mujoco" in code and numba.config.DISABLE_JIT:
+        pytest.skip("the MuJoCo plugin needs compiled callbacks")
+    exec(compile(code, "README.md", "exec"), {})
+
+
+def test_links_lead_somewhere():
+    for target in re.findall(r"\]\(([^)#]+)\)", TEXT):
+        assert (Path(__file__).parent.parent / target).exists(), target

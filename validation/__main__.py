@@ -1,0 +1,85 @@
+"""`python -m validation`: run the cases, save their results, and write the report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer  # noqa: TID253
+from rich.console import Console  # noqa: TID253
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: TID253
+from rich.table import Table as RichTable  # noqa: TID253
+
+from validation import report, runner, store
+from validation.case import Case, select
+from validation.store import Result
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def main(
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer impacts and repeats: at most a minute.")] = False,
+    pattern: Annotated[
+        str, typer.Option("-f", "--filter", help="Regular expression: cases whose name it matches.")
+    ] = "",
+    only_report: Annotated[
+        bool, typer.Option("--report", help="Only write the report from the saved results.")
+    ] = False,
+    folder: Annotated[Path, typer.Option(help="Where results/ and report.md go.")] = store.HERE,
+) -> None:
+    """Measure what contactlaw claims, and write validation/report.md. Ends with 1 if a limit is missed."""
+    console = Console()
+    try:
+        cases = select(pattern)
+    except ValueError as error:
+        Console(stderr=True).print(str(error), markup=False, soft_wrap=True)
+        raise typer.Exit(2) from None
+    results = {} if only_report else _run(cases, folder, quick, console)
+    path = runner.rewrite(folder, pictures=only_report)
+    if only_report:
+        results = {case.name: result for case in cases if (result := store.load(case.name, folder))}
+    _show(results, console)
+    console.print(f"Report: {path}", highlight=False, soft_wrap=True)
+    if not all(result["passed"] for result in results.values()):
+        raise typer.Exit(1)
+
+
+def _run(cases: list[Case], folder: Path, quick: bool, console: Console) -> dict[str, Result]:
+    results = {}
+    columns = (
+        TextColumn("{task.description:<16}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console) as bars:
+        for case in cases:
+            missing = runner.missing_modules(case)
+            if missing:
+                console.print(f"{case.name}: skipped, needs {', '.join(missing)} (pip install 'contactlaw\\[all]')")
+                continue
+            task = bars.add_task(case.name, total=1.0)
+            results[case.name] = runner.run_case(
+                case, folder, quick=quick, progress=lambda part, task=task: bars.update(task, completed=part)
+            )
+            bars.update(task, completed=1.0)
+    return results
+
+
+def _show(results: dict[str, Result], console: Console) -> None:
+    """Asked and reached of all cases."""
+    table = RichTable("case", "limit", "asked", "reached", "")
+    for name, result in results.items():
+        for problem in result["problems"]:
+            table.add_row(name, problem, "", "", "[red]NOT SANE")
+        rows = report.limits_table(result).rows or [["no limits, see the report", "", "", ""]]
+        for row in rows:
+            table.add_row(name, *row[:3], "[red]MISSED" if row[3] == "MISSED" else row[3])
+            name = ""
+        table.add_section()
+    console.print(table)
+
+
+if __name__ == "__main__":
+    app(prog_name="python -m validation")

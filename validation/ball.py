@@ -1,0 +1,144 @@
+"""The steel ball on a plane that the engine cases share; each engine is imported where it is used."""
+
+# pyright: reportAttributeAccessIssue=false
+# (pyright cannot see into the mujoco module)
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.laws import Law
+
+if TYPE_CHECKING:
+    import mujoco
+
+RADIUS = 0.0254  # [m]
+STEEL = MATERIALS["steel"]
+MASS = 4.0 / 3.0 * math.pi * RADIUS**3 * float(STEEL.density or math.nan)  # [kg]
+FRICTION, RESTITUTION = 0.115, 0.93  # steel, Maw, Barber & Fawcett (1981)
+TANGENTIAL_MASS = MASS / 3.5  # [kg], a solid ball
+
+
+def steel_pair(law: str | Law = "microslip", restitution: float = RESTITUTION) -> ContactPair:
+    """Steel on steel, with the radius of the ball."""
+    return ContactPair(STEEL, STEEL, FRICTION, restitution, radius=RADIUS, law=law)
+
+
+def mujoco_ball(
+    timestep: float, contact: str, pair: ContactPair | None = None, plane: ArrayLike | None = None
+) -> tuple[mujoco.MjModel, mujoco.MjData, str]:
+    """A ball over a floor in MuJoCo, without gravity.
+
+    Args:
+        timestep: [s].
+        contact: "law", "law alone": the geoms touch nothing else, "native", or "none": contact is off altogether.
+        pair: What the law is told; None: `steel_pair()`.
+        plane: Normal of the plane of motion for a planar contact.
+
+    Returns:
+        Model, data, and the name of the contact ("" without one).
+    """
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.gravity = timestep, [0.0, 0.0, 0.0]
+    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1])
+    body = spec.worldbody.add_body(name="ball", pos=[0.0, 0.0, RADIUS])
+    body.add_freejoint()
+    ball = body.add_geom(name="ball", size=[RADIUS, 0.0, 0.0], density=STEEL.density)
+    name = ""
+    if contact.startswith("law"):
+        from contactlaw import mujoco_plugin
+
+        others = contact == "law"
+        name = mujoco_plugin.add_contact(spec, "ball", "floor", pair or steel_pair(), plane=plane, others=others)
+    elif contact == "none":
+        floor.contype = floor.conaffinity = ball.contype = ball.conaffinity = 0
+    model = spec.compile()
+    return model, mujoco.MjData(model), name
+
+
+class BulletBall:
+    """A ball over a floor in a PyBullet client of its own, without gravity and damping.
+
+    Args:
+        timestep: [s].
+        contact: "law", "native", or "none": contact is off altogether.
+        pair: What the law is told; None: `steel_pair()`.
+        plane: Normal of the plane of motion for a planar contact.
+    """
+
+    def __init__(
+        self, timestep: float, contact: str, pair: ContactPair | None = None, plane: ArrayLike | None = None
+    ) -> None:
+        import pybullet as p
+
+        self.engine: Any = p
+        self.client = p.connect(p.DIRECT)
+        p.setPhysicsEngineParameter(fixedTimeStep=timestep, physicsClientId=self.client)
+        p.setGravity(0.0, 0.0, 0.0, physicsClientId=self.client)
+        floor = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=self.client)
+        sphere = p.createCollisionShape(p.GEOM_SPHERE, radius=RADIUS, physicsClientId=self.client)
+        self.floor = p.createMultiBody(0.0, floor, physicsClientId=self.client)
+        self.ball = p.createMultiBody(MASS, sphere, basePosition=[0.0, 0.0, RADIUS], physicsClientId=self.client)
+        p.changeDynamics(
+            self.ball, -1, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=1e6, lateralFriction=FRICTION,
+            restitution=RESTITUTION, physicsClientId=self.client,
+        )  # fmt: skip
+        self.callback = None
+        if contact == "law":
+            from contactlaw.pybullet_callback import ContactCallback
+
+            self.callback = ContactCallback(self.client)
+            self.handle = self.callback.add_contact(self.ball, self.floor, pair or steel_pair(), plane=plane)
+        elif contact == "none":
+            p.setCollisionFilterPair(self.ball, self.floor, -1, -1, 0, self.client)
+
+    def start(self, height: float, velocity: ArrayLike, spin: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Put the ball at a height over touching [m], with a velocity [m/s] and spin [rad/s]; no contact open."""
+        if self.callback is not None:
+            self.callback.restore({})
+        p = self.engine
+        p.resetBasePositionAndOrientation(self.ball, [0.0, 0.0, RADIUS + height], [0, 0, 0, 1], self.client)
+        p.resetBaseVelocity(self.ball, list(np.asarray(velocity)), list(np.asarray(spin)), self.client)
+
+    def step(self, count: int) -> None:
+        """Step as a user does: the callback, then the engine."""
+        simulate, client, callback = self.engine.stepSimulation, self.client, self.callback
+        if callback is None:
+            for _ in range(count):
+                simulate(client)
+        else:
+            for _ in range(count):
+                callback()
+                simulate(client)
+
+    @property
+    def height(self) -> float:
+        """Of the ball over touching [m]."""
+        return float(self.engine.getBasePositionAndOrientation(self.ball, self.client)[0][2]) - RADIUS
+
+    @property
+    def motion(self) -> tuple[np.ndarray, np.ndarray]:
+        """Velocity [m/s] and spin [rad/s]."""
+        velocity, spin = self.engine.getBaseVelocity(self.ball, self.client)
+        return np.array(velocity), np.array(spin)
+
+    def close(self) -> None:
+        """Leave the client."""
+        self.engine.disconnect(self.client)
+
+
+def energy_of(velocity: np.ndarray, spin: np.ndarray) -> float:
+    """Kinetic energy of the ball [J]."""
+    return float(0.5 * MASS * velocity @ velocity + 0.2 * MASS * RADIUS**2 * spin @ spin)
+
+
+def elastic_energy(overlap: float) -> float:
+    """Elastic energy of the normal contact of the ball [J]."""
+    return 8.0 / 15.0 * steel_pair().effective_modulus * RADIUS**0.5 * max(overlap, 0.0) ** 2.5

@@ -1,0 +1,147 @@
+"""What a validation case is, and the registry of all of them."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Data = dict[str, Any]
+"""What a case measured, as it is saved: JSON types only."""
+Progress = Callable[[float], None]
+"""Told by a running case which part of it is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A figure that the project asks for.
+
+    Attributes:
+        name: What was measured, in words.
+        asked: The limit.
+        reached: The measured value.
+        unit: Of both; "" for a plain number.
+        at_least: Whether the measured value must not be below the limit, instead of not above.
+    """
+
+    name: str
+    asked: float
+    reached: float
+    unit: str = ""
+    at_least: bool = False
+
+    @property
+    def passed(self) -> bool:
+        """Whether the limit is kept; a value that is not finite keeps none."""
+        if not math.isfinite(self.reached):
+            return False
+        return self.reached >= self.asked if self.at_least else self.reached <= self.asked
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of a case gives.
+
+    Attributes:
+        limits: Asked and reached.
+        data: The figures that table and picture are made from.
+        problems: Why a run is not sane (not finite, outside the friction cone, energy grown); none: sane. The time of a
+            run that is not sane does not count.
+    """
+
+    limits: Sequence[Limit]
+    data: Data
+    problems: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """Column heads, and rows of text."""
+
+    heads: Sequence[str]
+    rows: list[Sequence[str]] = field(default_factory=list)
+
+
+class Case(ABC):
+    """One claim, and how it is measured.
+
+    To add a case, put one file into validation/cases with a subclass of this, decorated with `register`:
+      1. `name` (that of its result files, and what -f matches), `title`, `claim`: the claim in words a newcomer reads;
+      2. `needs`: modules beyond the package's own that must be installed, or the case is skipped with a message. Import
+         engines, matplotlib and scipy inside the methods alone;
+      3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
+      4. `table` and, where it helps, `draw`: from the saved data alone;
+      5. `caption`: what the picture shows; the empty default means that there is none;
+      6. `place`: where it comes in the report, small numbers first.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    claim: ClassVar[str]
+    caption: ClassVar[str] = ""
+    needs: ClassVar[tuple[str, ...]] = ()
+    place: ClassVar[int] = 100
+
+    @abstractmethod
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Measure.
+
+        Args:
+            quick: Fewer impacts and repeats; seconds instead of up to a minute.
+            progress: Called now and then with the part done, 0 to 1.
+        """
+
+    @abstractmethod
+    def table(self, data: Data) -> Table:
+        """The figures as text."""
+
+    def draw(self, data: Data) -> Figure | None:
+        """The picture."""
+        return None
+
+
+CASES: dict[str, Case] = {}
+"""Every case by its name; filled by `find_cases`."""
+
+SomeCase = TypeVar("SomeCase", bound=Case)
+
+
+def register(kind: type[SomeCase]) -> type[SomeCase]:
+    """Class decorator: make a case known under its name."""
+    if kind.name in CASES and type(CASES[kind.name]).__module__ != kind.__module__:
+        raise ValueError(f"name = {kind.name!r}: {type(CASES[kind.name]).__module__} has a case of this name already")
+    CASES[kind.name] = kind()
+    return kind
+
+
+def find_cases() -> dict[str, Case]:
+    """Import every file of validation/cases and return what they registered, by name."""
+    import validation.cases as folder
+
+    for module in pkgutil.iter_modules(folder.__path__):
+        importlib.import_module(f"{folder.__name__}.{module.name}")
+    return dict(sorted(CASES.items(), key=lambda item: (item[1].place, item[0])))
+
+
+def select(pattern: str) -> list[Case]:
+    """Cases whose name a regular expression matches somewhere.
+
+    Raises:
+        ValueError: The pattern is no regular expression, or matches none; the message names what there is.
+    """
+    cases = find_cases()
+    try:
+        chosen = [case for name, case in cases.items() if re.search(pattern, name)]
+    except re.error as error:
+        raise ValueError(f"-f {pattern!r}: not a regular expression ({error})") from None
+    if not chosen:
+        raise ValueError(f"-f {pattern!r}: matches no case; there are {', '.join(cases)}")
+    return chosen

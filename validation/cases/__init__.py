@@ -1,0 +1,1 @@
+"""One case a file; `validation.case.find_cases` imports them all."""

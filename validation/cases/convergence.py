@@ -1,0 +1,139 @@
+"""Error of the law in nodes and steps, and of the reference in annuli."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contactlaw import rebound
+from contactlaw.laws import Microslip
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.impacts import sticking
+from validation.measure import order_of
+from validation.picture import STYLES, panels, plain_ticks
+from validation.reference import annulus
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CHI = 1.441
+STEPS = [32, 64, 128, 256, 512, 1024]
+NODES = [4, 8, 16, 32, 64]
+ANNULI = [10, 20, 40, 80]
+ASKED = {10: 8e-3, 20: 3e-3, 40: 1e-3}
+FINE_NODES, FINE_STEPS = 256, 16384
+
+
+@register
+class Convergence(Case):
+    """Orders of convergence, law and reference each against the limit of the law."""
+
+    name = "convergence"
+    place = 20
+    title = "Finer is closer"
+    claim = (
+        "Two discretisations that share no code, the nodes of `microslip` and the rings of the annulus solver, "
+        "converge to the same limit, both with at least about second order."
+    )
+    caption = (
+        f"Largest error in psi_2 over incidence (chi = {CHI}, e = 1), against {FINE_NODES} nodes, {FINE_STEPS} steps."
+    )
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Refine one number at a time."""
+        psi_1 = np.array(sticking(CHI, 8 if quick else 24))
+
+        def law(nodes: int, steps: int) -> np.ndarray:
+            return np.atleast_1d(rebound(psi_1, CHI, Microslip(node_count=nodes), steps=steps))
+
+        limit = law(FINE_NODES, FINE_STEPS)
+        in_steps = {
+            str(nodes): [float(np.abs(law(nodes, steps) - law(nodes, FINE_STEPS)).max()) for steps in STEPS]
+            for nodes in (8, 16, 64)
+        }
+        total = {
+            str(nodes): [float(np.abs(law(nodes, steps) - limit).max()) for steps in STEPS] for nodes in (8, 16, 64)
+        }
+        in_nodes = [float(np.abs(law(nodes, FINE_STEPS) - limit).max()) for nodes in NODES]
+        reference, counts = self._reference(psi_1, limit, progress)
+        data = {
+            "chi": CHI, "impacts": psi_1.size, "fine": [FINE_NODES, FINE_STEPS],
+            "steps": STEPS, "error_in_steps": in_steps, "total_error": total,
+            "nodes": NODES, "error_in_nodes": in_nodes,
+            "order_in_steps": order_of(np.array(STEPS[1:]), np.array(in_steps["16"][1:])),
+            "order_in_nodes": order_of(np.array(NODES), np.array(in_nodes)),
+            "annuli": ANNULI, "reference_error": reference,
+            "reference_order": order_of(np.array(ANNULI[1:]), np.array(counts["reference_rms"][1:])),
+            **counts,
+        }  # fmt: skip
+        limits = [
+            Limit("order of microslip in steps", 1.5, data["order_in_steps"], at_least=True),
+            Limit("order of microslip in nodes", 1.5, data["order_in_nodes"], at_least=True),
+            Limit("order of the reference in annuli (rms)", 1.8, data["reference_order"], at_least=True),
+            *(
+                Limit(f"error of the reference, N = {n}", ASKED[n], r)
+                for n, r in zip(ANNULI, reference, strict=True)
+                if n in ASKED
+            ),
+            Limit("time of the reference, N = 20", 100.0, counts["milliseconds"][1], "ms"),
+        ]
+        return Outcome(limits, data, [] if np.isfinite(limit).all() else ["microslip gives a value that is not finite"])
+
+    def _reference(self, psi_1: np.ndarray, limit: np.ndarray, progress: Progress) -> tuple[list[float], Data]:
+        """Errors, times and corrections at each N; the normal motion is tabulated before the clock starts."""
+        errors: list[float] = []
+        rms: list[float] = []
+        times: list[float] = []
+        mean: list[float] = []
+        most: list[int] = []
+        for number, n in enumerate(ANNULI):
+            annulus.rebound(0.5, CHI, n)
+            seconds, results = [], []
+            for psi in psi_1.tolist():
+                start = perf_counter()
+                results.append(annulus.impact(psi, CHI, n))
+                seconds.append(perf_counter() - start)
+            error = np.array([result.psi_2 for result in results]) - limit
+            errors.append(float(np.abs(error).max()))
+            rms.append(float(np.sqrt(np.mean(error**2))))
+            times.append(1e3 * float(np.median(seconds)))
+            mean.append(float(np.mean([result.corrections_mean for result in results])))
+            most.append(max(result.corrections_max for result in results))
+            progress((number + 1) / len(ANNULI))
+        return errors, {"reference_rms": rms, "milliseconds": times, "corrections_mean": mean, "corrections_most": most}
+
+    def table(self, data: Data) -> Table:
+        """The refinements one after the other."""
+        table = Table(["refined", "to", "largest error", "order", "time [ms]", "corrections a step, mean (most)"])
+        for count, error in zip(data["steps"], data["error_in_steps"]["16"], strict=True):
+            table.rows.append(
+                ["microslip, steps (16 nodes)", str(count), f"{error:.1e}", f"{data['order_in_steps']:.2f}", "", ""]
+            )
+        for count, error in zip(data["nodes"], data["error_in_nodes"], strict=True):
+            table.rows.append(["microslip, nodes", str(count), f"{error:.1e}", f"{data['order_in_nodes']:.2f}", "", ""])
+        for i, count in enumerate(data["annuli"]):
+            corrections = f"{data['corrections_mean'][i]:.2f} ({data['corrections_most'][i]})"
+            table.rows.append(
+                ["reference, annuli", str(count), f"{data['reference_error'][i]:.1e}", f"{data['reference_order']:.2f}",
+                 f"{data['milliseconds'][i]:.2g}", corrections]
+            )  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Errors over steps, and over nodes and annuli."""
+        figure, (left, right) = panels(2)
+        for style, (nodes, errors) in zip(STYLES, data["total_error"].items(), strict=False):
+            left.loglog(data["steps"], errors, **style, label=f"microslip, {nodes} nodes")
+        left.set(xlabel="steps an impact [-]", ylabel=r"largest error in $\psi_2$ [-]", title="in the steps")
+        right.loglog(data["nodes"], data["error_in_nodes"], **STYLES[0],
+                     label=f"microslip, in nodes: order {data['order_in_nodes']:.1f}")  # fmt: skip
+        right.loglog(data["annuli"], data["reference_error"], **STYLES[1],
+                     label=f"reference, in annuli: order {data['reference_order']:.1f}")  # fmt: skip
+        right.set(xlabel="nodes or annuli [-]", ylabel=r"largest error in $\psi_2$ [-]", title="in space")
+        plain_ticks(left, data["steps"])
+        plain_ticks(right, sorted({*data["nodes"], *data["annuli"]} - {8, 16, 32, 64}))
+        left.legend()
+        right.legend()
+        return figure

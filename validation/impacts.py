@@ -1,0 +1,71 @@
+"""The impacts that laws are judged by, and what the annulus reference says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.reference.annulus import rebound_extrapolated
+
+Array = NDArray[np.float64]
+Impact = tuple[float, float, float]
+"""psi_1, chi, restitution."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Impacts with their converged rebound, arrays of one shape (n,).
+
+    Attributes:
+        psi_1, chi, restitution: The impacts.
+        psi_2: The reference's, extrapolated.
+        uncertainty: Its estimate of its own error.
+    """
+
+    psi_1: Array
+    chi: Array
+    restitution: Array
+    psi_2: Array
+    uncertainty: Array
+
+
+@cache
+def _converged(psi_1: float, chi: float, restitution: float, annuli: int) -> tuple[float, float]:
+    return rebound_extrapolated(psi_1, chi, restitution, annuli=annuli)
+
+
+def judge(impacts: list[Impact], annuli: int = 40, progress: Callable[[float], None] | None = None) -> Judged:
+    """Ask the reference.
+
+    Args:
+        impacts: (psi_1, chi, restitution) each.
+        annuli: The middle one of its three resolutions.
+        progress: Told the part done.
+    """
+    answers = []
+    for number, one in enumerate(impacts):
+        answers.append(_converged(*one, annuli))
+        if progress:
+            progress((number + 1) / len(impacts))
+    psi_1, chi, restitution = np.array(impacts, dtype=float).T.copy()
+    psi_2, uncertainty = np.array(answers).T.copy()
+    return Judged(psi_1, chi, restitution, psi_2, uncertainty)
+
+
+def together(parts: list[Judged]) -> Judged:
+    """All impacts in one."""
+    return Judged(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Judged)))
+
+
+def incidences(chi: float, count: int) -> list[float]:
+    """psi_1 evenly from nearly 0 to 4 chi + 1.5: stick, partial slip and gross slip."""
+    return np.linspace(0.02, 4.0 * chi + 1.5, count).round(4).tolist()
+
+
+def sticking(chi: float, count: int) -> list[float]:
+    """psi_1 evenly within the part that sticks somewhere; beyond, a law needs no steps and makes no error (e = 1)."""
+    return np.linspace(0.05, max(1.0, 4.0 * chi - 1.0) - 0.05, count).round(4).tolist()

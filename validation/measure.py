@@ -1,0 +1,98 @@
+"""Times that can be compared on a noisy machine: interleaved, warm-up apart, medians of ratios with their spread."""
+
+from __future__ import annotations
+
+import datetime
+import gc
+import os
+import platform
+from collections.abc import Callable, Mapping
+from importlib import metadata
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw.jit import SOURCE_STAMP
+
+Array = NDArray[np.float64]
+Spread = dict[str, float]
+"""median, and the quartiles low and high."""
+
+STAMPED = ("numpy", "numba", "mujoco", "pybullet")
+
+
+def machine() -> dict[str, str | int]:
+    """What a time was measured on; `contactlaw`: a hash of its sources."""
+    stamp: dict[str, str | int] = {
+        "cpu": _cpu(),
+        "cores": os.cpu_count() or 0,
+        "system": platform.platform(terse=True),
+        "python": platform.python_version(),
+        "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
+    }
+    stamp["contactlaw"] = SOURCE_STAMP[:12]
+    for name in STAMPED:
+        try:
+            stamp[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            stamp[name] = "not installed"
+    return stamp
+
+
+def _cpu() -> str:
+    try:
+        with open("/proc/cpuinfo") as lines:
+            models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    except OSError:
+        models = []
+    return models[0] if models and models[0] != "unknown" else platform.processor() or platform.machine()
+
+
+def interleaved(
+    runs: Mapping[str, Callable[[], object]],
+    repeats: int,
+    prepare: Mapping[str, Callable[[], object]] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Array]:
+    """Time several things side by side, so that the drift of the machine meets all of them alike.
+
+    Args:
+        runs: What to time, by name.
+        repeats: Rounds; each runs everything once, every other round in reverse. Two more go before, uncounted.
+        prepare: Called before a run, untimed.
+        progress: Told the part done.
+
+    Returns:
+        Seconds by name, shape (repeats,); entries of the same round belong together.
+    """
+    seconds = {name: np.empty(repeats) for name in runs}
+    order = list(runs)
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        for number in range(-2, repeats):
+            order.reverse()
+            for name in order:
+                if prepare and name in prepare:
+                    prepare[name]()
+                start = perf_counter()
+                runs[name]()
+                seconds[name][max(number, 0)] = perf_counter() - start
+            if progress:
+                progress((number + 3) / (repeats + 2))
+    finally:
+        if enabled:
+            gc.enable()
+    return seconds
+
+
+def spread(values: Array) -> Spread:
+    """Median and quartiles."""
+    low, median, high = np.percentile(values, [25, 50, 75])
+    return {"median": float(median), "low": float(low), "high": float(high)}
+
+
+def order_of(sizes: Array, errors: Array) -> float:
+    """Order of convergence: minus the slope of log(error) over log(size), least squares."""
+    return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])

@@ -1,0 +1,88 @@
+"""How pictures look: told apart by marker and line as well as by shade, so that a grey print can be read."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+STYLES: list[dict[str, Any]] = [
+    {"color": "black", "marker": "o", "linestyle": "-"},
+    {"color": "#c44e00", "marker": "s", "linestyle": "--"},
+    {"color": "#0072b2", "marker": "^", "linestyle": "-."},
+    {"color": "#8a8a8a", "marker": "D", "linestyle": ":"},
+    {"color": "#4b9f78", "marker": "v", "linestyle": (0, (5, 1, 1, 1, 1, 1))},
+    {"color": "#b58900", "marker": "P", "linestyle": (0, (1, 1))},
+]
+LAW_STYLES: dict[str, dict[str, Any]] = dict(
+    zip(("microslip", "mindlin", "linear_spring", "mindlin_rescaled", "coulomb"), STYLES, strict=False)
+)
+SETTINGS: Any = {
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.5,
+    "lines.markersize": 4.5,
+    "lines.linewidth": 1.2,
+    "legend.frameon": False,
+    "savefig.dpi": 110,
+}
+
+
+def styled() -> AbstractContextManager[None]:
+    """Within this, matplotlib draws and saves in the style of the report."""
+    import matplotlib
+
+    return matplotlib.rc_context(SETTINGS)
+
+
+def panels(count: int = 1, *, width: float = 4.6, height: float = 3.6) -> tuple[Figure, list[Axes]]:
+    """A figure with panels side by side; sizes of one panel in inches. No window, no state of pyplot."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width * count, height), layout="constrained")
+    return figure, list(figure.subplots(1, count, squeeze=False)[0])
+
+
+def plain_ticks(axes: Axes, values: list[int]) -> None:
+    """Exactly these numbers along a logarithmic x axis, as they are."""
+    axes.set_xticks(values, [str(value) for value in values])
+    axes.set_xticks([], minor=True)
+
+
+def limit_line(axes: Axes, value: float, text: str, *, vertical: bool = False) -> None:
+    """A thin line at a limit that is asked for."""
+    if vertical:
+        axes.axvline(value, color="black", linewidth=0.8, linestyle=(0, (8, 4)))
+        axes.annotate(text, (value, 0.99), xycoords=("data", "axes fraction"), xytext=(-3, 0),
+                      textcoords="offset points", rotation=90, va="top", ha="right", fontsize=8)  # fmt: skip
+    else:
+        axes.axhline(value, color="black", linewidth=0.8, linestyle=(0, (8, 4)))
+        axes.annotate(text, (0.99, value), xycoords=("axes fraction", "data"), xytext=(0, 2),
+                      textcoords="offset points", va="bottom", ha="right", fontsize=8)  # fmt: skip
+
+
+def bars(axes: Axes, names: list[str], spreads: list[dict[str, float]], *, scale: float = 1.0) -> None:
+    """Horizontal bars of medians, quartiles as whiskers, the value written at each."""
+    shades = [
+        "#444444" if any(word in name for word in ("native", "no contact", "alone")) else "#b8b8b8" for name in names
+    ]
+    medians = [scale * s["median"] for s in spreads]
+    whiskers = [
+        [scale * (s["median"] - s["low"]) for s in spreads],
+        [scale * (s["high"] - s["median"]) for s in spreads],
+    ]
+    axes.barh(names, medians, xerr=whiskers, color=shades, height=0.65, error_kw={"elinewidth": 0.8, "capsize": 2})
+    for number, (median, one) in enumerate(zip(medians, spreads, strict=True)):
+        text = f"{median:.0f}" if median >= 100.0 else f"{median:.3g}"
+        axes.annotate(
+            text, (scale * one["high"], number), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
+        )
+    axes.invert_yaxis()
+    axes.grid(visible=False, axis="y")
+    axes.margins(x=0.12)

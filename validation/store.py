@@ -1,0 +1,72 @@
+"""Results as they are saved: one small JSON a case."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from validation.case import Case, Outcome
+
+HERE = Path(__file__).parent
+Result = dict[str, Any]
+
+
+def as_result(case: Case, outcome: Outcome, *, quick: bool, seconds: float, machine: dict[str, Any]) -> Result:
+    """All that is known of a run."""
+    limits = [{**asdict(limit), "passed": limit.passed} for limit in outcome.limits]
+    return {
+        "case": case.name,
+        "claim": case.claim,
+        "quick": quick,
+        "sane": not outcome.problems,
+        "problems": list(outcome.problems),
+        "passed": not outcome.problems and all(limit["passed"] for limit in limits),
+        "limits": limits,
+        "seconds": seconds,
+        "machine": machine,
+        "data": outcome.data,
+    }
+
+
+def save(result: Result, folder: Path) -> Path:
+    """Write results/<case>.json in a folder; floats to six significant digits."""
+    path = folder / "results" / f"{result['case']}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(_text(_rounded(result)) + "\n")
+    return path
+
+
+def load(name: str, folder: Path) -> Result | None:
+    """The saved result of a case, or None."""
+    path = folder / "results" / f"{name}.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(item) for item in value]
+    if hasattr(value, "tolist"):  # numpy
+        return _rounded(value.tolist())
+    if isinstance(value, float):
+        return float(f"{value:.6g}")
+    return value
+
+
+def _text(value: Any, depth: int = 0) -> str:
+    """JSON with one line for each short entry."""
+    flat = json.dumps(value)
+    if not isinstance(value, dict | list) or len(flat) <= 100 or (isinstance(value, list) and not _nested(value)):
+        return flat
+    pad = "  " * (depth + 1)
+    if isinstance(value, dict):
+        inner = [f"{pad}{json.dumps(key)}: {_text(item, depth + 1)}" for key, item in value.items()]
+        return "{\n" + ",\n".join(inner) + "\n" + "  " * depth + "}"
+    return "[\n" + ",\n".join(pad + _text(item, depth + 1) for item in value) + "\n" + "  " * depth + "]"
+
+
+def _nested(value: list[Any]) -> bool:
+    return any(isinstance(item, dict | list) for item in value)
