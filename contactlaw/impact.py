@@ -24,9 +24,6 @@ LINE = (0.0, 0.0, 1.0)  # motion along a line asks for some plane; which one doe
 # Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
 # the finer its traces across the contact.
 CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
-STABLE_STEPS = (
-    4.5  # times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), grows
-)
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
 
 
@@ -107,12 +104,8 @@ def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -> A
 def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law, steps: int | None) -> Array:
     """psi_2 of impacts with one restitution and one resolution."""
     nodes, default_steps = RESOLUTION[chi_class]
-    count, stiffest = steps or default_steps, float(chi.max())
-    if count < STABLE_STEPS * sqrt(stiffest):
-        needed = ceil(STABLE_STEPS * sqrt(stiffest))
-        raise ValueError(
-            f"chi = {stiffest:g}: needs steps >= {needed} to be stable, and several times that to be exact"
-        )
+    count = steps or default_steps
+    _check_steps(count, float(chi.max()))
     zeta, out = _damping_ratio(restitution), np.empty(psi.size)
     if isinstance(law, Microslip):
         rebound_microslip: Any = kernel.rebound_microslip
@@ -122,6 +115,12 @@ def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law,
         theta, delta, _, _, v_mid, dt = _normal_table(zeta, count, linear)
         kernel.rebound_single_spring(psi, chi, zeta, linear, rescaled, theta, delta, v_mid, dt, out)
     return out
+
+
+def _check_steps(steps: int, chi: float) -> None:
+    needed = ceil(contact.STABLE_STEPS * sqrt(chi))
+    if steps < needed:
+        raise ValueError(f"chi = {chi:g}: needs steps >= {needed} to be stable, and several times that to be exact")
 
 
 _damping_ratio = lru_cache(maxsize=256)(oscillator.damping_ratio)
@@ -258,7 +257,10 @@ def collide(
     sliding = relative + approach * n
     speed = float(np.linalg.norm(sliding))
     along: Array = sliding / speed if speed > 0.0 else _any_tangent(n)
-    p, history = pair.parameters(radius, plane=LINE), pair.history(planar=True)
+    chi = pair.chi(mass, tangential_mass)
+    _check_steps(int(steps), chi)
+    nodes = RESOLUTION[bisect_left(CHI_BOUNDS, chi)][0]
+    p, history = pair.parameters(radius, LINE, nodes), pair.history(planar=True, nodes=nodes)
     motion = _normal_motion(pair, p, mass, approach, steps)
     history[contact.SCALE] = motion.scale
     warn_of_depth(float(motion.overlap.max()), float(p[contact.RADIUS]))
@@ -278,7 +280,7 @@ def collide(
         spin_a=w_a - arms[0] * a.inverse_inertia * turn,
         velocity_b=v_b - impulse * b.inverse_mass,
         spin_b=w_b - arms[1] * b.inverse_inertia * turn,
-        chi=pair.chi(mass, tangential_mass),
+        chi=chi,
         psi_1=scale * speed,
         psi_2=scale * after,
         time=np.concatenate([[0.0], np.cumsum(motion.dt)]),

@@ -35,6 +35,10 @@ class Law:
         """How many tractions (or springs) the history holds."""
         return 1
 
+    def nodes_or(self, suggested: int | None) -> int:
+        """The same, where the number is left open as many as suggested."""
+        return self.nodes
+
 
 @dataclass(frozen=True)
 class Coulomb(Law):
@@ -99,6 +103,10 @@ class Microslip(Law):
     def nodes(self) -> int:
         """One traction for each node."""
         return self.node_count or 16
+
+    def nodes_or(self, suggested: int | None) -> int:
+        """As many as given, else as suggested."""
+        return self.node_count or suggested or self.nodes
 
 
 LAWS: dict[str, Law] = {cls.name: cls() for cls in Law.__subclasses__()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
-from math import sqrt
+from math import floor, log10, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -147,15 +147,18 @@ class ContactPair:
             raise ValueError("radius = None: give the pair an effective radius [m] for this figure")
         return self.radius
 
-    def parameters(self, radius: float | None = None, plane: ArrayLike | None = None) -> NDArray[np.float64]:
+    def parameters(
+        self, radius: float | None = None, plane: ArrayLike | None = None, nodes: int | None = None
+    ) -> NDArray[np.float64]:
         """The pair as the kernels read it (`kernels.contact`).
 
         Args:
             radius: Effective radius [m] where the pair has none.
             plane: Normal of the plane in which all motion happens, a unit vector; None: motion in space.
+            nodes: For a microslip law that leaves their number open; None: 16.
         """
         law = law_of(self.law)
-        n = law.nodes
+        n = law.nodes_or(nodes)
         p = np.zeros(contact.PARAMETERS + 2 * n)
         p[contact.E_STAR] = self.effective_modulus
         p[contact.G_STAR] = self.effective_shear_modulus
@@ -164,6 +167,7 @@ class ContactPair:
         p[contact.FRICTION] = self.friction
         p[contact.STATIC_FRICTION] = self.friction if self.static_friction is None else self.static_friction
         p[contact.ZETA] = self.damping_ratio
+        p[contact.DURATION] = _scaled_impact(self.damping_ratio)[0]
         p[contact.LAW] = law.code
         p[contact.NODES] = n
         if plane is not None:
@@ -173,11 +177,17 @@ class ContactPair:
             p[contact.PARAMETERS :] = np.concatenate(half_line_nodes(n))
         return p
 
-    def history(self, *, planar: bool = False) -> NDArray[np.float64]:
-        """An empty history of one contact, as `kernels.contact` lays it out."""
-        n = law_of(self.law).nodes
+    def history(self, *, planar: bool = False, nodes: int | None = None) -> NDArray[np.float64]:
+        """An empty history of one contact, as `kernels.contact` lays it out; arguments as for `parameters`."""
+        n = law_of(self.law).nodes_or(nodes)
         flags = n if self.static_friction is not None and self.static_friction > self.friction else 0
         return np.zeros(contact.HEADER + n * (1 if planar else 2) + flags)
+
+
+def rounded_down(value: float) -> float:
+    """Value to three digits, not above it: a bound to name in a message that will then be kept."""
+    unit = 10.0 ** (floor(log10(value)) - 2)
+    return floor(value / unit * (1.0 + 1e-12)) * unit
 
 
 def warn_of_depth(overlap: float, radius: float) -> bool:
@@ -201,7 +211,7 @@ def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64
 
 @lru_cache(maxsize=64)
 def _scaled_impact(zeta: float) -> tuple[float, float, float]:
-    """Duration, greatest overlap and greatest force of a damped impact over those of scale (1, 1, 1) undamped."""
+    """Of a damped impact: duration times speed, greatest overlap and force, over those overlap and force undamped."""
     _, delta, force, _, _, dt = rebound.normal_table(zeta, 2000, False)
     deepest = 1.25**0.4
     return float(dt.sum() / deepest), float(delta.max() / deepest), float(force.max() / deepest**1.5)

@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, Material, checks
+from contactlaw.kernels.contact import STEPS_PER_CONTACT
 from contactlaw.laws import LAWS
+from contactlaw.pair import rounded_down
 
 ENGINES = {"mujoco": "sims.puck_mujoco", "pybullet": "sims.puck_pybullet"}
 LAUNCHES = ("oblique", "spin")
-STEPS_PER_CONTACT = 200  # by default
-FEWEST_STEPS_PER_CONTACT = 10
+DEFAULT_STEPS = 200  # a contact
 
 
 @dataclass(frozen=True)
@@ -74,11 +75,12 @@ class Puck:
         checks.one_of("material", self.material, SURFACES)
         checks.one_of("law", self.law, [*LAWS, "native"])
         checks.one_of("launch", self.launch, LAUNCHES)
-        checks.finite_array("psi_1", self.psi_1)
+        for name in ("psi_1", "heading", "phase"):
+            checks.finite_array(name, getattr(self, name))
         checks.positive("speed", self.speed)
         if self.timestep is not None:
             checks.positive("timestep", self.timestep)
-            longest = self.contact_duration / FEWEST_STEPS_PER_CONTACT
+            longest = rounded_down(self.contact_duration / STEPS_PER_CONTACT)
             if self.timestep > longest:
                 raise ValueError(
                     f"timestep = {self.timestep!r}: must resolve the contact of {self.contact_duration:.3g} s; "
@@ -121,7 +123,7 @@ class Puck:
     @property
     def step(self) -> float:
         """Engine step [s]."""
-        return self.contact_duration / STEPS_PER_CONTACT if self.timestep is None else self.timestep
+        return self.contact_duration / DEFAULT_STEPS if self.timestep is None else self.timestep
 
     @property
     def steps(self) -> int:

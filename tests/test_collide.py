@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contactlaw import LAWS, MATERIALS, Body, ContactPair, Impact, collide, rebound
+from contactlaw.laws import Microslip
 
 STEEL = MATERIALS["steel"]
 COMPONENT = st.floats(-3.0, 3.0)
@@ -315,3 +316,20 @@ def test_a_body_keeps_its_own_velocity() -> None:
 def test_numpy_integers_are_steps_too() -> None:
     ball = Body(1.0, 0.1, velocity=(0.0, 0.0, -1.0))
     assert collide(ContactPair(STEEL, STEEL, 0.1), ball, steps=np.int64(50)).psi_2 == 0.0  # type: ignore[arg-type]
+
+
+def test_steps_too_few_for_chi_are_refused() -> None:
+    """Compact bodies turn fast: at chi = 42 five steps a contact multiplied the energy by fourteen."""
+    pair = ContactPair(STEEL, STEEL, 5.0, radius=0.025)
+    body = Body(0.5, 0.025, inertia=1e-6, velocity=(5.0, 0.0, -1.0))
+    with pytest.raises(ValueError, match="needs steps >= "):
+        collide(pair, body, steps=5)
+
+
+@pytest.mark.parametrize("chi", [1.5, 4.5, 9.0])
+def test_nodes_follow_chi(chi: float) -> None:
+    pair = ContactPair(STEEL, STEEL, 0.3, radius=0.025)
+    inertia = 0.5 * 0.025**2 / (2.0 * chi / pair.kappa - 1.0)
+    impact = collide(pair, Body(0.5, 0.025, inertia=inertia, velocity=(0.5, 0.0, -1.0)), steps=2000)
+    assert impact.chi == pytest.approx(chi)
+    assert impact.psi_2 == pytest.approx(rebound(impact.psi_1, chi, law=Microslip(128), steps=4000), abs=5e-3)

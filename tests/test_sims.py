@@ -83,7 +83,7 @@ def test_the_scenes_are_listed():
         (["--engine", "bulet"], "did you mean 'pybullet'"),
         (["--material", "stele"], "did you mean 'steel'"),
         (["--law", "microslop"], "did you mean 'microslip'"),
-        (["--timestep", "1e-3"], "2.36e-05 s or less"),
+        (["--timestep", "1e-3"], "use 2.35e-05 s or less"),
         (["--timestep", "0"], "timestep = 0.0"),
         (["--psi1", "nan"], "psi_1"),
     ],
@@ -92,6 +92,13 @@ def test_bad_arguments_are_answered_with_what_is_allowed(arguments, said):
     finished = CliRunner().invoke(app, ["puck", *arguments], env={"COLUMNS": "300", "TERM": "dumb"})
     assert finished.exit_code == 2
     assert said in " ".join(finished.output.split())
+
+
+def test_the_step_named_in_a_refusal_is_accepted():
+    duration = Puck("steel").contact_duration
+    with pytest.raises(ValueError, match="use 2.35e-05 s or less"):
+        Puck("steel", timestep=duration)
+    assert Puck("steel", timestep=2.35e-5).step == 2.35e-5
 
 
 def test_the_puck_is_that_of_the_paper():

@@ -68,10 +68,9 @@ def limit_line(axes: Axes, value: float, text: str, *, vertical: bool = False) -
 
 
 def bars(axes: Axes, names: list[str], spreads: list[dict[str, float]], *, scale: float = 1.0) -> None:
-    """Horizontal bars of medians, quartiles as whiskers, the value written at each."""
-    shades = [
-        "#444444" if any(word in name for word in ("native", "no contact", "alone")) else "#b8b8b8" for name in names
-    ]
+    """Horizontal bars of medians, quartiles as whiskers, the value written at each; dark where the law is not there."""
+    without_law = ("native contact", "no contact at all", "stepSimulation alone")
+    shades = ["#444444" if name.endswith(without_law) else "#b8b8b8" for name in names]
     medians = [scale * s["median"] for s in spreads]
     whiskers = [
         [scale * (s["median"] - s["low"]) for s in spreads],

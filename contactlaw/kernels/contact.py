@@ -15,9 +15,10 @@ from contactlaw.kernels.microslip import microslip_in_plane, microslip_on_line, 
 COULOMB, LINEAR_SPRING, MINDLIN, MINDLIN_RESCALED, MICROSLIP = 0, 1, 2, 3, 4
 
 # Parameters of a contact: a float64 array, the microslip nodes (n abscissae on [0, 1], n weights) after the named ones.
-# AXIS: normal of the plane of motion where PLANAR (three components).
-E_STAR, G_STAR, RADIUS, FRICTION, STATIC_FRICTION, ZETA, LAW, NODES, PLANAR, AXIS = range(10)
-PARAMETERS = 12
+# DURATION: contact duration times speed over the undamped greatest overlap. AXIS: normal of the plane of motion where
+# PLANAR (three components).
+E_STAR, G_STAR, RADIUS, FRICTION, STATIC_FRICTION, ZETA, DURATION, LAW, NODES, PLANAR, AXIS = range(11)
+PARAMETERS = 13
 
 # History of a contact: a float64 array, the tractions (and, with static friction, a slip flag each) after the header.
 PHASE = 0  # OPEN, SLIDING since the touch, or SPRUNG: some part of the contact has stuck
@@ -35,6 +36,9 @@ SHARE = 16  # place of the contact point in the overlap, kept by adapters: 0 on 
 HEADER = 17
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
+STEPS_PER_CONTACT = 10.0  # fewer, and an engine does not resolve the contact
+# Times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), begins to grow.
+STABLE_STEPS = 4.5
 STRAIGHT = 1e-6  # sine of the angle to which a slide may turn in a step and still count as straight
 MARGIN = 1.02  # of the nodes over the greatest contact radius foreseen: the steps' own error must not outgrow them
 
@@ -53,6 +57,18 @@ def hertz_stiffness(p):
 def greatest_overlap(k, m, overlap, closing):
     """Overlap [m] at which an undamped contact that now has this overlap and closing speed will stop."""
     return (overlap * overlap * sqrt(overlap) + 1.25 * m * closing * closing / k) ** 0.4
+
+
+@jit
+def longest_step(p, mass, tangential_mass, overlap, closing):
+    """Longest step [s] that resolves an impact which has this closing speed at this overlap (zero or more)."""
+    k = hertz_stiffness(p)
+    speed = sqrt(closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass)
+    if speed == 0.0:
+        return 1e300
+    duration = p[DURATION] * greatest_overlap(k, mass, overlap, closing) / speed
+    chi = 0.5 * p[G_STAR] / p[E_STAR] * mass / tangential_mass
+    return duration / max(STEPS_PER_CONTACT, STABLE_STEPS * sqrt(chi))
 
 
 @jit

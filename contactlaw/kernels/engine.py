@@ -57,5 +57,5 @@ def tangent(p, h, normal, twist):
             c, s = cos(twist), sin(twist)
             cx, cy, cz = ny * z - nz * y, nz * x - nx * z, nx * y - ny * x
             x, y, z = c * x + s * cx, c * y + s * cy, c * z + s * cz
-    size = sqrt(x * x + y * y + z * z)
+    size = max(sqrt(x * x + y * y + z * z), 1e-300)  # zero only where a plane of motion does not hold the normal
     return x / size, y / size, z / size

@@ -5,16 +5,7 @@ from __future__ import annotations
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback, jit_for
-from contactlaw.kernels.contact import (
-    HERTZ_DURATION,
-    OPEN,
-    PHASE,
-    PLANAR,
-    RADIUS,
-    SHARE,
-    greatest_overlap,
-    hertz_stiffness,
-)  # fmt: skip
+from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, RADIUS, SHARE, longest_step  # fmt: skip
 from contactlaw.kernels.engine import contact_force, tangent
 from contactlaw.kernels.geometry import ball_on_ball, ball_on_box, ball_on_plane, nearest_on_segments, place_point
 from contactlaw.kernels.memory import call_report, doubles_at, load_double, load_int, load_pointer
@@ -24,19 +15,20 @@ from contactlaw.pair import DEEPEST
 # One block of float64 for each plugin instance of each mjData: what `instance` found in the model, then the
 # parameters of the pair, room for the new histories, and room to work in. A is the rounder of the two geoms.
 (
-    SIZE, REPORT, REPORTED, KIND, SLOTS, HISTORY, PARAMETER_COUNT, NV, TOUCHED, RADIUS_GIVEN, STATE,
+    REPORT, REPORTED, KIND, SLOTS, HISTORY, PARAMETER_COUNT, NV, TOUCHED, RADIUS_GIVEN, STATE,
     GEOM_A, GEOM_B, BODY_A, BODY_B, ROOT_A, ROOT_B, DOF_A, DOF_B, BALL_A, BALL_B, HALF_A, HALF_B, BOUND, BOX,
-) = range(25)  # fmt: skip
+) = range(24)  # fmt: skip
 PARAMETERS_AT = BOX + 3
-WORK = 24  # normal, point, velocity, force, tangents and a direction to project, and the ends of a distance
+WORK = 30  # normal, point, velocity, force, tangents and a direction to project, and the ends of a distance
 
 BALL_ON_BALL, BALL_ON_PLANE, BALL_ON_BOX, ROUND_BARS, ANY_SHAPES = range(5)
 
 TINY = 1e-300
+PLANE_SLACK = 1e-6  # sine of the angle between a contact normal and the plane of motion
+BOTH_ENDS = 2  # slots of a capsule on a plane or box; on a box its side has a third
 
 # What is reported to Python, once for each instance and mjData.
-LONG_STEP, DEEP, UNCLEAR_RADIUS = 1, 2, 4
-STEPS_PER_CONTACT = 10
+LONG_STEP, DEEP, UNCLEAR_RADIUS, NOT_IN_PLANE = 1, 2, 4, 8
 
 STATE_AT, BLOCKS_AT, XPOS_AT, XMAT_AT, COM_AT, CDOF_AT, CVEL_AT, FORCE_AT = (
     layout.DATA[field]
@@ -95,13 +87,10 @@ def is_idle(d, block):
     if number(block, TOUCHED) != 0.0:
         return False
     state = load_pointer(d + types.uintp(STATE_AT)) + types.uintp(8 * int(number(block, STATE)))
-    if load_double(state + types.uintp(8 * PHASE)) != OPEN:
-        return False
-    if (
-        number(block, SLOTS) == 2.0
-        and load_double(state + types.uintp(8 * (PHASE + int(number(block, HISTORY))))) != OPEN
-    ):
-        return False
+    size = 8 * int(number(block, HISTORY))
+    for slot in range(int(number(block, SLOTS))):
+        if load_double(state + types.uintp(8 * PHASE + slot * size)) != OPEN:
+            return False
     places = load_pointer(d + types.uintp(XPOS_AT))
     a = places + types.uintp(24 * int(number(block, GEOM_A)))
     geom_b = int(number(block, GEOM_B))
@@ -138,12 +127,21 @@ def locate(m, d, b, slot, n_out, surface_out, work):
         return ball_on_ball(a, b[BALL_A], c, b[BALL_B], n_out, surface_out), True
     if kind == ROUND_BARS:
         return locate_bars(d, b, n_out, surface_out, work)
+    if slot == BOTH_ENDS:
+        return locate_side(m, d, b, n_out, surface_out, work), False
+    return locate_end(d, b, slot, n_out, surface_out, work)
+
+
+@jit
+def locate_end(d, b, slot, n_out, surface_out, work):
+    """Ball, or one end of a capsule, on a plane or box."""
+    geom_a, geom_b = int(b[GEOM_A]), int(b[GEOM_B])
     a = row(d, XPOS_AT, geom_a, 3)
     if b[HALF_A] != 0.0:
         end_of(d, geom_a, b[HALF_A], 1.0 - 2.0 * slot, work)
         a = work[0:3]
     other, frame = row(d, XPOS_AT, geom_b, 3), row(d, XMAT_AT, geom_b, 9)
-    if kind == BALL_ON_PLANE:
+    if b[KIND] == BALL_ON_PLANE:
         return ball_on_plane(a, b[BALL_A], other, frame, n_out, surface_out), True
     return ball_on_box(a, b[BALL_A], other, frame, b[BOX : BOX + 3], n_out, surface_out)
 
@@ -164,10 +162,20 @@ def locate_bars(d, b, n_out, surface_out, work):
 
 
 @jit
+def locate_side(m, d, b, n_out, surface_out, work):
+    """Overlap of the side of a capsule with a box, where neither end touches it."""
+    for slot in range(BOTH_ENDS):
+        overlap, _ = locate_end(d, b, slot, n_out, surface_out, work)
+        if overlap > 0.0:
+            return 0.0
+    return locate_any(m, d, b, n_out, surface_out, work)
+
+
+@jit
 def locate_any(m, d, b, n_out, surface_out, work):
     """Overlap of any two shapes by the engine's own distance."""
-    near = 1e-3 + 2.0 * b[BALL_A]  # any distance will do that is never shorter than one step's approach
-    ends = work[0:6]
+    near = 1.0  # comes back where the shapes are further apart than that; any length will do
+    ends = work[12:18]
     apart = geom_distance(m, d, int(b[GEOM_A]), int(b[GEOM_B]), near, types.uintp(ends.ctypes.data))
     if apart >= near or apart == 0.0:
         return 0.0
@@ -268,11 +276,13 @@ def act(m, d, b, instance, p, h, overlap, clear, n, point, work, push_a, push_b,
         if not clear and b[RADIUS_GIVEN] == 0.0:
             report(b, instance, UNCLEAR_RADIUS, p[RADIUS])
         closing = -(velocity[0] * n[0] + velocity[1] * n[1] + velocity[2] * n[2])
-        if closing > 0.0:
-            deepest = greatest_overlap(hertz_stiffness(p), mass, max(overlap - closing * dt, 0.0), closing)
-            longest = HERTZ_DURATION * deepest / closing / STEPS_PER_CONTACT
-            if dt > longest:
-                report(b, instance, LONG_STEP, longest)
+        longest = longest_step(p, mass, tangential_mass, max(overlap - closing * dt, 0.0), closing)
+        if dt > longest:
+            report(b, instance, LONG_STEP, longest)
+        lean = n[0] * p[AXIS] + n[1] * p[AXIS + 1] + n[2] * p[AXIS + 2]
+        if abs(lean) > PLANE_SLACK:
+            report(b, instance, NOT_IN_PLANE, lean)
+            return
     contact_force(p, h, n, velocity, spin, overlap, dt, mass, tangential_mass, h_out, force)
     if overlap > DEEPEST * p[RADIUS]:
         report(b, instance, DEEP, overlap / p[RADIUS])

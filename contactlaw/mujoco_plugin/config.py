@@ -23,6 +23,11 @@ A material is a name in `MATERIALS` or "E nu" in SI units; plane is the normal o
 """
 
 
+def instance_name(geom1: str, geom2: str) -> str:
+    """Name of the plugin instance that `add_contact` makes."""
+    return f"contactlaw:{geom1}:{geom2}"
+
+
 @dataclass(frozen=True)
 class Contact:
     """A contact as configured: the geoms' names, the pair, and the plane of motion if there is one."""

@@ -16,12 +16,14 @@ import numpy as np
 from contactlaw.mujoco_plugin import callbacks as c
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.shapes import Meeting, Shape, meeting
-from contactlaw.pair import DEEPEST, ContactWarning
+from contactlaw.pair import DEEPEST, ContactWarning, rounded_down
 
 _LIBRARY = layout.library()
 _LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
 _LIBRARY.mj_getPluginConfig.restype = ctypes.c_char_p
 _LIBRARY.mj_name2id.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
+_LIBRARY.mj_id2name.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
+_LIBRARY.mj_id2name.restype = ctypes.c_char_p
 _LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
 _LIBRARY.mju_malloc.restype = ctypes.c_void_p
 
@@ -40,7 +42,7 @@ class _Instance:
     def __init__(self, model: int, number: int) -> None:
         self.view = layout.ModelView(model)
         self.contact = contact_of(model, number)
-        names = [self.contact.geom1, self.contact.geom2]
+        names = self._names(model, number)
         self.geoms = [self._geom(key, name) for key, name in zip(("geom1", "geom2"), names, strict=True)]
         if self.geoms[0] == self.geoms[1]:
             raise ValueError(f"geom2 = {names[1]!r}: must be another geom than geom1")
@@ -55,6 +57,13 @@ class _Instance:
     def state_size(self) -> int:
         """Entries in plugin_state."""
         return self.meeting.slots * self.contact.history_size
+
+    def _names(self, model: int, number: int) -> list[str]:
+        """The geoms' names, with the prefix and suffix that attaching the model to another one has put to all names."""
+        geoms = [self.contact.geom1, self.contact.geom2]
+        own = _LIBRARY.mj_id2name(model, int(mujoco.mjtObj.mjOBJ_PLUGIN), number)
+        prefix, found, suffix = (own or b"").decode().partition(config.instance_name(*geoms))
+        return [prefix + name + suffix for name in geoms] if found else geoms
 
     def _geom(self, key: str, name: str) -> int:
         number = _LIBRARY.mj_name2id(self.view.address, int(mujoco.mjtObj.mjOBJ_GEOM), name.encode())
@@ -90,7 +99,7 @@ class _Instance:
         a, other = self.shapes
         bound = a.bound if self.meeting.kind == c.BALL_ON_PLANE else a.bound + other.bound
         values = {
-            c.SIZE: b.size, c.REPORT: REPORT_ADDRESS, c.KIND: self.meeting.kind, c.SLOTS: self.meeting.slots,
+            c.REPORT: REPORT_ADDRESS, c.KIND: self.meeting.kind, c.SLOTS: self.meeting.slots,
             c.HISTORY: self.contact.history_size, c.PARAMETER_COUNT: p.size, c.NV: nv, c.STATE: state_address,
             c.RADIUS_GIVEN: self.contact.pair.radius is not None, c.GEOM_A: self.geoms[0], c.GEOM_B: self.geoms[1],
             c.BODY_A: body_a, c.BODY_B: body_b, c.ROOT_A: root_a, c.ROOT_B: root_b, c.DOF_A: dof_a, c.DOF_B: dof_b,
@@ -121,7 +130,7 @@ class _Instance:
                 return
             if not (contype[one] & affinity[two]) and not (contype[two] & affinity[one]):
                 return
-        names = self.contact.geom1, self.contact.geom2
+        names = [shape.name for shape in self.shapes]
         raise ValueError(
             f"geom1 = {names[0]!r}, geom2 = {names[1]!r}: the engine's own contact of this pair is on; turn it off by "
             f'<contact><pair geom1="{names[0]}" geom2="{names[1]}" margin="{-self.margin:g}"/></contact>'
@@ -162,6 +171,8 @@ def init(model: int, data: int, number: int) -> int:
         instance.check_native()
         if instance.view.option("integrator") == int(mujoco.mjtIntegrator.mjINT_RK4):
             raise ValueError("integrator = RK4: must be Euler, implicit or implicitfast; RK4 moves inside its step")
+        if instance.view.option("enableflags") & int(mujoco.mjtEnableBit.mjENBL_SLEEP):
+            raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
         if instance.view.option("disableflags") & _NO_PASSIVE == _NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         address = int(instance.view.ints("plugin_stateadr", number + 1)[number])
@@ -179,12 +190,17 @@ def init(model: int, data: int, number: int) -> int:
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
 def _report(number: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData."""
-    text = {
-        c.LONG_STEP: f"the time step is longer than a tenth of the contact: use {value:.3g} s or less",
-        c.DEEP: f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right",
-        c.UNCLEAR_RADIUS: f"touching at an edge or the side of a capsule with R = {value:.3g} m taken from the ball; "
-        "give the pair its radius",
-    }[code]
+    if code == c.LONG_STEP:
+        text = f"the time step does not resolve the contact: use {rounded_down(value):.3g} s or less"
+    elif code == c.DEEP:
+        text = f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right"
+    elif code == c.UNCLEAR_RADIUS:
+        text = (
+            f"touching at an edge or the side of a capsule, with R = {value:.3g} m taken from the ball or capsule; "
+            "give the pair its radius"
+        )
+    else:
+        text = "the contact normal is not in the plane of motion that the contact was given: no force acts"
     warnings.warn(f"contact of plugin instance {number}: {text}", ContactWarning, stacklevel=2)
 
 

@@ -35,7 +35,7 @@ class Shape:
     @property
     def curvature(self) -> float:
         """1/R [1/m] of a ball, a capsule's end or a flat face."""
-        return 1.0 / self.size[0] if self.is_round else 0.0
+        return 1.0 / float(self.size[0]) if self.is_round else 0.0
 
     @property
     def half_length(self) -> float:
@@ -78,8 +78,9 @@ def meeting(one: Shape, two: Shape, radius: float | None) -> Meeting:
         if b.is_round:
             bars = a.half_length > 0.0 or b.half_length > 0.0
             return Meeting(swapped, callbacks.ROUND_BARS if bars else callbacks.BALL_ON_BALL, 1, effective)
-        kind = callbacks.BALL_ON_PLANE if b.kind == int(_TYPE.mjGEOM_PLANE) else callbacks.BALL_ON_BOX
-        return Meeting(swapped, kind, 2 if a.half_length > 0.0 else 1, effective)
+        on_plane = b.kind == int(_TYPE.mjGEOM_PLANE)
+        slots = 1 if a.half_length == 0.0 else callbacks.BOTH_ENDS if on_plane else callbacks.BOTH_ENDS + 1
+        return Meeting(swapped, callbacks.BALL_ON_PLANE if on_plane else callbacks.BALL_ON_BOX, slots, effective)
     if radius is None:
         raise ValueError(
             f"radius = None: {one.label} on {two.label} has no one clear radius of curvature; give the pair its "

@@ -32,6 +32,9 @@ def add_contact(
     Their native contact is turned off, that of each with every other geom stays unless told otherwise. Balls and the
     ends of capsules may touch planes, the faces of boxes and each other; any other shapes need `pair.radius`.
 
+    What the plugin notices while a model runs (a step too long, an overlap too deep, an edge) is said once for each
+    `MjData` as a `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, the reason on stderr.
+
     Args:
         spec: The model, before it is compiled.
         geom1, geom2: Names, or geoms of the spec (one without a name is given one).
@@ -57,14 +60,16 @@ def add_contact(
         raise ValueError(f"geom2 = {two.name!r}: must be another geom than geom1")
     normal = None if plane is None else checks.unit_vector("plane", plane)
     shapes = [Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in (one, two)]
-    meeting(shapes[0], shapes[1], pair.radius)
+    if all(shape.size.any() for shape in shapes):  # sizes fitted to a mesh are not known before the model is compiled
+        meeting(shapes[0], shapes[1], pair.radius)
     taken = {plugin.name for plugin in spec.plugins}
-    if one.name and two.name and taken & {_instance_name(one, two), _instance_name(two, one)}:
+    orders = {config.instance_name(one.name, two.name), config.instance_name(two.name, one.name)}
+    if one.name and two.name and taken & orders:
         raise ValueError(f"geom1 = {one.name!r}, geom2 = {two.name!r}: this pair has been added before")
 
     for geom in (one, two):
         geom.name = geom.name or _free_name(spec)
-    name = _instance_name(one, two)
+    name = config.instance_name(one.name, two.name)
     for native in spec.pairs:
         if {native.geomname1, native.geomname2} == {one.name, two.name}:
             spec.delete(native)
@@ -77,11 +82,14 @@ def add_contact(
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(contact)
+    _hold(spec, name, (one, two))
     return name
 
 
 def _geom(spec: mujoco.MjSpec, argument: str, value: Any) -> mujoco.MjsGeom:
     if isinstance(value, mujoco.MjsGeom):
+        if not any(value is geom or value == geom for geom in spec.geoms):
+            raise ValueError(f"{argument} = geom {value.name!r}: must be a geom of the spec")
         return value
     if isinstance(value, str):
         geom = spec.geom(value)
@@ -91,8 +99,13 @@ def _geom(spec: mujoco.MjSpec, argument: str, value: Any) -> mujoco.MjsGeom:
     raise ValueError(f"{argument} = {value!r}: must be the name of a geom, or a geom, of the spec")
 
 
-def _instance_name(one: mujoco.MjsGeom, two: mujoco.MjsGeom) -> str:
-    return f"contactlaw:{one.name}:{two.name}"
+def _hold(spec: mujoco.MjSpec, name: str, geoms: tuple[mujoco.MjsGeom, mujoco.MjsGeom]) -> None:
+    """Let a body of the pair refer to the instance, or MuJoCo drops it when the spec is copied or attached."""
+    for geom in geoms:
+        body = geom.parent
+        if body.id != spec.worldbody.id and not body.plugin.active:
+            body.plugin.active, body.plugin.plugin_name, body.plugin.name = True, config.PLUGIN_NAME, name
+            return
 
 
 def _free_name(spec: mujoco.MjSpec) -> str:

@@ -6,23 +6,22 @@ import struct
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import floor, inf, isfinite, log10, sqrt
+from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit
-from contactlaw.kernels.contact import MASS, NORMAL
+from contactlaw.kernels.contact import MASS, NORMAL, TANGENTIAL_MASS, longest_step
 from contactlaw.kernels.engine import contact_force
-from contactlaw.pair import ContactPair, ContactWarning, warn_of_depth
+from contactlaw.pair import ContactPair, ContactWarning, rounded_down, warn_of_depth
 from contactlaw.pybullet_callback.geometry import Motion, Side, check_one_end, check_smooth, mobility, velocity_at
 from contactlaw.pybullet_callback.losses import CLAMP
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
-STEPS_PER_CONTACT = 10  # fewer, and the law is not resolved
 LOCKED = 1e300  # effective mass of what cannot slide [kg]
 
 # A row of measurements, written with ROW and read by `advance`: number of the contact, normal and tangential effective
@@ -146,7 +145,7 @@ class Contact:
         closing = closing_speed(point, a, b)
         # Overlap beyond what a step of the approach makes was there from the start and will push.
         overlap = -point.gap if -point.gap > 2.0 * closing * dt else 0.0
-        speed = self._check_step(masses[0], overlap, closing, dt)
+        speed = self._check_step(*masses, overlap, closing, dt)
         self.masses, self.share, self.dt = masses, share, dt
         if speed > 0.0 and not self.warned:
             self.warned = warn_of_depth(self.pair.greatest_overlap(masses[0], speed), self.radius)
@@ -156,7 +155,8 @@ class Contact:
         if self.by_shape and (self.a.shape == "capsule" or self.b.shape == "capsule"):
             self._check_ends(point, a, b)
         if dt != self.dt:
-            self._check_step(float(self.history[MASS]), -point.gap, closing_speed(point, a, b), dt)
+            masses = float(self.history[MASS]), float(self.history[TANGENTIAL_MASS])
+            self._check_step(*masses, -point.gap, closing_speed(point, a, b), dt)
             self.dt = dt
 
     def _check_ends(self, point: Point, a: Motion, b: Motion) -> None:
@@ -175,20 +175,17 @@ class Contact:
             across = float(tangent @ w @ tangent)
         return 1.0 / along, 1.0 / across if across > 0.0 else LOCKED
 
-    def _check_step(self, mass: float, overlap: float, closing: float, dt: float) -> float:
+    def _check_step(self, mass: float, tangential_mass: float, overlap: float, closing: float, dt: float) -> float:
         """Refuse a step too long for an impact with this overlap and closing speed; returns its speed [m/s]."""
-        speed = closing
+        speed = max(closing, 0.0)
         if overlap > 0.0:
             stiffness = 4.0 / 3.0 * self.pair.effective_modulus * sqrt(self.radius)
             speed = sqrt(closing**2 + 0.8 * stiffness * overlap**2.5 / mass)
-        if speed <= 0.0:
-            return 0.0
-        duration = self.pair.contact_duration(mass, speed)
-        if dt * STEPS_PER_CONTACT > duration * (1.0 + 1e-9):
-            step = rounded_down(duration / STEPS_PER_CONTACT)
+        longest = longest_step(self.parameters, mass, tangential_mass, 0.0, speed)
+        if dt > longest * (1.0 + 1e-9):
             raise ValueError(
-                f"fixedTimeStep = {dt:.4g} s: too long for {self}, which touch for {duration:.4g} s at {speed:.4g} m/s;"
-                f" must be at most a tenth of that: setTimeStep({step:.2g})"
+                f"fixedTimeStep = {dt:.4g} s: does not resolve the contact of {self}, which meet at {speed:.4g} m/s;"
+                f" must be at most {rounded_down(longest):.3g} s (setTimeStep)"
             )
         return speed
 
@@ -204,12 +201,6 @@ def closing_speed(point: Point, a: Motion, b: Motion) -> float:
     """Speed at which the bodies approach along the normal in the middle of the overlap [m/s]."""
     middle = 0.5 * np.add(point.on_a, point.on_b)
     return float(np.dot(point.normal, velocity_at(b, middle) - velocity_at(a, middle)))
-
-
-def rounded_down(value: float) -> float:
-    """Value to two digits, not above it."""
-    unit = 10.0 ** (floor(log10(value)) - 1)
-    return floor(value / unit) * unit
 
 
 @jit

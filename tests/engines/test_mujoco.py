@@ -408,7 +408,7 @@ def test_a_step_too_long_for_the_contact_is_named_with_the_one_to_use():
     model = spec.compile()
     data = mujoco.MjData(model)
     data.qvel[2] = -1.0
-    with pytest.warns(ContactWarning, match="use 1.79e-05 s or less"):
+    with pytest.warns(ContactWarning, match="use 1.74e-05 s or less"):
         mujoco.mj_step(model, data, 3)
 
 
@@ -460,3 +460,124 @@ def test_a_process_ends_cleanly_with_the_plugin_in_use():
     )
     finished = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, check=False)
     assert (finished.returncode, finished.stdout.strip()) == (0, "done"), finished.stderr
+
+
+def test_a_mujoco_whose_structs_lie_elsewhere_is_refused(monkeypatch):
+    from contactlaw.mujoco_plugin import layout
+
+    layout.check()
+    monkeypatch.setitem(layout.DATA, "cvel", layout.DATA["cvel"] + 8)
+    with pytest.raises(ImportError, match=r"does not fit MuJoCo .*mjData\.cvel"):
+        layout.check()
+
+
+def test_a_mujoco_of_another_age_is_refused(monkeypatch):
+    from contactlaw.mujoco_plugin.register import register
+
+    monkeypatch.setattr(mujoco, "__version__", "3.2.1")
+    with pytest.raises(ImportError, match=r"MuJoCo 4\.0 and later 4\.x, not 3\.2\.1"):
+        register()
+
+
+def bounce_of(model):
+    """Upward velocity of the only free body after it has struck at 1 m/s."""
+    data = mujoco.MjData(model)
+    data.qvel[:3] = [0.1, 0.0, -1.0]
+    mujoco.mj_step(model, data, 300)
+    return data.qvel[2]
+
+
+def test_the_contact_is_kept_when_a_spec_is_copied_or_attached():
+    spec, _ = ball_on_floor(steel_pair())
+    expected = bounce_of(spec.compile())
+    assert expected == pytest.approx(0.93, abs=1e-3)
+    assert bounce_of(spec.copy().compile()) == expected
+    for prefix in ("x_", ""):
+        child, _ = ball_on_floor(steel_pair())
+        parent = mujoco.MjSpec()
+        parent.option.timestep, parent.option.gravity = 1e-6, [0, 0, 0]
+        parent.attach(child, frame=parent.worldbody.add_frame(), prefix=prefix)
+        assert bounce_of(parent.compile()) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("radius", [None, 0.025])
+def test_the_side_of_a_capsule_does_not_pass_through_a_box(radius):
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+    spec.worldbody.add_geom(name="block", type=GEOM.mjGEOM_BOX, size=[0.05] * 3, pos=[0, 0, -0.05])
+    body = spec.worldbody.add_body(pos=[0, 0, 0.025])
+    body.add_freejoint()
+    body.add_geom(
+        name="bar",
+        type=GEOM.mjGEOM_CAPSULE,
+        size=[0.025, 0.2, 0],
+        quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0],
+        density=1000,
+    )
+    add_contact(spec, "bar", "block", steel_pair(radius=radius, friction=0.0))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[2] = -1.0
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, 600)
+    assert data.qvel[2] > 0.5
+    assert any("side of a capsule" in str(w.message) for w in caught) == (radius is None)
+
+
+def test_a_deep_start_at_rest_with_a_long_step_is_said():
+    spec, _ = ball_on_floor(steel_pair(restitution=1.0), timestep=2e-3)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] -= 1.5e-3
+    with pytest.warns(ContactWarning, match="does not resolve the contact"):
+        mujoco.mj_step(model, data)
+
+
+def test_a_contact_out_of_the_plane_it_was_given_is_said_and_does_nothing():
+    spec, _ = ball_on_floor(steel_pair(), plane=[0, 0, 1])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[2] = -1.0
+    with pytest.warns(ContactWarning, match="not in the plane of motion"):
+        mujoco.mj_step(model, data, 20)
+    assert np.isfinite(data.qvel).all()
+    assert data.qvel[2] == -1.0
+
+
+def test_sleeping_bodies_are_refused(capfd):
+    spec, _ = ball_on_floor(steel_pair())
+    model = spec.compile()
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    with pytest.raises(mujoco.FatalError, match="init failed"):
+        mujoco.MjData(model)
+    assert "sleep must be off" in capfd.readouterr().err
+
+
+def test_a_geom_of_another_spec_is_refused():
+    spec, other = shapes_spec(), shapes_spec()
+    with pytest.raises(ValueError, match="must be a geom of the spec"):
+        add_contact(spec, other.geom("ball"), "floor", steel_pair())
+
+
+def test_rollouts_on_two_threads_give_the_bits_of_one():
+    from mujoco import rollout
+
+    spec, _ = ball_on_floor(steel_pair())
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    states = []
+    for speed in (0.5, 1.0, 1.5, 2.0):
+        mujoco.mj_resetData(model, data)
+        data.qvel[:3] = [0.1, 0.05, -speed]
+        mujoco.mj_step(model, data, 20)  # each starts in mid-contact
+        state = np.empty(mujoco.mj_stateSize(model, kind))
+        mujoco.mj_getState(model, data, state, kind)
+        states.append(state)
+    results = []
+    for threads in (1, 2):
+        datas = [mujoco.MjData(model) for _ in range(threads)]
+        out, _ = rollout.rollout(model, datas, initial_state=np.array(states), nstep=150)
+        results.append(out)
+    assert np.array_equal(*results)

@@ -371,7 +371,7 @@ def test_long_step_is_refused_before_anything_changes(client: int) -> None:
     callback = ContactCallback(client)
     handle = callback.add_contact(body, floor, pair_of())
     for _ in range(2):  # the touch would be within this step; asking twice changes nothing
-        with pytest.raises(ValueError, match=r"fixedTimeStep = 0.004167 s: too long .* setTimeStep\(1.6e-05\)"):
+        with pytest.raises(ValueError, match=r"fixedTimeStep = 0.004167 s: does not resolve .* at most 1.69e-05 s"):
             callback()
     assert not callback.state(handle).history.any()
     p.setTimeStep(duration / 10.0, client)
@@ -396,7 +396,7 @@ def test_nothing_passes_through_unseen(client: int) -> None:
     body = ball(client, [0, 0, 0.5], [0, 0, -50.0])
     callback = ContactCallback(client)
     callback.add_contact(body, plate, pair_of())
-    with pytest.raises(ValueError, match="too long"):
+    with pytest.raises(ValueError, match="does not resolve"):
         run(client, callback, 10)
     assert p.getBasePositionAndOrientation(body, client)[0][2] > 0.0
 

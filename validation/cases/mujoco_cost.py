@@ -102,7 +102,7 @@ class MujocoCost(Case):
         shown = [name for name, over in data["over"].items() if name != over]
         bars(right, shown, [data["ratio"][name] for name in shown])
         limit_line(right, 1.0, "", vertical=True)
-        right.set_xlabel("over the same without the law (see table) [-]")
+        right.set_xlabel("over the same without the law [-]")
         return figure
 
 
