@@ -3,7 +3,8 @@
 Units are SI; vectors are in the world frame; a contact normal points from body B to body A and forces act on A.
 """
 
-from contactlaw.impact import Body, Impact, collide, force_along_path, rebound
+from contactlaw.collision import Body, Impact, collide
+from contactlaw.impact import force_along_path, rebound
 from contactlaw.laws import LAWS, Law
 from contactlaw.material import MATERIALS, RIGID, Material
 from contactlaw.pair import ContactPair, ContactWarning

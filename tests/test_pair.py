@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from contactlaw import MATERIALS, RIGID, ContactPair, ContactWarning, Material, collide
-from contactlaw.impact import Body
+from contactlaw import MATERIALS, RIGID, Body, ContactPair, ContactWarning, Material, collide
 from contactlaw.kernels import contact
 
 STEEL, RUBBER = MATERIALS["steel"], MATERIALS["rubber"]

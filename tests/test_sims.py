@@ -96,7 +96,7 @@ def test_bad_arguments_are_answered_with_what_is_allowed(arguments, said):
 
 def test_the_step_named_in_a_refusal_is_accepted():
     duration = Puck("steel").contact_duration
-    with pytest.raises(ValueError, match="use 2.35e-05 s or less"):
+    with pytest.raises(ValueError, match=r"use 2\.35e-05 s or less"):
         Puck("steel", timestep=duration)
     assert Puck("steel", timestep=2.35e-5).step == 2.35e-5
 
