@@ -47,9 +47,9 @@ def run_puck(
     material: Annotated[str, typer.Option(help=_choices(puck.SURFACES))] = "steel",
     psi1: Annotated[float, typer.Option(help="(kappa/mu) V_x/V_z1 before the impact.")] = 1.2,
     law: Annotated[str, typer.Option(help=_choices([*LAWS, "native"]))] = "microslip",
-    timestep: Annotated[float | None, typer.Option(help="Engine step [s]; default: a 200th of the contact.")] = None,
+    timestep: Annotated[float | None, typer.Option(help="Engine step in s; default: a 200th of the contact.")] = None,
     launch: Annotated[str, typer.Option(help=_choices(puck.LAUNCHES))] = "oblique",
-    heading: Annotated[float, typer.Option(help="Direction of the block's normal in the plane [rad].")] = 0.0,
+    heading: Annotated[float, typer.Option(help="Direction of the block's normal in the plane, in rad.")] = 0.0,
     table: Annotated[bool, typer.Option(help="Simulate gravity and a frictionless table too.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
