@@ -1,0 +1,69 @@
+"""Scenes that the tests of the MuJoCo plugin share."""
+
+import mujoco
+import numpy as np
+
+from contactlaw import MATERIALS, ContactPair, rebound
+from contactlaw.mujoco_plugin import add_contact
+
+STEEL = MATERIALS["steel"]
+
+
+RADIUS = 0.0254
+
+
+DENSITY = 7833.0
+
+
+MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
+
+
+GEOM = mujoco.mjtGeom
+
+
+def ball_on_floor(pair, timestep=1e-6, plane=None, floor="plane", gravity=0.0):
+    spec = mujoco.MjSpec()
+    spec.option.timestep = timestep
+    spec.option.gravity = [0.0, 0.0, -gravity]
+    if floor == "plane":
+        spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+    else:
+        spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_BOX, size=[1, 1, 0.1], pos=[0, 0, -0.1])
+    body = spec.worldbody.add_body(name="body", pos=[0, 0, RADIUS])
+    body.add_freejoint()
+    body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
+    name = add_contact(spec, "ball", "floor", pair, plane=plane)
+    return spec, name
+
+
+def steel_pair(**changes):
+    return ContactPair(STEEL, STEEL, **{"friction": 0.115, "restitution": 0.93, **changes})
+
+
+def duration(pair, speed=1.0):
+    return ContactPair(pair.a, pair.b, pair.friction, pair.restitution, RADIUS).contact_duration(MASS, speed)
+
+
+def impact_error(pair, psi_1, steps_a_contact, heading=0.3, phase=0.5, plane=None, floor="plane"):
+    """psi_2 in the engine less the law's own."""
+    step = duration(pair) / steps_a_contact
+    spec, _ = ball_on_floor(pair, step, plane, floor)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    along = np.array([np.cos(heading), np.sin(heading), 0.0])
+    scale = pair.kappa / pair.friction
+    data.qpos[2] += phase * step
+    data.qvel[:3] = psi_1 / scale * along - [0, 0, 1]
+    mujoco.mj_step(model, data, int(1.3 * steps_a_contact) + 3)
+    at_contact = data.qvel[:3] + np.cross(data.qvel[3:], [0, 0, -RADIUS])
+    assert data.ncon == 0
+    psi_2 = scale * at_contact @ along
+    return psi_2 - rebound(psi_1, pair.chi(1.0, 1.0 / 3.5), pair.law, pair.restitution)
+
+
+def bounce_of(model):
+    """Upward velocity of the only free body after it has struck at 1 m/s."""
+    data = mujoco.MjData(model)
+    data.qvel[:3] = [0.1, 0.0, -1.0]
+    mujoco.mj_step(model, data, 300)
+    return data.qvel[2]

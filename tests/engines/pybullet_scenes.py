@@ -1,0 +1,120 @@
+"""Scenes that the tests of the PyBullet callback share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pybullet as p
+from numpy.typing import ArrayLike
+
+from contactlaw import MATERIALS, ContactPair, rebound
+from contactlaw.pybullet_callback import ContactCallback
+
+RADIUS = 0.0254
+
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+FREE = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6, "jointDamping": 0.0}
+# Material, friction, restitution, approach speed [m/s]: such that the overlap stays below a hundredth of the radius.
+
+
+CASES = {"steel": (0.115, 0.93, 1.0), "rubber": (2.4, 0.86, 0.05)}
+
+
+def shape(client: int, kind: int, **size: Any) -> int:
+    return p.createCollisionShape(kind, physicsClientId=client, **size)
+
+
+def plane(client: int) -> int:
+    return p.createMultiBody(0.0, shape(client, p.GEOM_PLANE), physicsClientId=client)
+
+
+def slab(client: int) -> int:
+    """A fixed box with its top at z = 0."""
+    box = shape(client, p.GEOM_BOX, halfExtents=[1.0, 1.0, 0.1])
+    return p.createMultiBody(0.0, box, -1, [0, 0, -0.1], physicsClientId=client)
+
+
+def ball(
+    client: int, place: ArrayLike, velocity: ArrayLike = (0, 0, 0), spin: ArrayLike = (0, 0, 0), *,
+    radius: float = RADIUS, mass: float = 0.5, gyration2: float = 0.4,
+) -> int:  # fmt: skip
+    """A sphere, or a puck cut from one where gyration2 = K^2 is not 2/5."""
+    body = p.createMultiBody(
+        mass, shape(client, p.GEOM_SPHERE, radius=radius), -1, np.asarray(place, float).tolist(), physicsClientId=client
+    )  # fmt: skip
+    inertia = [gyration2 * mass * radius**2] * 3
+    p.changeDynamics(body, -1, localInertiaDiagonal=inertia, physicsClientId=client, **FREE)
+    p.resetBaseVelocity(
+        body, np.asarray(velocity, float).tolist(), np.asarray(spin, float).tolist(), physicsClientId=client
+    )
+    return body
+
+
+def velocities(client: int, body: int) -> tuple[np.ndarray, np.ndarray]:
+    velocity, spin = p.getBaseVelocity(body, client)
+    return np.array(velocity), np.array(spin)
+
+
+def run(client: int, callback: Callable[[], None], steps: int) -> None:
+    for _ in range(steps):
+        callback()
+        p.stepSimulation(client)
+
+
+def pair_of(material: str = "steel", **changes: Any) -> ContactPair:
+    mu, e, _ = CASES[material]
+    m = MATERIALS[material]
+    settings: dict[str, Any] = {"friction": mu, "restitution": e} | changes
+    return ContactPair(m, m, **settings)
+
+
+def impact(
+    client: int, material: str, psi_1: float, steps: int, *,
+    launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
+    ground: Callable[[int], int] = plane, law: str = "microslip", planar: bool = False, ball_first: bool = True,
+) -> tuple[float, float, float]:  # fmt: skip
+    """One impact of a ball or puck on a flat fixed body: errors of psi_2 and of restitution, sideways velocity."""
+    mu, e, speed = CASES[material]
+    mass, pair = 0.5, pair_of(material, law=law)
+    dt = pair_of(material, radius=RADIUS).contact_duration(mass, speed) / steps
+    along = np.array([np.cos(angle), np.sin(angle), 0.0])
+    sliding = psi_1 * mu / pair.kappa * speed
+    if launch == "oblique":
+        velocity, spin = sliding * along - speed * UP, np.zeros(3)
+    else:
+        velocity, spin = -speed * UP, sliding / RADIUS * np.cross(along, UP)
+    floor = ground(client)
+    body = ball(client, [0, 0, RADIUS + phase * dt * speed], velocity, spin, mass=mass, gyration2=gyration2)
+    p.setTimeStep(dt, client)
+    callback = ContactCallback(client)
+    pairing = (body, floor) if ball_first else (floor, body)
+    callback.add_contact(*pairing, pair, plane=np.cross(UP, along) if planar else None)
+    run(client, callback, int(2.0 * steps))
+    velocity, spin = velocities(client, body)
+    contact = velocity - RADIUS * np.cross(spin, UP)
+    psi_2 = pair.kappa / mu * float(contact @ along) / speed
+    chi = pair.chi(mass, mass / (1.0 + 1.0 / gyration2))
+    p.resetSimulation(client)
+    error = psi_2 - float(rebound(psi_1, chi, law, e))
+    return error, velocity[2] / speed - e, float(contact @ np.cross(UP, along))
+
+
+def paddle(client: int, base_mass: float = 0.0) -> int:
+    """A sphere-headed paddle on a hinge about y, with its head at the end of an arm along x."""
+    head = shape(client, p.GEOM_SPHERE, radius=RADIUS)
+    body = p.createMultiBody(
+        base_mass, -1, -1, [0, 0, 0],
+        linkMasses=[0.3], linkCollisionShapeIndices=[head], linkVisualShapeIndices=[-1], linkPositions=[[0, 0, 0]],
+        linkOrientations=[[0, 0, 0, 1]], linkInertialFramePositions=[[0.2, 0, 0]],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]], linkParentIndices=[0], linkJointTypes=[p.JOINT_REVOLUTE],
+        linkJointAxis=[[0, 1, 0]], physicsClientId=client,
+    )  # fmt: skip
+    for link in range(-1, 1):
+        p.changeDynamics(body, link, localInertiaDiagonal=[1e-4, 2e-4, 3e-4], physicsClientId=client, **FREE)
+    p.setJointMotorControl2(body, 0, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
+    return body

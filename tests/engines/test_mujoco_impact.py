@@ -1,0 +1,184 @@
+"""The law in unmodified mj_step: impacts against `rebound`, conservation, shapes."""
+
+import warnings
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import DENSITY, GEOM, RADIUS, ball_on_floor, impact_error, steel_pair  # noqa: E402
+
+from contactlaw import LAWS  # noqa: E402
+from contactlaw.mujoco_plugin import add_contact  # noqa: E402
+
+
+@pytest.mark.parametrize(("steps", "allowed"), [(50, 1e-2), (100, 5e-3)])
+@pytest.mark.parametrize("psi_1", [0.3, 1.2, 2.5, 4.5])
+def test_an_impact_meets_the_law_at_any_phase_and_heading(steps, allowed, psi_1):
+    for phase, heading in [(0.0, 0.0), (0.37, 1.1), (0.8, 4.0)]:
+        assert abs(impact_error(steel_pair(), psi_1, steps, heading, phase)) <= allowed
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_acts(law):
+    assert abs(impact_error(steel_pair(law=law), 1.2, 400)) <= 3e-3
+
+
+def test_the_error_falls_with_the_square_of_the_step():
+    phases = (0.1, 0.35, 0.6, 0.85)
+    pair = steel_pair(restitution=1.0)
+    finest = impact_error(pair, 2.0, 3200)
+    errors = [max(abs(impact_error(pair, 2.0, n, phase=f) - finest) for f in phases) for n in (25, 50, 100)]
+    assert np.log2(errors[0] / errors[2]) / 2.0 > 1.7, errors
+
+
+def test_a_planar_contact_gives_what_one_in_space_gives():
+    for psi_1 in (0.5, 2.0):
+        in_space = impact_error(steel_pair(), psi_1, 100, heading=0.0)
+        planar = impact_error(steel_pair(), psi_1, 100, heading=0.0, plane=[0, 1, 0])
+        assert planar == pytest.approx(in_space, abs=1e-10)
+
+
+def test_a_box_face_is_a_plane():
+    assert impact_error(steel_pair(), 1.2, 100, floor="box") == pytest.approx(
+        impact_error(steel_pair(), 1.2, 100), abs=1e-9
+    )
+
+
+def test_a_shape_found_by_the_engine_agrees_with_the_closed_form():
+    after = []
+    for kind, size in ((GEOM.mjGEOM_SPHERE, [RADIUS, 0, 0]), (GEOM.mjGEOM_ELLIPSOID, [RADIUS] * 3)):
+        spec = mujoco.MjSpec()
+        spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+        spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+        body = spec.worldbody.add_body(pos=[0, 0, RADIUS])
+        body.add_freejoint()
+        body.add_geom(name="round", type=kind, size=size, density=DENSITY)
+        add_contact(spec, "round", "floor", steel_pair(radius=RADIUS))
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qvel[:3] = [0.2, 0.1, -1.0]
+        mujoco.mj_step(model, data, 150)
+        after.append(data.qvel.copy())
+    assert after[1] == pytest.approx(after[0], abs=1e-6)
+
+
+def test_capsule_ends_are_balls_and_give_the_same_bounce():
+    """Two capsules end to end strike as two balls of the same mass and inertia do."""
+    after = []
+    for half in (0.0, 0.04):
+        spec = mujoco.MjSpec()
+        spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+        for name, z in (("low", 0.0), ("high", 2 * RADIUS + 2 * half)):
+            body = spec.worldbody.add_body(name=name, pos=[0, 0, z])
+            body.add_freejoint()
+            body.explicitinertial, body.mass, body.ipos, body.inertia = True, 1.0, [0, 0, 0], [1e-3] * 3
+            kind = GEOM.mjGEOM_CAPSULE if half else GEOM.mjGEOM_SPHERE
+            body.add_geom(name=name + "_geom", type=kind, size=[RADIUS, half, 0])
+        add_contact(spec, "low_geom", "high_geom", steel_pair(friction=0.0, restitution=1.0))
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qvel[8] = -1.0
+        mujoco.mj_step(model, data, 300)
+        after.append(data.qvel.copy())
+    assert after[1] == pytest.approx(after[0], abs=1e-6)
+    assert after[0][2] == pytest.approx(-1.0, abs=1e-3)  # equal masses exchange their velocities
+
+
+def test_two_balls_keep_momentum_and_angular_momentum():
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+    places = np.array([[0, 0, 0], [0.3, 0.2, 1.0] / np.linalg.norm([0.3, 0.2, 1.0]) * 2 * RADIUS])
+    for i, place in enumerate(places):
+        body = spec.worldbody.add_body(pos=place)
+        body.add_freejoint()
+        body.add_geom(name=f"ball{i}", size=[RADIUS, 0, 0], density=DENSITY)
+    add_contact(spec, "ball0", "ball1", steel_pair())
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[:] = [0.1, 0.2, 0.8, 30, -10, 20, -0.3, 0.1, -0.9, 5, 40, -7]
+
+    def momenta():
+        mujoco.mj_forward(model, data)
+        linear = sum(model.body_mass[b] * data.qvel[6 * (b - 1) : 6 * b - 3] for b in (1, 2))
+        spins = [data.xmat[b].reshape(3, 3) @ data.qvel[6 * b - 3 : 6 * b] for b in (1, 2)]
+        angular = sum(
+            model.body_inertia[b][0] * spins[b - 1]
+            + model.body_mass[b] * np.cross(data.xipos[b], data.qvel[6 * (b - 1) : 6 * b - 3])
+            for b in (1, 2)
+        )
+        return linear, angular
+
+    before = momenta()
+    mujoco.mj_step(model, data, 300)
+    after = momenta()
+    assert np.linalg.norm(data.qvel[:3] - [0.1, 0.2, 0.8]) > 0.5
+    assert after[0] == pytest.approx(before[0], abs=1e-12)
+    assert after[1] == pytest.approx(before[1], abs=1e-10)
+
+
+def test_a_hinged_paddle_returns_the_ball_without_making_energy():
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+    arm = spec.worldbody.add_body(name="arm")
+    arm.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+    arm.add_geom(name="paddle", type=GEOM.mjGEOM_BOX, size=[0.02, 0.1, 0.1], pos=[0, 0, 0.4], density=2000)
+    ball = spec.worldbody.add_body(name="ball", pos=[0.02 + RADIUS, 0, 0.42])
+    ball.add_freejoint()
+    ball.add_geom(name="ball_geom", size=[RADIUS, 0, 0], density=DENSITY)
+    add_contact(spec, "ball_geom", "paddle", steel_pair(restitution=1.0))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[model.jnt_dofadr[1] :][:3] = [-1.0, 0.1, 0.2]
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    mujoco.mj_forward(model, data)
+    before = data.energy[1]
+    mujoco.mj_step(model, data, 500)
+    mujoco.mj_forward(model, data)
+    assert data.qvel[0] < -0.5
+    assert 0.9 * before < data.energy[1] <= before * (1.0 + 1e-3)
+
+
+def test_free_flight_is_untouched():
+    spec, _ = ball_on_floor(steel_pair(), timestep=1e-3)
+    plain = mujoco.MjSpec.from_string("<mujoco><option gravity='0 0 0' timestep='1e-3'/></mujoco>")
+    body = plain.worldbody.add_body(pos=[0, 0, RADIUS])
+    body.add_freejoint()
+    body.add_geom(size=[RADIUS, 0, 0], density=DENSITY)
+    after = []
+    for model in (spec.compile(), plain.compile()):
+        data = mujoco.MjData(model)
+        data.qpos[2] = 1.0
+        data.qvel[:] = [1, 2, 3, 4, 5, 6]
+        mujoco.mj_step(model, data, 100)
+        after.append(np.concatenate([data.qpos, data.qvel]))
+    assert np.array_equal(*after)
+
+
+@pytest.mark.parametrize("radius", [None, 0.025])
+def test_the_side_of_a_capsule_does_not_pass_through_a_box(radius):
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+    spec.worldbody.add_geom(name="block", type=GEOM.mjGEOM_BOX, size=[0.05] * 3, pos=[0, 0, -0.05])
+    body = spec.worldbody.add_body(pos=[0, 0, 0.025])
+    body.add_freejoint()
+    body.add_geom(
+        name="bar",
+        type=GEOM.mjGEOM_CAPSULE,
+        size=[0.025, 0.2, 0],
+        quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0],
+        density=1000,
+    )
+    add_contact(spec, "bar", "block", steel_pair(radius=radius, friction=0.0))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[2] = -1.0
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, 600)
+    assert data.qvel[2] > 0.5
+    assert any("side of a capsule" in str(w.message) for w in caught) == (radius is None)

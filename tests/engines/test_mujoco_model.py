@@ -1,0 +1,269 @@
+"""The plugin's borders: specs and XML, native contacts, what is refused and what is said."""
+
+import warnings
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import DENSITY, GEOM, RADIUS, ball_on_floor, bounce_of, steel_pair  # noqa: E402
+
+from contactlaw import ContactPair, ContactWarning, Material  # noqa: E402
+from contactlaw.mujoco_plugin import add_contact, contact_history  # noqa: E402
+
+
+def test_the_native_contact_of_the_pair_is_off_and_that_with_others_stays():
+    spec, _ = ball_on_floor(steel_pair(), timestep=1e-5)
+    spec.worldbody.add_geom(name="wall", type=GEOM.mjGEOM_BOX, size=[0.1, 1, 1], pos=[0.1 + RADIUS - 1e-4, 0, 0.5])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] -= 1e-6
+    mujoco.mj_forward(model, data)
+    assert [sorted(model.geom(g).name for g in c.geom) for c in data.contact[: data.ncon]] == [["ball", "wall"]]
+    assert data.qfrc_passive[2] > 0.0
+
+
+def test_geoms_without_others_leave_the_collision_detection_and_bounce_alike():
+    after = []
+    for others in (True, False):
+        spec = mujoco.MjSpec()
+        spec.option.timestep, spec.option.gravity = 1e-6, [0, 0, 0]
+        floor = spec.worldbody.add_geom(type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+        body = spec.worldbody.add_body(pos=[0, 0, RADIUS])
+        body.add_freejoint()
+        ball = body.add_geom(size=[RADIUS, 0, 0], density=DENSITY)
+        add_contact(spec, ball, floor, steel_pair(), others=others)
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qvel[:3] = [0.1, 0, -1]
+        mujoco.mj_step(model, data, 150)
+        after.append(data.qvel.copy())
+        assert (model.npair, ball.contype) == ((1, 1) if others else (0, 0))
+    assert np.array_equal(*after)
+
+
+def test_a_deep_overlap_does_not_bring_the_native_contact_back():
+    for floor in ("plane", "box"):
+        spec, _ = ball_on_floor(steel_pair(radius=1e6), floor=floor)  # so flat that no warning of depth is due
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qpos[2] = 0.2 * RADIUS
+        mujoco.mj_forward(model, data)
+        assert data.ncon == 0
+
+
+XML = """<mujoco><option timestep="1e-6" gravity="0 0 0" {option}/>
+<extension><plugin plugin="contactlaw.contact"><instance name="bounce">{config}</instance></plugin></extension>
+<worldbody><geom name="floor" type="plane" size="1 1 .1"/>
+<body pos="0 0 .0254"><freejoint/><geom name="ball" size=".0254" density="7833"/></body></worldbody>
+<contact>{native}</contact></mujoco>"""
+
+
+KEYS = {"geom1": "ball", "geom2": "floor", "material1": "steel", "material2": "steel", "friction": "0.115"}
+
+
+OFF = '<pair geom1="ball" geom2="floor" margin="-1e6"/>'
+
+
+def xml(option="", native=OFF, **changes):
+    config = "".join(f'<config key="{k}" value="{v}"/>' for k, v in {**KEYS, **changes}.items() if v)
+    return XML.format(option=option, config=config, native=native)
+
+
+def test_xml_and_add_contact_make_the_same_contact():
+    spec, _ = ball_on_floor(steel_pair())
+    after = []
+    for model in (spec.compile(), mujoco.MjModel.from_xml_string(xml(restitution="0.93"))):
+        data = mujoco.MjData(model)
+        data.qvel[:3] = [0.1, 0.0, -1.0]
+        mujoco.mj_step(model, data, 150)
+        after.append(data.qvel.copy())
+    assert np.array_equal(*after)
+
+
+def test_a_spec_with_the_law_survives_a_round_trip_through_xml():
+    pair = ContactPair(Material(1.1e9, 0.31), Material(2e9, 0.4), 0.3, 0.7, law="mindlin", stiffness_ratio=0.6)
+    spec, name = ball_on_floor(pair, plane=[0, 1, 0])
+    model = mujoco.MjModel.from_xml_string(spec.to_xml())
+    data = mujoco.MjData(model)
+    original = spec.compile()
+    other = mujoco.MjData(original)
+    for m, d in ((model, data), (original, other)):
+        d.qvel[:3] = [0.1, 0.0, -1.0]
+        mujoco.mj_step(m, d, 100)
+    assert np.array_equal(data.qvel, other.qvel)
+    assert contact_history(model, data, name).shape == contact_history(original, other, name).shape
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"friction": "-0.1"}, "friction = -0.1: must be finite and >= 0"),
+        ({"friction": ""}, "friction: missing"),
+        ({"law": "mindlim"}, "did you mean 'mindlin'"),
+        ({"geom2": "flor"}, "geom2 = 'flor'"),
+        ({"geom2": "ball"}, "another geom"),
+        ({"material1": "cheese"}, "material1 = 'cheese'"),
+        ({"restitution": "0"}, "restitution = 0.0: must be in (0, 1]"),
+        ({"native": ""}, '<pair geom1="ball" geom2="floor"'),
+        ({"option": 'integrator="RK4"'}, "integrator = RK4"),
+        ({"option": '><flag spring="disable" damper="disable"/></option><option'}, "disableflags"),
+    ],
+)
+def test_xml_that_cannot_be_is_refused_with_the_reason(changes, said, capfd):
+    with pytest.raises(ValueError, match="init failed"):
+        mujoco.MjModel.from_xml_string(xml(**changes))
+    assert said in capfd.readouterr().err
+
+
+def test_an_unknown_key_is_refused():
+    with pytest.raises(ValueError, match="frictoin"):
+        mujoco.MjModel.from_xml_string(xml(frictoin="0.1"))
+
+
+def shapes_spec():
+    return mujoco.MjSpec.from_string(
+        '<mujoco><worldbody><geom name="floor" type="plane" size="1 1 .1"/><body name="b" pos="0 0 .1"><freejoint/>'
+        '<geom name="can" type="cylinder" size=".1 .1"/><geom name="ball" size=".1"/></body></worldbody></mujoco>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"geom2": "flor"}, "geom2 = 'flor': must be one of .*did you mean 'floor'"),
+        ({"geom1": 3}, "geom1 = 3"),
+        ({"geom1": "can"}, "cylinder 'can' on plane 'floor' has no one clear radius"),
+        ({"geom2": "ball"}, "another geom"),
+        ({"pair": 0.1}, "pair = 0.1"),
+        ({"spec": shapes_spec().compile()}, "before the model is compiled"),
+        ({"plane": [0, 0, 2]}, "plane = .*unit vector"),
+        ({"plane": [0, 0, np.nan]}, "plane: holds nan"),
+    ],
+)
+def test_bad_input_is_refused_and_changes_nothing(change, said):
+    spec = shapes_spec()
+    arguments = {"spec": spec, "geom1": "ball", "geom2": "floor", "pair": steel_pair(), **change}
+    before = spec.to_xml()
+    with pytest.raises(ValueError, match=said):
+        add_contact(**arguments)
+    assert spec.to_xml() == before
+
+
+def test_a_pair_is_added_once():
+    spec = shapes_spec()
+    add_contact(spec, "ball", "floor", steel_pair())
+    for geoms in (("ball", "floor"), ("floor", "ball")):
+        with pytest.raises(ValueError, match="added before"):
+            add_contact(spec, *geoms, steel_pair())
+
+
+def test_geoms_without_names_get_one():
+    spec = mujoco.MjSpec()
+    floor = spec.worldbody.add_geom(type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+    body = spec.worldbody.add_body(pos=[0, 0, 1])
+    body.add_freejoint()
+    ball = body.add_geom(size=[0.1, 0, 0])
+    add_contact(spec, ball, floor, steel_pair())
+    assert ball.name != floor.name
+    mujoco.MjData(spec.compile())
+
+
+def test_a_step_too_long_for_the_contact_is_named_with_the_one_to_use():
+    spec, _ = ball_on_floor(steel_pair(), timestep=1e-4)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[2] = -1.0
+    with pytest.warns(ContactWarning, match="use 1.74e-05 s or less"):
+        mujoco.mj_step(model, data, 3)
+
+
+def test_a_deep_contact_is_warned_of():
+    spec, _ = ball_on_floor(ContactPair(Material(1e5, 0.5), Material(1e5, 0.5), 0.1), timestep=1e-5)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] = 0.8 * RADIUS
+    with pytest.warns(ContactWarning, match="overlap over radius is 0.2"):
+        mujoco.mj_step(model, data)
+
+
+def test_a_box_edge_asks_for_a_radius():
+    for radius, warned in ((None, True), (RADIUS, False)):
+        spec, _ = ball_on_floor(steel_pair(radius=radius), floor="box")
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qpos[0] = 1.0 + 0.5 * RADIUS
+        data.qpos[2] = np.sqrt(0.75) * RADIUS - 1e-6
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            mujoco.mj_step(model, data)
+        assert any("edge" in str(w.message) for w in caught) == warned
+
+
+def test_a_mujoco_whose_structs_lie_elsewhere_is_refused(monkeypatch):
+    from contactlaw.mujoco_plugin import layout
+
+    layout.check()
+    monkeypatch.setitem(layout.DATA, "cvel", layout.DATA["cvel"] + 8)
+    with pytest.raises(ImportError, match=r"does not fit MuJoCo .*mjData\.cvel"):
+        layout.check()
+
+
+def test_a_mujoco_of_another_age_is_refused(monkeypatch):
+    from contactlaw.mujoco_plugin.register import register
+
+    monkeypatch.setattr(mujoco, "__version__", "3.2.1")
+    with pytest.raises(ImportError, match=r"MuJoCo 4\.0 and later 4\.x, not 3\.2\.1"):
+        register()
+
+
+def test_the_contact_is_kept_when_a_spec_is_copied_or_attached():
+    spec, _ = ball_on_floor(steel_pair())
+    expected = bounce_of(spec.compile())
+    assert expected == pytest.approx(0.93, abs=1e-3)
+    assert bounce_of(spec.copy().compile()) == expected
+    for prefix in ("x_", ""):
+        child, _ = ball_on_floor(steel_pair())
+        parent = mujoco.MjSpec()
+        parent.option.timestep, parent.option.gravity = 1e-6, [0, 0, 0]
+        parent.attach(child, frame=parent.worldbody.add_frame(), prefix=prefix)
+        assert bounce_of(parent.compile()) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_deep_start_at_rest_with_a_long_step_is_said():
+    spec, _ = ball_on_floor(steel_pair(restitution=1.0), timestep=2e-3)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] -= 1.5e-3
+    with pytest.warns(ContactWarning, match="does not resolve the contact"):
+        mujoco.mj_step(model, data)
+
+
+def test_a_contact_out_of_the_plane_it_was_given_is_said_and_does_nothing():
+    spec, _ = ball_on_floor(steel_pair(), plane=[0, 0, 1])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[2] = -1.0
+    with pytest.warns(ContactWarning, match="not in the plane of motion"):
+        mujoco.mj_step(model, data, 20)
+    assert np.isfinite(data.qvel).all()
+    assert data.qvel[2] == -1.0
+
+
+def test_sleeping_bodies_are_refused(capfd):
+    spec, _ = ball_on_floor(steel_pair())
+    model = spec.compile()
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    with pytest.raises(mujoco.FatalError, match="init failed"):
+        mujoco.MjData(model)
+    assert "sleep must be off" in capfd.readouterr().err
+
+
+def test_a_geom_of_another_spec_is_refused():
+    spec, other = shapes_spec(), shapes_spec()
+    with pytest.raises(ValueError, match="must be a geom of the spec"):
+        add_contact(spec, other.geom("ball"), "floor", steel_pair())

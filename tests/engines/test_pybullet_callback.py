@@ -1,0 +1,195 @@
+"""What the callback refuses, warns of and asks for."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from contactlaw import ContactWarning
+
+p = pytest.importorskip("pybullet")
+
+from pybullet_scenes import FREE, RADIUS, ball, pair_of, plane, run, shape, slab, velocities  # noqa: E402
+
+from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+
+
+def test_long_step_is_refused_before_anything_changes(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
+    duration = pair_of(radius=RADIUS).contact_duration(0.5, 1.0)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, floor, pair_of())
+    for _ in range(2):  # the touch would be within this step; asking twice changes nothing
+        with pytest.raises(ValueError, match=r"fixedTimeStep = 0.004167 s: does not resolve .* at most 1.69e-05 s"):
+            callback()
+    assert not callback.state(handle).history.any()
+    p.setTimeStep(duration / 10.0, client)
+    run(client, callback, 80)
+    assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=0.03)
+
+
+def test_step_that_grows_during_a_contact_is_refused(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -1.0])
+    p.setTimeStep(1e-6, client)
+    callback = ContactCallback(client)
+    callback.add_contact(body, floor, pair_of())
+    run(client, callback, 50)
+    p.setTimeStep(1e-4, client)
+    with pytest.raises(ValueError, match=r"fixedTimeStep = 0\.0001 s"):
+        callback()
+
+
+def test_nothing_passes_through_unseen(client: int) -> None:
+    """A thin plate, a quarter of a step's travel away and twenty times thinner than that."""
+    plate = p.createMultiBody(0.0, shape(client, p.GEOM_BOX, halfExtents=[1, 1, 0.001]), physicsClientId=client)
+    body = ball(client, [0, 0, 0.5], [0, 0, -50.0])
+    callback = ContactCallback(client)
+    callback.add_contact(body, plate, pair_of())
+    with pytest.raises(ValueError, match="does not resolve"):
+        run(client, callback, 10)
+    assert p.getBasePositionAndOrientation(body, client)[0][2] > 0.0
+
+
+def test_substeps_are_refused(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, RADIUS])
+    p.setPhysicsEngineParameter(numSubSteps=4, physicsClientId=client)
+    callback = ContactCallback(client)
+    with pytest.raises(ValueError, match="numSubSteps = 4"):
+        callback.add_contact(body, floor, pair_of())
+
+
+def test_shapes_without_a_radius_are_refused(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, 1.0])
+    tin = p.createMultiBody(1.0, shape(client, p.GEOM_CYLINDER, radius=0.1, height=0.2), physicsClientId=client)
+    callback = ContactCallback(client)
+    with pytest.raises(ValueError, match=r"radius = None: body 2 \(body_a\) is a cylinder"):
+        callback.add_contact(tin, floor, pair_of())
+    with pytest.raises(ValueError, match="both flat"):
+        callback.add_contact(slab(client), floor, pair_of())
+    callback.add_contact(tin, body, pair_of(radius=0.02))
+
+
+@pytest.mark.parametrize("upright", [True, False])
+def test_capsule_bounces_on_its_end_and_may_not_lie(client: int, upright: bool) -> None:
+    floor = plane(client)
+    turn = p.getQuaternionFromEuler([0, 0 if upright else np.pi / 2, 0])
+    rod = p.createMultiBody(
+        1.0, shape(client, p.GEOM_CAPSULE, radius=RADIUS, height=0.1), -1,
+        [0, 0, RADIUS + (0.05 if upright else 0.0)], turn, physicsClientId=client,
+    )  # fmt: skip
+    p.changeDynamics(rod, -1, physicsClientId=client, **FREE)
+    p.resetBaseVelocity(rod, [0, 0, -1.0], physicsClientId=client)
+    p.setTimeStep(2e-6, client)
+    callback = ContactCallback(client)
+    callback.add_contact(rod, floor, pair_of())
+    if upright:
+        run(client, callback, 300)
+        assert velocities(client, rod)[0][2] == pytest.approx(0.93, abs=1e-3)
+    else:
+        with pytest.raises(ValueError, match="capsule"):
+            run(client, callback, 300)
+
+
+@pytest.mark.parametrize("kind", ["edge", "side"])
+def test_edges_and_sides_need_a_radius(client: int, kind: str) -> None:
+    if kind == "edge":
+        target, place = slab(client), [1.0 + 0.68 * RADIUS, 0, 0.68 * RADIUS]
+    else:
+        bar = shape(client, p.GEOM_CAPSULE, radius=RADIUS, height=0.2)
+        target, place = p.createMultiBody(0.0, bar, physicsClientId=client), [1.99 * RADIUS, 0, 0.02]
+    body = ball(client, place)
+    p.setTimeStep(1e-7, client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, target, pair_of())
+    with pytest.raises(ValueError, match=f"touches with the {kind} of its"):
+        callback()
+    callback.remove_contact(handle)
+    callback.add_contact(body, target, pair_of(radius=0.6 * RADIUS))
+    callback()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"body_a": 99}, "body_a = 99"),
+        ({"body_a": True}, "body_a = True"),
+        ({"body_b": 1.5}, "body_b = 1.5"),
+        ({"link_a": 3}, "link_a = 3"),
+        ({"link_b": -2}, "link_b = -2"),
+        ({"body_a": 0}, "the same as a"),
+        ({"pair": "steel"}, "pair = 'steel'"),
+        ({"plane": (1.0, 1.0, 0.0)}, "plane = "),
+    ],
+)
+def test_bad_input_is_refused_and_changes_nothing(client: int, change: dict, message: str) -> None:
+    floor, body = plane(client), ball(client, [0, 0, 1.0])
+    callback = ContactCallback(client)
+    with pytest.raises(ValueError, match=message):
+        callback.add_contact(**({"body_a": body, "body_b": floor, "pair": pair_of()} | change))
+    assert callback.save() == {}
+
+
+def test_a_pair_is_added_once(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, 1.0])
+    callback = ContactCallback(client)
+    callback.add_contact(body, floor, pair_of())
+    with pytest.raises(ValueError, match="have contact 0 already"):
+        callback.add_contact(floor, body, pair_of())
+    with pytest.raises(ValueError, match="client = 77"):
+        ContactCallback(77)
+
+
+def test_motion_out_of_the_plane_is_refused(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -1.0])
+    p.setTimeStep(1e-6, client)
+    callback = ContactCallback(client)
+    callback.add_contact(body, floor, pair_of(), plane=(0.0, 0.6, 0.8))
+    with pytest.raises(ValueError, match="plane = "):
+        run(client, callback, 3)
+
+
+def test_a_body_that_has_gone_is_an_error_until_its_contact_goes(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, 1.0])
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, floor, pair_of())
+    callback()
+    p.removeBody(body, client)
+    with pytest.raises(ValueError, match=f"body {body}: removed"):
+        callback()
+    assert ball(client, [0, 0, RADIUS - 1e-6]) == body  # PyBullet gives the id away again
+    with pytest.raises(ValueError, match=f"body {body}: removed, or no longer the one"):
+        callback()
+    callback.remove_contact(handle)
+    callback()
+
+
+def test_damping_and_clamp_are_warned_of_once(client: int) -> None:
+    floor = plane(client)
+    damped = ball(client, [0, 0, 1.0], [1, 0, 0], [0, 0, 5.0])
+    p.changeDynamics(damped, -1, linearDamping=0.04, angularDamping=0.04, physicsClientId=client)
+    clamped = ball(client, [1, 0, RADIUS], [0, 0, -1.0], [0, 150.0, 0])
+    p.changeDynamics(clamped, -1, maxJointVelocity=100, physicsClientId=client)
+    p.setTimeStep(1e-6, client)
+    callback = ContactCallback(client)
+    for body in (damped, clamped):
+        callback.add_contact(body, floor, pair_of())
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run(client, callback, 20)
+    messages = [str(w.message) for w in caught if issubclass(w.category, ContactWarning)]
+    assert len(messages) == 2
+    assert f"body {clamped}: moves at 100.0" in messages[0] + messages[1]
+    assert f"body {damped}: loses speed in free flight, linearDamping = angularDamping = 0.04" in "".join(messages)
+
+
+def test_clean_bodies_raise_no_warning(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-6], [0.1, 0, -1.0], [0, 0, 5.0])
+    p.setGravity(0, 0, -9.81, client)
+    p.setTimeStep(1e-6, client)
+    callback = ContactCallback(client)
+    callback.add_contact(body, floor, pair_of())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(client, callback, 300)
