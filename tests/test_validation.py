@@ -128,6 +128,21 @@ def test_the_report_is_made_from_the_json_alone(tmp_path):
     assert "123.250" in text and "4.5" in text and "7.000" not in text
 
 
+def test_results_of_different_code_are_said_to_be(tmp_path):
+    class Other(Sample):
+        name = "other"
+
+    cases = [Sample(), Other()]
+    for case in cases:
+        runner.run_case(case, tmp_path)
+    assert "different versions" not in report.write(cases, tmp_path).read_text()
+    path = tmp_path / "results" / "other.json"
+    saved = json.loads(path.read_text())
+    saved["machine"]["contactlaw"] = "0123456789ab"
+    path.write_text(json.dumps(saved))
+    assert "different versions" in report.write(cases, tmp_path).read_text()
+
+
 def test_the_stamp_names_machine_and_versions(tmp_path):
     stamp = runner.run_case(Sample(), tmp_path)["machine"]
     assert {"cpu", "cores", "python", "numba", "mujoco", "pybullet", "date"} <= set(stamp)

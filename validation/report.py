@@ -75,7 +75,11 @@ def _summary(present: list[tuple[Case, Result]]) -> str:
             [f"[{case.title}](#{anchor})", verdict(result), f"{result['seconds']:.0f} s{quick}",
              result["machine"]["date"]]
         )  # fmt: skip
-    return f"{markdown(table)}\n"
+    sources = {result["machine"].get("contactlaw") for _, result in present}
+    mixed = (
+        "" if len(sources) < 2 else "\nThese results come from different versions of the code: run all cases anew.\n"
+    )
+    return f"{markdown(table)}\n{mixed}"
 
 
 def _chapter(case: Case, result: Result, folder: Path) -> str:
