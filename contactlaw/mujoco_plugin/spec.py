@@ -43,7 +43,7 @@ def add_contact(
             component instead of two.
         others: Whether these geoms may touch any other natively. False takes both out of the engine's collision
             detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to
-            further contacts of the law.
+            further contacts of the law. Not with a compiler that discards visual geoms: it would discard these.
 
     Returns:
         The name of the plugin instance, for `contact_history`.
