@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 from contactlaw.impact import LINE, check_steps, nodes_for, normal_table
 from contactlaw.kernels import contact, oscillator, paths
+from contactlaw.kernels.rebound import SCALED_DEEPEST
 from contactlaw.laws import law_of
 from contactlaw.pair import ContactPair, warn_of_depth
 
@@ -201,7 +202,7 @@ def _normal_motion(pair: ContactPair, p: Array, mass: float, approach: float, st
         length, scale = approach * sqrt(mass / stiffness), stiffness
         elastic = 0.5 * stiffness * (length * delta) ** 2
     else:
-        length = deepest / 1.25**0.4
+        length = deepest / SCALED_DEEPEST
         scale = sqrt(p[contact.RADIUS] * length * float(delta.max()))
         elastic = 0.4 * k * (length * delta) ** 2.5
     if zeta > 0.0:  # the last overlap is still elastic energy, but no force is left to return it to the motion

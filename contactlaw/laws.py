@@ -14,7 +14,7 @@ class Law:
     """How the tangential force of a contact follows from its motion.
 
     To add a law:
-      1. give it a code and a branch in `kernels.contact.step`, with its equations and their source there;
+      1. give it a code and a branch in `kernels.contact.friction`, with its equations and their source there;
       2. keep what it must remember in the history, `nodes` tractions (or springs) after the header, nothing elsewhere;
       3. never let the tangential force leave the cone mu P, nor the history change when a step is only looked at;
       4. give it a path in `kernels.rebound` if whole impacts should be fast;

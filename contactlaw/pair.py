@@ -133,14 +133,16 @@ class ContactPair:
 
     def greatest_force(self, mass: float, speed: float) -> float:
         """Greatest normal force [N] of an impact; where the damper dominates this may be at the touch."""
-        k = 4.0 / 3.0 * self.effective_modulus * sqrt(self._radius())
-        return k * self._deepest(mass, speed) ** 1.5 * _scaled_impact(self.damping_ratio)[2]
+        return self._stiffness() * self._deepest(mass, speed) ** 1.5 * _scaled_impact(self.damping_ratio)[2]
 
     def _deepest(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] without damping."""
         m, v = checks.positive("mass", mass), checks.positive("speed", speed)
-        k = 4.0 / 3.0 * self.effective_modulus * sqrt(self._radius())
-        return (1.25 * m * v * v / k) ** 0.4
+        return contact.greatest_overlap(self._stiffness(), m, 0.0, v)
+
+    def _stiffness(self) -> float:
+        """k of P = k delta^1.5 [N/m^1.5]."""
+        return 4.0 / 3.0 * self.effective_modulus * sqrt(self._radius())
 
     def _radius(self) -> float:
         if self.radius is None:
@@ -213,5 +215,5 @@ def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64
 def _scaled_impact(zeta: float) -> tuple[float, float, float]:
     """Of a damped impact: duration times speed, greatest overlap and force, over those overlap and force undamped."""
     _, delta, force, _, _, dt = rebound.normal_table(zeta, 2000, False)
-    deepest = 1.25**0.4
+    deepest = rebound.SCALED_DEEPEST
     return float(dt.sum() / deepest), float(delta.max() / deepest), float(force.max() / deepest**1.5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -20,8 +21,8 @@ console = Console(width=None if sys.stdout.isatty() else 110)
 SCENES = {"puck": "a puck strikes a clamped block on an air table (Maw, Barber & Fawcett 1981)"}
 
 
-def _choices(names: object) -> str:
-    return "|".join(names)  # type: ignore[arg-type]
+def _choices(names: Iterable[str]) -> str:
+    return "|".join(names)
 
 
 @app.callback(invoke_without_command=True)

@@ -36,6 +36,7 @@ SHARE = 16  # place of the contact point in the overlap, kept by adapters: 0 on 
 HEADER = 17
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
+PLANE_SLACK = 1e-6  # sine of the angle that a contact normal may make with its plane of motion
 STEPS_PER_CONTACT = 10.0  # fewer, and an engine does not resolve the contact
 # Times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), begins to grow.
 STABLE_STEPS = 4.5
@@ -60,13 +61,19 @@ def greatest_overlap(k, m, overlap, closing):
 
 
 @jit
+def impact_speed(p, mass, overlap, closing):
+    """Closing speed [m/s] of an impact that has this overlap (zero or more) and closing speed now."""
+    elastic = 0.8 * hertz_stiffness(p) * overlap * overlap * sqrt(overlap)
+    return sqrt(closing * closing + elastic / mass)
+
+
+@jit
 def longest_step(p, mass, tangential_mass, overlap, closing):
     """Longest step [s] that resolves an impact which has this closing speed at this overlap (zero or more)."""
-    k = hertz_stiffness(p)
-    speed = sqrt(closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass)
+    speed = impact_speed(p, mass, overlap, closing)
     if speed == 0.0:
         return 1e300
-    duration = p[DURATION] * greatest_overlap(k, mass, overlap, closing) / speed
+    duration = p[DURATION] * greatest_overlap(hertz_stiffness(p), mass, overlap, closing) / speed
     chi = 0.5 * p[G_STAR] / p[E_STAR] * mass / tangential_mass
     return duration / max(STEPS_PER_CONTACT, STABLE_STEPS * sqrt(chi))
 
@@ -252,8 +259,8 @@ def regrid_history(p, h_io, span):
 def respan(p, h, overlap, closing):
     """Contact radius that the nodes should span: the present one unless the contact outgrows it or lives far inside.
 
-    A contact that settles from a bounce to rest keeps few of its nodes; it is judged by the overlap it
-    can still reach, so that the thin contacts at the start and end of an impact are left alone.
+    A contact that settles from a bounce to rest keeps few of its nodes; it is judged by the overlap it can still reach,
+    so that the thin contacts at the start and end of an impact are left alone.
     """
     span = h[SCALE]
     a2 = p[RADIUS] * overlap

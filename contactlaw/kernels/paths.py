@@ -32,7 +32,7 @@ from contactlaw.kernels.contact import (
     elastic_part,
     friction,
     hertz_stiffness,
-)  # fmt: skip
+)
 
 SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
 MOST_SUBSTEPS = 4096  # per segment of the path

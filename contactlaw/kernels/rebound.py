@@ -18,7 +18,8 @@ from contactlaw.jit import jit, jit_of_sums
 from contactlaw.kernels.oscillator import end_phase, phase_of_velocity, phase_point
 
 SQRT_5_4 = sqrt(1.25)
-TIME_PER_PHASE = 0.8 * 1.25**0.4  # dt = this y^(-1/5) dtheta
+SCALED_DEEPEST = 1.25**0.4  # greatest overlap without damping
+TIME_PER_PHASE = 0.8 * SCALED_DEEPEST  # dt = this y^(-1/5) dtheta
 
 
 @jit
@@ -95,8 +96,7 @@ def node_table(delta, x, w):
 
 @jit
 def first_stick(psi_1, chi, zeta, theta):
-    """Phase and step at which an impact that starts sliding sticks; velocity there, and at the middle of what is left
-    of the step, and its scaled phase length."""
+    """Phase and step at which an impact that starts sliding sticks; velocity there and midway through what is left."""
     v = (2.0 * chi - psi_1) / (2.0 * chi - 1.0)
     phase = phase_of_velocity(v, zeta)
     k = min(int(phase / theta[1]), theta.size - 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback, jit_for
-from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, RADIUS, SHARE, longest_step  # fmt: skip
+from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, PLANE_SLACK, RADIUS, SHARE, longest_step
 from contactlaw.kernels.engine import contact_force, tangent
 from contactlaw.kernels.geometry import ball_on_ball, ball_on_box, ball_on_plane, nearest_on_segments, place_point
 from contactlaw.kernels.memory import call_report, doubles_at, load_double, load_int, load_pointer
@@ -24,25 +24,12 @@ WORK = 30  # normal, point, velocity, force, tangents and a direction to project
 BALL_ON_BALL, BALL_ON_PLANE, BALL_ON_BOX, ROUND_BARS, ANY_SHAPES = range(5)
 
 TINY = 1e-300
-PLANE_SLACK = 1e-6  # sine of the angle between a contact normal and the plane of motion
 BOTH_ENDS = 2  # slots of a capsule on a plane or box; on a box its side has a third
 
 # What is reported to Python, once for each instance and mjData.
 LONG_STEP, DEEP, UNCLEAR_RADIUS, NOT_IN_PLANE = 1, 2, 4, 8
 
-STATE_AT, BLOCKS_AT, XPOS_AT, XMAT_AT, COM_AT, CDOF_AT, CVEL_AT, FORCE_AT = (
-    layout.DATA[field]
-    for field in (
-        "plugin_state",
-        "plugin_data",
-        "geom_xpos",
-        "geom_xmat",
-        "subtree_com",
-        "cdof",
-        "cvel",
-        "qfrc_passive",
-    )
-)
+STATE_AT, BLOCKS_AT, XPOS_AT, XMAT_AT, COM_AT, CDOF_AT, CVEL_AT, FORCE_AT = layout.DATA.values()
 PARENT_AT = layout.DOF_PARENTS
 TIMESTEP_AT = layout.TIMESTEP
 

@@ -130,16 +130,11 @@ class _Instance:
                 return
             if not (contype[one] & affinity[two]) and not (contype[two] & affinity[one]):
                 return
-        names = [shape.name for shape in self.shapes]
+        names, margin = [shape.name for shape in self.shapes], native_margin(*self.shapes)
         raise ValueError(
             f"geom1 = {names[0]!r}, geom2 = {names[1]!r}: the engine's own contact of this pair is on; turn it off by "
-            f'<contact><pair geom1="{names[0]}" geom2="{names[1]}" margin="{-self.margin:g}"/></contact>'
+            f'<contact><pair geom1="{names[0]}" geom2="{names[1]}" margin="{-margin:g}"/></contact>'
         )
-
-    @property
-    def margin(self) -> float:
-        """How far the engine's own detection is pushed back: its cheapest test then always says no."""
-        return native_margin(*self.shapes)
 
 
 def native_margin(one: Shape, two: Shape) -> float:

@@ -122,7 +122,7 @@ def contact_history(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> ND
 
     Returns:
         Shape (slots, entries), as `contactlaw.kernels.contact` lays it out (`OVERLAP`, `NORMAL`, `TANGENTIAL`, ...);
-        two slots for a capsule on a plane or box, one for each end, otherwise one.
+        one slot; for a capsule on a plane two, one for each end, on a box a third for its side.
 
     Raises:
         ValueError: The model has no such contact.

@@ -6,14 +6,14 @@ import struct
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, sqrt
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit
-from contactlaw.kernels.contact import MASS, NORMAL, TANGENTIAL_MASS, longest_step
+from contactlaw.kernels.contact import MASS, NORMAL, PLANE_SLACK, TANGENTIAL_MASS, impact_speed, longest_step
 from contactlaw.kernels.engine import contact_force
 from contactlaw.pair import ContactPair, ContactWarning, rounded_down, warn_of_depth
 from contactlaw.pybullet_callback.geometry import Motion, Side, check_one_end, check_smooth, mobility, velocity_at
@@ -136,7 +136,7 @@ class Contact:
             check_smooth(self.a, point.on_a, point.normal, a)
             check_smooth(self.b, point.on_b, point.normal, b)
             self._check_ends(point, a, b)
-        if self.plane is not None and abs(float(normal @ self.plane)) > 1e-6:
+        if self.plane is not None and abs(float(normal @ self.plane)) > PLANE_SLACK:
             raise ValueError(
                 f"plane = {self.plane.tolist()}: the normal {normal.tolist()} of {self} does not lie in it"
             )
@@ -177,10 +177,7 @@ class Contact:
 
     def _check_step(self, mass: float, tangential_mass: float, overlap: float, closing: float, dt: float) -> float:
         """Refuse a step too long for an impact with this overlap and closing speed; returns its speed [m/s]."""
-        speed = max(closing, 0.0)
-        if overlap > 0.0:
-            stiffness = 4.0 / 3.0 * self.pair.effective_modulus * sqrt(self.radius)
-            speed = sqrt(closing**2 + 0.8 * stiffness * overlap**2.5 / mass)
+        speed = impact_speed(self.parameters, mass, overlap, closing if overlap > 0.0 else max(closing, 0.0))
         longest = longest_step(self.parameters, mass, tangential_mass, 0.0, speed)
         if dt > longest * (1.0 + 1e-9):
             raise ValueError(

@@ -14,7 +14,7 @@ import numpy as np
 from contactlaw import LAWS
 from validation.ball import FRICTION, RADIUS, elastic_energy, energy_of, mujoco_ball, steel_pair
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.measure import interleaved, spread
+from validation.measure import interleaved, spread, step_table
 from validation.picture import bars, limit_line, panels
 
 if TYPE_CHECKING:
@@ -85,14 +85,7 @@ class MujocoCost(Case):
 
     def table(self, data: Data) -> Table:
         """A row a scene."""
-        table = Table(["scene", "a step [ns]", "quartiles [ns]", "over", "ratio", "quartiles"])
-        for name, time in data["nanoseconds"].items():
-            ratio = data["ratio"][name]
-            table.rows.append(
-                [name, f"{time['median']:.0f}", f"{time['low']:.0f} to {time['high']:.0f}", data["over"][name],
-                 f"{ratio['median']:.3f}", f"{ratio['low']:.3f} to {ratio['high']:.3f}"]
-            )  # fmt: skip
-        return table
+        return step_table(data["nanoseconds"], data["ratio"], data["over"], "ns", (0, 3))
 
     def draw(self, data: Data) -> Figure:
         """Times and ratios."""

@@ -10,7 +10,7 @@ import numpy as np
 from contactlaw import LAWS
 from validation.ball import FRICTION, BulletBall, elastic_energy, energy_of, steel_pair
 from validation.case import Case, Data, Outcome, Progress, Table, register
-from validation.measure import interleaved, spread
+from validation.measure import interleaved, spread, step_table
 from validation.picture import bars, panels
 
 if TYPE_CHECKING:
@@ -70,14 +70,7 @@ class PybulletCost(Case):
 
     def table(self, data: Data) -> Table:
         """A row a scene."""
-        table = Table(["scene", "a step [us]", "quartiles [us]", "over", "ratio", "quartiles"])
-        for name, time in data["microseconds"].items():
-            ratio = data["ratio"][name]
-            table.rows.append(
-                [name, f"{time['median']:.2f}", f"{time['low']:.2f} to {time['high']:.2f}", data["over"][name],
-                 f"{ratio['median']:.2f}", f"{ratio['low']:.2f} to {ratio['high']:.2f}"]
-            )  # fmt: skip
-        return table
+        return step_table(data["microseconds"], data["ratio"], data["over"], "us", (2, 2))
 
     def draw(self, data: Data) -> Figure:
         """Times."""
