@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import operator
 from collections.abc import Iterable
 from typing import Any
 
@@ -75,3 +76,16 @@ def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
     near = difflib.get_close_matches(str(value), names, n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     raise ValueError(f"{name} = {value!r}: must be one of {', '.join(names)}{hint}")
+
+
+def count(name: str, value: Any, least: int) -> int:
+    """Return value as an int that is not below the least."""
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        result = operator.index(value)
+    except TypeError:
+        result = least - 1
+    if result < least:
+        raise ValueError(f"{name} = {value!r}: must be an integer >= {least}")
+    return result

@@ -23,22 +23,19 @@ PARAMETERS = 13
 # History of a contact: a float64 array, the tractions (and, with static friction, a slip flag each) after the header.
 PHASE = 0  # OPEN, SLIDING since the touch, or SPRUNG: some part of the contact has stuck
 OVERLAP = 1  # [m]
-CLOSING = 2  # closing speed over the last step [m/s]
-MASS = 3  # normal effective mass when the bodies touched [kg]
-TANGENTIAL_MASS = 4  # the tangential one [kg]
-SCALE = 5  # microslip: contact radius that the nodes span [m]; linear_spring: its normal stiffness [N/m]
-NORMAL = 6  # normal force [N]
-RATIO = 7  # normal force over the elastic one
-TANGENTIAL = 8  # tangential force, two components [N]
-TANGENT = 10  # first tangent vector, world frame; the second is n x t
-DIRECTION = 13  # normal n, world frame
-SHARE = 16  # place of the contact point in the overlap, kept by adapters: 0 on A's surface, 1 on B's
-HEADER = 17
+MASS = 2  # normal effective mass when the bodies touched [kg]
+TANGENTIAL_MASS = 3  # the tangential one [kg]
+SCALE = 4  # microslip: contact radius that the nodes span [m]; linear_spring: its normal stiffness [N/m]
+NORMAL = 5  # normal force [N]
+RATIO = 6  # normal force over the elastic one
+TANGENTIAL = 7  # tangential force, two components [N]
+TANGENT = 9  # first tangent vector, world frame; the second is n x t
+DIRECTION = 12  # normal n, world frame
+HEADER = 15
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
 
 PLANE_SLACK = 1e-6  # sine of the angle that a contact normal may make with its plane of motion
-STEPS_PER_CONTACT = 10.0  # fewer, and an engine does not resolve the contact
-# Times sqrt(chi): twice the steps at which a stuck contact, a leapfrog of frequency sqrt(2 chi), begins to grow.
+# Steps per contact, times sqrt(chi): twice those at which a stuck contact, a leapfrog of frequency sqrt(2 chi), grows.
 STABLE_STEPS = 4.5
 STRAIGHT = 1e-6  # sine of the angle to which a slide may turn in a step and still count as straight
 MARGIN = 1.02  # of the nodes over the greatest contact radius foreseen: the steps' own error must not outgrow them
@@ -61,21 +58,19 @@ def greatest_overlap(k, m, overlap, closing):
 
 
 @jit
-def impact_speed(p, mass, overlap, closing):
-    """Closing speed [m/s] of an impact that has this overlap (zero or more) and closing speed now."""
-    elastic = 0.8 * hertz_stiffness(p) * overlap * overlap * sqrt(overlap)
-    return sqrt(closing * closing + elastic / mass)
+def time_scale(p, mass, overlap, closing, push):
+    """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration [m/s^2].
 
-
-@jit
-def longest_step(p, mass, tangential_mass, overlap, closing):
-    """Longest step [s] that resolves an impact which has this closing speed at this overlap (zero or more)."""
-    speed = impact_speed(p, mass, overlap, closing)
-    if speed == 0.0:
+    A contact that is pressed together, by gravity say, is as fast as its overlap at rest makes it, however slowly it
+    began.
+    """
+    k = hertz_stiffness(p)
+    square = closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass
+    if push > 0.0:
+        square += 2.0 * push * (mass * push / k) ** (2.0 / 3.0)
+    if square == 0.0:
         return 1e300
-    duration = p[DURATION] * greatest_overlap(hertz_stiffness(p), mass, overlap, closing) / speed
-    chi = 0.5 * p[G_STAR] / p[E_STAR] * mass / tangential_mass
-    return duration / max(STEPS_PER_CONTACT, STABLE_STEPS * sqrt(chi))
+    return p[DURATION] * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
 
 
 @jit
@@ -84,7 +79,8 @@ def normal_force(p, h, overlap, closing, free, dt):
 
     closing is the closing speed half a step before the overlap was reached (leapfrog). The damper acts on the speed at
     the overlap, closing + dt/2 (free - P/m), solved for P so that no damping is too strong for the step. free: closing
-    acceleration [m/s^2] by all but this contact, gravity say: without it a contact at rest would lean on its damper.
+    acceleration [m/s^2] by all but this contact's normal force, gravity say: without it a contact at rest would lean on
+    its damper.
     """
     if p[LAW] == LINEAR_SPRING:
         stiffness = h[SCALE]
@@ -119,35 +115,36 @@ def touch(p, h_out, before, closing, mass, tangential_mass):
 
 
 @jit
-def step(p, h, overlap, closing, du, dv, dt, mass, tangential_mass, h_out):
+def step(p, h_io, overlap, before, closing, free, du, dv, dt, mass, tangential_mass):
     """Advance one contact to the overlap it has now.
 
-    p: parameters. h: history at the last step, read only. overlap [m] now. closing: mean closing speed over the step
-    [m/s]. du, dv: tangential displacement of A relative to B over the step along the two tangents [m]; dv is not read
-    where the contact is planar. dt: step [s]. mass, tangential_mass: effective [kg], read at a touch alone. h_out: the
-    new history (its tangent vector is the caller's). Returns P, F along each tangent [N].
+    p: parameters. h_io: history. overlap, before [m]: now and at the start of the step, below zero apart. closing: mean
+    closing speed over the step [m/s]. free: see `normal_force`. du, dv: tangential displacement of A relative to B over
+    the step along the two tangents [m]; dv is not read where the contact is planar. dt: step [s]. mass,
+    tangential_mass: effective [kg], read at a touch alone. Returns P, F along each tangent [N].
     """
-    for i in range(h.size):
-        h_out[i] = h[i]
     if overlap <= 0.0:
-        for i in range(h.size):
-            h_out[i] = 0.0
+        forget(h_io)
         return 0.0, 0.0, 0.0
-    if h[PHASE] == OPEN:
-        before, free = overlap - closing * dt, 0.0
-        touch(p, h_out, before, closing, mass, tangential_mass)
-    else:  # what changed the closing speed besides the last step's own force goes on doing so
-        before, free = h[OVERLAP], (closing - h[CLOSING]) / dt + h[NORMAL] / h[MASS]
-        if p[LAW] == MICROSLIP:
-            span = respan(p, h_out, overlap, closing)
-            if span != h[SCALE]:
-                if h[PHASE] == SPRUNG:
-                    regrid_history(p, h_out, span)
-                h_out[SCALE] = span
-    h_out[CLOSING] = closing
-    force, ratio = normal_force(p, h_out, overlap, closing, free, dt)
-    f, g = friction(p, h_out, overlap, before, du, dv, force, ratio, dt * dt / h_out[TANGENTIAL_MASS])
+    if h_io[PHASE] == OPEN:
+        touch(p, h_io, before, closing, mass, tangential_mass)
+    elif p[LAW] == MICROSLIP:
+        span = respan(p, h_io, overlap, closing)
+        if span != h_io[SCALE]:
+            if h_io[PHASE] == SPRUNG:
+                regrid_history(p, h_io, span)
+            h_io[SCALE] = span
+    force, ratio = normal_force(p, h_io, overlap, closing, free, dt)
+    f, g = friction(p, h_io, overlap, before, du, dv, force, ratio, dt * dt / h_io[TANGENTIAL_MASS])
     return force, f, g
+
+
+@jit
+def forget(h_out):
+    """An open contact remembers nothing but the frame that it was in."""
+    for i in range(h_out.size):
+        if i < TANGENT or i >= HEADER:
+            h_out[i] = 0.0
 
 
 @jit

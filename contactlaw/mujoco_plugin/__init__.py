@@ -1,4 +1,4 @@
-"""The law as a MuJoCo engine plugin: `add_contact`, then `spec.compile()` and unmodified `mj_step`.
+"""The law as a MuJoCo engine plugin: `add_contact`, then `spec.compile()` and unmodified `mj_step`, at any time step.
 
 Importing this module registers the plugin; XML may then name it:
 
@@ -16,6 +16,16 @@ from contactlaw.mujoco_plugin.register import register
 
 _PLUGIN = register()
 
-from contactlaw.mujoco_plugin.spec import add_contact, contact_history  # noqa: E402  (needs the registered plugin)
+from contactlaw.mujoco_plugin.readout import (  # noqa: E402  (needs the registered plugin)
+    ContactState,
+    Ledger,
+    contact_history,
+    contacts_of,
+    ledger_of,
+    owed_velocity,
+)
+from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402
 
-__all__ = ["add_contact", "contact_history"]
+__all__ = [
+    "ContactState", "Ledger", "add_contact", "contact_history", "contacts_of", "ledger_of", "owed_velocity",
+]  # fmt: skip

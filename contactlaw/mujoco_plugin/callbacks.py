@@ -2,42 +2,69 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback, jit_for
-from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, PLANE_SLACK, RADIUS, SHARE, longest_step
-from contactlaw.kernels.engine import contact_force, tangent
-from contactlaw.kernels.geometry import ball_on_ball, ball_on_box, ball_on_plane, nearest_on_segments, place_point
+from contactlaw.kernels.contact import OPEN, PHASE, RADIUS
+from contactlaw.kernels.coupling import couple
 from contactlaw.kernels.memory import call_report, doubles_at, load_double, load_int, load_pointer
+from contactlaw.kernels.rows import (
+    BEGUN,
+    DEEPEST,
+    DRAG,
+    FASTEST,
+    FRAME,
+    MOTION,
+    OVERLAP_NOW,
+    PUSH,
+    ROW,
+    SPENT,
+    STRONGEST,
+    TOUCHING,
+    WORK,
+)
+from contactlaw.kernels.scene import (
+    BODY,
+    BODY_OF,
+    COM,
+    COUNTED,
+    HISTORY,
+    INVERSE_MASS,
+    KEY,
+    LINEAR,
+    MOST_SLOTS,
+    OWED,
+    PAIR,
+    PARAMETERS_AT as LAW_OF_PAIR,
+    POINTS,
+    SHAPE_A,
+    SHAPE_B,
+    SHAPES as SHAPE_FACTS,
+    TREE,
+    describe,
+    finish,
+    lever,
+    meet,
+    near_pairs,
+)
+from contactlaw.kernels.touch import AXES, CLEAR, FOUND, FOUND_OVERLAP, KIND, NORMAL, OTHER, STAYS_A, TURNS_A, TURNS_B
+from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
-from contactlaw.pair import DEEPEST
+from contactlaw.mujoco_plugin.motion import add_motion, add_turning, free_acceleration, project, pull_tree, read_body
+from contactlaw.mujoco_plugin.motion import field as field_of
+from contactlaw.mujoco_plugin.motion import row as row_of
+from contactlaw.mujoco_plugin.motion import solve_inertia
+from contactlaw.pair import DEEPEST as DEEP_FROM
 
-# One block of float64 for each plugin instance of each mjData: what `instance` found in the model, then the
-# parameters of the pair, room for the new histories, and room to work in. A is the rounder of the two geoms.
-(
-    REPORT, REPORTED, KIND, SLOTS, HISTORY, PARAMETER_COUNT, NV, TOUCHED, RADIUS_GIVEN, STATE,
-    GEOM_A, GEOM_B, BODY_A, BODY_B, ROOT_A, ROOT_B, DOF_A, DOF_B, BALL_A, BALL_B, HALF_A, HALF_B, BOUND, BOX,
-) = range(24)  # fmt: skip
-PARAMETERS_AT = BOX + 3
-WORK = 30  # normal, point, velocity, force, tangents and a direction to project, and the ends of a distance
-
-BALL_ON_BALL, BALL_ON_PLANE, BALL_ON_BOX, ROUND_BARS, ANY_SHAPES = range(5)
-
-TINY = 1e-300
-BOTH_ENDS = 2  # slots of a capsule on a plane or box; on a box its side has a third
-
-# What is reported to Python, once for each instance and mjData.
-LONG_STEP, DEEP, UNCLEAR_RADIUS, NOT_IN_PLANE = 1, 2, 4, 8
-
-STATE_AT, BLOCKS_AT, XPOS_AT, XMAT_AT, COM_AT, CDOF_AT, CVEL_AT, FORCE_AT = layout.DATA.values()
-PARENT_AT = layout.DOF_PARENTS
-TIMESTEP_AT = layout.TIMESTEP
+STATE_AT, BLOCKS_AT, TIME_AT = layout.DATA["plugin_state"], layout.DATA["plugin_data"], layout.DATA["time"]
+XPOS_AT, XMAT_AT, PASSIVE_AT = layout.DATA["geom_xpos"], layout.DATA["geom_xmat"], layout.DATA["qfrc_passive"]
+TIMESTEP_AT, INTEGRATOR_AT = layout.TIMESTEP, layout.INTEGRATOR
+RUNGE_KUTTA = layout.RUNGE_KUTTA
+FAR = 1e6  # [m]; how far the engine is asked to look for a distance
 
 jit = jit_for(layout.KEY)
 
-solve_inertia = types.ExternalFunction(
-    "mj_solveM", types.void(types.uintp, types.uintp, types.uintp, types.uintp, types.intc)
-)
 geom_distance = types.ExternalFunction(
     "mj_geomDistance", types.float64(types.uintp, types.uintp, types.intc, types.intc, types.float64, types.uintp)
 )
@@ -51,290 +78,347 @@ def address_of_block(d, instance):
 
 
 @jit
-def row(d, field, index, size):
-    """Row of a field of mjData, as an array."""
-    return carray(doubles_at(load_pointer(d + types.uintp(field)) + types.uintp(8 * size * index)), size)
-
-
-@jit
 def part(block, start, size):
     """Some of a block, as an array: block is its address."""
     return carray(doubles_at(block + types.uintp(8 * start)), size)
 
 
 @jit
-def number(block, index):
-    """One entry of a block. Free flight reads a few of these and nothing else: arrays would cost more than the test."""
-    return load_double(block + types.uintp(8 * index))
+def table(block, start, rows, columns):
+    """Some of a block as a table."""
+    return carray(doubles_at(block + types.uintp(8 * start)), (rows, columns))
 
 
 @jit
-def is_idle(d, block):
-    """Whether no contact of an instance is open and the bounds of its geoms are apart."""
-    if number(block, TOUCHED) != 0.0:
-        return False
-    state = load_pointer(d + types.uintp(STATE_AT)) + types.uintp(8 * int(number(block, STATE)))
-    size = 8 * int(number(block, HISTORY))
-    for slot in range(int(number(block, SLOTS))):
-        if load_double(state + types.uintp(8 * PHASE + slot * size)) != OPEN:
-            return False
-    places = load_pointer(d + types.uintp(XPOS_AT))
-    a = places + types.uintp(24 * int(number(block, GEOM_A)))
-    geom_b = int(number(block, GEOM_B))
-    b = places + types.uintp(24 * geom_b)
-    x = load_double(a) - load_double(b)
-    y = load_double(a + types.uintp(8)) - load_double(b + types.uintp(8))
-    z = load_double(a + types.uintp(16)) - load_double(b + types.uintp(16))
-    bound = number(block, BOUND)
-    if number(block, KIND) == BALL_ON_PLANE:
-        frame = load_pointer(d + types.uintp(XMAT_AT)) + types.uintp(72 * geom_b)
-        x *= load_double(frame + types.uintp(16))
-        y *= load_double(frame + types.uintp(40))
-        z *= load_double(frame + types.uintp(64))
-        return x + y + z > bound
-    return x * x + y * y + z * z > bound * bound
+def look(m, d, block, head):
+    """Fill places and bodies with what the engine has; returns the tables that all work starts from."""
+    shapes = table(block, int(head[b.SHAPES_AT]), int(head[b.SHAPES]), SHAPE_FACTS)
+    facts = table(block, int(head[b.BODIES_AT]), int(head[b.BODIES]), b.BODY_FACTS)
+    pairs = table(block, int(head[b.PAIRS_AT]), int(head[b.PAIRS]), PAIR)
+    geoms = part(block, int(head[b.GEOMS_AT]), shapes.shape[0])
+    places = table(block, int(head[b.PLACES_AT]), shapes.shape[0], AXES + 9)
+    bodies = table(block, int(head[b.MOTION_AT]), facts.shape[0], BODY)
+    for i in range(shapes.shape[0]):
+        centre, frame = row_of(d, XPOS_AT, int(geoms[i]), 3), row_of(d, XMAT_AT, int(geoms[i]), 9)
+        places[i, :3] = centre
+        places[i, 3:] = frame
+    for i in range(1, facts.shape[0]):
+        read_body(d, facts[i], bodies[i])
+    return shapes, facts, pairs, geoms, places, bodies
 
 
 @jit
-def end_of(d, geom, half, side, out):
-    """Middle of a ball or of one end of a capsule: half its length along its axis, to the side (+-1)."""
-    centre, frame = row(d, XPOS_AT, geom, 3), row(d, XMAT_AT, geom, 9)
-    for i in range(3):
-        out[i] = centre[i] + side * half * frame[3 * i + 2]
+def gather(d, block, head, instances, records_out):
+    """The records of all instances in one table; returns how many there are. Pairs are numbered through."""
+    count = 0
+    state = load_pointer(d + types.uintp(STATE_AT))
+    for i in range(instances.shape[0]):
+        instance = instances[i]
+        own = state + types.uintp(8 * int(instance[b.STATE]))
+        size = int(instance[b.RECORD_SIZE])
+        at = b.LEDGER_STATE + (b.LEDGER_SIZE if instance[b.HAS_LEDGER] != 0.0 else 0)
+        for k in range(int(load_double(own))):
+            records_out[count, :size] = carray(doubles_at(own + types.uintp(8 * (at + k * size))), size)
+            records_out[count, KEY] += MOST_SLOTS * instance[b.FIRST_PAIR]
+            count += 1
+    return count
 
 
 @jit
-def locate(m, d, b, slot, n_out, surface_out, work):
-    """Overlap [m] of a slot's contact, and whether its radius of curvature is clear there."""
-    kind, geom_a, geom_b = int(b[KIND]), int(b[GEOM_A]), int(b[GEOM_B])
-    if kind == ANY_SHAPES:
-        return locate_any(m, d, b, n_out, surface_out, work), True
-    if kind == BALL_ON_BALL:
-        a, c = row(d, XPOS_AT, geom_a, 3), row(d, XPOS_AT, geom_b, 3)
-        return ball_on_ball(a, b[BALL_A], c, b[BALL_B], n_out, surface_out), True
-    if kind == ROUND_BARS:
-        return locate_bars(d, b, n_out, surface_out, work)
-    if slot == BOTH_ENDS:
-        return locate_side(m, d, b, n_out, surface_out, work), False
-    return locate_end(d, b, slot, n_out, surface_out, work)
+def count_records(d, instances):
+    """How many records all instances have."""
+    count = 0
+    state = load_pointer(d + types.uintp(STATE_AT))
+    for i in range(instances.shape[0]):
+        count += int(load_double(state + types.uintp(8 * int(instances[i, b.STATE]))))
+    return count
 
 
 @jit
-def locate_end(d, b, slot, n_out, surface_out, work):
-    """Ball, or one end of a capsule, on a plane or box."""
-    geom_a, geom_b = int(b[GEOM_A]), int(b[GEOM_B])
-    a = row(d, XPOS_AT, geom_a, 3)
-    if b[HALF_A] != 0.0:
-        end_of(d, geom_a, b[HALF_A], 1.0 - 2.0 * slot, work)
-        a = work[0:3]
-    other, frame = row(d, XPOS_AT, geom_b, 3), row(d, XMAT_AT, geom_b, 9)
-    if b[KIND] == BALL_ON_PLANE:
-        return ball_on_plane(a, b[BALL_A], other, frame, n_out, surface_out), True
-    return ball_on_box(a, b[BALL_A], other, frame, b[BOX : BOX + 3], n_out, surface_out)
-
-
-@jit
-def locate_bars(d, b, n_out, surface_out, work):
-    """Capsule on ball or capsule, where their middle lines come nearest; clear where that is at ends alone."""
-    geom_a, geom_b = int(b[GEOM_A]), int(b[GEOM_B])
-    u, v, a, c = work[0:3], work[3:6], work[6:9], work[9:12]
-    frame_a, frame_b = row(d, XMAT_AT, geom_a, 9), row(d, XMAT_AT, geom_b, 9)
-    for i in range(3):
-        u[i], v[i] = frame_a[3 * i + 2], frame_b[3 * i + 2]
-    s, t = nearest_on_segments(row(d, XPOS_AT, geom_a, 3), u, b[HALF_A], row(d, XPOS_AT, geom_b, 3), v, b[HALF_B])
-    end_of(d, geom_a, s, 1.0, a)
-    end_of(d, geom_b, t, 1.0, c)
-    overlap = ball_on_ball(a, b[BALL_A], c, b[BALL_B], n_out, surface_out)
-    return overlap, abs(s) == b[HALF_A] and abs(t) == b[HALF_B]
-
-
-@jit
-def locate_side(m, d, b, n_out, surface_out, work):
-    """Overlap of the side of a capsule with a box, where neither end touches it."""
-    for slot in range(BOTH_ENDS):
-        overlap, _ = locate_end(d, b, slot, n_out, surface_out, work)
-        if overlap > 0.0:
-            return 0.0
-    return locate_any(m, d, b, n_out, surface_out, work)
-
-
-@jit
-def locate_any(m, d, b, n_out, surface_out, work):
-    """Overlap of any two shapes by the engine's own distance."""
-    near = 1.0  # comes back where the shapes are further apart than that; any length will do
-    ends = work[12:18]
-    apart = geom_distance(m, d, int(b[GEOM_A]), int(b[GEOM_B]), near, types.uintp(ends.ctypes.data))
-    if apart >= near or apart == 0.0:
-        return 0.0
-    for i in range(3):
-        n_out[i] = (ends[i] - ends[i + 3]) / apart
-        surface_out[i] = ends[i]
-    return -apart
-
-
-@jit
-def project(m, d, dof, root, point, vector, sign, y_out):
-    """Add sign J^T vector to y_out (nv): J the Jacobian of a point of the body whose last degree of freedom is dof."""
-    com = row(d, COM_AT, root, 3)
-    x, y, z = point[0] - com[0], point[1] - com[1], point[2] - com[2]
-    mx = y * vector[2] - z * vector[1]
-    my = z * vector[0] - x * vector[2]
-    mz = x * vector[1] - y * vector[0]
-    parents = load_pointer(m + types.uintp(PARENT_AT))
-    while dof >= 0:
-        c = row(d, CDOF_AT, dof, 6)
-        turn = c[0] * mx + c[1] * my + c[2] * mz
-        y_out[dof] += sign * (turn + c[3] * vector[0] + c[4] * vector[1] + c[5] * vector[2])
-        dof = load_int(parents + types.uintp(4 * dof))
-
-
-@jit
-def mobility(m, d, b, point, direction, push_a, push_b, answer):
-    """How easily A, B and their contact give way along a direction at a point [1/kg]: J M^-1 J^T of each and both."""
-    push_a[:] = 0.0
-    push_b[:] = 0.0
-    project(m, d, int(b[DOF_A]), int(b[ROOT_A]), point, direction, 1.0, push_a)
-    project(m, d, int(b[DOF_B]), int(b[ROOT_B]), point, direction, 1.0, push_b)
-    solve_inertia(m, d, types.uintp(answer.ctypes.data), types.uintp(push_a.ctypes.data), 1)
-    of_a, of_b, shared = 0.0, 0.0, 0.0
-    for i in range(answer.size):
-        of_a += answer[i] * push_a[i]
-        shared += answer[i] * push_b[i]
-    if b[DOF_B] >= 0.0:
-        solve_inertia(m, d, types.uintp(answer.ctypes.data), types.uintp(push_b.ctypes.data), 1)
-        for i in range(answer.size):
-            of_b += answer[i] * push_b[i]
-    return of_a, of_b, of_a + of_b - 2.0 * shared
-
-
-@jit
-def effective_masses(m, d, b, p, h, point, n, direction, push_a, push_b, answer):
-    """Normal and mean tangential effective mass [kg], and B's share in how easily the contact gives way."""
-    sum_a, sum_b, normal = mobility(m, d, b, point, n, push_a, push_b, answer)
-    tx, ty, tz = tangent(p, h, n, 0.0)
-    direction[0], direction[1], direction[2] = tx, ty, tz
-    of_a, of_b, across = mobility(m, d, b, point, direction, push_a, push_b, answer)
-    sum_a, sum_b = sum_a + of_a, sum_b + of_b
-    if p[PLANAR] == 0.0:
-        direction[0], direction[1], direction[2] = n[1] * tz - n[2] * ty, n[2] * tx - n[0] * tz, n[0] * ty - n[1] * tx
-        of_a, of_b, other = mobility(m, d, b, point, direction, push_a, push_b, answer)
-        sum_a, sum_b, across = sum_a + of_a, sum_b + of_b, 0.5 * (across + other)
-    # What cannot move at all along a direction has no finite mass there; no force comes of it either.
-    return 1.0 / max(normal, TINY), 1.0 / max(across, TINY), sum_b / max(sum_a + sum_b, TINY)
-
-
-@jit
-def relative_velocity(d, b, point, n, velocity_out):
-    """Velocity of A relative to B at a point [m/s] to velocity_out; returns their mean spin about n [rad/s]."""
-    velocity_out[:] = 0.0
-    spin = 0.0
-    for side in range(2):
-        if b[DOF_A + side] < 0:
-            continue
-        sign = 1.0 - 2.0 * side
-        com, c = row(d, COM_AT, int(b[ROOT_A + side]), 3), row(d, CVEL_AT, int(b[BODY_A + side]), 6)
-        x, y, z = point[0] - com[0], point[1] - com[1], point[2] - com[2]
-        velocity_out[0] += sign * (c[3] + c[1] * z - c[2] * y)
-        velocity_out[1] += sign * (c[4] + c[2] * x - c[0] * z)
-        velocity_out[2] += sign * (c[5] + c[0] * y - c[1] * x)
-        spin += 0.5 * (c[0] * n[0] + c[1] * n[1] + c[2] * n[2])
-    return spin
-
-
-@jit
-def report(b, instance, code, value):
+def report(instances, instance, code, value, head):
     """Tell Python, the first time."""
-    if int(b[REPORTED]) & code == 0:
-        b[REPORTED] += code
-        call_report(types.uintp(b[REPORT]), instance, code, value)
+    if int(instances[instance, b.REPORTED]) & code == 0:
+        instances[instance, b.REPORTED] += code
+        call_report(types.uintp(head[b.REPORT]), int(instances[instance, b.NUMBER]), code, value)
 
 
 @jit
-def act(m, d, b, instance, p, h, overlap, clear, n, point, work, push_a, push_b, answer, dt, h_out):
-    """One contact: its force to qfrc_passive, its history to h_out. point: the deepest of A's surface."""
-    velocity, force = work[0:3], work[3:6]
-    touches = h[PHASE] == OPEN and overlap > 0.0
-    mass, tangential_mass, share = 1.0, 1.0, h[SHARE]
-    if touches:
-        mass, tangential_mass, share = effective_masses(m, d, b, p, h, point, n, work[6:9], push_a, push_b, answer)
-    place_point(n, overlap, share, point)
-    spin = relative_velocity(d, b, point, n, velocity)
-    if touches:
-        if not clear and b[RADIUS_GIVEN] == 0.0:
-            report(b, instance, UNCLEAR_RADIUS, p[RADIUS])
-        closing = -(velocity[0] * n[0] + velocity[1] * n[1] + velocity[2] * n[2])
-        longest = longest_step(p, mass, tangential_mass, max(overlap - closing * dt, 0.0), closing)
-        if dt > longest:
-            report(b, instance, LONG_STEP, longest)
-        lean = n[0] * p[AXIS] + n[1] * p[AXIS + 1] + n[2] * p[AXIS + 2]
-        if abs(lean) > PLANE_SLACK:
-            report(b, instance, NOT_IN_PLANE, lean)
-            return
-    contact_force(p, h, n, velocity, spin, overlap, dt, mass, tangential_mass, h_out, force)
-    if overlap > DEEPEST * p[RADIUS]:
-        report(b, instance, DEEP, overlap / p[RADIUS])
-    if overlap > 0.0:
-        h_out[SHARE] = share
-        total = carray(doubles_at(load_pointer(d + types.uintp(FORCE_AT))), int(b[NV]))
-        project(m, d, int(b[DOF_A]), int(b[ROOT_A]), point, force, 1.0, total)
-        project(m, d, int(b[DOF_B]), int(b[ROOT_B]), point, force, -1.0, total)
+def measure(m, d, near, pairs, shapes, geoms, places):
+    """Distances of near pairs by the engine, where a shape has no closed form here: pair and `FOUND`."""
+    count = 0
+    for pair in near:
+        if shapes[int(pairs[pair, SHAPE_A]), KIND] == OTHER or shapes[int(pairs[pair, SHAPE_B]), KIND] == OTHER:
+            count += 1
+    out, ends = np.zeros((count, 1 + FOUND)), np.empty(6)
+    count = 0
+    for pair in near:
+        one, two = int(pairs[pair, SHAPE_A]), int(pairs[pair, SHAPE_B])
+        if shapes[one, KIND] != OTHER and shapes[two, KIND] != OTHER:
+            continue
+        apart = geom_distance(m, d, int(geoms[one]), int(geoms[two]), FAR, types.uintp(ends.ctypes.data))
+        row = out[count]
+        count += 1
+        row[0] = -1.0
+        if apart >= FAR or apart == 0.0:
+            continue
+        row[0], row[1 + FOUND_OVERLAP], row[1 + CLEAR] = pair, -apart, 1.0
+        for i in range(3):
+            row[1 + NORMAL + i] = (ends[i] - ends[3 + i]) / apart
+            for j in range(3):
+                row[1 + TURNS_A + i] += places[one, AXES + 3 * j + i] * (ends[j] - places[one, j])
+                row[1 + TURNS_B + i] += places[two, AXES + 3 * j + i] * (ends[3 + j] - places[two, j])
+    return out
+
+
+@jit
+def place_of_point(shape, place, bodies, points, turns, out):
+    """Where a remembered contact point is now, world frame."""
+    lever(shape, place, bodies, points, turns, turns + 3, out)
+    body = bodies[int(shape[BODY_OF])]
+    for i in range(3):
+        out[i] += body[COM + i]
+
+
+@jit
+def push(m, d, facts, bodies, shape, point, impulse, torque, factor, total_io):
+    """Add a generalized force to total (nv): factor times an impulse at a point and an angular impulse."""
+    body = int(shape[BODY_OF])
+    if bodies[body, TREE] >= 0.0:
+        project(m, d, facts[body], point, impulse, torque, factor, total_io)
+
+
+@jit
+def repay(m, d, records, count, pairs, shapes, facts, places, bodies, total_io):
+    """Add the generalized impulse (nv) that the last step left owing; returns whether there is any."""
+    point, none, any_owed = np.empty(3), np.zeros(3), False
+    for k in range(count):
+        owed = records[k, OWED : OWED + 3]
+        if owed[0] == 0.0 and owed[1] == 0.0 and owed[2] == 0.0:
+            continue
+        any_owed = True
+        pair = pairs[int(records[k, KEY]) // MOST_SLOTS]
+        for side in range(2):
+            shape = shapes[int(pair[SHAPE_A + side])]
+            place_of_point(shape, places[int(pair[SHAPE_A + side])], bodies, records[k], POINTS + 6 * side, point)
+            push(m, d, facts, bodies, shape, point, owed, none, 1.0 - 2.0 * side, total_io)
+    return any_owed
+
+
+@jit
+def correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves):
+    """Turn the engine's motion into the true one: what is owed and half a step of free acceleration are still to come.
+
+    owed, rates: generalized velocities owed and acceleration (nv). moves: positions that Runge-Kutta moved with the
+    force of the last step are ahead by half of what is owed.
+    """
+    half = 0.0 if moves else 0.5 * dt
+    shift, turn = np.zeros(3), np.zeros(3)
+    if moves:
+        for i in range(shapes.shape[0]):
+            body = int(shapes[i, BODY_OF])
+            if bodies[body, TREE] >= 0.0:
+                shift[:] = 0.0
+                add_motion(m, d, facts[body], places[i, :3], owed, -0.5 * dt, shift, turn)
+                for j in range(3):
+                    places[i, j] += shift[j]
+    for k in range(1, bodies.shape[0]):
+        body = bodies[k]
+        if body[TREE] < 0.0:
+            continue
+        point = body[COM : COM + 3].copy()
+        linear, angular = body[LINEAR : LINEAR + 3], body[LINEAR + 3 : LINEAR + 6]
+        add_motion(m, d, facts[k], point, owed, 1.0, linear, angular)
+        add_motion(m, d, facts[k], point, rates, 1.0, body[LINEAR + 6 : LINEAR + 9], body[LINEAR + 9 : LINEAR + 12])
+        if half > 0.0:
+            add_motion(m, d, facts[k], point, rates, half, linear, angular)
+        if body[INVERSE_MASS] == 0.0:
+            add_turning(m, d, facts[k], body)
+        if moves:
+            add_motion(m, d, facts[k], point, owed, -0.5 * dt, body[COM : COM + 3], turn)
+
+
+@jit
+def evaluate(m, d, block, head, dt, moves, total_out):
+    """One step of all contacts: generalized force (nv) to total_out, what is to be remembered to the block."""
+    nv = int(head[b.NV])
+    shapes, facts, pairs, geoms, places, bodies = look(m, d, block, head)
+    instances = table(block, int(head[b.INSTANCES_AT]), int(head[b.INSTANCES]), b.INSTANCE)
+    known = count_records(d, instances)
+    records = np.zeros((known, int(head[b.STRIDE])))
+    if known == 0:
+        near, _ = near_pairs(pairs, shapes, places, bodies, records, 0, dt)
+        if near.size == 0:
+            return False
+    gather(d, block, head, instances, records)
+    force, rates, owed = np.zeros(nv), np.empty(nv), np.zeros(nv)
+    if repay(m, d, records, known, pairs, shapes, facts, places, bodies, total_out):
+        solve_inertia(m, d, types.uintp(owed.ctypes.data), types.uintp(total_out.ctypes.data), 1)
+    free_acceleration(m, d, head[b.ACTUATED] != 0.0, nv, force, rates)
+    correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves)
+    near, ways = near_pairs(pairs, shapes, places, bodies, records, known, dt)
+    measured = measure(m, d, near, pairs, shapes, geoms, places)
+    who, times, found, trees = meet(near, ways, pairs, shapes, places, bodies, measured, dt)
+    n = who.shape[0]
+    now, couples = np.empty((n, 3)), np.zeros((n, 2, 3))
+    new = table(block, int(head[b.NEW_AT]), int(head[b.CAPACITY]), int(head[b.STRIDE]))
+    parameters = part(block, int(head[b.PARAMETERS_AT]), int(head[b.PARAMETERS]))
+    rows, histories, arms, pulls, answers, crooked = describe(
+        who, times, found, pairs, shapes, places, bodies, parameters, records, known, dt, not moves, int(head[b.WIDTH])
+    )
+    point = np.empty(3)
+    for i in range(n):
+        if crooked[i]:
+            keep_apart(rows[i], histories[i])
+        for side in range(2):
+            body = int(shapes[int(pairs[who[i, 0], SHAPE_A + side]), BODY_OF])
+            if trees[i, side] >= 0 and bodies[body, INVERSE_MASS] == 0.0:
+                for j in range(3):
+                    for k in range(3):
+                        point[k] = bodies[body, COM + k] + arms[i, side, k]
+                    pull_tree(m, d, facts[body], rows[i, FRAME + 3 * j : FRAME + 3 * j + 3], point, nv, pulls[i, side, j],
+                              answers[i, side, j])  # fmt: skip
+    couple(rows, histories, parameters, trees, pulls, answers, dt)
+    count = finish(
+        who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, new, now, couples
+    )  # fmt: skip
+    for i in range(n):
+        for side in range(2):
+            shape = shapes[int(pairs[who[i, 0], SHAPE_A + side])]
+            body = int(shape[BODY_OF])
+            for k in range(3):
+                point[k] = bodies[body, COM + k] + arms[i, side, k]
+            push(m, d, facts, bodies, shape, point, now[i], couples[i, side] * (1.0 - 2.0 * side), 1.0 - 2.0 * side,
+                 total_out)  # fmt: skip
+    for i in range(nv):
+        total_out[i] /= dt
+    head[b.PENDING] = count
+    tell(head, block, instances, who, found, rows, crooked, pairs, parameters)
+    return True
+
+
+@jit
+def keep_apart(row_io, history_io):
+    """Let a contact that the law cannot serve do nothing."""
+    row_io[OVERLAP_NOW] = -1e300
+    for i in range(3):
+        row_io[MOTION + i], row_io[PUSH + i] = 0.0, 0.0
+    history_io[PHASE] = OPEN
+
+
+@jit
+def tell(head, block, instances, who, found, rows, crooked, pairs, parameters):
+    """Report what should be known of a step, and write the ledger of those who keep one."""
+    ledgers = table(block, int(head[b.LEDGER_AT]), instances.shape[0], b.LEDGER_SIZE)
+    ledgers[:] = 0.0
+    ledgers[:, b.SHORTEST] = 1e300
+    instance = 0
+    for i in range(who.shape[0]):
+        while who[i, 0] >= instances[instance, b.LAST_PAIR]:
+            instance += 1
+        row = rows[i]
+        pair = pairs[who[i, 0]]
+        radius = parameters[int(pair[LAW_OF_PAIR]) + RADIUS]
+        deepest = max(row[DEEPEST], row[OVERLAP_NOW])
+        if crooked[i]:
+            report(instances, instance, b.NOT_IN_PLANE, 0.0, head)
+        if deepest > DEEP_FROM * radius:
+            report(instances, instance, b.DEEP, deepest / radius, head)
+        if deepest > 0.0 and found[i, CLEAR] == 0.0 and instances[instance, b.RADIUS_GIVEN] == 0.0:
+            report(instances, instance, b.UNCLEAR_RADIUS, radius, head)
+        if row[SPENT] != 0.0:
+            report(instances, instance, b.SPENT_SUBSTEPS, 0.0, head)
+        if pair[COUNTED] != 0.0:
+            ledger = ledgers[instance]
+            ledger[b.IMPACTS] += row[BEGUN]
+            ledger[b.OVERLAP] = max(ledger[b.OVERLAP], deepest)
+            ledger[b.FORCE] = max(ledger[b.FORCE], row[STRONGEST])
+            ledger[b.TIME] += row[TOUCHING]
+            ledger[b.SHORTEST] = min(ledger[b.SHORTEST], row[FASTEST] if row[FASTEST] > 0.0 else 1e300)
+            ledger[b.NORMAL_WORK] += row[WORK]
+            ledger[b.TANGENTIAL_WORK] += row[DRAG]
+
+
+@jit
+def add_up(ledger_io, step):
+    """Add a step to a ledger."""
+    for i in range(step.size):
+        if i in (b.OVERLAP, b.FORCE):
+            ledger_io[i] = max(ledger_io[i], step[i])
+        elif i == b.SHORTEST:
+            if step[i] < 1e300:
+                ledger_io[i] = min(ledger_io[i], step[i]) if ledger_io[i] > 0.0 else step[i]
+        else:
+            ledger_io[i] += step[i]
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
 def compute(m, d, instance, capability):
-    """Force of all contacts of an instance at the present state; committed state is only read."""
+    """Force of all contacts of the model at the present state; committed state is only read."""
     block = address_of_block(d, instance)
-    if is_idle(d, block):
+    head = part(block, 0, b.HEAD)
+    if head[b.LEADS] == b.FOLLOWS:
         return
-    b = part(block, 0, PARAMETERS_AT)
-    slots, size, count, nv = int(b[SLOTS]), int(b[HISTORY]), int(b[PARAMETER_COUNT]), int(b[NV])
-    p = part(block, PARAMETERS_AT, count)
-    new = PARAMETERS_AT + count
-    work = part(block, new + slots * size, WORK)
-    n, point = work[0:3], work[3:6]
-    state = load_pointer(d + types.uintp(STATE_AT)) + types.uintp(8 * int(b[STATE]))
+    nv = int(head[b.NV])
+    total, passive = part(block, int(head[b.FORCE_AT]), nv), field_of(d, PASSIVE_AT, 0, nv)
     dt = load_double(m + types.uintp(TIMESTEP_AT))
-    b[TOUCHED] = 0.0
-    for slot in range(slots):
-        h = part(state, slot * size, size)
-        overlap, clear = locate(m, d, b, slot, n, point, work[6:WORK])
-        if overlap <= 0.0 and h[PHASE] == OPEN:
-            continue
-        if b[TOUCHED] == 0.0:
-            b[TOUCHED] = 1.0
-            all_new, all_old = part(block, new, slots * size), part(state, 0, slots * size)
-            for i in range(slots * size):
-                all_new[i] = all_old[i]
-        vectors = new + slots * size + WORK
-        act(
-            m, d, b, instance, p, h, overlap, clear, n, point, work[6:WORK],
-            part(block, vectors, nv), part(block, vectors + nv, nv), part(block, vectors + 2 * nv, nv),
-            dt, part(block, new + slot * size, size),
-        )  # fmt: skip
+    moves = load_int(m + types.uintp(INTEGRATOR_AT)) == RUNGE_KUTTA
+    time = load_double(d + types.uintp(TIME_AT))
+    # Runge-Kutta looks three times more into its step: the force is that of the first time, as the impulses say.
+    ahead = time - head[b.STAGE_TIME]
+    if not (moves and (ahead == 0.5 * dt or ahead == dt or abs(ahead - 0.5 * dt) < 1e-9 * dt
+                       or abs(ahead - dt) < 1e-9 * dt)):  # fmt: skip
+        total[:] = 0.0
+        head[b.PENDING] = -1.0
+        head[b.STAGE_TIME] = time
+        if not evaluate(m, d, block, head, dt, moves, total):
+            return
+    for i in range(nv):
+        passive[i] += total[i]
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
 def advance(m, d, instance):
-    """The step is taken: what compute left becomes the history."""
+    """The step is taken: what compute left becomes the state of all instances."""
     block = address_of_block(d, instance)
-    if number(block, TOUCHED) == 0.0:
+    head = part(block, 0, b.HEAD)
+    if head[b.LEADS] == b.FOLLOWS:
         return
-    b = part(block, 0, PARAMETERS_AT)
-    total = int(b[SLOTS]) * int(b[HISTORY])
-    new = part(block, PARAMETERS_AT + int(b[PARAMETER_COUNT]), total)
-    state = part(load_pointer(d + types.uintp(STATE_AT)), int(b[STATE]), total)
-    for i in range(total):
-        state[i] = new[i]
+    head[b.STAGE_TIME] = np.nan
+    if head[b.PENDING] < 0.0:
+        return
+    instances = table(block, int(head[b.INSTANCES_AT]), int(head[b.INSTANCES]), b.INSTANCE)
+    new = table(block, int(head[b.NEW_AT]), int(head[b.CAPACITY]), int(head[b.STRIDE]))
+    ledgers = table(block, int(head[b.LEDGER_AT]), instances.shape[0], b.LEDGER_SIZE)
+    at, last = 0, int(head[b.PENDING])
+    for k in range(instances.shape[0]):
+        instance_row = instances[k]
+        own = load_pointer(d + types.uintp(STATE_AT)) + types.uintp(8 * int(instance_row[b.STATE]))
+        size, room = int(instance_row[b.RECORD_SIZE]), int(instance_row[b.ROOM])
+        start = b.LEDGER_STATE + (b.LEDGER_SIZE if instance_row[b.HAS_LEDGER] != 0.0 else 0)
+        state = carray(doubles_at(own), start + room * size)
+        before, count = int(state[b.COUNT]), 0
+        while at < last and new[at, KEY] < MOST_SLOTS * instance_row[b.LAST_PAIR]:
+            if count < room:
+                record = state[start + count * size : start + (count + 1) * size]
+                record[:] = new[at, :size]
+                record[KEY] -= MOST_SLOTS * instance_row[b.FIRST_PAIR]
+                count += 1
+            else:
+                report(instances, k, b.FULL, float(room), head)
+            at += 1
+        state[start + count * size : start + max(before, count) * size] = 0.0
+        state[b.COUNT] = count
+        if instance_row[b.HAS_LEDGER] != 0.0:
+            add_up(state[b.LEDGER_STATE : b.LEDGER_STATE + b.LEDGER_SIZE], ledgers[k])
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)
 def reset(m, state, block, instance):
-    """No contact."""
-    b = part(block, 0, PARAMETERS_AT)
-    b[TOUCHED] = 0.0
-    history = part(state, 0, int(b[SLOTS]) * int(b[HISTORY]))
-    for i in range(history.size):
-        history[i] = 0.0
+    """No contact, an empty ledger."""
+    own = part(block, 0, b.OWN_SIZE + 1)
+    values = part(state, 0, int(own[b.OWN_SIZE]))
+    for i in range(values.size):
+        values[i] = 0.0
 
 
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)

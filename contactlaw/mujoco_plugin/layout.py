@@ -31,17 +31,16 @@ _NUMBERS: dict[str, Any] = {
     "uintptr_t": ctypes.c_size_t,
 }
 
-DATA_FIELDS = ("plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "subtree_com", "cdof", "cvel", "qfrc_passive")
+DATA_FIELDS = (
+    "plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "xipos", "ximat", "subtree_com", "cdof", "cdof_dot", "cvel",
+    "qvel", "qfrc_passive", "qfrc_applied", "xfrc_applied", "qfrc_actuator", "time",
+)  # fmt: skip
 MODEL_FIELDS = (
-    "dof_parentid",
-    "geom_type",
-    "geom_size",
-    "geom_bodyid",
-    "body_parentid",
-    "body_rootid",
-    "body_dofadr",
-    "body_dofnum",
-)
+    "dof_parentid", "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid",
+    "body_parentid", "body_rootid", "body_dofadr", "body_dofnum", "body_mass", "body_subtreemass", "body_inertia",
+    "body_jntadr", "body_jntnum", "jnt_type", "geom_contype", "geom_conaffinity", "pair_geom1", "pair_geom2",
+    "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
+)  # fmt: skip
 
 
 def _ctype(node: Any) -> Any:
@@ -81,8 +80,13 @@ def offset(struct: str, field: str) -> int:
 
 DATA = {field: offset("mjData", field) for field in DATA_FIELDS}
 DOF_PARENTS = offset("mjModel", "dof_parentid")
+DOF_DAMPING = offset("mjModel", "dof_damping")
 TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
-KEY = repr((mujoco.__version__, DATA, DOF_PARENTS, TIMESTEP))
+INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
+GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
+NBODY = offset("mjModel", "nbody")
+RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
+KEY = repr((mujoco.__version__, DATA, DOF_PARENTS, DOF_DAMPING, TIMESTEP, INTEGRATOR, GRAVITY, NBODY))
 """What compiled code that knows the offsets depends on."""
 
 
@@ -128,7 +132,7 @@ def library() -> ctypes.CDLL:
 def check() -> None:
     """Compare the offsets with a live model; refuse a MuJoCo whose layout differs."""
     model = mujoco.MjModel.from_xml_string(
-        "<mujoco><option timestep='0.00123'/><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+        "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -139,18 +143,22 @@ def check() -> None:
     wrong = [
         f"mjData.{field}"
         for field in DATA_FIELDS
-        if not field.startswith("plugin") and pointer(data._address, DATA[field]) != getattr(data, field).ctypes.data
+        if field not in ("plugin_state", "plugin_data", "time") and pointer(data._address, DATA[field]) != getattr(data, field).ctypes.data
     ]
     wrong += [
         f"mjModel.{field}"
         for field in MODEL_FIELDS
-        if pointer(model._address, offset("mjModel", field)) != getattr(model, field).ctypes.data
+        if getattr(model, field).size and pointer(model._address, offset("mjModel", field)) != getattr(model, field).ctypes.data
     ]
     view = ModelView(model._address)
     if view.size("nv") != model.nv or view.option("disableflags") != model.opt.disableflags:
         wrong.append("the sizes or options of mjModel")
     if ctypes.c_double.from_address(model._address + TIMESTEP).value != model.opt.timestep:
         wrong.append("mjModel.opt.timestep")
+    if ctypes.c_int.from_address(model._address + INTEGRATOR).value != model.opt.integrator:
+        wrong.append("mjModel.opt.integrator")
+    if ctypes.c_double.from_address(model._address + GRAVITY + 16).value != model.opt.gravity[2]:
+        wrong.append("mjModel.opt.gravity")
     if wrong:
         raise ImportError(
             f"contactlaw does not fit MuJoCo {mujoco.__version__}: {', '.join(wrong)} not where its description says"

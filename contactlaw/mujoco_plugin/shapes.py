@@ -12,11 +12,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.mujoco_plugin import callbacks
+from contactlaw.kernels import touch
 
 _TYPE = mujoco.mjtGeom
-ROUND = (int(_TYPE.mjGEOM_SPHERE), int(_TYPE.mjGEOM_CAPSULE))
-FLAT = (int(_TYPE.mjGEOM_PLANE), int(_TYPE.mjGEOM_BOX))
+KINDS = {
+    int(_TYPE.mjGEOM_SPHERE): touch.BALL,
+    int(_TYPE.mjGEOM_CAPSULE): touch.CAPSULE,
+    int(_TYPE.mjGEOM_PLANE): touch.PLANE,
+    int(_TYPE.mjGEOM_BOX): touch.BOX,
+}
+ROUND = (touch.BALL, touch.CAPSULE)
+FLAT = (touch.PLANE, touch.BOX)
 
 
 @dataclass(frozen=True)
@@ -24,8 +30,13 @@ class Shape:
     """A geom's type and sizes, as MuJoCo has them."""
 
     name: str
-    kind: int
+    type: int
     size: NDArray[np.float64]
+
+    @property
+    def kind(self) -> float:
+        """As `kernels.touch` has it."""
+        return KINDS.get(self.type, touch.OTHER)
 
     @property
     def is_round(self) -> bool:
@@ -38,52 +49,49 @@ class Shape:
         return 1.0 / float(self.size[0]) if self.is_round else 0.0
 
     @property
-    def half_length(self) -> float:
-        """Half the distance between the ends of a capsule [m], 0 for a ball."""
-        return float(self.size[1]) if self.kind == int(_TYPE.mjGEOM_CAPSULE) else 0.0
+    def sizes(self) -> tuple[float, float, float]:
+        """For `kernels.touch` [m]."""
+        if self.kind == touch.BALL:
+            return float(self.size[0]), 0.0, 0.0
+        if self.kind == touch.CAPSULE:
+            return float(self.size[0]), float(self.size[1]), 0.0
+        return tuple(float(size) for size in self.size) if self.kind == touch.BOX else (0.0, 0.0, 0.0)
 
     @property
     def bound(self) -> float:
-        """Radius of the bounding sphere of a round shape or box [m]; infinite otherwise."""
+        """Radius of a sphere around a round shape or box [m]; infinite otherwise."""
         if self.is_round:
-            return float(self.size[0]) + self.half_length
-        return float(np.linalg.norm(self.size)) if self.kind == int(_TYPE.mjGEOM_BOX) else inf
+            return sum(self.sizes)
+        return float(np.linalg.norm(self.size)) if self.kind == touch.BOX else inf
 
     @property
     def label(self) -> str:
         """For messages."""
-        return f"{_TYPE(self.kind).name.removeprefix('mjGEOM_').lower()} {self.name!r}"
+        return f"{_TYPE(self.type).name.removeprefix('mjGEOM_').lower()} {self.name!r}"
 
 
-@dataclass(frozen=True)
-class Meeting:
-    """How two geoms meet: which is A, how their contact is located, and their effective radius [m]."""
-
-    swapped: bool
-    kind: int
-    slots: int
-    radius: float
-
-
-def meeting(one: Shape, two: Shape, radius: float | None) -> Meeting:
-    """How two geoms meet.
+def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
+    """Effective radius [m] of a contact: as given, or from the shapes.
 
     Raises:
         ValueError: They have no clear radius of curvature where they touch and none is given.
     """
-    swapped = not one.is_round and two.is_round
-    a, b = (two, one) if swapped else (one, two)
-    if a.is_round and (b.is_round or b.kind in FLAT):
-        effective = 1.0 / (a.curvature + b.curvature) if radius is None else radius
-        if b.is_round:
-            bars = a.half_length > 0.0 or b.half_length > 0.0
-            return Meeting(swapped, callbacks.ROUND_BARS if bars else callbacks.BALL_ON_BALL, 1, effective)
-        on_plane = b.kind == int(_TYPE.mjGEOM_PLANE)
-        slots = 1 if a.half_length == 0.0 else callbacks.BOTH_ENDS if on_plane else callbacks.BOTH_ENDS + 1
-        return Meeting(swapped, callbacks.BALL_ON_PLANE if on_plane else callbacks.BALL_ON_BOX, slots, effective)
-    if radius is None:
-        raise ValueError(
-            f"radius = None: {one.label} on {two.label} has no one clear radius of curvature; give the pair its "
-            "effective radius [m] (clear are a sphere or a capsule's end on a plane, a box face or each other)"
-        )
-    return Meeting(False, callbacks.ANY_SHAPES, 1, radius)
+    if radius is not None:
+        return radius
+    kinds = (one.kind, two.kind)
+    if (one.is_round or two.is_round) and touch.OTHER not in kinds:
+        return 1.0 / (one.curvature + two.curvature)
+    raise ValueError(
+        f"radius = None: {one.label} on {two.label} has no one clear radius of curvature; give the pair its effective "
+        "radius [m] (clear are a sphere or a capsule's end on a plane, a box face or each other)"
+    )
+
+
+def in_order(one: Shape, two: Shape) -> bool:
+    """Whether the first is the rounder, as `kernels.touch` wants it."""
+    return one.is_round or not two.is_round
+
+
+def has_closed_form(one: Shape, two: Shape) -> bool:
+    """Whether `kernels.touch` can place their contact."""
+    return (one.is_round or two.is_round) and touch.OTHER not in (one.kind, two.kind)

@@ -5,48 +5,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.instance import contact_of, native_margin
-from contactlaw.mujoco_plugin.shapes import Shape, meeting
+from contactlaw.mujoco_plugin.shapes import Shape, effective_radius
+from contactlaw.mujoco_plugin.system import native_margin
 from contactlaw.pair import ContactPair
+
+
+Geoms = str | mujoco.MjsGeom | Sequence[str | mujoco.MjsGeom]
 
 
 def add_contact(
     spec: mujoco.MjSpec,
-    geom1: str | mujoco.MjsGeom,
-    geom2: str | mujoco.MjsGeom,
+    geom1: Geoms,
+    geom2: Geoms,
     pair: ContactPair,
     *,
     plane: ArrayLike | None = None,
     others: bool = True,
+    substeps: int = config.SUBSTEPS,
+    ledger: bool = False,
+    room: int | None = None,
 ) -> str:
-    """Let two geoms touch by the law; then `spec.compile()` and plain `mj_step`.
+    """Let geoms touch by the law; then `spec.compile()` and plain `mj_step`, at any time step.
 
-    Their native contact is turned off, that of each with every other geom stays unless told otherwise. Balls and the
-    ends of capsules may touch planes, the faces of boxes and each other; any other shapes need `pair.radius`.
+    The native contact of these pairs is turned off, that of each geom with every other one stays unless told otherwise.
+    Balls and the ends of capsules may touch planes, the faces of boxes and each other; any other shapes need
+    `pair.radius`. Contacts that share bodies are integrated together, whichever call added them.
 
-    What the plugin notices while a model runs (a step too long, an overlap too deep, an edge) is said once for each
-    `MjData` as a `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, the reason on stderr.
+    What the plugin notices while a model runs (an overlap too deep, an edge) is said once for each `MjData` as a
+    `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, the reason on stderr.
 
     Args:
         spec: The model, before it is compiled.
-        geom1, geom2: Names, or geoms of the spec (one without a name is given one).
+        geom1, geom2: Names, or geoms of the spec (one without a name is given one), or sequences of them: then each of
+            the first may touch each of the second, but none itself or one of its own body. A geom may be in both.
         pair: The contact; its radius, where None, is read from the geoms.
         plane: Normal of the plane of all motion, a unit vector, where the scene is planar: the traction then has one
             component instead of two.
-        others: Whether these geoms may touch any other natively. False takes both out of the engine's collision
+        others: Whether these geoms may touch any other natively. False takes them out of the engine's collision
             detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to
             further contacts of the law. Not with a compiler that discards visual geoms: it would discard these.
+        substeps: Least number of the law's own steps in a contact, however long the engine's: the error of an impact
+            falls with its square.
+        ledger: Whether to keep account of impacts, forces and energy, for `ledger_of`.
+        room: For how many contacts at once to keep room; None: for as many as bodies can have, or nearly so.
 
     Returns:
-        The name of the plugin instance, for `contact_history`.
+        The name of the plugin instance, for `contacts_of`, `ledger_of` and `contact_history`.
 
     Raises:
         ValueError: A value outside what is allowed; the message names it and the spec is unchanged.
@@ -55,35 +68,78 @@ def add_contact(
         raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
     if not isinstance(pair, ContactPair):
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
-    one, two = _geom(spec, "geom1", geom1), _geom(spec, "geom2", geom2)
-    if one is two or (one.name and one.name == two.name):
-        raise ValueError(f"geom2 = {two.name!r}: must be another geom than geom1")
+    substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
+    room = None if room is None else checks.count("room", room, 1)
+    ones, twos = _geoms(spec, "geom1", geom1), _geoms(spec, "geom2", geom2)
     normal = None if plane is None else checks.unit_vector("plane", plane)
-    shapes = [Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in (one, two)]
-    if all(shape.size.any() for shape in shapes):  # sizes fitted to a mesh are not known before the model is compiled
-        meeting(shapes[0], shapes[1], pair.radius)
+    meetings = _meetings(ones, twos)
+    shapes = {id(geom): Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in ones + twos}
+    for one, two in meetings:
+        if shapes[id(one)].size.any() and shapes[id(two)].size.any():  # a mesh has its sizes once compiled
+            effective_radius(shapes[id(one)], shapes[id(two)], pair.radius)
     taken = {plugin.name for plugin in spec.plugins}
-    orders = {config.instance_name(one.name, two.name), config.instance_name(two.name, one.name)}
-    if one.name and two.name and taken & orders:
-        raise ValueError(f"geom1 = {one.name!r}, geom2 = {two.name!r}: this pair has been added before")
+    names = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
+    if taken & {config.instance_name(*names), config.instance_name(*names[::-1])}:
+        raise ValueError(f"geom1 = {names[0]}, geom2 = {names[1]}: these have been added before")
 
-    for geom in (one, two):
+    for geom in (*ones, *twos):
         geom.name = geom.name or _free_name(spec)
-    name = config.instance_name(one.name, two.name)
-    for native in spec.pairs:
-        if {native.geomname1, native.geomname2} == {one.name, two.name}:
-            spec.delete(native)
-    if others:
-        spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-native_margin(shapes[0], shapes[1]), gap=0.0)
-    else:
-        for geom in (one, two):
-            geom.contype = geom.conaffinity = 0
-    contact = config.Contact(one.name, two.name, pair, None if normal is None else tuple(normal.tolist()))
+    ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
+    name = config.instance_name(*ids)
+    _silence(spec, meetings, shapes, others)
+    contact = config.Contact(
+        *ids, pair, None if normal is None else tuple(normal.tolist()), substeps, bool(ledger), room
+    )  # fmt: skip
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(contact)
-    _hold(spec, name, (one, two))
+    _hold(spec, name, (*ones, *twos))
     return name
+
+
+def _meetings(ones: list[Any], twos: list[Any]) -> list[tuple[Any, Any]]:
+    """Each geom of the first with each of the second, once, but not with itself or one of its own body."""
+    if len(ones) == len(twos) == 1:
+        if ones[0] is twos[0] or (ones[0].name and ones[0].name == twos[0].name):
+            raise ValueError(f"geom2 = {twos[0].name!r}: must be another geom than geom1")
+        return [(ones[0], twos[0])]
+    out: dict[frozenset[int], tuple[Any, Any]] = {}
+    for one in ones:
+        for two in twos:
+            if one is not two and one.parent.id != two.parent.id:
+                out.setdefault(frozenset((id(one), id(two))), (one, two))
+    if not out:
+        raise ValueError("geom1, geom2: hold no two geoms of different bodies")
+    return list(out.values())
+
+
+def _silence(spec: mujoco.MjSpec, meetings: list[tuple[Any, Any]], shapes: dict[int, Shape], others: bool) -> None:
+    """Turn the native contact of these pairs off."""
+    ours = {frozenset((one.name, two.name)) for one, two in meetings}
+    for native in list(spec.pairs):
+        if frozenset((native.geomname1, native.geomname2)) in ours:
+            spec.delete(native)
+    for one, two in meetings:
+        if others:
+            margin = native_margin(shapes[id(one)], shapes[id(two)])
+            spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-margin, gap=0.0)
+        else:
+            for geom in (one, two):
+                geom.contype = geom.conaffinity = 0
+
+
+def _geoms(spec: mujoco.MjSpec, argument: str, value: Any) -> list[Any]:
+    if isinstance(value, str | mujoco.MjsGeom):
+        return [_geom(spec, argument, value)]
+    if not isinstance(value, Sequence) or not value:
+        raise ValueError(f"{argument} = {value!r}: must be a geom, the name of one, or a sequence of them, not empty")
+    geoms: list[Any] = []
+    for item in value:
+        geom = _geom(spec, argument, item)
+        known = next((other for other in geoms if other is geom or (geom.name and other.name == geom.name)), None)
+        if known is None:
+            geoms.append(geom)
+    return geoms
 
 
 def _geom(spec: mujoco.MjSpec, argument: str, value: Any) -> mujoco.MjsGeom:
@@ -99,7 +155,7 @@ def _geom(spec: mujoco.MjSpec, argument: str, value: Any) -> mujoco.MjsGeom:
     raise ValueError(f"{argument} = {value!r}: must be the name of a geom, or a geom, of the spec")
 
 
-def _hold(spec: mujoco.MjSpec, name: str, geoms: tuple[mujoco.MjsGeom, mujoco.MjsGeom]) -> None:
+def _hold(spec: mujoco.MjSpec, name: str, geoms: Sequence[mujoco.MjsGeom]) -> None:
     """Let a body of the pair refer to the instance, or MuJoCo drops it when the spec is copied or attached."""
     for geom in geoms:
         body = geom.parent
@@ -111,25 +167,3 @@ def _hold(spec: mujoco.MjSpec, name: str, geoms: tuple[mujoco.MjsGeom, mujoco.Mj
 def _free_name(spec: mujoco.MjSpec) -> str:
     taken = {geom.name for geom in spec.geoms}
     return next(name for name in (f"contactlaw_geom{i}" for i in range(len(taken) + 1)) if name not in taken)
-
-
-def contact_history(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> NDArray[np.float64]:
-    """The committed history of a contact, a view into `data.plugin_state`.
-
-    Args:
-        model, data: The compiled model and its state.
-        name: Of the plugin instance, as `add_contact` returned it or the XML has it.
-
-    Returns:
-        Shape (slots, entries), as `contactlaw.kernels.contact` lays it out (`OVERLAP`, `NORMAL`, `TANGENTIAL`, ...);
-        one slot; for a capsule on a plane two, one for each end, on a box a third for its side.
-
-    Raises:
-        ValueError: The model has no such contact.
-    """
-    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
-    if number < 0:
-        raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
-    start, size = model.plugin_stateadr[number], model.plugin_statenum[number]
-    entries = contact_of(model._address, number).history_size
-    return data.plugin_state[start : start + size].reshape(-1, entries)

@@ -1,0 +1,372 @@
+"""A step of all contacts of a model: who is near whom, where they touch, what they exchange, and what is remembered.
+
+An engine's adapter fills the tables of bodies and places, calls `meet`, completes the pulls of bodies that hang
+together with others, then calls `kernels.coupling.couple` and `finish`, and applies what comes out.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from contactlaw.jit import jit
+from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, PLANE_SLACK, hertz_stiffness, time_scale
+from contactlaw.kernels.coupling import couples, on_a
+from contactlaw.kernels.frame import turn_frame
+from contactlaw.kernels.rows import (
+    EARLY,
+    FASTEST,
+    FRAME,
+    IMPULSE,
+    LAW_AT,
+    LAW_SIZE,
+    LEDGER,
+    MOTION,
+    OVERLAP_NOW,
+    PIECES,
+    PUSH,
+    ROW,
+    SLID,
+    STRAYED,
+)
+from contactlaw.kernels.subcycle import next_touch
+from contactlaw.kernels.touch import (
+    ACCELERATION,
+    AXES,
+    BALL,
+    CAPSULE,
+    CENTRE,
+    FOUND,
+    FOUND_OVERLAP,
+    KIND,
+    NORMAL,
+    OTHER,
+    PLACE,
+    PLANE,
+    SIZE,
+    SPIN,
+    STAYS_A,
+    STAYS_B,
+    TURNS_A,
+    TURNS_B,
+    VELOCITY,
+    first_touch,
+    within_reach,
+)
+
+# Shapes, shape (n, SHAPES): kind and sizes as in `kernels.touch`, the body they belong to, radius of a sphere around.
+BODY_OF, BOUND, SHAPES = 4, 5, 6
+# Bodies, shape (n, BODY): what they move with (a tree; -1: nothing); for a free one inverse mass [1/kg] and inertia
+# [1/(kg m^2)], row-major, world frame, else zeros; centre of mass [m]; its velocity [m/s] and spin [rad/s] now, and
+# their rates of change but for the contacts; velocity and spin that the engine moved it with in the last step.
+TREE, INVERSE_MASS, INVERSE_INERTIA, COM, LINEAR, ANGULAR, RATE, ANGULAR_RATE, MEAN, MEAN_SPIN, BODY = (
+    0, 1, 2, 11, 14, 17, 20, 23, 26, 29, 32,
+)  # fmt: skip
+# Pairs, shape (n, PAIR): two shapes, A the rounder; where their parameters stand and how many; substeps a contact; 1:
+# keep a ledger; slots.
+SHAPE_A, SHAPE_B, PARAMETERS_AT, PARAMETER_COUNT, SUBSTEPS, COUNTED, SLOTS, PAIR = range(8)
+# A record, kept from step to step: pair and slot; the impulse on A that the next step owes, and the whole of the last
+# one, world frame [N s]; where it acts, as in `kernels.touch`; the sliding foreseen [m]; the history of the law.
+KEY, OWED, GIVEN, POINTS, FORESEEN, HISTORY = 0, 1, 4, 7, 19, 21
+MOST_SLOTS = 4  # pair and slot make the key: MOST_SLOTS pair + slot
+
+SAFETY = 2.0  # on the way that a body may go in a step: forces may be at work that are not foreseen
+
+
+@jit
+def place_of(shape, place, bodies, out):
+    """Centre, axes, velocity, spin and acceleration of a shape; place: the first two."""
+    body = bodies[int(shape[BODY_OF])]
+    out[:AXES + 9] = place
+    r = place[:3] - body[COM : COM + 3]
+    w, a = body[ANGULAR : ANGULAR + 3], body[ANGULAR_RATE : ANGULAR_RATE + 3]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[VELOCITY + i] = body[LINEAR + i] + w[j] * r[k] - w[k] * r[j]
+        out[SPIN + i] = w[i]
+        out[ACCELERATION + i] = body[RATE + i] + a[j] * r[k] - a[k] * r[j]
+
+
+@jit
+def way(shape, place, bodies, dt):
+    """Greatest way [m] of any point of a shape within a step."""
+    body = bodies[int(shape[BODY_OF])]
+    v, w, a, r = 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        v += body[LINEAR + i] ** 2
+        w += body[ANGULAR + i] ** 2
+        a += body[RATE + i] ** 2
+        r += (place[i] - body[COM + i]) ** 2
+    if shape[KIND] != BALL and shape[KIND] != PLANE:
+        r = (sqrt(r) + shape[BOUND]) ** 2
+    return dt * (sqrt(v) + sqrt(w * r) + 0.5 * dt * sqrt(a))
+
+
+@jit
+def gap_of_bounds(a, place_a, b, place_b):
+    """Distance [m] of two shapes, or less."""
+    x, y, z = place_a[0] - place_b[0], place_a[1] - place_b[1], place_a[2] - place_b[2]
+    if b[KIND] == PLANE:
+        return x * place_b[AXES + 2] + y * place_b[AXES + 5] + z * place_b[AXES + 8] - a[BOUND]
+    return sqrt(x * x + y * y + z * z) - a[BOUND] - b[BOUND]
+
+
+@jit
+def near_pairs(pairs, shapes, places, bodies, records, count, dt):
+    """Pairs that may touch within the step, or have a record, in their order."""
+    ways = np.empty(shapes.shape[0])
+    for i in range(shapes.shape[0]):
+        ways[i] = way(shapes[i], places[i], bodies, dt)
+    fastest = ways.max()
+    out, found, at = np.empty(pairs.shape[0], dtype=np.int64), 0, 0
+    for i in range(pairs.shape[0]):
+        known = False
+        while at < count and records[at, KEY] < MOST_SLOTS * (i + 1):
+            known = True
+            at += 1
+        a, b = int(pairs[i, SHAPE_A]), int(pairs[i, SHAPE_B])
+        reach = SAFETY * max(ways[a] + ways[b], 2.0 * fastest)
+        if known or gap_of_bounds(shapes[a], places[a], shapes[b], places[b]) <= reach:
+            out[found] = i
+            found += 1
+    return out[:found], ways
+
+
+@jit
+def meet(near, ways, pairs, shapes, places, bodies, measured, dt):
+    """Contacts that take part in a step: pair, slot, time of the touch (-1.0: none), and how they meet (`FOUND`).
+
+    near, ways: of `near_pairs`. measured: for pairs with a shape that the engine measures, pair and `FOUND` as it is
+    now, shape (n, 1 + FOUND).
+    """
+    most = MOST_SLOTS * near.size
+    who, times, found = np.empty((most, 2), dtype=np.int64), np.empty(most), np.empty((most, FOUND))
+    trees, speeds, gaps = np.empty((most, 2), dtype=np.int64), np.empty(most), np.empty(most)
+    active, keep = np.empty(most, dtype=np.bool_), np.empty(most, dtype=np.bool_)
+    a, b = np.empty(PLACE), np.empty(PLACE)
+    n = 0
+    for pair in near:
+        one, two = int(pairs[pair, SHAPE_A]), int(pairs[pair, SHAPE_B])
+        place_of(shapes[one], places[one], bodies, a)
+        place_of(shapes[two], places[two], bodies, b)
+        for slot in range(int(pairs[pair, SLOTS])):
+            if shapes[one, KIND] == OTHER or shapes[two, KIND] == OTHER:
+                times[n] = measured_touch(pair, measured, a, b, dt, found[n])
+            else:
+                times[n] = first_touch(shapes[one], a, shapes[two], b, slot, dt, found[n])
+            who[n, 0], who[n, 1] = pair, slot
+            trees[n, 0], trees[n, 1] = int(bodies[int(shapes[one, BODY_OF]), TREE]), int(
+                bodies[int(shapes[two, BODY_OF]), TREE]
+            )
+            speeds[n], gaps[n] = (ways[one] + ways[two]) / dt, -found[n, FOUND_OVERLAP]
+            active[n] = times[n] >= 0.0
+            n += 1
+    within_reach(trees[:n], gaps[:n], speeds[:n], active[:n], dt, keep[:n])
+    kept = np.flatnonzero(keep[:n])
+    return who[kept], times[kept], found[kept], trees[kept]
+
+
+@jit
+def measured_touch(pair, measured, a, b, dt, out):
+    """As `first_touch`, for shapes whose distance the engine measures; their surfaces then count as flat."""
+    out[:] = 0.0
+    out[FOUND_OVERLAP], out[NORMAL + 2] = -1e300, 1.0
+    for i in range(measured.shape[0]):
+        if measured[i, 0] == pair:
+            out[:] = measured[i, 1:]
+    if out[FOUND_OVERLAP] >= 0.0:
+        return 0.0
+    closing, push = 0.0, 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        speed = a[VELOCITY + i] + a[SPIN + j] * out[STAYS_A + k] - a[SPIN + k] * out[STAYS_A + j]
+        speed -= b[VELOCITY + i] + b[SPIN + j] * out[STAYS_B + k] - b[SPIN + k] * out[STAYS_B + j]
+        closing -= out[NORMAL + i] * speed
+        push -= out[NORMAL + i] * (a[ACCELERATION + i] - b[ACCELERATION + i])
+    time = next_touch(out[FOUND_OVERLAP], closing, push)
+    if time > dt:
+        return -1.0
+    out[FOUND_OVERLAP] = 0.0
+    return time
+
+
+@jit
+def lever(shape, place, bodies, points, turns, stays, out):
+    """Arm of a contact point from the body's centre of mass to out (3), as the body stands now [m]."""
+    body = bodies[int(shape[BODY_OF])]
+    for i in range(3):
+        out[i] = place[CENTRE + i] - body[COM + i] + points[stays + i]
+        for j in range(3):
+            out[i] += place[AXES + 3 * i + j] * points[turns + j]
+
+
+@jit
+def describe(who, times, found, pairs, shapes, places, bodies, parameters, records, count, dt, watch, width):
+    """Rows, histories, arms, pulls and answers of the contacts that `meet` found.
+
+    records: count of them, sorted by key. watch: whether the engine moves bodies by their mean velocity, so that what
+    they have strayed from the way foreseen can be told. width: coordinates of the largest tree. Pulls and answers are
+    those of free bodies; the adapter fills the rest. Returns them, and the contacts whose normal leaves their plane.
+    """
+    n = who.shape[0]
+    rows, histories = np.zeros((n, ROW)), np.zeros((n, records.shape[1] - HISTORY))
+    rows[:, FASTEST] = 1e300
+    arms, pulls, answers = np.empty((n, 2, 3)), np.zeros((n, 2, 3, width)), np.zeros((n, 2, 3, width))
+    crooked = np.zeros(n, dtype=np.bool_)
+    at = 0
+    for i in range(n):
+        row, pair = rows[i], pairs[who[i, 0]]
+        key = MOST_SLOTS * who[i, 0] + who[i, 1]
+        row[LAW_AT], row[LAW_SIZE] = pair[PARAMETERS_AT], pair[PARAMETER_COUNT]
+        row[PIECES], row[LEDGER] = pair[SUBSTEPS], pair[COUNTED]
+        p = parameters[int(row[LAW_AT]) : int(row[LAW_AT] + row[LAW_SIZE])]
+        while at < count and records[at, KEY] < key:
+            at += 1
+        old = at < count and records[at, KEY] == key
+        if old:
+            histories[i] = records[at, HISTORY:]
+        one, two = int(pair[SHAPE_A]), int(pair[SHAPE_B])
+        a, b = bodies[int(shapes[one, BODY_OF])], bodies[int(shapes[two, BODY_OF])]
+        if is_round(shapes[one]) and is_round(shapes[two]):
+            turn_to_middle(found[i], times[i], p, shapes[one], places[one], a, shapes[two], places[two], b, dt)
+        lever(shapes[one], places[one], bodies, found[i], TURNS_A, STAYS_A, arms[i, 0])
+        lever(shapes[two], places[two], bodies, found[i], TURNS_B, STAYS_B, arms[i, 1])
+        normal = found[i, NORMAL : NORMAL + 3]
+        twist = 0.0
+        for j in range(3):
+            twist += 0.5 * dt * normal[j] * (a[MEAN_SPIN + j] + b[MEAN_SPIN + j])
+        turn_frame(p, histories[i], normal, twist, row)
+        if p[PLANAR] != 0.0:
+            crooked[i] = abs(normal[0] * p[AXIS] + normal[1] * p[AXIS + 1] + normal[2] * p[AXIS + 2]) > PLANE_SLACK
+        for j in range(3):
+            axis = row[FRAME + 3 * j : FRAME + 3 * j + 3]
+            row[MOTION + j] = along(axis, a, LINEAR, ANGULAR, arms[i, 0]) - along(axis, b, LINEAR, ANGULAR, arms[i, 1])
+            row[PUSH + j] = along(axis, a, RATE, ANGULAR_RATE, arms[i, 0]) - along(
+                axis, b, RATE, ANGULAR_RATE, arms[i, 1]
+            )
+            if j and watch and old and histories[i, PHASE] != OPEN:
+                mean = along(axis, a, MEAN, MEAN_SPIN, arms[i, 0]) - along(axis, b, MEAN, MEAN_SPIN, arms[i, 1])
+                row[STRAYED + j - 1] = dt * mean - records[at, FORESEEN + j - 1]
+            pull_free(axis, a, arms[i, 0], pulls[i, 0, j], answers[i, 0, j])
+            pull_free(axis, b, arms[i, 1], pulls[i, 1, j], answers[i, 1, j])
+        row[OVERLAP_NOW] = found[i, FOUND_OVERLAP]
+        if times[i] > 0.0:
+            row[OVERLAP_NOW] = -times[i] * (row[MOTION] + 0.5 * times[i] * row[PUSH])
+    return rows, histories, arms, pulls, answers, crooked
+
+
+@jit
+def is_round(shape):
+    """A ball or a capsule."""
+    return shape[KIND] == BALL or shape[KIND] == CAPSULE
+
+
+@jit
+def turn_to_middle(found_io, time, p, shape_a, place_a, a, shape_b, place_b, b, dt):
+    """Turn the normal of two round bodies to where it will be in the middle of their contact, or of the step.
+
+    They go on past each other while they touch: with the normal of the touch their forces would not be central, and
+    what that leaves over of the angular momentum would go into their spins.
+    """
+    inverse = a[INVERSE_MASS] + b[INVERSE_MASS]
+    if inverse == 0.0 or (a[TREE] >= 0.0 and a[INVERSE_MASS] == 0.0) or (b[TREE] >= 0.0 and b[INVERSE_MASS] == 0.0):
+        return
+    n = found_io[NORMAL : NORMAL + 3]
+    radius_a, radius_b = shape_a[SIZE], shape_b[SIZE]
+    arm, v, push, closing = np.empty(3), np.empty(3), 0.0, 0.0
+    for i in range(3):
+        arm[i] = place_a[CENTRE + i] + place_a[AXES + 3 * i + 2] * found_io[TURNS_A + 2] - a[COM + i]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        v[i] = a[LINEAR + i] + a[ANGULAR + j] * arm[k] - a[ANGULAR + k] * arm[j]
+    for i in range(3):
+        arm[i] = place_b[CENTRE + i] + place_b[AXES + 3 * i + 2] * found_io[TURNS_B + 2] - b[COM + i]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        v[i] -= b[LINEAR + i] + b[ANGULAR + j] * arm[k] - b[ANGULAR + k] * arm[j]
+        push -= n[i] * (a[RATE + i] - b[RATE + i])
+    for i in range(3):
+        closing -= n[i] * v[i]
+    overlap = max(found_io[FOUND_OVERLAP], 0.0)
+    steady = 0.08 * inverse * hertz_stiffness(p) * overlap * overlap * sqrt(overlap)
+    left = dt - max(time, 0.0)
+    if time != 0.0 or closing * closing > steady:
+        left = min(left, time_scale(p, 1.0 / inverse, overlap, closing + max(time, 0.0) * push, push))
+    size = 0.0
+    for i in range(3):
+        n[i] += 0.5 * left * (v[i] + closing * n[i]) / (radius_a + radius_b - overlap)
+        size += n[i] * n[i]
+    for i in range(3):
+        n[i] /= sqrt(size)
+        found_io[STAYS_A + i], found_io[STAYS_B + i] = -radius_a * n[i], radius_b * n[i]
+
+
+@jit
+def along(axis, body, linear, angular, arm):
+    """Component along an axis of the motion of a body's point at an arm from its centre of mass."""
+    total = 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        total += axis[i] * (body[linear + i] + body[angular + j] * arm[k] - body[angular + k] * arm[j])
+    return total
+
+
+@jit
+def pull_free(axis, body, arm, pull_out, answer_out):
+    """Generalized force on a free body of a unit force along an axis, and the velocities that a unit impulse gives."""
+    if body[INVERSE_MASS] == 0.0:
+        return
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        pull_out[i], pull_out[3 + i] = axis[i], arm[j] * axis[k] - arm[k] * axis[j]
+        answer_out[i] = body[INVERSE_MASS] * axis[i]
+    for i in range(3):
+        answer_out[3 + i] = 0.0
+        for j in range(3):
+            answer_out[3 + i] += body[INVERSE_INERTIA + 3 * i + j] * pull_out[3 + j]
+
+
+@jit
+def finish(
+    who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, records_out, now_out, couple_out
+):  # fmt: skip
+    """What a step gives and leaves: returns how many records there are now.
+
+    moves: whether the engine's position moves with the force inside its step (Runge-Kutta), as dt^2 F/(2 m).
+    records_out: sorted by key. now_out: impulse on A to be given in this step, world frame [N s], shape (n, 3).
+    couple_out: angular impulse on A and B [N m s], shape (n, 2, 3).
+    """
+    n = rows.shape[0]
+    inverse_mass, apart, speed, rest = np.zeros((n, 2)), np.zeros((n, 3)), np.zeros((n, 3)), np.empty((n, 3))
+    whole, early = np.empty(3), np.empty(3)
+    count = 0
+    for i in range(n):
+        pair = pairs[who[i, 0]]
+        a, b = bodies[int(shapes[int(pair[SHAPE_A]), BODY_OF])], bodies[int(shapes[int(pair[SHAPE_B]), BODY_OF])]
+        inverse_mass[i, 0], inverse_mass[i, 1] = a[INVERSE_MASS], b[INVERSE_MASS]
+        for j in range(3):
+            apart[i, j] = a[COM + j] - b[COM + j]
+            speed[i, j] = a[LINEAR + j] - b[LINEAR + j] + 0.5 * dt * (a[RATE + j] - b[RATE + j])
+        on_a(rows[i], rows[i, IMPULSE : IMPULSE + 3], whole)
+        on_a(rows[i], rows[i, EARLY : EARLY + 3], early)
+        owes = False
+        for j in range(3):
+            now_out[i, j] = early[j] + (0.5 * whole[j] if moves else 0.0)
+            owes = owes or whole[j] != 0.0
+        if (owes or histories[i, PHASE] != OPEN) and count < records_out.shape[0]:
+            record = records_out[count]
+            record[KEY] = MOST_SLOTS * who[i, 0] + who[i, 1]
+            for j in range(3):
+                record[OWED + j], record[GIVEN + j] = whole[j] - now_out[i, j], whole[j]
+            record[POINTS : POINTS + 12] = found[i, TURNS_A : TURNS_A + 12]
+            record[FORESEEN], record[FORESEEN + 1] = rows[i, SLID], rows[i, SLID + 1]
+            record[HISTORY:] = histories[i]
+            count += 1
+    couples(rows, trees, inverse_mass, arms, apart, speed, dt, rest)
+    for i in range(n):
+        total = inverse_mass[i, 0] + inverse_mass[i, 1]
+        share = inverse_mass[i, 1] / total if total > 0.0 else 0.0
+        for j in range(3):
+            couple_out[i, 0, j], couple_out[i, 1, j] = (1.0 - share) * rest[i, j], share * rest[i, j]
+    return count

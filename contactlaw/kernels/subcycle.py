@@ -1,0 +1,281 @@
+"""Contacts that share bodies, integrated together inside one step of an engine.
+
+Between touches the contacts drift in closed form; while any of them is closed they are stepped by a leapfrog that
+resolves the fastest. The force at the end of one engine step is where the next one starts, so that contacts longer
+than the step are the same leapfrog as those that come and go within it.
+"""
+
+from __future__ import annotations
+
+from math import ceil, sqrt
+
+import numpy as np
+
+from contactlaw.jit import jit
+from contactlaw.kernels.contact import (
+    COULOMB,
+    E_STAR,
+    FRICTION,
+    G_STAR,
+    LAW,
+    NORMAL,
+    OPEN,
+    OVERLAP,
+    PHASE,
+    PLANAR,
+    RADIUS,
+    RATIO,
+    TANGENTIAL,
+    forget,
+    friction,
+    step,
+    time_scale,
+)
+from contactlaw.kernels.rows import (
+    BEGUN,
+    DEEPEST,
+    DRAG,
+    EARLY,
+    FASTEST,
+    IMPULSE,
+    LAW_AT,
+    LAW_SIZE,
+    LEDGER,
+    MOTION,
+    OVERLAP_NOW,
+    PIECES,
+    PUSH,
+    SLID,
+    SPENT,
+    STRAYED,
+    STRONGEST,
+    TOUCHING,
+    WORK,
+)
+
+CHUNK = 16  # substeps of one length; then the time scales are looked at again
+MOST_SUBSTEPS = 50_000  # in one engine step; what is left of it then passes without contact forces
+NEVER = 1e300
+NO_MATTER = 1e-8  # of the friction limit: what a displacement must amount to for the law to be asked about it
+# The damper sets in as the fourth root of time; of such a force the trapezoidal rule leaves out -zeta(-1/4) of a step.
+STEEP = 0.3205
+
+
+@jit
+def parameters_of(row, parameters):
+    """Parameters of a row's contact."""
+    start = int(row[LAW_AT])
+    return parameters[start : start + int(row[LAW_SIZE])]
+
+
+@jit
+def next_touch(overlap, closing, push):
+    """Time [s] until a contact that is apart (overlap <= 0) closes, if nothing else happens."""
+    if overlap == 0.0 and closing > 0.0:
+        return 0.0
+    square = closing * closing - 2.0 * push * overlap
+    if square < 0.0:
+        return NEVER
+    if closing > 0.0:
+        return -2.0 * overlap / (closing + sqrt(square))
+    if push > 0.0:
+        return (sqrt(square) - closing) / push
+    return NEVER
+
+
+@jit
+def resume(row, p, h, own, force_out):
+    """Force at the start of the step, from the history: the overlap is the engine's, the tractions are remembered."""
+    overlap = row[OVERLAP_NOW]
+    if overlap <= 0.0:
+        forget(h)
+    elif h[PHASE] == OPEN:  # put there by the user
+        row[BEGUN] += 1.0
+        force_out[0], force_out[1], force_out[2] = step(
+            p, h, overlap, overlap, row[MOTION], 0.0, 0.0, 0.0, 0.0, mass_of(own[0]), across(p, own)
+        )
+    else:
+        share = overlap / h[OVERLAP]
+        share *= sqrt(share)
+        force_out[0] = share * h[NORMAL]
+        force_out[1], force_out[2] = share * h[TANGENTIAL], share * h[TANGENTIAL + 1]
+        u, w = row[STRAYED], row[STRAYED + 1]
+        slack = NO_MATTER * p[FRICTION] * force_out[0]
+        if tangential_stiffness(p, overlap) * sqrt(u * u + w * w) > slack and p[LAW] != COULOMB:
+            force_out[1], force_out[2] = friction(p, h, overlap, h[OVERLAP], u, w, force_out[0], h[RATIO], 0.0)
+
+
+@jit
+def tangential_stiffness(p, x):
+    """Of a contact that sticks everywhere [N/m]."""
+    return 2.0 * p[G_STAR] * sqrt(p[RADIUS] * x)
+
+
+@jit
+def accelerate(first, last, rows, start, index, blocks, force, out):
+    """Accelerations (n, 3) of the contacts first to last - 1 under their forces (n, 3) and all else."""
+    for i in range(last - first):
+        row = rows[first + i]
+        x, y, z = row[PUSH], row[PUSH + 1], row[PUSH + 2]
+        for k in range(start[first + i], start[first + i + 1]):
+            f, b = force[index[k] - first], blocks[k]
+            x -= b[0] * f[0] + b[1] * f[1] + b[2] * f[2]
+            y -= b[3] * f[0] + b[4] * f[1] + b[5] * f[2]
+            z -= b[6] * f[0] + b[7] * f[1] + b[8] * f[2]
+        out[i, 0], out[i, 1], out[i, 2] = x, y, z
+
+
+@jit
+def substep(first, last, rows, parameters, blocks, start, x, v, force, acceleration, left):
+    """Longest substep [s] that resolves the fastest contact that is closed, and how long it may be kept up.
+
+    left: of the engine step [s]. A contact that closes in between ends what can be kept up; one that closes within the
+    next substep counts as closed.
+    """
+    shortest, horizon = NEVER, left
+    for i in range(last - first):
+        wait = next_touch(x[i], v[i, 0], acceleration[i, 0]) if x[i] <= 0.0 else 0.0
+        if wait >= horizon:
+            continue
+        row, own = rows[first + i], blocks[start[first + i]]
+        p = parameters_of(row, parameters)
+        scale = time_scale(p, 1.0 / own[0], max(x[i], 0.0), v[i, 0], acceleration[i, 0] + own[0] * force[i, 0])
+        # A stuck contact swings sqrt(2 chi) times as fast sideways as it does along the normal.
+        chi = 0.5 * p[G_STAR] / p[E_STAR] * max(own[4], own[8]) / own[0]
+        h = scale / (row[PIECES] * max(1.0, sqrt(0.5 * chi)))
+        if wait > h:
+            horizon = wait
+            continue
+        shortest = min(shortest, h)
+        if row[LEDGER] != 0.0:
+            row[FASTEST] = min(row[FASTEST], scale)
+    return shortest, horizon
+
+
+@jit
+def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt, x, v, force, acceleration):
+    """Integrate the contacts first to last - 1 of one group over an engine step of dt [s].
+
+    rows: as in `kernels.rows`; the results are written there. histories: a row each, brought up to the end of the step.
+    start, index, blocks: J M^-1 J^T by rows of 3 x 3 blocks, that of a contact with itself first. x, v, force,
+    acceleration: overlaps (n) and motions (n, 3) at the start; written.
+    """
+    n = last - first
+    moved = np.empty(3)
+    now, taken = 0.0, 0
+    while now < dt and taken < MOST_SUBSTEPS:
+        closed = False
+        for i in range(n):
+            closed = closed or x[i] > 0.0
+        if not closed:
+            soonest, which = dt - now, -1
+            for i in range(n):
+                wait = next_touch(x[i], v[i, 0], acceleration[i, 0])
+                if wait < soonest:
+                    soonest, which = wait, i
+            drift(first, rows, x, v, acceleration, soonest)
+            now += soonest
+            if which < 0:
+                break
+            x[which] = 0.0
+        h, horizon = substep(first, last, rows, parameters, blocks, start, x, v, force, acceleration, dt - now)
+        pieces = ceil(min(horizon / h, 1e9))
+        end = dt if horizon == dt - now else now + horizon
+        h = horizon / pieces
+        count = min(pieces, CHUNK)
+        weigh(first, rows, force, 0.5 * h, 1.0 - now / dt)
+        for i in range(n):
+            for j in range(3):
+                v[i, j] += 0.5 * h * acceleration[i, j]
+        for s in range(count):
+            now = end if s + 1 == pieces else now + h
+            closed, opened = False, False
+            for i in range(n):
+                row, own, history = rows[first + i], blocks[start[first + i]], histories[first + i]
+                p, before = parameters_of(row, parameters), x[i]
+                for j in range(3):
+                    moved[j] = h * v[i, j]
+                x[i] += moved[0]
+                row[SLID] += moved[1]
+                row[SLID + 1] += moved[2]
+                if x[i] <= 0.0 and before <= 0.0:
+                    continue
+                was_open = history[PHASE] == OPEN
+                old_p, old_f, old_g = force[i, 0], force[i, 1], force[i, 2]
+                force[i, 0], force[i, 1], force[i, 2] = step(
+                    p, history, x[i], before, v[i, 0], acceleration[i, 0] + own[0] * old_p,
+                    moved[1], moved[2], h, mass_of(own[0]), across(p, own),
+                )  # fmt: skip
+                closed = closed or x[i] > 0.0
+                opened = opened or was_open
+                if was_open and x[i] > 0.0:
+                    row[BEGUN] += 1.0
+                    if before == 0.0 and history[RATIO] > 1.0:
+                        share = STEEP * h * (1.0 - 1.0 / history[RATIO])
+                        strike(first, i, share, 1.0 - now / dt, rows, start, index, blocks, force, v)
+                row[DEEPEST] = max(row[DEEPEST], x[i])
+                if row[LEDGER] != 0.0:
+                    row[STRONGEST] = max(row[STRONGEST], force[i, 0])
+                    row[TOUCHING] += h
+                    row[WORK] += 0.5 * (old_p + force[i, 0]) * moved[0]
+                    row[DRAG] += 0.5 * ((old_f + force[i, 1]) * moved[1] + (old_g + force[i, 2]) * moved[2])
+            accelerate(first, last, rows, start, index, blocks, force, acceleration)
+            taken += 1
+            done = s + 1 == count or not closed or (opened and n > 1)
+            weight = 0.5 * h if done else h
+            weigh(first, rows, force, weight, 1.0 - now / dt)
+            for i in range(n):
+                for j in range(3):
+                    v[i, j] += weight * acceleration[i, j]
+            if done:
+                break
+    if taken >= MOST_SUBSTEPS:
+        for i in range(n):
+            rows[first + i, SPENT] = 1.0
+
+
+@jit
+def strike(first, i, weight, left, rows, start, index, blocks, force, v):
+    """Give one contact an impulse more, its force times a weight [s], now; left: as for `weigh`."""
+    row = rows[first + i]
+    for j in range(3):
+        row[IMPULSE + j] += weight * force[i, j]
+        row[EARLY + j] += weight * left * force[i, j]
+    for k in range(start[first + i], start[first + i + 1]):
+        other, b = v[index[k] - first], blocks[k]
+        for j in range(3):  # the block of the other with this one is the transpose
+            other[j] -= weight * (b[j] * force[i, 0] + b[3 + j] * force[i, 1] + b[6 + j] * force[i, 2])
+
+
+@jit
+def mass_of(mobility):
+    """Effective mass [kg] of a mobility [1/kg]; what cannot move has no finite one."""
+    return 1.0 / max(mobility, 1e-300)
+
+
+@jit
+def across(p, block):
+    """Tangential effective mass [kg]; in space the mean of both directions."""
+    return mass_of(block[4] if p[PLANAR] != 0.0 else 0.5 * (block[4] + block[8]))
+
+
+@jit
+def drift(first, rows, x, v, acceleration, time):
+    """Let all contacts move on without forces of theirs."""
+    for i in range(x.size):
+        row = rows[first + i]
+        x[i] += time * (v[i, 0] + 0.5 * time * acceleration[i, 0])
+        row[SLID] += time * (v[i, 1] + 0.5 * time * acceleration[i, 1])
+        row[SLID + 1] += time * (v[i, 2] + 0.5 * time * acceleration[i, 2])
+        for j in range(3):
+            v[i, j] += time * acceleration[i, j]
+
+
+@jit
+def weigh(first, rows, force, weight, left):
+    """Add the forces (n, 3) times a weight [s] to the impulses; left: share of the engine step that is left."""
+    for i in range(force.shape[0]):
+        row = rows[first + i]
+        for j in range(3):
+            row[IMPULSE + j] += weight * force[i, j]
+            row[EARLY + j] += weight * left * force[i, j]
