@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contactlaw.jit import jit
-from contactlaw.kernels.rest import is_quiet, settle
+from contactlaw.kernels.rest import is_quiet, is_still, settle, stay
 from contactlaw.kernels.rows import EARLY, FRAME, IMPULSE, MOTION, OVERLAP_NOW
 from contactlaw.kernels.subcycle import accelerate, parameters_of, resume, subcycle
 
@@ -18,31 +18,34 @@ def couple(rows, histories, parameters, trees, pulls, answers, dt):
     trees: what moves on side A and B of each contact, -1 for nothing, shape (n, 2): contacts with a tree in common are
     one group. pulls, answers: the contact's axes as generalized forces on a side's tree, and the generalized velocities
     they cause, shape (n, 2, 3, coordinates): J and M^-1 J^T. Signs: A's motion less B's.
+
+    Returns whether all of them are still: at rest, and with nothing to change until something moves.
     """
     n = rows.shape[0]
     if n == 0:
-        return
+        return False
     if n == 1:
-        start, index, blocks = np.array([0, 1]), np.zeros(1, dtype=np.int64), np.zeros((1, 9))
+        start, index, blocks = np.arange(2), np.zeros(1, dtype=np.int64), np.zeros((1, 9))
         add_block(0, 0, 0, trees, pulls, answers, blocks[0])
         add_block(0, 1, 0, trees, pulls, answers, blocks[0])
-        integrate(0, 1, rows, histories, parameters, start, index, blocks, dt)
-        return
+        return integrate(0, 1, rows, histories, parameters, start, index, blocks, dt)
     order, ends = groups(trees)
     sorted_rows, sorted_histories = rows[order], histories[order]
     start, index, blocks = mobility(order, trees, pulls, answers)
-    first = 0
+    first, still = 0, True
     for last in ends:
-        integrate(first, last, sorted_rows, sorted_histories, parameters, start, index, blocks, dt)
+        quiet = integrate(first, last, sorted_rows, sorted_histories, parameters, start, index, blocks, dt)
+        still = still and quiet
         first = last
     for i in range(n):
         rows[order[i]] = sorted_rows[i]
         histories[order[i]] = sorted_histories[i]
+    return still
 
 
 @jit
 def integrate(first, last, rows, histories, parameters, start, index, blocks, dt):
-    """One group over the step, the shorter way where that will do."""
+    """One group over the step, the shortest way that will do; returns whether it is still."""
     n = last - first
     x, v = np.empty(n), np.empty((n, 3))
     force, acceleration = np.zeros((n, 3)), np.empty((n, 3))
@@ -55,11 +58,16 @@ def integrate(first, last, rows, histories, parameters, start, index, blocks, dt
         resume(row, p, histories[first + i], own, force[i])
     accelerate(first, last, rows, start, index, blocks, force, acceleration)
     if is_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration):
+        held = force.copy()
+        if is_still(first, last, rows, histories, start, index, blocks, dt, x, v, held, acceleration):
+            stay(first, last, rows, histories, start, blocks, dt, x, v, held, acceleration)
+            return True
         settle(first, last, rows, histories, parameters, start, index, blocks, dt, force)
     else:
         subcycle(
             first, last, rows, histories, parameters, start, index, blocks, dt, x, v, force, acceleration
         )  # fmt: skip
+    return False
 
 
 @jit
@@ -187,6 +195,13 @@ def couples(rows, trees, inverse_mass, arms, apart, speed, dt, out):
     A where positive.
     """
     n = rows.shape[0]
+    out[:] = 0.0
+    pairs = 0
+    for i in range(n):
+        if inverse_mass[i, 0] != 0.0 and inverse_mass[i, 1] != 0.0:
+            pairs += 1
+    if pairs == 0:
+        return
     gain = np.zeros((count_trees(trees), 3))
     early, late, then, torque = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for i in range(n):
@@ -196,7 +211,6 @@ def couples(rows, trees, inverse_mass, arms, apart, speed, dt, out):
                 for j in range(3):
                     gain[trees[i, side], j] += (1.0 - 2.0 * side) * inverse_mass[i, side] * early[j]
     for i in range(n):
-        out[i] = 0.0
         if inverse_mass[i, 0] == 0.0 or inverse_mass[i, 1] == 0.0:
             continue
         on_a(rows[i], rows[i, EARLY : EARLY + 3], early)

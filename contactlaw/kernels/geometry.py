@@ -1,7 +1,6 @@
 """Where two simple shapes touch; A is always a ball.
 
-Each returns the overlap [m], negative apart, and writes to n_out and surface_out (3 each, world frame) the normal from
-B to A and the deepest point of A's undeformed surface.
+Each returns the overlap [m], negative apart, and writes to n_out (3, world frame) the normal from B to A.
 """
 
 from __future__ import annotations
@@ -12,19 +11,7 @@ from contactlaw.jit import jit
 
 
 @jit
-def place_point(n, overlap, share, surface_io):
-    """Turn the deepest point of A's surface into the contact point, where the forces on both bodies act.
-
-    The theory knows only the arms of undeformed bodies. Forces that act at one point keep the angular momentum, so the
-    point cannot be on both surfaces: share, B's part in how easily the contact gives way, puts it on that of the body
-    that moves where the other is fixed, so that nothing is lost of the theory there, and half-way between two alike.
-    """
-    for i in range(3):
-        surface_io[i] += share * overlap * n[i]
-
-
-@jit
-def ball_on_ball(a, radius_a, b, radius_b, n_out, surface_out):
+def ball_on_ball(a, radius_a, b, radius_b, n_out):
     """Centres a, b (3)."""
     x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     apart = sqrt(x * x + y * y + z * z)
@@ -33,26 +20,22 @@ def ball_on_ball(a, radius_a, b, radius_b, n_out, surface_out):
         n_out[0], n_out[1], n_out[2] = 0.0, 0.0, 1.0
     else:
         n_out[0], n_out[1], n_out[2] = x / apart, y / apart, z / apart
-    for i in range(3):
-        surface_out[i] = a[i] - radius_a * n_out[i]
     return overlap
 
 
 @jit
-def ball_on_plane(a, radius, origin, frame, n_out, surface_out):
+def ball_on_plane(a, radius, origin, frame, n_out):
     """Ball at a (3); plane through origin (3), its normal the third column of frame (9, row-major)."""
     height = 0.0
     for i in range(3):
         n_out[i] = frame[3 * i + 2]
         height += (a[i] - origin[i]) * n_out[i]
     overlap = radius - height
-    for i in range(3):
-        surface_out[i] = a[i] - radius * n_out[i]
     return overlap
 
 
 @jit
-def ball_on_box(a, radius, centre, frame, half, n_out, surface_out):
+def ball_on_box(a, radius, centre, frame, half, n_out):
     """Ball at a (3); box at centre (3), frame (9, row-major), half lengths (3).
 
     Returns the overlap and whether the ball is over a face (not an edge or corner).
@@ -79,7 +62,6 @@ def ball_on_box(a, radius, centre, frame, half, n_out, surface_out):
     overlap = radius - apart
     for i in range(3):
         n_out[i] = frame[3 * i] * dx + frame[3 * i + 1] * dy + frame[3 * i + 2] * dz
-        surface_out[i] = a[i] - radius * n_out[i]
     return overlap, outside <= 1
 
 

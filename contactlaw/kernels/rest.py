@@ -37,16 +37,31 @@ from contactlaw.kernels.contact import (
     regrid_history,
     respan,
 )
-from contactlaw.kernels.rows import DEEPEST, EARLY, IMPULSE, MOTION, OVERLAP_NOW, PUSH, SLID, STRONGEST, TOUCHING
-from contactlaw.kernels.subcycle import next_touch, parameters_of, substep, tangential_stiffness
+from contactlaw.kernels.rows import (
+    DEEPEST,
+    EARLY,
+    IMPULSE,
+    MOTION,
+    OVERLAP_NOW,
+    PIECES,
+    PUSH,
+    SLID,
+    STRONGEST,
+    TOUCHING,
+)
+from contactlaw.kernels.subcycle import accelerate, next_touch, parameters_of, tangential_stiffness
 
 BLEND = 4.0 / 7.0
 FEW = 8.0  # substeps in a step up to which a contact is integrated anyway
+SWING = 4.03  # duration of an impact times the frequency of small motions at its greatest overlap
 # What may still swing, its energy then lost: along the normal in terms of the overlap and force at rest; across it in
 # terms of the displacement and force at which the contact would slip.
 QUIET, QUIET_ACROSS = 0.01, 0.03
 STIFF = 1e-12  # displacements that a rigid contact allows, as a share of those without it
 MOST_SWEEPS = 200
+SAME = 1e-9  # of the overlap, to which it stays the same at rest
+BALANCED = 4e-15  # of the force, to which forces at rest balance; what is beyond is mended, and likewise:
+DRIFT = 1e-3  # of SAME, how far a step may carry
 EXACT = 1e-14  # of the force, at which the sweeps over the contacts end
 
 
@@ -54,27 +69,25 @@ EXACT = 1e-14  # of the force, at which the sweeps over the contacts end
 def is_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration):
     """Whether the contacts of a group carry a steady load and nothing else happens in this step."""
     n = last - first
-    touching = False
+    fastest = 0.0
     for i in range(n):
         if x[i] <= 0.0:
             if next_touch(x[i], v[i, 0], acceleration[i, 0]) < dt:
                 return False
             continue
-        touching = True
-        p, own = parameters_of(rows[first + i], parameters), blocks[start[first + i]]
+        row, own = rows[first + i], blocks[start[first + i]]
+        p = parameters_of(row, parameters)
         if not (
-            rests(p, own, x[i], v[i], force[i], acceleration[i])
+            rests(own, x[i], v[i], force[i], acceleration[i])
             and holds(p, own, x[i], v[i], force[i], acceleration[i], dt)
         ):
             return False
-    if not touching:
-        return False
-    h, _ = substep(first, last, rows, parameters, blocks, start, x, v, force, acceleration, dt)
-    return FEW * h < dt
+        fastest = max(fastest, row[PIECES] * sqrt(1.5 * own[0] * force[i, 0] / x[i]))
+    return fastest * dt > FEW * SWING
 
 
 @jit
-def rests(p, own, x, v, force, acceleration):
+def rests(own, x, v, force, acceleration):
     """Whether next to nothing moves along the normal."""
     give = own[0] * force[0]
     return abs(acceleration[0]) <= QUIET * give and abs(v[0]) <= QUIET * sqrt(1.5 * give * x)
@@ -97,6 +110,54 @@ def holds(p, own, x, v, force, acceleration, dt):
 
 
 @jit
+def is_still(first, last, rows, histories, start, index, blocks, dt, x, v, force_io, acceleration_io):
+    """Whether nothing in a quiet group moves or pulls but by rounding; then the forces are those remembered.
+
+    Overlaps are differences of places and known to some 1e-10 of themselves: forces that follow every such change
+    would never balance. Those remembered do.
+    """
+    for i in range(last - first):
+        if x[i] > 0.0:
+            h = histories[first + i]
+            force_io[i, 0], force_io[i, 1], force_io[i, 2] = h[NORMAL], h[TANGENTIAL], h[TANGENTIAL + 1]
+            if abs(x[i] - h[OVERLAP]) > SAME * x[i] or h[RATIO] != 1.0:
+                return False
+    accelerate(first, last, rows, start, index, blocks, force_io, acceleration_io)
+    for i in range(last - first):
+        if x[i] > 0.0:
+            give = blocks[start[first + i], 0] * force_io[i, 0]
+            for j in range(3):
+                if abs(acceleration_io[i, j]) > SAME * give or abs(dt * v[i, j]) > SAME * x[i]:
+                    return False
+    return True
+
+
+@jit
+def stay(first, last, rows, histories, start, blocks, dt, x, v, force, acceleration):
+    """Hold a still group where it is: not a bit is to change until something moves.
+
+    What the forces lack of balance, and what is left of motion, is mended contact by contact, each by its share.
+    """
+    for i in range(last - first):
+        if x[i] <= 0.0:
+            continue
+        row, h = rows[first + i], histories[first + i]
+        row[DEEPEST], row[TOUCHING], row[STRONGEST] = x[i], dt, force[i, 0]
+        at = start[first + i]
+        own, share = blocks[at], 1.0 / (start[first + i + 1] - at)
+        slack, slow = BALANCED * own[0] * force[i, 0], DRIFT * SAME * x[i] / dt
+        for j in range(3):
+            lack, stop = acceleration[i, j], v[i, j]
+            pull = force[i, j]
+            if abs(lack) > slack and own[4 * j] > 0.0:
+                pull += share * lack / own[4 * j]
+                h[NORMAL if j == 0 else TANGENTIAL + j - 1] = pull
+            row[IMPULSE + j], row[EARLY + j] = dt * pull, 0.5 * dt * pull
+            if abs(stop) > slow and own[4 * j] > 0.0:
+                row[IMPULSE + j] += share * stop / own[4 * j]
+
+
+@jit
 def settle(first, last, rows, histories, parameters, start, index, blocks, dt, force):
     """The implicit step of the contacts first to last - 1; arguments as for `subcycle`."""
     n = last - first
@@ -109,7 +170,7 @@ def settle(first, last, rows, histories, parameters, start, index, blocks, dt, f
                 p, own = parameters_of(rows[first + i], parameters), blocks[start[first + i]]
                 worst = max(worst, solve(p, own, histories[first + i], rows[first + i, OVERLAP_NOW], dt, force[i],
                                          moved[i], new[i]))  # fmt: skip
-        if worst <= EXACT:
+        if worst <= EXACT or (n == 1 and is_apart(blocks[start[first]])):
             break
     for i in range(n):
         row, h = rows[first + i], histories[first + i]
@@ -134,6 +195,12 @@ def settle(first, last, rows, histories, parameters, start, index, blocks, dt, f
         for j in range(3):
             row[IMPULSE + j] = dt * new[i, j]
             row[EARLY + j] = dt * (BLEND * new[i, j] + (0.5 - BLEND) * force[i, j])
+
+
+@jit
+def is_apart(own):
+    """Whether the motion along the normal and that across it do not answer to each other."""
+    return own[1] == 0.0 and own[2] == 0.0
 
 
 @jit

@@ -78,14 +78,21 @@ SAFETY = 2.0  # on the way that a body may go in a step: forces may be at work t
 def place_of(shape, place, bodies, out):
     """Centre, axes, velocity, spin and acceleration of a shape; place: the first two."""
     body = bodies[int(shape[BODY_OF])]
-    out[:AXES + 9] = place
-    r = place[:3] - body[COM : COM + 3]
-    w, a = body[ANGULAR : ANGULAR + 3], body[ANGULAR_RATE : ANGULAR_RATE + 3]
+    copy(place, out)
+    x, y, z = place[0] - body[COM], place[1] - body[COM + 1], place[2] - body[COM + 2]
+    for start, linear, angular in ((VELOCITY, LINEAR, ANGULAR), (ACCELERATION, RATE, ANGULAR_RATE)):
+        out[start] = body[linear] + body[angular + 1] * z - body[angular + 2] * y
+        out[start + 1] = body[linear + 1] + body[angular + 2] * x - body[angular] * z
+        out[start + 2] = body[linear + 2] + body[angular] * y - body[angular + 1] * x
     for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        out[VELOCITY + i] = body[LINEAR + i] + w[j] * r[k] - w[k] * r[j]
-        out[SPIN + i] = w[i]
-        out[ACCELERATION + i] = body[RATE + i] + a[j] * r[k] - a[k] * r[j]
+        out[SPIN + i] = body[ANGULAR + i]
+
+
+@jit
+def copy(values, out):
+    """Copy all values: cheaper than an assignment of slices, which may overlap."""
+    for i in range(values.size):
+        out[i] = values[i]
 
 
 @jit
@@ -156,15 +163,21 @@ def meet(near, ways, pairs, shapes, places, bodies, measured, dt):
             else:
                 times[n] = first_touch(shapes[one], a, shapes[two], b, slot, dt, found[n])
             who[n, 0], who[n, 1] = pair, slot
-            trees[n, 0], trees[n, 1] = int(bodies[int(shapes[one, BODY_OF]), TREE]), int(
-                bodies[int(shapes[two, BODY_OF]), TREE]
+            trees[n, 0], trees[n, 1] = (
+                int(bodies[int(shapes[one, BODY_OF]), TREE]),
+                int(bodies[int(shapes[two, BODY_OF]), TREE]),
             )
             speeds[n], gaps[n] = (ways[one] + ways[two]) / dt, -found[n, FOUND_OVERLAP]
             active[n] = times[n] >= 0.0
             n += 1
     within_reach(trees[:n], gaps[:n], speeds[:n], active[:n], dt, keep[:n])
-    kept = np.flatnonzero(keep[:n])
-    return who[kept], times[kept], found[kept], trees[kept]
+    kept = 0
+    for i in range(n):
+        if keep[i]:
+            if kept < i:
+                who[kept], times[kept], found[kept], trees[kept] = who[i], times[i], found[i], trees[i]
+            kept += 1
+    return who[:kept], times[:kept], found[:kept], trees[:kept]
 
 
 @jit
@@ -213,7 +226,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
     rows, histories = np.zeros((n, ROW)), np.zeros((n, records.shape[1] - HISTORY))
     rows[:, FASTEST] = 1e300
     arms, pulls, answers = np.empty((n, 2, 3)), np.zeros((n, 2, 3, width)), np.zeros((n, 2, 3, width))
-    crooked = np.zeros(n, dtype=np.bool_)
+    crooked, mean = np.zeros(n, dtype=np.bool_), np.empty(3)
     at = 0
     for i in range(n):
         row, pair = rows[i], pairs[who[i, 0]]
@@ -225,7 +238,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
             at += 1
         old = at < count and records[at, KEY] == key
         if old:
-            histories[i] = records[at, HISTORY:]
+            copy(records[at, HISTORY:], histories[i])
         one, two = int(pair[SHAPE_A]), int(pair[SHAPE_B])
         a, b = bodies[int(shapes[one, BODY_OF])], bodies[int(shapes[two, BODY_OF])]
         if is_round(shapes[one]) and is_round(shapes[two]):
@@ -239,15 +252,14 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         turn_frame(p, histories[i], normal, twist, row)
         if p[PLANAR] != 0.0:
             crooked[i] = abs(normal[0] * p[AXIS] + normal[1] * p[AXIS + 1] + normal[2] * p[AXIS + 2]) > PLANE_SLACK
+        resolve(row, a, b, arms[i], LINEAR, ANGULAR, row[MOTION : MOTION + 3])
+        resolve(row, a, b, arms[i], RATE, ANGULAR_RATE, row[PUSH : PUSH + 3])
+        if watch and old and histories[i, PHASE] != OPEN:
+            resolve(row, a, b, arms[i], MEAN, MEAN_SPIN, mean)
+            for j in range(2):
+                row[STRAYED + j] = dt * mean[1 + j] - records[at, FORESEEN + j]
         for j in range(3):
             axis = row[FRAME + 3 * j : FRAME + 3 * j + 3]
-            row[MOTION + j] = along(axis, a, LINEAR, ANGULAR, arms[i, 0]) - along(axis, b, LINEAR, ANGULAR, arms[i, 1])
-            row[PUSH + j] = along(axis, a, RATE, ANGULAR_RATE, arms[i, 0]) - along(
-                axis, b, RATE, ANGULAR_RATE, arms[i, 1]
-            )
-            if j and watch and old and histories[i, PHASE] != OPEN:
-                mean = along(axis, a, MEAN, MEAN_SPIN, arms[i, 0]) - along(axis, b, MEAN, MEAN_SPIN, arms[i, 1])
-                row[STRAYED + j - 1] = dt * mean - records[at, FORESEEN + j - 1]
             pull_free(axis, a, arms[i, 0], pulls[i, 0, j], answers[i, 0, j])
             pull_free(axis, b, arms[i, 1], pulls[i, 1, j], answers[i, 1, j])
         row[OVERLAP_NOW] = found[i, FOUND_OVERLAP]
@@ -303,28 +315,33 @@ def turn_to_middle(found_io, time, p, shape_a, place_a, a, shape_b, place_b, b, 
 
 
 @jit
-def along(axis, body, linear, angular, arm):
-    """Component along an axis of the motion of a body's point at an arm from its centre of mass."""
-    total = 0.0
+def resolve(row, a, b, arms, linear, angular, out):
+    """Motion of A's contact point less that of B's along the axes of a contact; linear, angular: which motion."""
+    r, s = arms[0], arms[1]
+    x = a[linear] + a[angular + 1] * r[2] - a[angular + 2] * r[1]
+    y = a[linear + 1] + a[angular + 2] * r[0] - a[angular] * r[2]
+    z = a[linear + 2] + a[angular] * r[1] - a[angular + 1] * r[0]
+    x -= b[linear] + b[angular + 1] * s[2] - b[angular + 2] * s[1]
+    y -= b[linear + 1] + b[angular + 2] * s[0] - b[angular] * s[2]
+    z -= b[linear + 2] + b[angular] * s[1] - b[angular + 1] * s[0]
     for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        total += axis[i] * (body[linear + i] + body[angular + j] * arm[k] - body[angular + k] * arm[j])
-    return total
+        out[i] = row[FRAME + 3 * i] * x + row[FRAME + 3 * i + 1] * y + row[FRAME + 3 * i + 2] * z
 
 
 @jit
 def pull_free(axis, body, arm, pull_out, answer_out):
     """Generalized force on a free body of a unit force along an axis, and the velocities that a unit impulse gives."""
-    if body[INVERSE_MASS] == 0.0:
+    light = body[INVERSE_MASS]
+    if light == 0.0:
         return
+    x, y, z = axis[0], axis[1], axis[2]
+    pull_out[0], pull_out[1], pull_out[2] = x, y, z
+    answer_out[0], answer_out[1], answer_out[2] = light * x, light * y, light * z
+    u, v, w = arm[1] * z - arm[2] * y, arm[2] * x - arm[0] * z, arm[0] * y - arm[1] * x
+    pull_out[3], pull_out[4], pull_out[5] = u, v, w
     for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        pull_out[i], pull_out[3 + i] = axis[i], arm[j] * axis[k] - arm[k] * axis[j]
-        answer_out[i] = body[INVERSE_MASS] * axis[i]
-    for i in range(3):
-        answer_out[3 + i] = 0.0
-        for j in range(3):
-            answer_out[3 + i] += body[INVERSE_INERTIA + 3 * i + j] * pull_out[3 + j]
+        at = INVERSE_INERTIA + 3 * i
+        answer_out[3 + i] = body[at] * u + body[at + 1] * v + body[at + 2] * w
 
 
 @jit
@@ -359,9 +376,9 @@ def finish(
             record[KEY] = MOST_SLOTS * who[i, 0] + who[i, 1]
             for j in range(3):
                 record[OWED + j], record[GIVEN + j] = whole[j] - now_out[i, j], whole[j]
-            record[POINTS : POINTS + 12] = found[i, TURNS_A : TURNS_A + 12]
+            copy(found[i, TURNS_A : TURNS_A + 12], record[POINTS : POINTS + 12])
             record[FORESEEN], record[FORESEEN + 1] = rows[i, SLID], rows[i, SLID + 1]
-            record[HISTORY:] = histories[i]
+            copy(histories[i], record[HISTORY:])
             count += 1
     couples(rows, trees, inverse_mass, arms, apart, speed, dt, rest)
     for i in range(n):

@@ -61,31 +61,8 @@ def carry(place, time, out):
 def locate(shape_a, a, shape_b, b, slot, out):
     """Overlap [m] of two shapes where they are, A a ball or capsule; out: as `FOUND` says."""
     kind = shape_b[KIND]
-    out[TURNS_A : STAYS_B + 3] = 0.0
-    n, surface = out[NORMAL : NORMAL + 3], np.empty(3)
-    radius = shape_a[SIZE]
-    clear = True
     if kind in (BALL, CAPSULE):
-        s, t = 0.0, 0.0
-        if shape_a[KIND] == CAPSULE or kind == CAPSULE:
-            u, w = np.empty(3), np.empty(3)
-            for i in range(3):
-                u[i], w[i] = a[AXES + 3 * i + 2], b[AXES + 3 * i + 2]
-            half_a = shape_a[SIZE + 1] if shape_a[KIND] == CAPSULE else 0.0
-            half_b = shape_b[SIZE + 1] if kind == CAPSULE else 0.0
-            s, t = nearest_on_segments(a[0:3], u, half_a, b[0:3], w, half_b)
-            clear = abs(s) == half_a and abs(t) == half_b
-        end_a, end_b = np.empty(3), np.empty(3)
-        for i in range(3):
-            end_a[i] = a[i] + s * a[AXES + 3 * i + 2]
-            end_b[i] = b[i] + t * b[AXES + 3 * i + 2]
-        out[TURNS_A + 2], out[TURNS_B + 2] = s, t
-        overlap = ball_on_ball(end_a, radius, end_b, shape_b[SIZE], n, surface)
-        for i in range(3):
-            out[STAYS_A + i], out[STAYS_B + i] = -radius * n[i], shape_b[SIZE] * n[i]
-        out[CLEAR] = 1.0 if clear else 0.0
-        out[FOUND_OVERLAP] = overlap
-        return overlap
+        return locate_round(shape_a, a, shape_b, b, out)
     if slot == SIDE:
         return locate_side(shape_a, a, shape_b, b, out)
     along = 0.0 if shape_a[KIND] == BALL else shape_a[SIZE + 1] * (1.0 - 2.0 * slot)
@@ -93,28 +70,52 @@ def locate(shape_a, a, shape_b, b, slot, out):
 
 
 @jit
+def locate_round(shape_a, a, shape_b, b, out):
+    """Balls and capsules on each other, where their middle lines come nearest."""
+    s, t, clear = 0.0, 0.0, True
+    end_a, end_b = out[STAYS_A : STAYS_A + 3], out[STAYS_B : STAYS_B + 3]
+    if shape_a[KIND] == CAPSULE or shape_b[KIND] == CAPSULE:
+        for i in range(3):
+            end_a[i], end_b[i] = a[AXES + 3 * i + 2], b[AXES + 3 * i + 2]
+        half_a = shape_a[SIZE + 1] if shape_a[KIND] == CAPSULE else 0.0
+        half_b = shape_b[SIZE + 1] if shape_b[KIND] == CAPSULE else 0.0
+        s, t = nearest_on_segments(a[0:3], end_a, half_a, b[0:3], end_b, half_b)
+        clear = abs(s) == half_a and abs(t) == half_b
+    n = out[NORMAL : NORMAL + 3]
+    for i in range(3):
+        end_a[i] = a[i] + s * a[AXES + 3 * i + 2]
+        end_b[i] = b[i] + t * b[AXES + 3 * i + 2]
+    overlap = ball_on_ball(end_a, shape_a[SIZE], end_b, shape_b[SIZE], n)
+    for i in range(3):
+        out[TURNS_A + i], out[TURNS_B + i] = 0.0, 0.0
+        out[STAYS_A + i], out[STAYS_B + i] = -shape_a[SIZE] * n[i], shape_b[SIZE] * n[i]
+    out[TURNS_A + 2], out[TURNS_B + 2] = s, t
+    out[CLEAR] = 1.0 if clear else 0.0
+    out[FOUND_OVERLAP] = overlap
+    return overlap
+
+
+@jit
 def locate_point(shape_a, a, shape_b, b, along, out):
     """Ball, or the ball around a point of a capsule's middle line (along it from its centre), on a plane or box."""
-    n, surface, centre = out[NORMAL : NORMAL + 3], np.empty(3), np.empty(3)
+    n, point = out[NORMAL : NORMAL + 3], out[STAYS_A : STAYS_A + 3]
     radius = shape_a[SIZE]
-    for i in range(3):
-        centre[i] = a[i] + along * a[AXES + 3 * i + 2]
     out[TURNS_A], out[TURNS_A + 1], out[TURNS_A + 2] = 0.0, 0.0, along
+    for i in range(3):
+        point[i] = a[i] + along * a[AXES + 3 * i + 2]
     clear = True
     if shape_b[KIND] == PLANE:
-        overlap = ball_on_plane(centre, radius, b[0:3], b[AXES : AXES + 9], n, surface)
+        overlap = ball_on_plane(point, radius, b[0:3], b[AXES : AXES + 9], n)
     else:
-        overlap, clear = ball_on_box(
-            centre, radius, b[0:3], b[AXES : AXES + 9], shape_b[SIZE : SIZE + 3], n, surface
-        )
-    for i in range(3):
-        out[STAYS_A + i] = -radius * n[i]
-    # The point of B is under the ball's deepest, on B's own surface.
+        overlap, clear = ball_on_box(point, radius, b[0:3], b[AXES : AXES + 9], shape_b[SIZE : SIZE + 3], n)
+    for i in range(3):  # the point of B is under the ball's deepest, on B's own surface
+        out[STAYS_B + i] = point[i] + (overlap - radius) * n[i] - b[i]
     for i in range(3):
         out[TURNS_B + i] = 0.0
-        out[STAYS_B + i] = 0.0
         for j in range(3):
-            out[TURNS_B + i] += b[AXES + 3 * j + i] * (surface[j] + overlap * n[j] - b[j])
+            out[TURNS_B + i] += b[AXES + 3 * j + i] * out[STAYS_B + j]
+    for i in range(3):
+        out[STAYS_A + i], out[STAYS_B + i] = -radius * n[i], 0.0
     out[CLEAR] = 1.0 if clear else 0.0
     out[FOUND_OVERLAP] = overlap
     return overlap

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 # Head of the block: numbers, then where each table starts. OWN_SIZE: floats of an instance's state.
 (
-    LEADS, OWN_SIZE, REPORT, INSTANCES, SHAPES, BODIES, PAIRS, PARAMETERS, NV, STRIDE, CAPACITY, WIDTH, ACTUATED, DAMPED, PENDING,
-    STAGE_TIME, GEOMS_AT, SHAPES_AT, BODIES_AT, PAIRS_AT, PARAMETERS_AT, INSTANCES_AT, PLACES_AT, MOTION_AT, NEW_AT,
-    LEDGER_AT, FORCE_AT, HEAD,
-) = range(28)  # fmt: skip
+    LEADS, OWN_SIZE, REPORT, INSTANCES, SHAPES, BODIES, PAIRS, PARAMETERS, NV, STRIDE, CAPACITY, WIDTH, ACTUATED,
+    LEDGERS, PENDING, STAGE_TIME, STILL, SLACK, INPUTS, GEOMS_AT, SHAPES_AT, BODIES_AT, PAIRS_AT, PARAMETERS_AT,
+    INSTANCES_AT, PLACES_AT, MOTION_AT, NEW_AT, LEDGER_AT, FORCE_AT, INPUTS_AT, HEAD,
+) = range(32)  # fmt: skip
 FOLLOWS = 0.0
+# STILL: 1 where the last evaluation found all at rest; its force then stands as long as the inputs, kept from INPUTS_AT
+# on, stay the same: exactly, but for places and velocities, which may differ by SLACK [m] in a step.
 
 # An instance: where its state is in plugin_state, floats of one record, room for records, its first and last pair (the
 # one after), 1: keeps a ledger, 1: its pair has a radius, what has been reported of it, its number in the model.

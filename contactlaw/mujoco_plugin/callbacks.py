@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
@@ -9,6 +11,7 @@ from contactlaw.jit import c_callback, jit_for
 from contactlaw.kernels.contact import OPEN, PHASE, RADIUS
 from contactlaw.kernels.coupling import couple
 from contactlaw.kernels.memory import call_report, doubles_at, load_double, load_int, load_pointer
+from contactlaw.kernels.rest import SAME
 from contactlaw.kernels.rows import (
     BEGUN,
     DEEPEST,
@@ -18,7 +21,6 @@ from contactlaw.kernels.rows import (
     MOTION,
     OVERLAP_NOW,
     PUSH,
-    ROW,
     SPENT,
     STRONGEST,
     TOUCHING,
@@ -27,20 +29,19 @@ from contactlaw.kernels.rows import (
 from contactlaw.kernels.scene import (
     BODY,
     BODY_OF,
+    BOUND,
     COM,
     COUNTED,
-    HISTORY,
     INVERSE_MASS,
     KEY,
     LINEAR,
     MOST_SLOTS,
     OWED,
     PAIR,
-    PARAMETERS_AT as LAW_OF_PAIR,
     POINTS,
+    SAFETY,
     SHAPE_A,
     SHAPE_B,
-    SHAPES as SHAPE_FACTS,
     TREE,
     describe,
     finish,
@@ -48,19 +49,47 @@ from contactlaw.kernels.scene import (
     meet,
     near_pairs,
 )
-from contactlaw.kernels.touch import AXES, CLEAR, FOUND, FOUND_OVERLAP, KIND, NORMAL, OTHER, STAYS_A, TURNS_A, TURNS_B
+from contactlaw.kernels.scene import (
+    PARAMETERS_AT as LAW_OF_PAIR,
+)
+from contactlaw.kernels.scene import (
+    SHAPES as SHAPE_FACTS,
+)
+from contactlaw.kernels.touch import (
+    AXES,
+    BALL,
+    CLEAR,
+    FOUND,
+    FOUND_OVERLAP,
+    KIND,
+    NORMAL,
+    OTHER,
+    PLANE,
+    TURNS_A,
+    TURNS_B,
+)
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.motion import add_motion, add_turning, free_acceleration, project, pull_tree, read_body
+from contactlaw.mujoco_plugin.memo import remember, stands
+from contactlaw.mujoco_plugin.motion import (
+    add_motion,
+    add_turning,
+    free_acceleration,
+    project,
+    pull_tree,
+    read_body,
+    solve_inertia,
+)
 from contactlaw.mujoco_plugin.motion import field as field_of
 from contactlaw.mujoco_plugin.motion import row as row_of
-from contactlaw.mujoco_plugin.motion import solve_inertia
 from contactlaw.pair import DEEPEST as DEEP_FROM
 
 STATE_AT, BLOCKS_AT, TIME_AT = layout.DATA["plugin_state"], layout.DATA["plugin_data"], layout.DATA["time"]
 XPOS_AT, XMAT_AT, PASSIVE_AT = layout.DATA["geom_xpos"], layout.DATA["geom_xmat"], layout.DATA["qfrc_passive"]
 TIMESTEP_AT, INTEGRATOR_AT = layout.TIMESTEP, layout.INTEGRATOR
 RUNGE_KUTTA = layout.RUNGE_KUTTA
+CVEL_AT, COM_AT = layout.DATA["cvel"], layout.DATA["subtree_com"]
+FEW_PAIRS = 4
 FAR = 1e6  # [m]; how far the engine is asked to look for a distance
 
 jit = jit_for(layout.KEY)
@@ -87,6 +116,77 @@ def part(block, start, size):
 def table(block, start, rows, columns):
     """Some of a block as a table."""
     return carray(doubles_at(block + types.uintp(8 * start)), (rows, columns))
+
+
+@jit
+def far_apart(d, block, head, dt):
+    """Whether nothing is remembered and no pair can touch in this step, as far as a few numbers tell.
+
+    Free flight reads these and nothing else; for many pairs the tables are the faster way.
+    """
+    pairs = int(head[b.PAIRS])
+    if pairs > FEW_PAIRS:
+        return False
+    state = load_pointer(d + types.uintp(STATE_AT))
+    for i in range(int(head[b.INSTANCES])):
+        own = block + types.uintp(8 * (int(head[b.INSTANCES_AT]) + b.INSTANCE * i + b.STATE))
+        if load_double(state + types.uintp(8 * int(load_double(own)))) != 0.0:
+            return False
+    for i in range(pairs):
+        pair = block + types.uintp(8 * (int(head[b.PAIRS_AT]) + PAIR * i))
+        one, two = int(load_double(pair)), int(load_double(pair + types.uintp(8)))
+        reach = SAFETY * 2.0 * (way_of(d, block, head, one, dt) + way_of(d, block, head, two, dt))
+        if gap_between(d, block, head, one, two) <= reach:
+            return False
+    return True
+
+
+@jit
+def entry(block, head, table_at, width, index, column):
+    """One entry of a table of the block."""
+    return load_double(block + types.uintp(8 * (int(head[table_at]) + width * index + column)))
+
+
+@jit
+def way_of(d, block, head, shape, dt):
+    """How far a geom's surface goes in a step at most [m], but for what accelerates it."""
+    body = int(entry(block, head, b.SHAPES_AT, SHAPE_FACTS, shape, BODY_OF))
+    if body == 0:
+        return 0.0
+    number = int(entry(block, head, b.BODIES_AT, b.BODY_FACTS, body, b.BODY_ID))
+    root = int(entry(block, head, b.BODIES_AT, b.BODY_FACTS, body, b.ROOT))
+    geom = int(entry(block, head, b.GEOMS_AT, 1, shape, 0))
+    c = load_pointer(d + types.uintp(CVEL_AT)) + types.uintp(48 * number)
+    place = load_pointer(d + types.uintp(XPOS_AT)) + types.uintp(24 * geom)
+    com = load_pointer(d + types.uintp(COM_AT)) + types.uintp(24 * root)
+    spin, speed, arm = 0.0, 0.0, 0.0
+    for i in range(3):
+        at = types.uintp(8 * i)
+        spin += load_double(c + at) ** 2
+        speed += load_double(c + types.uintp(24) + at) ** 2
+        arm += (load_double(place + at) - load_double(com + at)) ** 2
+    if entry(block, head, b.SHAPES_AT, SHAPE_FACTS, shape, KIND) != BALL:
+        arm = 2.0 * arm + 2.0 * entry(block, head, b.SHAPES_AT, SHAPE_FACTS, shape, BOUND) ** 2
+    return dt * (sqrt(speed) + sqrt(spin * arm))
+
+
+@jit
+def gap_between(d, block, head, one, two):
+    """Distance [m] of two geoms, or less."""
+    a, c = int(entry(block, head, b.GEOMS_AT, 1, one, 0)), int(entry(block, head, b.GEOMS_AT, 1, two, 0))
+    places = load_pointer(d + types.uintp(XPOS_AT))
+    p, q = places + types.uintp(24 * a), places + types.uintp(24 * c)
+    x = load_double(p) - load_double(q)
+    y = load_double(p + types.uintp(8)) - load_double(q + types.uintp(8))
+    z = load_double(p + types.uintp(16)) - load_double(q + types.uintp(16))
+    bound = entry(block, head, b.SHAPES_AT, SHAPE_FACTS, one, BOUND)
+    if entry(block, head, b.SHAPES_AT, SHAPE_FACTS, two, KIND) == PLANE:
+        frame = load_pointer(d + types.uintp(XMAT_AT)) + types.uintp(72 * c)
+        x *= load_double(frame + types.uintp(16))
+        y *= load_double(frame + types.uintp(40))
+        z *= load_double(frame + types.uintp(64))
+        return x + y + z - bound
+    return sqrt(x * x + y * y + z * z) - bound - entry(block, head, b.SHAPES_AT, SHAPE_FACTS, two, BOUND)
 
 
 @jit
@@ -275,9 +375,9 @@ def evaluate(m, d, block, head, dt, moves, total_out):
                 for j in range(3):
                     for k in range(3):
                         point[k] = bodies[body, COM + k] + arms[i, side, k]
-                    pull_tree(m, d, facts[body], rows[i, FRAME + 3 * j : FRAME + 3 * j + 3], point, nv, pulls[i, side, j],
-                              answers[i, side, j])  # fmt: skip
-    couple(rows, histories, parameters, trees, pulls, answers, dt)
+                    axis = rows[i, FRAME + 3 * j : FRAME + 3 * j + 3]
+                    pull_tree(m, d, facts[body], axis, point, nv, pulls[i, side, j], answers[i, side, j])
+    still = couple(rows, histories, parameters, trees, pulls, answers, dt)
     count = finish(
         who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, new, now, couples
     )  # fmt: skip
@@ -292,8 +392,27 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     for i in range(nv):
         total_out[i] /= dt
     head[b.PENDING] = count
+    note_rest(m, d, block, head, still and count == known, records, new, count, rows)
     tell(head, block, instances, who, found, rows, crooked, pairs, parameters)
     return True
+
+
+@jit
+def note_rest(m, d, block, head, still, records, new, count, rows):
+    """Let the force stand where all is still and nothing is remembered but what was before."""
+    head[b.STILL] = 0.0
+    if not still or head[b.ACTUATED] != 0.0 or head[b.LEDGERS] != 0.0:
+        return
+    smallest = 1e300
+    for i in range(count):
+        for j in range(records.shape[1]):
+            if records[i, j] != new[i, j]:
+                return
+    for i in range(rows.shape[0]):
+        if rows[i, OVERLAP_NOW] > 0.0:
+            smallest = min(smallest, rows[i, OVERLAP_NOW])
+    head[b.STILL], head[b.SLACK] = 1.0, 0.1 * SAME * smallest
+    remember(m, d, part(block, int(head[b.INPUTS_AT]), int(head[b.INPUTS])))
 
 
 @jit
@@ -367,11 +486,19 @@ def compute(m, d, instance, capability):
     ahead = time - head[b.STAGE_TIME]
     if not (moves and (ahead == 0.5 * dt or ahead == dt or abs(ahead - 0.5 * dt) < 1e-9 * dt
                        or abs(ahead - dt) < 1e-9 * dt)):  # fmt: skip
-        total[:] = 0.0
         head[b.PENDING] = -1.0
         head[b.STAGE_TIME] = time
-        if not evaluate(m, d, block, head, dt, moves, total):
-            return
+        if not stands(m, d, head, part(block, int(head[b.INPUTS_AT]), int(head[b.INPUTS]))):
+            head[b.STILL] = 0.0
+            if far_apart(d, block, head, dt):
+                if moves:
+                    for i in range(nv):
+                        total[i] = 0.0
+                return
+            for i in range(nv):
+                total[i] = 0.0
+            if not evaluate(m, d, block, head, dt, moves, total):
+                return
     for i in range(nv):
         passive[i] += total[i]
 

@@ -32,8 +32,9 @@ _NUMBERS: dict[str, Any] = {
 }
 
 DATA_FIELDS = (
-    "plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "xipos", "ximat", "subtree_com", "cdof", "cdof_dot", "cvel",
-    "qvel", "qfrc_passive", "qfrc_applied", "xfrc_applied", "qfrc_actuator", "time",
+    "plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "xipos", "ximat", "subtree_com", "cdof", "cdof_dot",
+    "cvel", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "xfrc_applied", "qfrc_actuator", "time", "mocap_pos",
+    "mocap_quat",
 )  # fmt: skip
 MODEL_FIELDS = (
     "dof_parentid", "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid",
@@ -84,9 +85,25 @@ DOF_DAMPING = offset("mjModel", "dof_damping")
 TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
-NBODY = offset("mjModel", "nbody")
+NQ, NV, NBODY, NMOCAP = (offset("mjModel", size) for size in ("nq", "nv", "nbody", "nmocap"))
+NPLUGINSTATE = offset("mjModel", "npluginstate")
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
-KEY = repr((mujoco.__version__, DATA, DOF_PARENTS, DOF_DAMPING, TIMESTEP, INTEGRATOR, GRAVITY, NBODY))
+KEY = repr(
+    (
+        mujoco.__version__,
+        DATA,
+        DOF_PARENTS,
+        DOF_DAMPING,
+        TIMESTEP,
+        INTEGRATOR,
+        GRAVITY,
+        NQ,
+        NV,
+        NBODY,
+        NMOCAP,
+        NPLUGINSTATE,
+    )
+)
 """What compiled code that knows the offsets depends on."""
 
 
@@ -132,7 +149,8 @@ def library() -> ctypes.CDLL:
 def check() -> None:
     """Compare the offsets with a live model; refuse a MuJoCo whose layout differs."""
     model = mujoco.MjModel.from_xml_string(
-        "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+        "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/></body>"
+        "</worldbody></mujoco>"
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -140,15 +158,19 @@ def check() -> None:
     def pointer(base: int, at: int) -> int:
         return ctypes.c_size_t.from_address(base + at).value
 
+    def misplaced(base: int, at: int, array: NDArray[Any]) -> bool:
+        return array.size > 0 and pointer(base, at) != array.ctypes.data
+
+    elsewhere = ("plugin_state", "plugin_data", "time")
     wrong = [
         f"mjData.{field}"
         for field in DATA_FIELDS
-        if field not in ("plugin_state", "plugin_data", "time") and pointer(data._address, DATA[field]) != getattr(data, field).ctypes.data
+        if field not in elsewhere and misplaced(data._address, DATA[field], getattr(data, field))
     ]
     wrong += [
         f"mjModel.{field}"
         for field in MODEL_FIELDS
-        if getattr(model, field).size and pointer(model._address, offset("mjModel", field)) != getattr(model, field).ctypes.data
+        if misplaced(model._address, offset("mjModel", field), getattr(model, field))
     ]
     view = ModelView(model._address)
     if view.size("nv") != model.nv or view.option("disableflags") != model.opt.disableflags:

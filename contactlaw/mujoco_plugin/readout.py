@@ -120,8 +120,8 @@ def contact_history(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ar
     """What the law remembers of the contacts of an instance, a view into `data.plugin_state`.
 
     Returns:
-        Shape (n, entries), as `contactlaw.kernels.contact` lays it out (`OVERLAP`, `NORMAL`, `TANGENTIAL`, ...), for the
-        n contacts there is room for; those that touch come first, the rest are zero.
+        Shape (n, entries), as `contactlaw.kernels.contact` lays it out (`OVERLAP`, `NORMAL`, `TANGENTIAL`, ...), for
+        the n contacts there is room for; those that touch come first, the rest are zero.
     """
     member = _member(model, name)
     start = b.records_at(member.contact.ledger)

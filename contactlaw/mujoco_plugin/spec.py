@@ -18,7 +18,6 @@ from contactlaw.mujoco_plugin.shapes import Shape, effective_radius
 from contactlaw.mujoco_plugin.system import native_margin
 from contactlaw.pair import ContactPair
 
-
 Geoms = str | mujoco.MjsGeom | Sequence[str | mujoco.MjsGeom]
 
 

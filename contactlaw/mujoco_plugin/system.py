@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from contactlaw.kernels import scene, touch
 from contactlaw.mujoco_plugin import block as b
-from contactlaw.mujoco_plugin import config, layout
+from contactlaw.mujoco_plugin import config, layout, memo
 from contactlaw.mujoco_plugin.shapes import Shape, effective_radius, has_closed_form, in_order
 
 LIBRARY = layout.library()
@@ -229,6 +229,7 @@ class System:
             b.NEW_AT: np.zeros((room, stride)),
             b.LEDGER_AT: np.zeros((len(self.members), b.LEDGER_SIZE)),
             b.FORCE_AT: np.zeros(nv),
+            b.INPUTS_AT: np.zeros(memo.inputs_of(view)),
         }
         at = b.HEAD
         for index, values in tables.items():
@@ -238,7 +239,8 @@ class System:
             b.LEADS: 1.0, b.REPORT: report, b.INSTANCES: len(self.members), b.SHAPES: len(self.geoms),
             b.BODIES: len(self.facts), b.PAIRS: len(pairs), b.PARAMETERS: parameters.size, b.NV: nv, b.STRIDE: stride,
             b.CAPACITY: room, b.WIDTH: max([6, *general]), b.ACTUATED: view.size("nu") > 0, b.PENDING: -1.0,
-            b.STAGE_TIME: np.nan,
+            b.STAGE_TIME: np.nan, b.INPUTS: tables[b.INPUTS_AT].size,
+            b.LEDGERS: any(member.contact.ledger for member in self.members),
         }  # fmt: skip
         for index, value in numbers.items():
             head[index] = value

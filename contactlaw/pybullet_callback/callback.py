@@ -1,16 +1,11 @@
-"""The contact law in PyBullet: a callback that the user's loop calls before each stepSimulation.
-
-Bullet steps v <- v + dt f/m, then x <- x + dt v. The velocities it reports are therefore those half a step before the
-positions, which is what the law's leapfrog wants: a step of the law costs no correction and is second order.
-"""
+"""The contact law in PyBullet: a callback that the user's loop calls before each stepSimulation."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from functools import partial
+import operator
+import struct
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
-from math import inf
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -18,59 +13,61 @@ import pybullet as p
 from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks
-from contactlaw.kernels.contact import NORMAL, OVERLAP
 from contactlaw.pair import ContactPair
-from contactlaw.pybullet_callback.contact import (
-    PLACE,
-    RESULTS,
-    ROW,
-    TANGENTIAL,
-    Contact,
-    ContactState,
-    Point,
-    advance,
-    closing_speed,
-    with_radius,
-)
-from contactlaw.pybullet_callback.geometry import (
-    BASE,
-    Motion,
-    effective_radius,
-    engine_parameters,
-    read_motion,
-    read_side,
-)
+from contactlaw.pybullet_callback.bodies import Bodies
+from contactlaw.pybullet_callback.contact import Contact, ContactState, Couple, Ledger, state_of
+from contactlaw.pybullet_callback.layout import Layout
+from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.losses import Losses
+from contactlaw.pybullet_callback.marks import Marks
+from contactlaw.pybullet_callback.shapes import BASE, Side, effective_radius, engine_parameters, read_sides
+from contactlaw.pybullet_callback.step import (
+    ACT,
+    DIVERGED,
+    ENDED,
+    LEDGERS,
+    LOOK,
+    NO_ROOM,
+    NOT_FINITE,
+    NOTHING,
+    PUSHES,
+    advance,
+)
+from contactlaw.pybullet_callback.tables import BAD, PUSH
+from contactlaw.pybullet_callback.watch import look_over
 
 Array = NDArray[np.float64]
-Motions = dict[tuple[int, int], Motion]
 
-LOOK_AHEAD = 20.0  # distance within which an approach is watched, in effective radii
-ON_A, ON_B, DIRECTION, DISTANCE = 5, 6, 7, 8  # in a point of getClosestPoints
-
-_CALLBACKS = count()
+LEAST_SUBSTEPS = 10
+HEAD = struct.Struct("4d")  # time step and gravity
+PUSHED = struct.Struct(f"{PUSH}d")
 
 
 class ContactCallback:
-    """The contact law for chosen pairs of bodies of one physics client; call it before every stepSimulation.
+    """The contact law for chosen bodies of one physics client; call it before every stepSimulation.
 
-    It reads where the bodies are, asks the law for the forces and applies them, equal and opposite at one point inside
-    the overlap. Bullet's own response is off for these pairs and only these. An error changes nothing.
+    It reads where the bodies are and how they move, integrates their contacts through the coming step with steps of
+    their own, and applies what comes out as forces and torques. The time step may be far longer than a contact, and
+    several impacts may fall into one. Bullet's own response is off for these pairs and only these. An error changes
+    nothing.
 
     What must hold, and what cannot be known:
-      * The step must resolve the contact: at most a tenth of its duration, checked at the touch, in the step before it,
-        and when the step changes during one; the error names the step to use. numSubSteps must be 0 or 1, as forces
-        stay the same over the substeps. Both are read whenever bodies touch or are about to.
+      * numSubSteps must be 0 or 1, as a force stays the same over the substeps. The time step and gravity are read at
+        every call and must not change between the call and stepSimulation.
+      * An impulse late in a step acts in part in the next one: between the two, PyBullet's own velocities lack that
+        part. `owed` and `velocity` tell it.
       * Radii come from spheres, capsule ends, planes and box faces; anything else needs `pair.radius`, and then the
         deepest point found acts alone. Without `pair.radius` a box edge or a capsule side is an error when the bodies
-        touch, a capsule lying on a flat body with both ends whenever it does.
-      * What approaches by more than 20 effective radii in a step may pass through a thin body unseen.
+        touch. A capsule that lies on a plane or a box does so with both ends.
+      * Of what moves bodies between the contacts, gravity alone is foreseen, and of bodies with links no Coriolis or
+        centrifugal accelerations. Forces applied by the user, motors, joint limits, constraints and native contacts act
+        all the same, but an impact within the step does not know of them.
+      * Masses and inertias are those at the touch.
       * Bullet's default damping and its clamp of velocities at 100 m/s and 100 rad/s eat energy and cannot be read.
         They are recognised by what they do, and warned of once per body: the default damping in the first steps of
         free flight of a body without links, the clamp when a base in touch moves at exactly 100. Set
         changeDynamics(body, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6).
-      * Effective masses are those at the touch; motors, joint limits, constraints and native contacts are not in them.
-      * Removing a contact turns the native response of its pair on, whatever collision groups say: what
+      * Removing a contact turns the native response of its pairs on, whatever collision groups say: what
         setCollisionFilterPair said before cannot be read.
       * Remove a contact before its bodies. A body that has gone, or another one that PyBullet has given its id, is an
         error at the next call that sees the number of bodies change, or at the touch. Bodies carry a user data entry
@@ -78,85 +75,89 @@ class ContactCallback:
 
     Args:
         client: Physics client id.
+        fixed_bodies_move: Whether bodies that nothing can push may be moved by the user, put elsewhere or given a
+            velocity, at any time. False: they are read when a contact is added, at `restore`, and when something new
+            touches them, which saves 2 us a body and step.
     """
 
-    def __init__(self, client: int = 0) -> None:
+    def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True) -> None:
         if isinstance(client, bool) or not isinstance(client, int | np.integer) or not p.isConnected(int(client)):
             raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
+        if not isinstance(fixed_bodies_move, bool):
+            raise ValueError(f"fixed_bodies_move = {fixed_bodies_move!r}: must be True or False")
         self._client = int(client)
+        self._moves = fixed_bodies_move
         self._contacts: dict[int, Contact] = {}
-        self._next_handle = 0
-        self._mark = f"contactlaw {next(_CALLBACKS)}"
-        self._marked: set[int] = set()
+        self._handles = count()
+        self._marks = Marks(self._client)
         self._body_count = -1
+        self._dt = 0.0
         self._losses = Losses(self._client)
-        self._lay_out()
+        self._layout = Layout(self._client, {})
 
     def add_contact(
         self,
-        body_a: int,
-        body_b: int,
+        body_a: int | Sequence[int] | Sequence[tuple[int, int]],
+        body_b: int | Sequence[int] | Sequence[tuple[int, int]],
         pair: ContactPair,
         link_a: int = -1,
         link_b: int = -1,
         *,
         plane: ArrayLike | None = None,
+        substeps: int = 100,
+        ledger: bool = False,
     ) -> int:
-        """Let the law act between two bodies in place of the native response.
+        """Let the law act between two bodies, or those of two sets, in place of the native response.
 
         Args:
-            body_a, body_b: PyBullet's ids.
-            pair: The contact; its radius, where None, comes from the shapes.
-            link_a, link_b: Links; -1: the base.
+            body_a, body_b: PyBullet's ids; or sequences of ids or of (body, link), every one of A then with every one
+                of B, but none with itself and each two once. In sets, two bodies that cannot move are left out.
+            pair: The contact; its radius, where None, comes from the shapes, for each two bodies theirs.
+            link_a, link_b: Links of plain ids; -1: the base.
             plane: Normal of the plane in which all motion happens, a unit vector: one traction component instead of
                 two, at less cost. None: motion in space.
+            substeps: Least number of steps that a contact is resolved by, >= 10; the error falls with its square.
+            ledger: Whether to keep account, see `ledger`.
 
         Returns:
             A handle for the other methods.
 
         Raises:
-            ValueError: Unknown ids, the same body twice, a pair added already, no radius to be had, substeps.
+            ValueError: Unknown ids, the same body twice, two bodies added already, no radius to be had, substeps.
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
-        a, b = read_side(self._client, "a", body_a, link_a), read_side(self._client, "b", body_b, link_b)
-        if a.key == b.key:
-            raise ValueError(f"body_b = {body_b!r}, link_b = {link_b!r}: the same as a; a contact needs two")
-        for handle, other in self._contacts.items():
-            if {a.key, b.key} == {other.a.key, other.b.key}:
-                raise ValueError(f"body_a, body_b = {body_a!r}, {body_b!r}: {other} have contact {handle} already")
+        a = read_sides(self._client, "a", body_a, link_a)
+        b = read_sides(self._client, "b", body_b, link_b)
         axis = None if plane is None else checks.unit_vector("plane", plane)
-        radius = effective_radius(pair, a, b)
+        if not isinstance(ledger, bool):
+            raise ValueError(f"ledger = {ledger!r}: must be True or False")
+        couples = self._couples(a, b, pair)
+        contact = Contact(pair, axis, _substeps(substeps), couples, Ledger() if ledger else None)
         engine_parameters(self._client)
-        handle, self._next_handle = self._next_handle, self._next_handle + 1
-        self._contacts[handle] = Contact(
-            a=a,
-            b=b,
-            key_a=a.key,
-            key_b=b.key,
-            pair=with_radius(pair, radius),
-            by_shape=pair.radius is None,
-            plane=axis,
-            parameters=pair.parameters(radius, axis),
-            history=pair.history(planar=axis is not None),
-            query=partial(
-                p.getClosestPoints, a.body, b.body, LOOK_AHEAD * radius, a.link, b.link, physicsClientId=self._client
-            ),
-        )
-        p.setCollisionFilterPair(a.body, b.body, a.link, b.link, 0, self._client)
-        self._adopt({a.body, b.body} - self._marked)
-        self._lay_out()
+        handle = next(self._handles)
+        layout = Layout(self._client, self._contacts | {handle: contact}, self._layout, fixed_bodies_move=self._moves)
+        self._contacts[handle], self._layout = contact, layout
+        for couple in couples:
+            one, two = couple.a, couple.b
+            p.setCollisionFilterPair(one.body, two.body, one.link, two.link, 0, self._client)
+        for body in self._marks.put({side.body for couple in couples for side in couple.sides}):
+            self._losses.adopt(body)
         return handle
 
     def remove_contact(self, handle: int) -> None:
-        """Forget a contact and give its pair the native response back; its bodies may be gone already."""
+        """Forget a contact and give its pairs the native response back; its bodies may be gone already."""
         contact = self._contact(handle)
         del self._contacts[handle]
-        a, b = contact.a, contact.b
-        if self._is_there(a.body) and self._is_there(b.body):
-            p.setCollisionFilterPair(a.body, b.body, a.link, b.link, 1, self._client)
-        self._release({a.body, b.body} - {side.body for other in self._contacts.values() for side in other.sides})
-        self._lay_out()
+        for couple in contact.couples:
+            a, b = couple.a, couple.b
+            if self._marks.is_there(a.body) and self._marks.is_there(b.body):
+                p.setCollisionFilterPair(a.body, b.body, a.link, b.link, 1, self._client)
+        used = {side.body for other in self._contacts.values() for couple in other.couples for side in couple.sides}
+        for body in {side.body for couple in contact.couples for side in couple.sides} - used:
+            self._marks.take(body)
+            self._losses.release(body)
+        self._layout = Layout(self._client, self._contacts, self._layout, fixed_bodies_move=self._moves)
 
     def remove_all(self) -> None:
         """Remove every contact."""
@@ -164,170 +165,196 @@ class ContactCallback:
             self.remove_contact(handle)
 
     def state(self, handle: int) -> ContactState:
-        """The contact as the last call left it."""
+        """The contact of two bodies as the last call left it; of sets see `states`."""
         contact = self._contact(handle)
-        h = contact.history.copy()
-        return ContactState(
-            contact.touching, float(h[OVERLAP]), float(h[NORMAL]), np.array(contact.tangential_force), h
-        )
+        if len(contact.couples) != 1:
+            raise ValueError(f"handle = {handle!r}: a contact of {len(contact.couples)} pairs; use states")
+        return state_of(contact.couples[0], contact, self._layout.records_of(handle, 0), self._dt)
+
+    def states(self, handle: int) -> list[ContactState]:
+        """Those contacts of a handle that touch within the step, as the last call left them."""
+        contact = self._contact(handle)
+        return [
+            state_of(contact.couples[number], contact, self._layout.records_of(handle, number), self._dt)
+            for number in self._layout.touching(handle)
+        ]
+
+    def ledger(self, handle: int) -> Ledger:
+        """A copy of the account of a handle.
+
+        Raises:
+            ValueError: It was not asked for in `add_contact`.
+        """
+        ledger = self._contact(handle).ledger
+        if ledger is None:
+            raise ValueError(f"handle = {handle!r}: keeps no ledger; ask for it with add_contact(..., ledger=True)")
+        return Ledger(**vars(ledger))
+
+    def owed(self, body: int) -> tuple[Array, Array]:
+        """What the next step still owes a body: impulse [N s] and angular impulse about its base [N m s], (3,) each."""
+        return self._balance(body)[:2]
+
+    def velocity(self, body: int) -> tuple[Array, Array]:
+        """Velocity [m/s] and spin [rad/s] of a base, each (3,), with what it is owed.
+
+        An impulse that comes late in a step is given in part in the next one. PyBullet's velocity between the two lacks
+        that part; this one does not, so that after an impact it is the one the body flies off with. While bodies touch
+        it is what they would go on with if they parted now. Gravity acts on both alike.
+        """
+        return self._balance(body)[2:]
+
+    def _balance(self, body: int) -> tuple[Array, Array, Array, Array]:
+        bodies = self._layout.bodies
+        if body not in {known for known, _ in bodies.keys}:
+            raise ValueError(f"body = {body!r}: has no contact; must be one of {sorted({b for b, _ in bodies.keys})}")
+        self._check_bodies([body])
+        self._read()
+        return Linked(self._client, self._layout.tables, bodies).balance(body)
 
     def save(self) -> dict[int, Array]:
-        """All histories by handle; with PyBullet's saveState, all that a restart needs."""
-        return {
-            handle: np.concatenate([[contact.dt, contact.share], contact.tangential_force, contact.history])
-            for handle, contact in self._contacts.items()
-        }
+        """What is remembered of every handle; with PyBullet's saveState, all that a restart needs.
+
+        Call it where saveState is called, before the callback or after stepSimulation. A row for each contact: which of
+        the handle's pairs, slot, time step, and the record as `contactlaw.kernels.scene` lays it out. Ledgers are not
+        in it.
+        """
+        return {handle: self._layout.save(handle, self._dt) for handle in self._contacts}
 
     def restore(self, saved: Mapping[int, ArrayLike]) -> None:
-        """Bring back what `save` gave; a contact added since then starts open.
+        """Bring back what `save` gave; a handle without a record starts open.
 
         Raises:
             ValueError: An unknown handle, or a record that does not fit its contact.
         """
-        records = {handle: checks.finite_array(f"saved[{handle}]", record) for handle, record in saved.items()}
-        for handle, record in records.items():
-            wanted = (5 + self._contact(handle).history.size,)
-            if record.shape != wanted:
-                raise ValueError(f"saved[{handle}]: shape {record.shape}; must be {wanted}")
-        for handle, contact in self._contacts.items():
-            contact.open()
-            contact.gap = inf
-            if handle in records:
-                record = records[handle]
-                contact.dt, contact.share = float(record[0]), float(record[1])
-                contact.tangential_force, contact.history[:] = record[2:5].copy(), record[5:]
-                contact.touching = bool(contact.history[OVERLAP] > 0.0)
+        for handle in saved:
+            self._contact(handle)
+        dt = self._layout.restore({handle: np.asarray(record) for handle, record in saved.items()})
+        self._dt = self._dt if dt is None else dt
 
     def __call__(self) -> None:
         """Apply the forces of this step.
 
         Raises:
-            ValueError: The step is too long for a contact, or bodies or shapes are not what the class asks for.
+            ValueError: Bodies, shapes or their motion are not what the class asks for.
         """
         bodies_now = p.getNumBodies(self._client)
         if bodies_now != self._body_count:
-            self._check_bodies(self._contacts.values())
+            self._check_bodies({body for body, _ in self._layout.bodies.keys})
             self._body_count = bodies_now
-        near, parted = self._look()
-        if near:
-            self._act(near)
+        if not self._contacts:
+            return
+        parameters = self._read()
+        layout = self._layout
+        result = advance(layout.tables.memory) if layout.plain else self._advance()
+        while result < 0 or result & LOOK:
+            if result == NO_ROOM:
+                layout.widen()
+            elif result < 0:
+                self._refuse(result)
+            elif not layout.bodies.refresh(look_over(layout, self._marks, self._losses), layout.tables):
+                break
+            result = self._advance()
+        if result != NOTHING:
+            self._act(result, parameters)
+        elif self._losses.flying:
+            self._losses.watch(set(), parameters)
+
+    def _advance(self) -> int:
+        """A step of the tables as they are."""
+        layout = self._layout
+        if layout.plain:
+            return advance(layout.tables.memory)
+        return Linked(self._client, layout.tables, layout.bodies).advance()
+
+    def _act(self, result: int, parameters: dict[str, Any]) -> None:
+        """Nothing can fail any more: apply the forces, and let the records that belong to them be in force."""
+        layout, tables, client = self._layout, self._layout.tables, self._client
+        for i in range(result // PUSHES):
+            row, fx, fy, fz, tx, ty, tz, x, y, z = PUSHED.unpack_from(tables.buffer, tables.pushes_at + i * PUSHED.size)
+            body, link = layout.bodies.keys[int(row)]
+            p.applyExternalForce(body, link, (fx, fy, fz), (x, y, z), p.WORLD_FRAME, client)
+            if tx != 0.0 or ty != 0.0 or tz != 0.0:
+                p.applyExternalTorque(body, link, (tx, ty, tz), p.WORLD_FRAME, client)
+        self._dt = parameters["fixedTimeStep"]
+        if result % PUSHES == ACT and not self._losses.flying:
+            return
+        if result & LEDGERS:
+            layout.enter(self._dt)
         if self._losses.flying:
-            self._losses.watch({side.body for contact, _ in near for side in contact.sides})
-        for contact in parted:
-            contact.open()
-            for side in contact.sides:
-                self._losses.take_off(side.body)
+            self._losses.watch(layout.bodies_near(), parameters)
+        if result % PUSHES != ACT:
+            ended = layout.ended() if result & ENDED else set()
+            tables.commit()
+            for body in ended:
+                self._losses.take_off(body)
 
-    def _look(self) -> tuple[list[tuple[Contact, Point]], list[Contact]]:
-        """Contacts that touch or may do so within this step; contacts that touched before and do no more."""
-        near, parted = [], []
-        for contact in self._contacts.values():
-            points = contact.query()
-            gap = inf
-            if points:
-                point = points[0] if len(points) == 1 else min(points, key=itemgetter(DISTANCE))
-                gap = point[DISTANCE]
-                # Far enough: the last step took less than a third of what was left before it.
-                if gap >= 0.0 and contact.gap - gap < 0.5 * gap:
-                    contact.gap = gap
-                else:
-                    near.append((contact, Point(point[ON_A], point[ON_B], point[DIRECTION], gap)))
-            else:
-                contact.gap = inf
-            if contact.touching and gap >= 0.0:
-                parted.append(contact)
-        return near, parted
+    def _read(self) -> dict[str, Any]:
+        """Everything that a step needs to know of the engine, into the tables."""
+        parameters = engine_parameters(self._client)
+        tables = self._layout.tables
+        HEAD.pack_into(
+            tables.buffer, 0, parameters["fixedTimeStep"], parameters["gravityAccelerationX"],
+            parameters["gravityAccelerationY"], parameters["gravityAccelerationZ"],
+        )  # fmt: skip
+        self._layout.bodies.read(tables)
+        return parameters
 
-    def _act(self, near: list[tuple[Contact, Point]]) -> None:
-        """Let the law act on the contacts that overlap; all that can fail comes before the first force."""
-        dt = engine_parameters(self._client)["fixedTimeStep"]
-        motions: Motions = {}
-        acting: list[Contact] = []
-        for contact, point in near:
-            a, b = self._motion(contact.key_a, motions), self._motion(contact.key_b, motions)
-            if contact.touching and point.gap < 0.0:
-                contact.check_on(point, a, b, dt)
-            elif point.gap < max(closing_speed(point, a, b), 0.0) * dt or point.gap < 0.0:
-                self._check_bodies([contact])
-                contact.check_touch(self._client, point, a, b, dt)
-            if point.gap < 0.0:
-                ROW.pack_into(
-                    self._rows.data, len(acting) * ROW.size,
-                    contact.number, *contact.masses, contact.share, point.gap, *point.on_a, *point.on_b, *point.normal,
-                    *a.position, *a.velocity, *a.spin, *b.position, *b.velocity, *b.spin,
-                )  # fmt: skip
-                acting.append(contact)
-        if acting:
-            self._push(acting, motions, dt)
-        for contact, point in near:
-            contact.gap = max(point.gap, 0.0)
+    def _refuse(self, result: int) -> None:
+        """Say what a step failed of."""
+        bad, layout = int(self._layout.tables.memory[BAD]), self._layout
+        if result == NOT_FINITE:
+            body, link = layout.bodies.keys[bad]
+            name = f"body {body}" if link == BASE else f"body {body} link {link}"
+            raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
+        assert result == DIVERGED
+        raise ValueError(f"{layout.couples[bad][2]}: what they exchange is not finite")
 
-    def _push(self, acting: list[Contact], motions: Motions, dt: float) -> None:
-        """Evaluate the law for the measured rows and apply its forces."""
-        bad, clamped = advance(
-            len(acting), self._rows, self._bounds, self._parameters, self._history, self._scratch, dt, self._results
-        )
-        if bad >= 0:
-            raise ValueError(f"{acting[bad]}: position, velocity or force is not finite")
-        for contact, row in zip(acting, self._results[: len(acting)].tolist(), strict=True):
-            force, place = row[:PLACE], row[PLACE:TANGENTIAL]
-            if contact.share < 1.0:  # else A is fixed
-                p.applyExternalForce(*contact.key_a, force, place, p.WORLD_FRAME, self._client)
-            if contact.share > 0.0:
-                reaction = [-force[0], -force[1], -force[2]]
-                p.applyExternalForce(*contact.key_b, reaction, place, p.WORLD_FRAME, self._client)
-            contact.touching, contact.tangential_force = True, row[TANGENTIAL:]
-        if clamped >= 0:
-            self._losses.warn_of_clamp(motions.items())
-
-    def _motion(self, key: tuple[int, int], motions: Motions) -> Motion:
-        """The motion of a body, read once per call."""
-        motion = motions.get(key)
-        if motion is None:
-            motion = motions[key] = read_motion(self._client, *key)
-        return motion
+    def _couples(self, a: list[Side], b: list[Side], pair: ContactPair) -> list[Couple]:
+        """Who may touch whom."""
+        single = len(a) == 1 and len(b) == 1
+        known = {
+            frozenset((couple.a.key, couple.b.key)): (handle, couple)
+            for handle, contact in self._contacts.items()
+            for couple in contact.couples
+        }
+        fixed = {
+            body for body in {side.body for side in (*a, *b)} if Bodies(self._client, [(body, BASE)]).is_fixed(body)
+        }
+        couples: dict[frozenset, Couple] = {}
+        for one in a:
+            for two in b:
+                two_keys = frozenset((one.key, two.key))
+                if one.key == two.key and single:
+                    raise ValueError(f"body_b = {two.body}, link_b = {two.link}: the same as a; a contact needs two")
+                if one.key == two.key or two_keys in couples:
+                    continue
+                if one.body in fixed and two.body in fixed:
+                    if single:
+                        raise ValueError(f"body_a, body_b = {one}, {two}: neither can move; one must")
+                    continue
+                if two_keys in known:
+                    handle, couple = known[two_keys]
+                    raise ValueError(f"body_a, body_b = {one}, {two}: {couple} have contact {handle} already")
+                couples[two_keys] = Couple(one, two, effective_radius(pair, one, two))
+        if not couples:
+            raise ValueError("body_a, body_b: no two of them can touch; a contact needs two bodies, one that can move")
+        return list(couples.values())
 
     def _contact(self, handle: Any) -> Contact:
         if handle not in self._contacts:
             raise ValueError(f"handle = {handle!r}: must be one of {list(self._contacts)}")
         return self._contacts[handle]
 
-    def _is_there(self, body: int) -> bool:
-        """Whether the body still is the one a contact was added for."""
-        return p.getUserDataId(body, self._mark, BASE, BASE, self._client) >= 0
-
-    def _check_bodies(self, contacts: Iterable[Contact]) -> None:
-        for contact in contacts:
-            for side in contact.sides:
-                if not self._is_there(side.body):
-                    raise ValueError(
-                        f"body {side.body}: removed, or no longer the one of the contact of {contact}; call "
-                        "remove_contact before removing a body"
-                    )
-
-    def _adopt(self, new: set[int]) -> None:
-        for body in new:
-            p.addUserData(body, self._mark, "", physicsClientId=self._client)
-            self._marked.add(body)
-            self._losses.adopt(body)
-
-    def _release(self, bodies: set[int]) -> None:
+    def _check_bodies(self, bodies: Iterable[int]) -> None:
         for body in bodies:
-            if self._is_there(body):
-                p.removeUserData(p.getUserDataId(body, self._mark, BASE, BASE, self._client), self._client)
-            self._marked.discard(body)
-            self._losses.release(body)
+            self._marks.check(body)
 
-    def _lay_out(self) -> None:
-        """Put parameters and histories of all contacts into arrays that one jitted call can walk through."""
-        contacts = list(self._contacts.values())
-        self._parameters = np.concatenate([np.empty(0), *(contact.parameters for contact in contacts)])
-        self._history = np.concatenate([np.empty(0), *(contact.history for contact in contacts)])
-        self._scratch = np.empty_like(self._history)
-        self._rows = np.zeros((len(contacts), ROW.size // 8))
-        self._results = np.zeros((len(contacts), RESULTS))
-        sizes = np.array([(contact.parameters.size, contact.history.size) for contact in contacts]).reshape(-1, 2)
-        self._bounds = np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(sizes, axis=0, dtype=np.int64)])
-        for number, contact in enumerate(contacts):
-            contact.number = number
-            contact.history = self._history[self._bounds[number, 1] : self._bounds[number + 1, 1]]
+
+def _substeps(value: Any) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = 0
+    if isinstance(value, bool) or number < LEAST_SUBSTEPS:
+        raise ValueError(f"substeps = {value!r}: must be an integer >= {LEAST_SUBSTEPS}")
+    return number

@@ -6,20 +6,19 @@ Neither can be read through PyBullet (getDynamicsInfo does not hold them), so bo
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import ContactWarning
-from contactlaw.pybullet_callback.geometry import BASE, Motion, engine_parameters
+from contactlaw.pybullet_callback.shapes import BASE, MULTIBODY, Key
 
 Array = NDArray[np.float64]
 
 DAMPING = 0.04  # Bullet's default linearDamping and angularDamping
 CLAMP = 100.0  # Bullet's default maxJointVelocity: limit of each velocity component [m/s], [rad/s]
-MULTIBODY = 2  # body type in getDynamicsInfo
 
 
 class Losses:
@@ -53,9 +52,13 @@ class Losses:
             watch.take_off()
             self.flying[body] = watch
 
-    def watch(self, busy: set[int]) -> None:
-        """Look for damping in the bodies whose flight has just begun; busy: those that are near others."""
-        parameters = engine_parameters(self._client)
+    def watch(self, busy: set[int], parameters: dict[str, Any]) -> None:
+        """Look for damping in the bodies whose flight has just begun.
+
+        Args:
+            busy: Those that are near others.
+            parameters: The engine's.
+        """
         gravity = np.array([parameters[f"gravityAcceleration{axis}"] for axis in "XYZ"])
         for body, watch in list(self.flying.items()):
             found = [] if body in busy else watch.look(parameters["fixedTimeStep"], gravity)
@@ -69,15 +72,15 @@ class Losses:
                     f"changeDynamics({body}, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6)"
                 )
 
-    def warn_of_clamp(self, motions: Iterable[tuple[tuple[int, int], Motion]]) -> None:
-        """Warn of those bases that move at the limit."""
-        for (body, link), motion in motions:
-            if link == BASE and body not in self._clamped and CLAMP in map(abs, motion.velocity + motion.spin):
-                self._clamped.add(body)
-                _warn(
-                    f"body {body}: moves at {CLAMP} m/s or rad/s, Bullet's default limit, and loses energy; call "
-                    f"changeDynamics({body}, -1, maxJointVelocity=1e6)"
-                )
+    def warn_of_clamp(self, key: Key, speeds: Array) -> None:
+        """Warn of a base that moves at the limit; speeds: sizes of all components [m/s], [rad/s]."""
+        body, link = key
+        if link == BASE and body not in self._clamped and CLAMP in speeds:
+            self._clamped.add(body)
+            _warn(
+                f"body {body}: moves at {CLAMP} m/s or rad/s, Bullet's default limit, and loses energy; call "
+                f"changeDynamics({body}, -1, maxJointVelocity=1e6)"
+            )
 
 
 class FlightWatch:

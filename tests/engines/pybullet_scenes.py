@@ -74,11 +74,15 @@ def pair_of(material: str = "steel", **changes: Any) -> ContactPair:
 
 
 def impact(
-    client: int, material: str, psi_1: float, steps: int, *,
+    client: int, material: str, psi_1: float, steps: float, *,
     launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
     ground: Callable[[int], int] = plane, law: str = "microslip", planar: bool = False, ball_first: bool = True,
+    substeps: int = 100,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """One impact of a ball or puck on a flat fixed body: errors of psi_2 and of restitution, sideways velocity."""
+    """One impact of a ball or puck on a flat fixed body: errors of psi_2 and of restitution, sideways velocity.
+
+    steps: of the engine per contact, far less than one where the step is long.
+    """
     mu, e, speed = CASES[material]
     mass, pair = 0.5, pair_of(material, law=law)
     dt = pair_of(material, radius=RADIUS).contact_duration(mass, speed) / steps
@@ -93,8 +97,8 @@ def impact(
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
     pairing = (body, floor) if ball_first else (floor, body)
-    callback.add_contact(*pairing, pair, plane=np.cross(UP, along) if planar else None)
-    run(client, callback, int(2.0 * steps))
+    callback.add_contact(*pairing, pair, plane=np.cross(UP, along) if planar else None, substeps=substeps)
+    run(client, callback, int(2.0 * steps) + 3)
     velocity, spin = velocities(client, body)
     contact = velocity - RADIUS * np.cross(spin, UP)
     psi_2 = pair.kappa / mu * float(contact @ along) / speed
@@ -106,7 +110,7 @@ def impact(
 
 def paddle(client: int, base_mass: float = 0.0) -> int:
     """A sphere-headed paddle on a hinge about y, with its head at the end of an arm along x."""
-    head = shape(client, p.GEOM_SPHERE, radius=RADIUS)
+    head = shape(client, p.GEOM_SPHERE, radius=RADIUS, collisionFramePosition=[0.4, 0, 0])
     body = p.createMultiBody(
         base_mass, -1, -1, [0, 0, 0],
         linkMasses=[0.3], linkCollisionShapeIndices=[head], linkVisualShapeIndices=[-1], linkPositions=[[0, 0, 0]],
@@ -118,3 +122,33 @@ def paddle(client: int, base_mass: float = 0.0) -> int:
         p.changeDynamics(body, link, localInertiaDiagonal=[1e-4, 2e-4, 3e-4], physicsClientId=client, **FREE)
     p.setJointMotorControl2(body, 0, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
     return body
+
+
+def ball_on_plane(
+    client: int,
+    dt: float,
+    place: ArrayLike,
+    velocity: ArrayLike = (0, 0, 0),
+    spin: ArrayLike = (0, 0, 0),
+    **changes: Any,
+) -> tuple[int, ContactCallback, int]:
+    """A steel ball over a plane under gravity: body, callback, handle."""
+    floor, body = plane(client), ball(client, place, velocity, spin)
+    p.setGravity(0, 0, -9.81, client)
+    p.setTimeStep(dt, client)
+    callback = ContactCallback(client)
+    return body, callback, callback.add_contact(body, floor, pair_of(**changes))
+
+
+def totals(
+    client: int, callback: ContactCallback, bodies: dict[int, tuple[float, float]]
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Momentum, angular momentum and energy of balls with what they are owed; bodies: mass and radius of each."""
+    momentum, angular, energy = np.zeros(3), np.zeros(3), 0.0
+    for body, (m, r) in bodies.items():
+        velocity, spin = callback.velocity(body)
+        place = np.array(p.getBasePositionAndOrientation(body, client)[0])
+        momentum += m * velocity
+        angular += m * np.cross(place, velocity) + 0.4 * m * r * r * spin
+        energy += float(0.5 * m * velocity @ velocity + 0.2 * m * r * r * spin @ spin)
+    return momentum, angular, energy

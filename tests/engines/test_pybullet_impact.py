@@ -1,7 +1,6 @@
-"""The law inside PyBullet: impacts against `rebound`, conservation, and what the callback asks for.
+"""The law inside PyBullet: impacts against `rebound`, and conservation, with steps long and short.
 
-Tolerances: the scheme is second order; 100 steps a contact leave below 5e-3 in psi_2, 50 below 1e-2, and what does not
-fall with the step is the reference's own error and that of 16 nodes.
+Tolerances: a contact has 100 substeps at least, which leave below 1.5e-3 in psi_2 for steel, 3e-3 for rubber.
 """
 
 from __future__ import annotations
@@ -28,21 +27,21 @@ from pybullet_scenes import (  # noqa: E402
     velocities,
 )
 
-from contactlaw.kernels.contact import MASS  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.geometry import Mechanism, read_motion  # noqa: E402
+from contactlaw.pybullet_callback.mechanism import Mechanism, read_motion  # noqa: E402
 
 
 @pytest.mark.parametrize("material", CASES)
 @pytest.mark.parametrize("launch", ["oblique", "spin"])
-@pytest.mark.parametrize(("steps", "tolerance"), [(50, 1e-2), (100, 5e-3)])
-def test_impact_matches_rebound(client: int, material: str, launch: str, steps: int, tolerance: float) -> None:
+@pytest.mark.parametrize("steps", [0.05, 0.7, 9.3, 50])
+@pytest.mark.heavy
+def test_impact_matches_rebound(client: int, material: str, launch: str, steps: float) -> None:
     for number, psi_1 in enumerate((0.5, 1.2, 2.0, 4.0)):
-        for phase in (0.0, 0.37, 0.8):
+        for phase in (0.01, 0.37, 0.8):
             angle = 0.7 * number + phase
             error, bounce, sideways = impact(client, material, psi_1, steps, launch=launch, angle=angle, phase=phase)
-            assert abs(error) < tolerance
-            assert abs(bounce) < 2e-3
+            assert abs(error) < (1.5e-3 if material == "steel" else 3e-3)
+            assert abs(bounce) < 5e-4
             assert abs(sideways) < 1e-12
 
 
@@ -67,49 +66,17 @@ def test_every_law_matches_its_own_rebound(client: int, law: str) -> None:
     assert abs(impact(client, "steel", 1.2, 200, law=law, phase=0.5)[0]) < 6e-3
 
 
-def test_error_falls_with_the_square_of_the_step(client: int) -> None:
-    """Against the same impact at a fine step, averaged over phases: halving the step leaves a quarter."""
+def test_error_falls_with_the_square_of_the_substeps(client: int) -> None:
+    """Against the same impact with fine substeps, over phases: halving them leaves a quarter."""
 
-    def psi_2(steps: int) -> np.ndarray:
-        return np.array([impact(client, "steel", 0.5, steps, phase=phase)[0] for phase in np.arange(8) / 8])
+    def psi_2(substeps: int) -> np.ndarray:
+        return np.array(
+            [impact(client, "steel", 0.5, 0.1, phase=phase, substeps=substeps)[0] for phase in np.arange(8) / 8]
+        )
 
-    fine = psi_2(1600).mean()
-    coarse, medium = (np.sqrt(np.mean((psi_2(steps) - fine) ** 2)) for steps in (25, 100))
-    assert np.log(coarse / medium) / np.log(4.0) > 1.7
-
-
-def test_two_balls_keep_momentum_and_angular_momentum(client: int) -> None:
-    masses, radii = (0.5, 0.2), (RADIUS, 0.018)
-    places = [np.zeros(3), np.array([radii[0] + radii[1], 0.004, 0.002]) * 1.0001]
-    bodies = [
-        ball(client, places[0], [1.0, 0.1, 0.0], [3, 20, -30], radius=radii[0], mass=masses[0]),
-        ball(client, places[1], [-0.5, 0.0, 0.2], [-10, 5, 40], radius=radii[1], mass=masses[1]),
-    ]
-
-    def totals() -> tuple[np.ndarray, np.ndarray, float]:
-        momentum, angular, energy = np.zeros(3), np.zeros(3), 0.0
-        for body, m, r in zip(bodies, masses, radii, strict=True):
-            velocity, spin = velocities(client, body)
-            place = np.array(p.getBasePositionAndOrientation(body, client)[0])
-            momentum += m * velocity
-            angular += m * np.cross(place, velocity) + 0.4 * m * r * r * spin
-            energy += float(0.5 * m * velocity @ velocity + 0.2 * m * r * r * spin @ spin)
-        return momentum, angular, energy
-
-    before = totals()
-    p.setTimeStep(1e-6, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(bodies[0], bodies[1], pair_of(restitution=1.0))
-    forces = []
-    for _ in range(300):
-        run(client, callback, 1)
-        forces.append(callback.state(handle).normal_force)
-    after = totals()
-    assert max(forces) > 0.0
-    assert forces[-1] == 0.0
-    np.testing.assert_allclose(after[0], before[0], atol=1e-14)
-    np.testing.assert_allclose(after[1], before[1], atol=1e-15)
-    assert after[2] < before[2]
+    fine = psi_2(3000).mean()
+    coarse, medium = (np.sqrt(np.mean((psi_2(substeps) - fine) ** 2)) for substeps in (20, 80))
+    assert np.log(coarse / medium) / np.log(4.0) > 1.5
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.115, 2.0])
@@ -132,24 +99,6 @@ def test_elastic_impact_never_gains_energy(client: int, friction: float, slide: 
         assert friction > 0.0 or ratio > 1.0 - 1e-3
         callback.remove_contact(handle)
         p.removeBody(body, client)
-
-
-def test_removing_a_contact_restores_the_native_response(client: int) -> None:
-    floor, body, other = plane(client), ball(client, [0, 0, RADIUS]), ball(client, [1, 0, RADIUS])
-    p.setGravity(0, 0, -9.81, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of())
-    for _ in range(60):  # without the callback: the one falls through, the other lies on its native contact
-        p.stepSimulation(client)
-    assert p.getBasePositionAndOrientation(body, client)[0][2] < 0.0
-    assert p.getBasePositionAndOrientation(other, client)[0][2] == pytest.approx(RADIUS, abs=1e-3)
-    p.resetBasePositionAndOrientation(body, [0, 0, RADIUS], [0, 0, 0, 1], client)
-    p.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], client)
-    callback.remove_contact(handle)
-    run(client, callback, 60)
-    assert p.getBasePositionAndOrientation(body, client)[0][2] == pytest.approx(RADIUS, abs=1e-3)
-    with pytest.raises(ValueError, match="handle = 0"):
-        callback.state(handle)
 
 
 def test_free_flight_is_untouched(client: int) -> None:
@@ -186,45 +135,26 @@ def test_two_clients_at_once_give_the_same(client: int) -> None:
         p.disconnect(other)
 
 
-def test_restart_within_a_contact_is_exact(client: int) -> None:
-    floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-7], [0.2, 0.1, -1.0], [5, 3, 1])
-    p.setTimeStep(1e-6, client)
+@pytest.mark.parametrize("dt", [2e-6, 2e-3])
+@pytest.mark.parametrize("base_mass", [0.0, 2.0])
+def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_mass: float) -> None:
+    """Elastic and without friction: the energy after is that before to 1e-3, however long the step."""
+    racket = paddle(client, base_mass)
+    body = ball(client, [0.405, 0.0, 2.0 * RADIUS], [0, 0, -1.0])
+    p.setTimeStep(dt, client)
     callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of())
-    run(client, callback, 60)
-    state, saved, force = p.saveState(client), callback.save(), callback.state(handle).tangential_force
-    run(client, callback, 200)
-    first = p.getBaseVelocity(body, client)
-    p.restoreState(state, physicsClientId=client)
-    callback.restore(saved)
-    np.testing.assert_array_equal(callback.state(handle).tangential_force, force)
-    run(client, callback, 200)
-    assert p.getBaseVelocity(body, client) == first
-    with pytest.raises(ValueError, match=r"saved\[0\]: shape"):
-        callback.restore({handle: np.zeros(3)})
-    with pytest.raises(ValueError, match="handle = 7"):
-        callback.restore({7: np.zeros(3)})
-
-
-def test_ball_on_a_hinged_paddle_conserves_energy(client: int) -> None:
-    """Elastic and without friction: the energy after is that before to 1e-3 at some 70 steps a contact."""
-    racket = paddle(client)
-    x = p.getCollisionShapeData(racket, 0, client)[0][5][0] + p.getLinkState(racket, 0, 1, 1, client)[0][0]
-    body = ball(client, [x + 0.005, 0.0, 2.0 * RADIUS], [0, 0, -1.0])
-    p.setTimeStep(2e-6, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0)
-    masses = []
-    for _ in range(1500):
-        run(client, callback, 1)
-        if callback.state(handle).touching:
-            masses.append(callback.state(handle).history[MASS])
-    velocity, spin = velocities(client, body)
-    mass_matrix, rate = Mechanism(client, racket).mass_matrix, p.getJointState(racket, 0, client)[1]
-    energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * mass_matrix[0, 0] * rate**2
-    assert 10 < len(masses) < 300
-    assert 0.0 < masses[0] < 0.5
-    assert rate != 0.0
+    handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0, ledger=True)
+    run(client, callback, 2 + int(3e-4 / dt))
+    velocity, spin = callback.velocity(body)
+    rate = np.array([p.getJointState(racket, 0, client)[1]])
+    if base_mass:
+        rate = np.concatenate([*p.getBaseVelocity(racket, client), rate])
+    matrix = Mechanism(client, racket).mass_matrix
+    energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * rate @ matrix @ rate
+    assert callback.ledger(handle).impacts == 1
+    assert not callback.owed(racket)[0].any()
+    assert velocity[2] > -0.5
+    assert abs(rate).max() > 0.1
     assert energy == pytest.approx(0.25, rel=1e-3)
 
 

@@ -1,0 +1,171 @@
+"""Sets of bodies, piles, and a restart in the middle of contacts, in PyBullet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+p = pytest.importorskip("pybullet")
+
+from pybullet_scenes import FREE, RADIUS, ball, ball_on_plane, pair_of, plane, run, shape, velocities  # noqa: E402
+
+from contactlaw.kernels.scene import OWED  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback.layout import SAVED  # noqa: E402
+
+
+@pytest.mark.parametrize("dt", [1e-6, 1e-4, 1 / 240])
+@pytest.mark.parametrize("before", [1, 2, 60])
+def test_restart_within_a_contact_is_exact(client: int, dt: float, before: int) -> None:
+    """With a contact under way, and with impulse owed."""
+    floor, body = (
+        plane(client),
+        ball(client, [0, 0, RADIUS + (1e-7 if dt == 1e-6 else 1e-3)], [0.2, 0.1, -1.0], [5, 3, 1]),
+    )
+    other = ball(client, [0.001, 0.0, 3 * RADIUS + 2e-3], [0, 0, -1.5])
+    p.setGravity(0, 0, -9.81, client)
+    p.setTimeStep(dt, client)
+    callback = ContactCallback(client)
+    handles = [callback.add_contact(body, floor, pair_of()), callback.add_contact([other], [body, floor], pair_of())]
+    run(client, callback, before)
+    state, saved = p.saveState(client), callback.save()
+    forces = [callback.states(handle) for handle in handles]
+
+    def end() -> list:
+        run(client, callback, 200)
+        return [(p.getBasePositionAndOrientation(one, client), p.getBaseVelocity(one, client)) for one in (body, other)]
+
+    first = end()
+    p.restoreState(state, physicsClientId=client)
+    callback.restore(saved)
+    for handle, old in zip(handles, forces, strict=True):
+        for a, b in zip(callback.states(handle), old, strict=True):
+            np.testing.assert_array_equal(a.force, b.force)
+            np.testing.assert_array_equal(a.history, b.history)
+    assert end() == first
+    with pytest.raises(ValueError, match=r"saved\[0\]: shape"):
+        callback.restore({handles[0]: np.zeros(3)})
+    with pytest.raises(ValueError, match="handle = 7"):
+        callback.restore({7: np.zeros((0, 3))})
+
+
+def test_impulse_owed_is_in_what_is_saved(client: int) -> None:
+    dt = 1 / 240
+    body, callback, handle = ball_on_plane(client, dt, [0, 0, RADIUS + 0.5 * dt], [0, 0, -1.0])
+    run(client, callback, 1)
+    owed, velocity = callback.owed(body)[0], callback.velocity(body)[0]
+    np.testing.assert_allclose(
+        callback.save()[handle][0, SAVED + OWED - 1 : SAVED + OWED + 2], owed, rtol=0, atol=1e-15
+    )
+    assert 0.3 < owed[2] < 0.7
+    np.testing.assert_allclose(velocity, velocities(client, body)[0] + owed / 0.5, atol=1e-15)
+    state = callback.state(handle)
+    assert state.touching
+    assert state.overlap == 0.0
+    assert state.impulse[2] == pytest.approx(0.5 * 1.93, rel=0.03)
+    np.testing.assert_allclose(state.force, state.impulse / dt, rtol=1e-14)
+    run(client, callback, 1)
+    assert velocities(client, body)[0][2] == pytest.approx(velocity[2], abs=2 * 9.81 * dt)
+    assert not callback.owed(body)[0].any()
+    assert not callback.state(handle).touching
+    with pytest.raises(ValueError, match="body = 77"):
+        callback.owed(77)
+
+
+def test_sets_meet_each_pair_once(client: int) -> None:
+    floor, wall = plane(client), plane(client)
+    balls = [ball(client, [0.2 * i, 0, RADIUS + 1e-3], [0, 0, -1.0], radius=RADIUS) for i in range(3)]
+    callback = ContactCallback(client)
+    handle = callback.add_contact(balls, [*balls, floor, (wall, -1)], pair_of())
+    assert callback.states(handle) == []
+    with pytest.raises(ValueError, match="use states"):
+        callback.state(handle)
+    with pytest.raises(ValueError, match="have contact 0 already"):
+        callback.add_contact(floor, balls[1], pair_of())
+    run(client, callback, 1)
+    touching = callback.states(handle)
+    assert {(state.a, state.b) for state in touching} == {
+        ((body, -1), (ground, -1)) for body in balls for ground in (floor, wall)
+    }
+    assert all(state.impulse[2] > 0.0 for state in touching)
+    callback.remove_contact(handle)
+    callback.add_contact(floor, balls[1], pair_of())
+
+
+def test_two_contacts_share_an_impact(client: int) -> None:
+    """A ball falls into a right-angled groove of two planes along its middle: it leaves as it came, by symmetry."""
+    walls = [
+        p.createMultiBody(
+            0.0, shape(client, p.GEOM_PLANE, planeNormal=[s * np.sqrt(0.5), 0, np.sqrt(0.5)]), physicsClientId=client
+        )
+        for s in (1, -1)
+    ]
+    body = ball(client, [0, 0, np.sqrt(2.0) * RADIUS + 2e-3], [0, 0, -1.0])
+    callback = ContactCallback(client)
+    callback.add_contact(body, walls, pair_of(friction=0.0, restitution=1.0))
+    run(client, callback, 3)
+    velocity, spin = velocities(client, body)
+    np.testing.assert_allclose(velocity, [0, 0, 1.0], atol=1e-3)
+    np.testing.assert_allclose(spin, 0.0, atol=1e-9)
+
+
+@pytest.mark.heavy
+def test_pile_in_a_box_comes_to_rest(client: int) -> None:
+    """Nine balls in a box of planes: they lose their energy, and the floor and walls carry their weight."""
+    g, radius = 9.81, 0.02
+    room = [plane(client)] + [
+        p.createMultiBody(
+            0.0, shape(client, p.GEOM_PLANE, planeNormal=[*normal, 0]), -1, [-0.05 * normal[0], -0.05 * normal[1], 0],
+            physicsClientId=client,
+        )
+        for normal in ((1, 0), (-1, 0), (0, 1), (0, -1))
+    ]  # fmt: skip
+    rng = np.random.default_rng(1)
+    places = [[x, y, 0.03 + z] for z in (0.0, 0.05) for x in (-0.025, 0.025) for y in (-0.025, 0.025)]
+    balls = [ball(client, np.array(place) + rng.uniform(-2e-3, 2e-3, 3), radius=radius, mass=0.26) for place in places]
+    balls.append(ball(client, [0.003, 0.004, 0.15], radius=radius, mass=0.26))
+    p.setGravity(0, 0, -g, client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(balls, [*balls, *room], pair_of(restitution=0.5, friction=0.3), substeps=30)
+    run(client, callback, 600)
+    carried = []
+    for _ in range(50):
+        run(client, callback, 1)
+        carried.append(sum(state.impulse[2] for state in callback.states(handle) if state.b[0] in room) * 240)
+    assert np.mean(carried) == pytest.approx(9 * 0.26 * g, rel=1e-3)
+    for body in balls:
+        place = np.array(p.getBasePositionAndOrientation(body, client)[0])
+        assert place[2] > radius - 1e-5
+        assert np.abs(place[:2]).max() < 0.03 + 1e-5
+        assert np.linalg.norm(callback.velocity(body)[0]) < 0.02
+
+
+def test_mesh_and_cylinder_are_measured(client: int) -> None:
+    """A can falls upright on a box, with a radius given: the engine finds the place, the law bounces it."""
+    box = p.createMultiBody(0.0, shape(client, p.GEOM_BOX, halfExtents=[1, 1, 0.1]), physicsClientId=client)
+    can = p.createMultiBody(
+        0.5, shape(client, p.GEOM_SPHERE, radius=RADIUS), -1, [0, 0, 0.1 + RADIUS + 2e-3], physicsClientId=client
+    )
+    lump = p.createMultiBody(
+        0.5, shape(client, p.GEOM_BOX, halfExtents=[RADIUS] * 3), -1, [0, 0, 0.1 + 3 * RADIUS + 0.1],
+        physicsClientId=client,
+    )  # fmt: skip
+    for body in (can, lump):
+        p.changeDynamics(body, -1, collisionMargin=0.0, physicsClientId=client, **FREE)
+    p.resetBaseVelocity(can, [0, 0, -1.0], physicsClientId=client)
+    tin = p.createMultiBody(
+        0.5, shape(client, p.GEOM_CYLINDER, radius=0.02, height=0.04), -1, [0.5, 0, 0.1 + 0.02 + 2e-3],
+        p.getQuaternionFromEuler([np.pi / 2, 0, 0]), physicsClientId=client,
+    )  # fmt: skip
+    p.changeDynamics(tin, -1, collisionMargin=0.0, physicsClientId=client, **FREE)
+    p.resetBaseVelocity(tin, [0, 0, -1.0], physicsClientId=client)
+    callback = ContactCallback(client)
+    callback.add_contact([can, tin], box, pair_of(radius=0.02, friction=0.0))
+    callback.add_contact(lump, can, pair_of(radius=0.02))
+    p.setTimeStep(1e-4, client)
+    run(client, callback, 30)
+    assert velocities(client, can)[0][2] == pytest.approx(0.93, abs=2e-3)
+    speed, spin = velocities(client, tin)
+    inertia = np.array(p.getDynamicsInfo(tin, -1, client)[2])
+    assert 0.25 * (speed @ speed) + 0.5 * inertia.max() * (spin @ spin) <= 0.25
+    assert speed[2] + np.linalg.norm(spin) * 0.02 > 0.0
