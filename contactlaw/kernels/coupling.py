@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contactlaw.jit import jit
-from contactlaw.kernels.rest import is_quiet, is_still, settle, stay
+from contactlaw.kernels.rest import BUSY, RESTING, how_quiet, is_still, settle, stay
 from contactlaw.kernels.rows import EARLY, FRAME, IMPULSE, MOTION, OVERLAP_NOW
 from contactlaw.kernels.subcycle import accelerate, parameters_of, resume, subcycle
 
@@ -57,15 +57,19 @@ def integrate(first, last, rows, histories, parameters, start, index, blocks, dt
         p, own = parameters_of(row, parameters), blocks[start[first + i]]
         resume(row, p, histories[first + i], own, force[i])
     accelerate(first, last, rows, start, index, blocks, force, acceleration)
-    if is_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration):
+    quiet = how_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration)
+    if quiet == RESTING:
         held = force.copy()
         if is_still(first, last, rows, histories, start, index, blocks, dt, x, v, held, acceleration):
             stay(first, last, rows, histories, start, blocks, dt, x, v, held, acceleration)
             return True
-        settle(first, last, rows, histories, parameters, start, index, blocks, dt, force)
-    else:
+    if quiet == RESTING and n == 1:
+        row = rows[first]
+        settle(row, parameters_of(row, parameters), histories[first], blocks[start[first]], dt, force[0])
+    else:  # several that rest are stiff to solve for, and calm enough after a few steps
         subcycle(
-            first, last, rows, histories, parameters, start, index, blocks, dt, x, v, force, acceleration
+            first, last, rows, histories, parameters, start, index, blocks, dt, quiet != BUSY, x, v, force,
+            acceleration,
         )  # fmt: skip
     return False
 

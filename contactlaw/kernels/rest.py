@@ -1,8 +1,8 @@
-"""Contacts at rest, or rolling or sliding steadily: one implicit step instead of hundreds of small ones.
+"""Contacts at rest, or rolling or sliding steadily: no small steps that would only repeat themselves.
 
-Once nothing is left of an impact but a load that the contact carries, the step is far longer than the contact's own
-time and the small steps would only repeat themselves. The force at the end of the step, f', is then solved for
-together with the displacement that it leaves:
+Once nothing is left of an impact but a load, dashpots calm what still swings. What is still then stays, to the last
+bit. A contact that moves on as it is, rolling or sliding or slowly loaded, takes one implicit step: the force at its
+end, f', is solved for together with the displacement that it leaves:
 
     moved = dt v + dt^2/2 a - dt^2 W ((1/2 - BLEND) f + BLEND f')        v' = v + dt a - dt W f'
 
@@ -39,6 +39,7 @@ from contactlaw.kernels.contact import (
 )
 from contactlaw.kernels.rows import (
     DEEPEST,
+    DRAG,
     EARLY,
     IMPULSE,
     MOTION,
@@ -48,65 +49,75 @@ from contactlaw.kernels.rows import (
     SLID,
     STRONGEST,
     TOUCHING,
+    WORK,
 )
 from contactlaw.kernels.subcycle import accelerate, next_touch, parameters_of, tangential_stiffness
 
 BLEND = 4.0 / 7.0
 FEW = 8.0  # substeps in a step up to which a contact is integrated anyway
 SWING = 4.03  # duration of an impact times the frequency of small motions at its greatest overlap
-# What may still swing, its energy then lost: along the normal in terms of the overlap and force at rest; across it in
-# terms of the displacement and force at which the contact would slip.
+# What may still swing, in terms of the load along the normal and of the friction limit across it. Below the first the
+# implicit step takes over: it dies out there, but not before growing some. Below the second, for a steel ball of 25 mm
+# on a floor 1 mm/s, dashpots calm it down to the first.
 QUIET, QUIET_ACROSS = 0.01, 0.03
+NEARLY, NEARLY_ACROSS = 0.5, 1.0
+BUSY, CALMING, RESTING = 0, 1, 2
 STIFF = 1e-12  # displacements that a rigid contact allows, as a share of those without it
 MOST_SWEEPS = 200
-SAME = 1e-9  # of the overlap, to which it stays the same at rest
+# Of overlap and force, to which they stay the same at rest: for one contact, near to rounding; in a crowd, that bears
+# the rounding of all.
+SAME, SAME_IN_CROWD = 1e-9, 1e-6
+LASTING = 0.02  # of the latter, what the lack of balance may move a crowd in its first step
 BALANCED = 4e-15  # of the force, to which forces at rest balance; what is beyond is mended, and likewise:
 DRIFT = 1e-3  # of SAME, how far a step may carry
 EXACT = 1e-14  # of the force, at which the sweeps over the contacts end
 
 
 @jit
-def is_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration):
-    """Whether the contacts of a group carry a steady load and nothing else happens in this step."""
+def how_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration):
+    """Whether the contacts of a group do no more than carry a steady load, RESTING, or nearly so, CALMING."""
     n = last - first
-    fastest = 0.0
+    fastest, load, answer = 0.0, 0.0, RESTING
+    for i in range(n):
+        load = max(load, force[i, 0])
     for i in range(n):
         if x[i] <= 0.0:
             if next_touch(x[i], v[i, 0], acceleration[i, 0]) < dt:
-                return False
+                return BUSY
             continue
+        if force[i, 0] == 0.0:
+            return BUSY
         row, own = rows[first + i], blocks[start[first + i]]
-        p = parameters_of(row, parameters)
-        if not (
-            rests(own, x[i], v[i], force[i], acceleration[i])
-            and holds(p, own, x[i], v[i], force[i], acceleration[i], dt)
-        ):
-            return False
+        along = swing(own, load, x[i], v[i], force[i], acceleration[i])
+        across = swing_across(parameters_of(row, parameters), own, x[i], v[i], force[i], acceleration[i], dt)
+        if along > NEARLY or across > NEARLY_ACROSS:
+            return BUSY
+        if along > QUIET or across > QUIET_ACROSS:
+            answer = CALMING
         fastest = max(fastest, row[PIECES] * sqrt(1.5 * own[0] * force[i, 0] / x[i]))
-    return fastest * dt > FEW * SWING
+    return answer if fastest * dt > FEW * SWING else BUSY
 
 
 @jit
-def rests(own, x, v, force, acceleration):
-    """Whether next to nothing moves along the normal."""
-    give = own[0] * force[0]
-    return abs(acceleration[0]) <= QUIET * give and abs(v[0]) <= QUIET * sqrt(1.5 * give * x)
+def swing(own, load, x, v, force, acceleration):
+    """What force the motion along the normal amounts to, as a share of the load [N]."""
+    return max(abs(acceleration[0]) / (own[0] * load), abs(v[0]) / (load * sqrt(own[0] * x / (1.5 * force[0]))))
 
 
 @jit
-def holds(p, own, x, v, force, acceleration, dt):
-    """Whether a contact sticks with little left of its swing, or slides and will go on sliding through the step."""
-    limit = p[FRICTION] * force[0]
-    if limit == 0.0:
-        return True
-    give = max(own[4], own[8])
+def swing_across(p, own, x, v, force, acceleration, dt):
+    """The same across the normal, as a share of the friction limit; none where it slides and will go on sliding."""
+    limit, give = p[FRICTION] * force[0], max(own[4], own[8])
+    if limit == 0.0 or give == 0.0:
+        return 0.0
     pull, speed = sqrt(force[1] ** 2 + force[2] ** 2), sqrt(v[1] ** 2 + v[2] ** 2)
     change = sqrt(acceleration[1] ** 2 + acceleration[2] ** 2)
-    if pull >= (1.0 - 1e-9) * limit and speed > 2.0 * dt * (change + give * limit):
-        return force[1] * v[1] + force[2] * v[2] >= (1.0 - 1e-9) * pull * speed
-    if change > QUIET_ACROSS * give * limit:
-        return False
-    return p[LAW] == COULOMB or speed <= QUIET_ACROSS * limit * sqrt(give / tangential_stiffness(p, x))
+    slides = pull >= (1.0 - 1e-9) * limit and speed > 2.0 * dt * (change + give * limit)
+    if slides and force[1] * v[1] + force[2] * v[2] >= (1.0 - 1e-9) * pull * speed:
+        return 0.0
+    if p[LAW] == COULOMB:
+        return change / (give * limit)
+    return max(change / (give * limit), speed / (limit * sqrt(give / tangential_stiffness(p, x))))
 
 
 @jit
@@ -116,18 +127,22 @@ def is_still(first, last, rows, histories, start, index, blocks, dt, x, v, force
     Overlaps are differences of places and known to some 1e-10 of themselves: forces that follow every such change
     would never balance. Those remembered do.
     """
+    same = SAME if last == first + 1 else SAME_IN_CROWD
     for i in range(last - first):
         if x[i] > 0.0:
             h = histories[first + i]
             force_io[i, 0], force_io[i, 1], force_io[i, 2] = h[NORMAL], h[TANGENTIAL], h[TANGENTIAL + 1]
-            if abs(x[i] - h[OVERLAP]) > SAME * x[i] or h[RATIO] != 1.0:
+            if abs(x[i] - h[OVERLAP]) > same * x[i] or abs(h[RATIO] - 1.0) > same:
                 return False
     accelerate(first, last, rows, start, index, blocks, force_io, acceleration_io)
     for i in range(last - first):
         if x[i] > 0.0:
             give = blocks[start[first + i], 0] * force_io[i, 0]
             for j in range(3):
-                if abs(acceleration_io[i, j]) > SAME * give or abs(dt * v[i, j]) > SAME * x[i]:
+                pull = abs(acceleration_io[i, j])
+                if abs(dt * v[i, j]) > same * x[i] or pull > same * give:
+                    return False
+                if last > first + 1 and dt * dt * pull > LASTING * same * x[i]:
                     return False
     return True
 
@@ -136,71 +151,68 @@ def is_still(first, last, rows, histories, start, index, blocks, dt, x, v, force
 def stay(first, last, rows, histories, start, blocks, dt, x, v, force, acceleration):
     """Hold a still group where it is: not a bit is to change until something moves.
 
-    What the forces lack of balance, and what is left of motion, is mended contact by contact, each by its share.
+    What the force of one contact lacks of balance, and what is left of its motion, is mended. A crowd is left to drift
+    until it is no longer still, and then calmed anew.
     """
+    alone = last == first + 1
     for i in range(last - first):
         if x[i] <= 0.0:
             continue
         row, h = rows[first + i], histories[first + i]
         row[DEEPEST], row[TOUCHING], row[STRONGEST] = x[i], dt, force[i, 0]
         at = start[first + i]
-        own, share = blocks[at], 1.0 / (start[first + i + 1] - at)
+        own = blocks[at]
         slack, slow = BALANCED * own[0] * force[i, 0], DRIFT * SAME * x[i] / dt
         for j in range(3):
             lack, stop = acceleration[i, j], v[i, j]
             pull = force[i, j]
-            if abs(lack) > slack and own[4 * j] > 0.0:
-                pull += share * lack / own[4 * j]
+            if alone and abs(lack) > slack and own[4 * j] > 0.0:
+                pull += lack / own[4 * j]
                 h[NORMAL if j == 0 else TANGENTIAL + j - 1] = pull
             row[IMPULSE + j], row[EARLY + j] = dt * pull, 0.5 * dt * pull
-            if abs(stop) > slow and own[4 * j] > 0.0:
-                row[IMPULSE + j] += share * stop / own[4 * j]
+            if alone and abs(stop) > slow and own[4 * j] > 0.0:
+                row[IMPULSE + j] += stop / own[4 * j]
 
 
 @jit
-def settle(first, last, rows, histories, parameters, start, index, blocks, dt, force):
-    """The implicit step of the contacts first to last - 1; arguments as for `subcycle`."""
-    n = last - first
-    new, moved = force.copy(), np.zeros((n, 3))
+def settle(row, p, h, own, dt, force):
+    """The implicit step of one contact that shares its bodies with no other; force: at the start of the step."""
+    before = row[OVERLAP_NOW]
+    free, moved, new = np.empty(3), np.empty(3), np.empty(3)
+    for j in range(3):
+        new[j] = force[j]
+        free[j] = dt * (row[MOTION + j] + 0.5 * dt * row[PUSH + j])
+        for m in range(3):
+            free[j] -= dt * dt * own[3 * j + m] * (0.5 - BLEND) * force[m]
     for _ in range(MOST_SWEEPS):
-        worst = 0.0
-        for i in range(n):
-            if rows[first + i, OVERLAP_NOW] > 0.0:
-                free_displacement(first, i, rows, start, index, blocks, force, new, dt, moved[i])
-                p, own = parameters_of(rows[first + i], parameters), blocks[start[first + i]]
-                worst = max(worst, solve(p, own, histories[first + i], rows[first + i, OVERLAP_NOW], dt, force[i],
-                                         moved[i], new[i]))  # fmt: skip
-        if worst <= EXACT or (n == 1 and is_apart(blocks[start[first]])):
-            break
-    for i in range(n):
-        row, h = rows[first + i], histories[first + i]
-        p = parameters_of(row, parameters)
-        before = row[OVERLAP_NOW]
-        x = before + moved[i, 0]
-        if before <= 0.0 or x <= 0.0:
-            forget(h)
-            new[i] = 0.0
-        else:
-            if p[LAW] == MICROSLIP:
-                span = respan(p, h, x, 0.0)
-                if span != h[SCALE] and h[PHASE] == SPRUNG:
-                    regrid_history(p, h, span)
-                h[SCALE] = span
-            if p[LAW] == COULOMB:
-                hold(h, x, new[i])
-            else:
-                new[i, 1], new[i, 2] = friction(p, h, x, before, moved[i, 1], moved[i, 2], new[i, 0], 1.0, 0.0)
-            row[DEEPEST], row[TOUCHING], row[STRONGEST] = max(before, x), dt, new[i, 0]
-        row[SLID], row[SLID + 1] = moved[i, 1], moved[i, 2]
         for j in range(3):
-            row[IMPULSE + j] = dt * new[i, j]
-            row[EARLY + j] = dt * (BLEND * new[i, j] + (0.5 - BLEND) * force[i, j])
-
-
-@jit
-def is_apart(own):
-    """Whether the motion along the normal and that across it do not answer to each other."""
-    return own[1] == 0.0 and own[2] == 0.0
+            moved[j] = free[j]
+        change = solve(p, own, h, before, dt, force, moved, new)
+        if change <= EXACT or (own[1] == 0.0 and own[2] == 0.0):
+            break
+    x = before + moved[0]
+    if x <= 0.0:
+        forget(h)
+        for j in range(3):
+            new[j] = 0.0
+    elif p[LAW] == COULOMB:
+        hold(h, x, new)
+    else:
+        if p[LAW] == MICROSLIP:
+            span = respan(p, h, x, 0.0)
+            if span != h[SCALE] and h[PHASE] == SPRUNG:
+                regrid_history(p, h, span)
+            h[SCALE] = span
+        # The law's own force is where the next step starts; this step gives what has been solved for, or the bodies
+        # would not move as they were found to, by much more than both forces differ.
+        friction(p, h, x, before, moved[1], moved[2], new[0], 1.0, 0.0)
+    row[DEEPEST], row[TOUCHING], row[STRONGEST] = max(before, x), dt, new[0]
+    row[SLID], row[SLID + 1] = moved[1], moved[2]
+    row[WORK] += 0.5 * (force[0] + new[0]) * moved[0]
+    row[DRAG] += 0.5 * ((force[1] + new[1]) * moved[1] + (force[2] + new[2]) * moved[2])
+    for j in range(3):
+        row[IMPULSE + j] = dt * new[j]
+        row[EARLY + j] = dt * (BLEND * new[j] + (0.5 - BLEND) * force[j])
 
 
 @jit
@@ -208,21 +220,6 @@ def hold(h_out, x, force):
     """Keep the force of a rigid contact, which follows from no displacement."""
     h_out[OVERLAP], h_out[NORMAL], h_out[RATIO] = x, force[0], 1.0
     h_out[TANGENTIAL], h_out[TANGENTIAL + 1] = force[1], force[2]
-
-
-@jit
-def free_displacement(first, i, rows, start, index, blocks, force, new, dt, out):
-    """Displacement (3) of a contact over the step but for its own new force."""
-    row = rows[first + i]
-    for j in range(3):
-        out[j] = dt * (row[MOTION + j] + 0.5 * dt * row[PUSH + j])
-    for k in range(start[first + i], start[first + i + 1]):
-        d, b = index[k] - first, blocks[k]
-        mine = k == start[first + i]
-        for j in range(3):
-            for m in range(3):
-                blend = (0.5 - BLEND) * force[d, m] + (0.0 if mine else BLEND * new[d, m])
-                out[j] -= dt * dt * b[3 * j + m] * blend
 
 
 @jit

@@ -243,6 +243,8 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         a, b = bodies[int(shapes[one, BODY_OF])], bodies[int(shapes[two, BODY_OF])]
         if is_round(shapes[one]) and is_round(shapes[two]):
             turn_to_middle(found[i], times[i], p, shapes[one], places[one], a, shapes[two], places[two], b, dt)
+        if found[i, FOUND_OVERLAP] > 0.0 and a[INVERSE_MASS] > 0.0 and b[INVERSE_MASS] > 0.0:
+            share_point(found[i], a[INVERSE_MASS], b[INVERSE_MASS])
         lever(shapes[one], places[one], bodies, found[i], TURNS_A, STAYS_A, arms[i, 0])
         lever(shapes[two], places[two], bodies, found[i], TURNS_B, STAYS_B, arms[i, 1])
         normal = found[i, NORMAL : NORMAL + 3]
@@ -266,6 +268,19 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         if times[i] > 0.0:
             row[OVERLAP_NOW] = -times[i] * (row[MOTION] + 0.5 * times[i] * row[PUSH])
     return rows, histories, arms, pulls, answers, crooked
+
+
+@jit
+def share_point(found_io, light_a, light_b):
+    """Let two free bodies that overlap meet at one point between their surfaces, nearer to that of the lighter.
+
+    The theory has the arms of undeformed bodies, as they are at a touch and against a fixed body. Of bodies that lie on
+    each other these would leave over a couple, and none of them would come to rest.
+    """
+    part = found_io[FOUND_OVERLAP] / (light_a + light_b)
+    for i in range(3):
+        found_io[STAYS_A + i] += part * light_b * found_io[NORMAL + i]
+        found_io[STAYS_B + i] -= part * light_a * found_io[NORMAL + i]
 
 
 @jit

@@ -56,6 +56,9 @@ from contactlaw.kernels.rows import (
 CHUNK = 16  # substeps of one length; then the time scales are looked at again
 MOST_SUBSTEPS = 50_000  # in one engine step; what is left of it then passes without contact forces
 NEVER = 1e300
+# A contact with less than this share of its elastic energy in motion, and balanced as well, carries a load and swings.
+SWINGING, FEWEST = 0.1, 20.0
+CALM = 0.3
 NO_MATTER = 1e-8  # of the friction limit: what a displacement must amount to for the law to be asked about it
 # The damper sets in as the fourth root of time; of such a force the trapezoidal rule leaves out -zeta(-1/4) of a step.
 STEEP = 0.3205
@@ -142,7 +145,15 @@ def substep(first, last, rows, parameters, blocks, start, x, v, force, accelerat
         scale = time_scale(p, 1.0 / own[0], max(x[i], 0.0), v[i, 0], acceleration[i, 0] + own[0] * force[i, 0])
         # A stuck contact swings sqrt(2 chi) times as fast sideways as it does along the normal.
         chi = 0.5 * p[G_STAR] / p[E_STAR] * max(own[4], own[8]) / own[0]
-        h = scale / (row[PIECES] * max(1.0, sqrt(0.5 * chi)))
+        pieces = row[PIECES]
+        give = own[0] * force[i, 0]
+        if (
+            x[i] > 0.0
+            and v[i, 0] * v[i, 0] < SWINGING * give * x[i]
+            and abs(acceleration[i, 0]) < give * sqrt(SWINGING)
+        ):
+            pieces = max(0.25 * pieces, FEWEST)
+        h = scale / (pieces * max(1.0, sqrt(0.5 * chi)))
         if wait > h:
             horizon = wait
             continue
@@ -153,12 +164,13 @@ def substep(first, last, rows, parameters, blocks, start, x, v, force, accelerat
 
 
 @jit
-def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt, x, v, force, acceleration):
+def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt, calming, x, v, force, acceleration):
     """Integrate the contacts first to last - 1 of one group over an engine step of dt [s].
 
     rows: as in `kernels.rows`; the results are written there. histories: a row each, brought up to the end of the step.
-    start, index, blocks: J M^-1 J^T by rows of 3 x 3 blocks, that of a contact with itself first. x, v, force,
-    acceleration: overlaps (n) and motions (n, 3) at the start; written.
+    start, index, blocks: J M^-1 J^T by rows of 3 x 3 blocks, that of a contact with itself first. calming: let dashpots
+    help contacts that carry a load to rest. x, v, force, acceleration: overlaps (n) and motions (n, 3) at the start;
+    written.
     """
     n = last - first
     moved = np.empty(3)
@@ -206,6 +218,8 @@ def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt,
                     p, history, x[i], before, v[i, 0], acceleration[i, 0] + own[0] * old_p,
                     moved[1], moved[2], h, mass_of(own[0]), across(p, own),
                 )  # fmt: skip
+                if calming and x[i] > 0.0:
+                    calm(p, own, x[i], v[i], force[i])
                 closed = closed or x[i] > 0.0
                 opened = opened or was_open
                 if was_open and x[i] > 0.0:
@@ -232,6 +246,22 @@ def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt,
     if taken >= MOST_SUBSTEPS:
         for i in range(n):
             rows[first + i, SPENT] = 1.0
+
+
+@jit
+def calm(p, own, x, v, force_io):
+    """Add dashpots to the force of a contact, within its friction limit: CALM of critical damping."""
+    if force_io[0] == 0.0:
+        return
+    force_io[0] = max(force_io[0] + 2.0 * CALM * sqrt(1.5 * force_io[0] / (x * own[0])) * v[0], 0.0)
+    give = max(own[4], own[8])
+    if p[LAW] == COULOMB or give == 0.0:
+        return
+    drag = 2.0 * CALM * sqrt(tangential_stiffness(p, x) / give)
+    f, g = force_io[1] + drag * v[1], force_io[2] + (drag * v[2] if p[PLANAR] == 0.0 else 0.0)
+    pull, limit = sqrt(f * f + g * g), p[FRICTION] * force_io[0]
+    share = limit / pull if pull > limit else 1.0
+    force_io[1], force_io[2] = share * f, share * g
 
 
 @jit

@@ -124,11 +124,12 @@ def locate_point(shape_a, a, shape_b, b, along, out):
 @jit
 def locate_side(shape_a, a, shape_b, b, out):
     """Side of a capsule on a box, where neither end touches: the deepest point of the middle line, a convex search."""
-    half = shape_a[SIZE + 1]
+    half, ends = shape_a[SIZE + 1], -1e300
     for end in range(2):
-        if locate_point(shape_a, a, shape_b, b, half * (1.0 - 2.0 * end), out) > 0.0:
-            out[FOUND_OVERLAP] = -half
-            return -half
+        ends = max(ends, locate_point(shape_a, a, shape_b, b, half * (1.0 - 2.0 * end), out))
+    if ends > 0.0:
+        out[FOUND_OVERLAP] = -half
+        return -half
     low, high = -half, half
     for _ in range(80):
         one, two = low + (high - low) / 3.0, high - (high - low) / 3.0
@@ -137,6 +138,9 @@ def locate_side(shape_a, a, shape_b, b, out):
         else:
             low = one
     overlap = locate_point(shape_a, a, shape_b, b, 0.5 * (low + high), out)
+    if overlap <= ends + 1e-9 * shape_a[SIZE]:  # no deeper than an end: the end's own slot tells of it
+        overlap = -half
+        out[FOUND_OVERLAP] = overlap
     out[CLEAR] = 0.0
     return overlap
 

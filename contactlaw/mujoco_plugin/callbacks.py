@@ -74,11 +74,14 @@ from contactlaw.mujoco_plugin.memo import remember, stands
 from contactlaw.mujoco_plugin.motion import (
     add_motion,
     add_turning,
+    damped,
     free_acceleration,
     project,
     pull_tree,
     read_body,
+    relax,
     solve_inertia,
+    stiffen,
 )
 from contactlaw.mujoco_plugin.motion import field as field_of
 from contactlaw.mujoco_plugin.motion import row as row_of
@@ -351,6 +354,10 @@ def evaluate(m, d, block, head, dt, moves, total_out):
             return False
     gather(d, block, head, instances, records)
     force, rates, owed = np.zeros(nv), np.empty(nv), np.zeros(nv)
+    is_damped = damped(m, nv)
+    kept = np.empty(nv if is_damped else 0)
+    if is_damped:
+        stiffen(m, d, nv, dt, kept)
     if repay(m, d, records, known, pairs, shapes, facts, places, bodies, total_out):
         solve_inertia(m, d, types.uintp(owed.ctypes.data), types.uintp(total_out.ctypes.data), 1)
     free_acceleration(m, d, head[b.ACTUATED] != 0.0, nv, force, rates)
@@ -377,6 +384,8 @@ def evaluate(m, d, block, head, dt, moves, total_out):
                         point[k] = bodies[body, COM + k] + arms[i, side, k]
                     axis = rows[i, FRAME + 3 * j : FRAME + 3 * j + 3]
                     pull_tree(m, d, facts[body], axis, point, nv, pulls[i, side, j], answers[i, side, j])
+    if is_damped:
+        relax(m, d, nv, kept)
     still = couple(rows, histories, parameters, trees, pulls, answers, dt)
     count = finish(
         who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, new, now, couples

@@ -34,13 +34,13 @@ _NUMBERS: dict[str, Any] = {
 DATA_FIELDS = (
     "plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "xipos", "ximat", "subtree_com", "cdof", "cdof_dot",
     "cvel", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "xfrc_applied", "qfrc_actuator", "time", "mocap_pos",
-    "mocap_quat",
+    "mocap_quat", "M",
 )  # fmt: skip
 MODEL_FIELDS = (
     "dof_parentid", "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid",
     "body_parentid", "body_rootid", "body_dofadr", "body_dofnum", "body_mass", "body_subtreemass", "body_inertia",
     "body_jntadr", "body_jntnum", "jnt_type", "geom_contype", "geom_conaffinity", "pair_geom1", "pair_geom2",
-    "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
+    "M_rowadr", "M_rownnz", "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
 )  # fmt: skip
 
 
@@ -82,28 +82,20 @@ def offset(struct: str, field: str) -> int:
 DATA = {field: offset("mjData", field) for field in DATA_FIELDS}
 DOF_PARENTS = offset("mjModel", "dof_parentid")
 DOF_DAMPING = offset("mjModel", "dof_damping")
+M_ROWS = offset("mjModel", "M_rowadr"), offset("mjModel", "M_rownnz")
+DISABLED = offset("mjModel", "opt") + offset("mjOption", "disableflags")
 TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NQ, NV, NBODY, NMOCAP = (offset("mjModel", size) for size in ("nq", "nv", "nbody", "nmocap"))
 NPLUGINSTATE = offset("mjModel", "npluginstate")
+EULER = int(mujoco.mjtIntegrator.mjINT_EULER)
+NO_DAMPER, NO_EULER_DAMPING = int(mujoco.mjtDisableBit.mjDSBL_DAMPER), int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
-KEY = repr(
-    (
-        mujoco.__version__,
-        DATA,
-        DOF_PARENTS,
-        DOF_DAMPING,
-        TIMESTEP,
-        INTEGRATOR,
-        GRAVITY,
-        NQ,
-        NV,
-        NBODY,
-        NMOCAP,
-        NPLUGINSTATE,
-    )
-)
+_OFFSETS = (
+    DOF_PARENTS, DOF_DAMPING, M_ROWS, DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, NQ, NV, NBODY, NMOCAP, NPLUGINSTATE,
+)  # fmt: skip
+KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 """What compiled code that knows the offsets depends on."""
 
 
@@ -149,8 +141,8 @@ def library() -> ctypes.CDLL:
 def check() -> None:
     """Compare the offsets with a live model; refuse a MuJoCo whose layout differs."""
     model = mujoco.MjModel.from_xml_string(
-        "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/></body>"
-        "</worldbody></mujoco>"
+        "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/>"
+        "</body></worldbody></mujoco>"
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

@@ -30,9 +30,14 @@ PASSIVE_AT, APPLIED_AT, ACTUATOR_AT = (layout.DATA[f"qfrc_{kind}"] for kind in (
 XFRC_AT = layout.DATA["xfrc_applied"]
 PARENT_AT, DAMPING_AT, NBODY_AT, TIMESTEP_AT = layout.DOF_PARENTS, layout.DOF_DAMPING, layout.NBODY, layout.TIMESTEP
 
+M_AT, (M_ROWS_AT, M_COUNTS_AT), DISABLED_AT = layout.DATA["M"], layout.M_ROWS, layout.DISABLED
+INTEGRATOR_AT, RUNGE_KUTTA, EULER = layout.INTEGRATOR, layout.RUNGE_KUTTA, layout.EULER
+NO_DAMPER, NO_EULER_DAMPING = layout.NO_DAMPER, layout.NO_EULER_DAMPING
+
 solve_inertia = types.ExternalFunction(
     "mj_solveM", types.void(types.uintp, types.uintp, types.uintp, types.uintp, types.intc)
 )
+factor_inertia = types.ExternalFunction("mj_factorM", types.void(types.uintp, types.uintp))
 bias_force = types.ExternalFunction("mj_rne", types.void(types.uintp, types.uintp, types.intc, types.uintp))
 apply_force = types.ExternalFunction(
     "mj_applyFT",
@@ -166,6 +171,46 @@ def free_acceleration(m, d, actuated, nv, force_out, rates_out):
                 )  # fmt: skip
                 break
     solve_inertia(m, d, types.uintp(rates_out.ctypes.data), types.uintp(force_out.ctypes.data), 1)
+
+
+@jit
+def damped(m, nv):
+    """Whether the engine's step damps joints implicitly: M + dt D then answers all forces in the place of M."""
+    if load_int(m + types.uintp(INTEGRATOR_AT)) == RUNGE_KUTTA:
+        return False
+    disabled = load_int(m + types.uintp(DISABLED_AT))
+    if disabled & NO_DAMPER or (load_int(m + types.uintp(INTEGRATOR_AT)) == EULER and disabled & NO_EULER_DAMPING):
+        return False
+    damping = carray(doubles_at(load_pointer(m + types.uintp(DAMPING_AT))), nv)
+    found = False
+    for i in range(nv):
+        found = found or damping[i] > 0.0
+    return found
+
+
+@jit
+def stiffen(m, d, nv, dt, kept_out):
+    """Let `solve_inertia` answer with M + dt D; the diagonal of M is kept, for `relax`."""
+    damping, inertia = load_pointer(m + types.uintp(DAMPING_AT)), load_pointer(d + types.uintp(M_AT))
+    rows, counts = load_pointer(m + types.uintp(M_ROWS_AT)), load_pointer(m + types.uintp(M_COUNTS_AT))
+    for i in range(nv):
+        at = types.uintp(4 * i)
+        diagonal = carray(doubles_at(inertia + types.uintp(8 * (load_int(rows + at) + load_int(counts + at) - 1))), 1)
+        kept_out[i] = diagonal[0]
+        diagonal[0] += dt * load_double(damping + types.uintp(8 * i))
+    factor_inertia(m, d)
+
+
+@jit
+def relax(m, d, nv, kept):
+    """Undo `stiffen`, to the last bit."""
+    inertia = load_pointer(d + types.uintp(M_AT))
+    rows, counts = load_pointer(m + types.uintp(M_ROWS_AT)), load_pointer(m + types.uintp(M_COUNTS_AT))
+    for i in range(nv):
+        at = types.uintp(4 * i)
+        diagonal = carray(doubles_at(inertia + types.uintp(8 * (load_int(rows + at) + load_int(counts + at) - 1))), 1)
+        diagonal[0] = kept[i]
+    factor_inertia(m, d)
 
 
 @jit

@@ -48,7 +48,7 @@ def register() -> _Plugin:
     """Fill the plugin's struct and register it. Returns what must live as long as the process."""
     _check_version()
     library = layout.library()
-    for name in ("mj_solveM", "mj_rne", "mj_fwdActuation", "mj_applyFT", "mj_geomDistance", "mju_free"):
+    for name in ("mj_solveM", "mj_rne", "mj_factorM", "mj_fwdActuation", "mj_applyFT", "mj_geomDistance", "mju_free"):
         llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
     from contactlaw.mujoco_plugin import callbacks, instance  # compiled against the symbols just added
 

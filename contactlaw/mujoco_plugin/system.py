@@ -173,13 +173,13 @@ class System:
         facts[b.TREE_DOF], facts[b.TREE_SIZE] = of_tree[0], of_tree.size
         joint = int(view.ints("body_jntadr", count)[moving])
         mass, whole = (view.doubles(f, count)[body] for f in ("body_mass", "body_subtreemass"))
-        armature = view.doubles("dof_armature", view.size("nv"))[of_tree]
+        extra = [view.doubles(f, view.size("nv"))[of_tree].any() for f in ("dof_armature", "dof_damping")]
         if (
             moving == body
             and of_tree.size == 6
             and view.ints("jnt_type", view.size("njnt"))[joint] == int(mujoco.mjtJoint.mjJNT_FREE)
             and mass == whole > 0.0
-            and not armature.any()
+            and not any(extra)
         ):
             facts[b.LIGHTNESS] = 1.0 / mass
             facts[b.EASE : b.EASE + 3] = 1.0 / view.doubles("body_inertia", 3 * count)[3 * body : 3 * body + 3]

@@ -29,7 +29,9 @@ class Bodies:
         self.row = {key: row for row, key in enumerate(self.keys)}
         numbers = {body: number for number, body in enumerate(dict.fromkeys(body for body, _ in self.keys))}
         self._number = numbers
-        self.linked = {body for body in numbers if p.getNumJoints(body, client) > 0}
+        there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
+        self._gone = numbers.keys() - there  # removed before their contacts: an error at the next step
+        self.linked = {body for body in numbers if body in there and p.getNumJoints(body, client) > 0}
         self._size = {body: coordinates(client, body) for body in self.linked}
         self.width = max([6, *self._size.values()])
         moving = [
@@ -50,7 +52,7 @@ class Bodies:
             if stays != tuple(tables.staying[row]):
                 tables.staying[row] = stays
                 changed = True
-            if self._still and stays[0] < 0.0:
+            if self._still and stays[0] < 0.0 and body not in self._gone:
                 place = [number for part in read_motion(self._client, body, link) for number in part]
                 changed = changed or place != tables.readings[row].tolist()
                 tables.readings[row] = place
@@ -60,6 +62,8 @@ class Bodies:
         tree = float(self._number[body])
         if body in self.linked:
             return (tree if self._size[body] else -1.0), 0.0, 0.0, 0.0, 0.0
+        if body in self._gone:
+            return -1.0, 0.0, 0.0, 0.0, 0.0
         info = p.getDynamicsInfo(body, BASE, self._client)
         if info[0] <= 0.0:
             return -1.0, 0.0, 0.0, 0.0, 0.0

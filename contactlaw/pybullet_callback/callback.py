@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks
 from contactlaw.pair import ContactPair
-from contactlaw.pybullet_callback.bodies import Bodies
-from contactlaw.pybullet_callback.contact import Contact, ContactState, Couple, Ledger, state_of
+from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
+from contactlaw.pybullet_callback.couples import couples_of
 from contactlaw.pybullet_callback.layout import Layout
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.losses import Losses
 from contactlaw.pybullet_callback.marks import Marks
-from contactlaw.pybullet_callback.shapes import BASE, Side, effective_radius, engine_parameters, read_sides
+from contactlaw.pybullet_callback.shapes import BASE, engine_parameters, read_sides
 from contactlaw.pybullet_callback.step import (
     ACT,
     DIVERGED,
@@ -132,7 +132,7 @@ class ContactCallback:
         axis = None if plane is None else checks.unit_vector("plane", plane)
         if not isinstance(ledger, bool):
             raise ValueError(f"ledger = {ledger!r}: must be True or False")
-        couples = self._couples(a, b, pair)
+        couples = couples_of(self._client, a, b, pair, self._contacts)
         contact = Contact(pair, axis, _substeps(substeps), couples, Ledger() if ledger else None)
         engine_parameters(self._client)
         handle = next(self._handles)
@@ -195,11 +195,12 @@ class ContactCallback:
         return self._balance(body)[:2]
 
     def velocity(self, body: int) -> tuple[Array, Array]:
-        """Velocity [m/s] and spin [rad/s] of a base, each (3,), with what it is owed.
+        """True velocity [m/s] and spin [rad/s] of a base now, each (3,).
 
-        An impulse that comes late in a step is given in part in the next one. PyBullet's velocity between the two lacks
-        that part; this one does not, so that after an impact it is the one the body flies off with. While bodies touch
-        it is what they would go on with if they parted now. Gravity acts on both alike.
+        PyBullet's own velocity is that of half a step before its position, and an impulse that comes late in a step is
+        given in part in the next one: between the two shares it is neither that before an impact nor that after. This
+        one has what is owed and half a step of gravity more, so that it is zero for a body at rest, and after an
+        impact the one that the body flies off with. While bodies touch it is what they move with now.
         """
         return self._balance(body)[2:]
 
@@ -308,37 +309,6 @@ class ContactCallback:
             raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
         assert result == DIVERGED
         raise ValueError(f"{layout.couples[bad][2]}: what they exchange is not finite")
-
-    def _couples(self, a: list[Side], b: list[Side], pair: ContactPair) -> list[Couple]:
-        """Who may touch whom."""
-        single = len(a) == 1 and len(b) == 1
-        known = {
-            frozenset((couple.a.key, couple.b.key)): (handle, couple)
-            for handle, contact in self._contacts.items()
-            for couple in contact.couples
-        }
-        fixed = {
-            body for body in {side.body for side in (*a, *b)} if Bodies(self._client, [(body, BASE)]).is_fixed(body)
-        }
-        couples: dict[frozenset, Couple] = {}
-        for one in a:
-            for two in b:
-                two_keys = frozenset((one.key, two.key))
-                if one.key == two.key and single:
-                    raise ValueError(f"body_b = {two.body}, link_b = {two.link}: the same as a; a contact needs two")
-                if one.key == two.key or two_keys in couples:
-                    continue
-                if one.body in fixed and two.body in fixed:
-                    if single:
-                        raise ValueError(f"body_a, body_b = {one}, {two}: neither can move; one must")
-                    continue
-                if two_keys in known:
-                    handle, couple = known[two_keys]
-                    raise ValueError(f"body_a, body_b = {one}, {two}: {couple} have contact {handle} already")
-                couples[two_keys] = Couple(one, two, effective_radius(pair, one, two))
-        if not couples:
-            raise ValueError("body_a, body_b: no two of them can touch; a contact needs two bodies, one that can move")
-        return list(couples.values())
 
     def _contact(self, handle: Any) -> Contact:
         if handle not in self._contacts:

@@ -14,8 +14,6 @@ from contactlaw.kernels.scene import (
     ANGULAR,
     ANGULAR_RATE,
     BODY_OF,
-    INVERSE_INERTIA,
-    INVERSE_MASS,
     LINEAR,
     MEAN,
     MEAN_SPIN,
@@ -31,7 +29,8 @@ from contactlaw.kernels.touch import CLEAR, FOUND, FOUND_OVERLAP, KIND, NORMAL, 
 from contactlaw.pybullet_callback.bodies import Bodies
 from contactlaw.pybullet_callback.mechanism import Mechanism, read_motion
 from contactlaw.pybullet_callback.shapes import BASE
-from contactlaw.pybullet_callback.step import NOT_FINITE, NOTHING, exchange, look_around, set_out
+from contactlaw.pybullet_callback.stance import set_out
+from contactlaw.pybullet_callback.step import NOT_FINITE, NOTHING, exchange, look_around
 from contactlaw.pybullet_callback.tables import DT, GRAVITY, WIDTH, Tables, views
 
 Array = NDArray[np.float64]
@@ -55,7 +54,7 @@ class Linked:
     def advance(self) -> int:
         """As `step.advance`."""
         t = self._tables
-        if self.set_out() != NOTHING:
+        if not self.set_out():
             return NOT_FINITE
         near, ways = look_around(t.memory, views(t.memory))
         if self._stir({self._keys[row][0] for pair in near for row in self._rows(pair)}):
@@ -78,37 +77,30 @@ class Linked:
             t.memory, views(t.memory), who, times, found, trees, rows, histories, arms, pulls, answers, crooked
         )
 
-    def set_out(self) -> int:
+    def set_out(self) -> bool:
         """As `step.set_out`, with the bodies that something is owed to."""
-        if set_out(self._tables.memory, views(self._tables.memory)) != NOTHING:
-            return NOT_FINITE
+        if not set_out(self._tables.memory, views(self._tables.memory)):
+            return False
         self._stir({body for row, (body, _) in enumerate(self._keys) if self._tables.owed[row].any()})
-        return NOTHING
+        return True
 
     def balance(self, body: int) -> tuple[Array, Array, Array, Array]:
-        """Impulse and angular impulse about its base that a body is owed, its base's velocity and spin with them."""
+        """Impulse and angular impulse about its base that a body is owed, and its base's true velocity and spin."""
         t, base = self._tables, read_motion(self._client, body, BASE)
-        if set_out(t.memory, views(t.memory)) != NOTHING:
-            raise ValueError(f"body {body}: there is a body whose position or velocity is not finite")
+        if not set_out(t.memory, views(t.memory)):
+            raise ValueError(f"body {body}: its position or velocity, or those of another body, are not finite")
         rows = [row for row, key in enumerate(self._keys) if key[0] == body]
         linear, angular = np.zeros(3), np.zeros(3)
         for row in rows:
             linear += t.owed[row, :3]
             angular += t.owed[row, 3:] + np.cross(t.readings[row, :3] - base.position, t.owed[row, :3])
-        velocity, spin = np.array(base.velocity), np.array(base.spin)
-        if body in self._linked:
-            mechanism = Mechanism(self._client, body)
-            impulse = np.zeros(len(mechanism.weight))
-            for row in rows:
-                jacobian = mechanism.jacobian_of(self._keys[row][1], t.readings[row, :3])
-                impulse += jacobian.T @ t.owed[row]
-            change = mechanism.jacobian_of(BASE, np.array(base.position)) @ mechanism.answer(impulse[:, None])[:, 0]
-            velocity, spin = velocity + change[:3], spin + change[3:]
-        else:
+        if body not in self._linked:
             b = t.bodies[rows[0]]
-            velocity = velocity + b[INVERSE_MASS] * linear
-            spin = spin + b[INVERSE_INERTIA : INVERSE_INERTIA + 9].reshape(3, 3) @ angular
-        return linear, angular, velocity, spin
+            return linear, angular, b[LINEAR : LINEAR + 3].copy(), b[ANGULAR : ANGULAR + 3].copy()
+        mechanism = Mechanism(self._client, body)
+        change, _ = self._change(mechanism, {row: self._jacobian(mechanism, row) for row in rows})
+        change = mechanism.jacobian_of(BASE, np.array(base.position)) @ change
+        return linear, angular, base.velocity + change[:3], base.spin + change[3:]
 
     def _rows(self, pair: int) -> tuple[int, int]:
         """Bodies of both sides of a pair, as rows of the tables."""
@@ -123,20 +115,24 @@ class Linked:
             self._fill(body, Mechanism(self._client, body))
         return bool(new)
 
+    def _jacobian(self, mechanism: Mechanism, row: int) -> Array:
+        return mechanism.jacobian_of(self._keys[row][1], self._tables.readings[row, :3])
+
+    def _change(self, mechanism: Mechanism, jacobians: dict[int, Array]) -> tuple[Array, Array]:
+        """Generalized velocity that the engine's lacks, and the acceleration by gravity; jacobians: by row."""
+        t = self._tables
+        force = np.column_stack([np.zeros(len(mechanism.weight)), mechanism.weight @ t.memory[GRAVITY : GRAVITY + 3]])
+        for row, jacobian in jacobians.items():
+            force[:, 0] += jacobian.T @ t.owed[row]
+        change, rate = mechanism.answer(force).T
+        return change + 0.5 * t.memory[DT] * rate, rate
+
     def _fill(self, body: int, mechanism: Mechanism) -> None:
         t = self._tables
         self._mechanisms[body] = mechanism
-        jacobians = {
-            row: mechanism.jacobian_of(key[1], t.readings[row, 0:3])
-            for row, key in enumerate(self._keys)
-            if key[0] == body
-        }
-        impulse = sum(
-            (jacobian.T @ t.owed[row] for row, jacobian in jacobians.items()), np.zeros(len(mechanism.weight))
-        )
-        gravity = t.memory[GRAVITY : GRAVITY + 3]
-        change, rate = mechanism.answer(np.column_stack([impulse, mechanism.weight @ gravity])).T
-        change = change + 0.5 * t.memory[DT] * rate
+        rows = [row for row, key in enumerate(self._keys) if key[0] == body]
+        jacobians = {row: self._jacobian(mechanism, row) for row in rows}
+        change, rate = self._change(mechanism, jacobians)
         for row, jacobian in jacobians.items():
             b = t.bodies[row]
             moved, speeds = jacobian @ change, jacobian @ rate

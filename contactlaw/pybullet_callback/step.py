@@ -16,31 +16,23 @@ from contactlaw.kernels.contact import OPEN, PHASE
 from contactlaw.kernels.coupling import add_cross, couple
 from contactlaw.kernels.rows import BEGUN, DEEPEST, DRAG, FASTEST, IMPULSE, SPENT, STRONGEST, TOUCHING, WORK
 from contactlaw.kernels.scene import (
-    ANGULAR,
-    ANGULAR_RATE,
     BODY_OF,
     COM,
     COUNTED,
-    INVERSE_INERTIA,
     INVERSE_MASS,
     KEY,
-    LINEAR,
-    MEAN,
-    MEAN_SPIN,
     MOST_SLOTS,
-    OWED,
     POINTS,
-    RATE,
     SHAPE_A,
     SHAPE_B,
     TREE,
     describe,
     finish,
-    lever,
     meet,
     near_pairs,
 )
 from contactlaw.kernels.touch import CLEAR, FOUND
+from contactlaw.pybullet_callback.stance import set_out, tumble
 from contactlaw.pybullet_callback.tables import (
     BAD,
     BY_SHAPE,
@@ -51,17 +43,9 @@ from contactlaw.pybullet_callback.tables import (
     DT,
     FLAGS,
     GAVE_UP,
-    GRAVITY,
     IN_FORCE,
     NEW,
-    POSE,
-    POSITION,
-    QUATERNION,
     READ,
-    SPIN,
-    STAYS_INERTIA,
-    STAYS_MASS,
-    STAYS_TREE,
     TOLD,
     TOLD_BEGUN,
     TOLD_DEEPEST,
@@ -93,7 +77,7 @@ CLAMP = 100.0  # Bullet's default limit of each velocity component [m/s], [rad/s
 def advance(memory):
     """A step of free and fixed bodies whose shapes the kernels know."""
     tables = views(memory)
-    if set_out(memory, tables) != NOTHING:
+    if not set_out(memory, tables):
         return NOT_FINITE
     near, ways = look_around(memory, tables)
     if near.size == 0:
@@ -116,65 +100,6 @@ def act(memory, tables, near, ways):
 
 
 @jit
-def set_out(memory, tables):
-    """Where bodies and shapes are, what is owed to them, and how they move before this step's contacts.
-
-    Of bodies with links the readings as they are: the rest is the caller's.
-    """
-    bodies, shapes, places, pairs, _, records, _, count = tables
-    turns, half, g = np.empty((bodies.shape[0], 9)), 0.5 * memory[DT], memory[GRAVITY : GRAVITY + 3]
-    for i in range(bodies.shape[0]):
-        b = bodies[i]
-        total = g[0] + g[1] + g[2] + half
-        for j in range(POSITION, READ):
-            total += b[j]
-        if not isfinite(total):
-            memory[BAD] = i
-            return NOT_FINITE
-        turn(b[QUATERNION : QUATERNION + 4], turns[i])
-        b[TREE], b[INVERSE_MASS] = b[STAYS_TREE], b[STAYS_MASS]
-        spread_inertia(b[STAYS_INERTIA : STAYS_INERTIA + 3], turns[i], b[INVERSE_INERTIA : INVERSE_INERTIA + 9])
-        for j in range(3):
-            b[COM + j] = b[POSITION + j]
-            b[MEAN + j], b[MEAN_SPIN + j] = b[VELOCITY + j], b[SPIN + j]
-            b[RATE + j], b[ANGULAR_RATE + j] = g[j] if b[TREE] >= 0.0 else 0.0, 0.0
-        nutate(b[STAYS_INERTIA : STAYS_INERTIA + 3], turns[i], b[SPIN : SPIN + 3], b[ANGULAR_RATE : ANGULAR_RATE + 3])
-        b[BODIES_OWED : BODIES_OWED + 6] = 0.0
-    for i in range(shapes.shape[0]):
-        k = int(shapes[i, BODY_OF])
-        t, pose, place = turns[k], shapes[i, POSE : POSE + 12], places[i]
-        for j in range(3):
-            place[j] = bodies[k, COM + j]
-            for m in range(3):
-                place[j] += t[3 * j + m] * pose[m]
-                place[3 + 3 * j + m] = 0.0
-                for n in range(3):
-                    place[3 + 3 * j + m] += t[3 * j + n] * pose[3 + 3 * n + m]
-    arm = np.empty(3)
-    for i in range(count):
-        pair = pairs[int(records[i, KEY]) // MOST_SLOTS]
-        impulse, sign = records[i, OWED : OWED + 3], 1.0
-        for side in range(2):
-            k = int(pair[SHAPE_A if side == 0 else SHAPE_B])
-            at = POINTS + 6 * side
-            lever(shapes[k], places[k], bodies, records[i], at, at + 3, arm)
-            to = bodies[int(shapes[k, BODY_OF]), BODIES_OWED : BODIES_OWED + 6]
-            for j in range(3):
-                to[j] += sign * impulse[j]
-            add_cross(arm, impulse, sign, to[3:6])
-            sign = -1.0
-    for i in range(bodies.shape[0]):
-        b = bodies[i]
-        change = b[BODIES_OWED : BODIES_OWED + 6]
-        for j in range(3):
-            b[LINEAR + j] = b[MEAN + j] + half * b[RATE + j] + b[INVERSE_MASS] * change[j]
-            b[ANGULAR + j] = b[MEAN_SPIN + j] + half * b[ANGULAR_RATE + j]
-            for m in range(3):
-                b[ANGULAR + j] += b[INVERSE_INERTIA + 3 * j + m] * change[3 + m]
-    return NOTHING
-
-
-@jit
 def look_around(memory, tables):
     """Pairs that may touch, and the way that each shape may go, as `near_pairs`."""
     bodies, shapes, places, pairs, _, records, _, count = tables
@@ -182,51 +107,28 @@ def look_around(memory, tables):
 
 
 @jit
-def turn(q, out):
-    """Rotation matrix (9, row-major) of a quaternion."""
-    x, y, z, w = q[0], q[1], q[2], q[3]
-    s = 2.0 / (x * x + y * y + z * z + w * w)
-    out[0], out[1], out[2] = 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)
-    out[3], out[4], out[5] = s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)
-    out[6], out[7], out[8] = s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)
-
-
-@jit
-def spread_inertia(inverse, frame, out):
-    """Inverse inertia in the world (9, row-major) from that about the body's axes (3); isotropic without rounding."""
-    x, y, z = inverse[0], inverse[1], inverse[2]
-    if x == y and y == z:
-        for i in range(9):
-            out[i] = 0.0
-        out[0], out[4], out[8] = x, x, x
-        return
-    for i in range(3):
+def hold_arms(who, arms, pairs, shapes, places, bodies, records_io, count):
+    """Let what two free bodies are owed act at the arms of this step, as the couples of `finish` take it to do."""
+    at = 0
+    for i in range(who.shape[0]):
+        if at >= count or records_io[at, KEY] != MOST_SLOTS * who[i, 0] + who[i, 1]:
+            continue
+        record, pair = records_io[at], pairs[who[i, 0]]
+        at += 1
+        one, two = int(pair[SHAPE_A]), int(pair[SHAPE_B])
+        a, b = bodies[int(shapes[one, BODY_OF])], bodies[int(shapes[two, BODY_OF])]
+        if a[INVERSE_MASS] == 0.0 or b[INVERSE_MASS] == 0.0:
+            continue
         for j in range(3):
-            out[3 * i + j] = (
-                x * frame[3 * i] * frame[3 * j]
-                + y * frame[3 * i + 1] * frame[3 * j + 1]
-                + z * frame[3 * i + 2] * frame[3 * j + 2]
-            )
-
-
-@jit
-def nutate(inverse, frame, spin, out):
-    """Angular acceleration of a free body without torque, -I^-1 (w x I w) [rad/s^2]; inverse: as `spread_inertia`."""
-    x, y, z = inverse[0], inverse[1], inverse[2]
-    if (x == y and y == z) or x * y * z == 0.0:
-        return
-    u = frame[0] * spin[0] + frame[3] * spin[1] + frame[6] * spin[2]
-    v = frame[1] * spin[0] + frame[4] * spin[1] + frame[7] * spin[2]
-    w = frame[2] * spin[0] + frame[5] * spin[1] + frame[8] * spin[2]
-    a, b, c = x * v * w * (1.0 / y - 1.0 / z), y * w * u * (1.0 / z - 1.0 / x), z * u * v * (1.0 / x - 1.0 / y)
-    for i in range(3):
-        out[i] = frame[3 * i] * a + frame[3 * i + 1] * b + frame[3 * i + 2] * c
+            record[POINTS + j], record[POINTS + 6 + j] = 0.0, 0.0
+            record[POINTS + 3 + j] = arms[i, 0, j] - places[one, j] + a[COM + j]
+            record[POINTS + 9 + j] = arms[i, 1, j] - places[two, j] + b[COM + j]
 
 
 @jit
 def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pulls, answers, crooked):
     """Integrate the contacts; write records, tellings and pushes, in force at once if the result is ACT alone."""
-    bodies, shapes, _, pairs, parameters, records, fresh, old = tables
+    bodies, shapes, places, pairs, parameters, records, fresh, old = tables
     tellings, pushes = outputs(memory)
     n, dt, count = who.shape[0], memory[DT], 0
     if n > fresh.shape[0]:
@@ -237,6 +139,7 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
         count = finish(
             who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, False, fresh, now, twist
         )  # fmt: skip
+        hold_arms(who, arms, pairs, shapes, places, bodies, fresh, count)
     memory[COUNT + 1 - int(memory[IN_FORCE])] = count
     result, at = ACT, 0
     for i in range(n):
@@ -292,6 +195,7 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
             size += abs(bodies[i, BODIES_OWED + j])
         if size == 0.0 or bodies[i, TREE] < 0.0:
             continue
+        tumble(bodies[i], dt)
         out = pushes[pushed]
         out[0] = i
         for j in range(6):

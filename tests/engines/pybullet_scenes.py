@@ -133,7 +133,7 @@ def ball_on_plane(
     **changes: Any,
 ) -> tuple[int, ContactCallback, int]:
     """A steel ball over a plane under gravity: body, callback, handle."""
-    floor, body = plane(client), ball(client, place, velocity, spin)
+    floor, body = plane(client), ball(client, place, velocity)
     p.setGravity(0, 0, -9.81, client)
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)

@@ -74,8 +74,8 @@ def test_capsule_bounces_on_its_end_and_may_lie(client: int, dt: float, upright:
     handle = callback.add_contact(rod, floor, pair_of(), ledger=True)
     run(client, callback, 2 + int(6e-4 / dt))
     velocity, spin = callback.velocity(rod)
-    assert velocity[2] == pytest.approx(0.93, abs=1e-3)
-    assert np.abs(spin).max() < 1e-9
+    assert velocity[2] == pytest.approx(0.93, abs=1e-3 if upright else 5e-3)
+    assert np.abs(spin).max() < (1e-9 if upright else 2e-3)
     assert callback.ledger(handle).impacts == (1 if upright else 2)
 
 
@@ -113,7 +113,7 @@ def test_edges_and_sides_need_a_radius(client: int, kind: str) -> None:
         ({"ledger": 1}, "ledger = 1"),
         ({"body_a": []}, "holds no bodies"),
         ({"body_a": [(1, -1, 0)]}, r"holds \(1, -1, 0\)"),
-        ({"body_a": [1, 1], "body_b": [(1, -1)]}, "no two of them"),
+        ({"body_a": [1, 1], "body_b": [(1, -1)]}, "the same as a"),
     ],
 )
 def test_bad_input_is_refused_and_changes_nothing(client: int, change: dict, message: str) -> None:
@@ -157,6 +157,27 @@ def test_a_body_that_has_gone_is_an_error_until_its_contact_goes(client: int) ->
     callback()
 
 
+@pytest.mark.parametrize("moves", [True, False])
+def test_contacts_may_go_after_their_bodies(client: int, moves: bool) -> None:
+    floor, body, other = plane(client), ball(client, [0, 0, 1.0]), ball(client, [1, 0, RADIUS + 1e-3], [0, 0, -1.0])
+    callback = ContactCallback(client, fixed_bodies_move=moves)
+    callback.add_contact([body, other], [body, other], pair_of())
+    handle = callback.add_contact(body, floor, pair_of())
+    kept = callback.add_contact(other, floor, pair_of())
+    run(client, callback, 1)
+    assert callback.state(kept).touching
+    p.removeBody(body, client)
+    callback.remove_contact(0)
+    assert callback.state(kept).touching
+    with pytest.raises(ValueError, match=f"body {body}: removed"):
+        callback()
+    callback.remove_contact(handle)
+    run(client, callback, 1)
+    assert velocities(client, other)[0][2] == pytest.approx(0.93, abs=1e-3)
+    callback.remove_all()
+    callback()
+
+
 def test_damping_and_clamp_are_warned_of_once(client: int) -> None:
     floor = plane(client)
     damped = ball(client, [0, 0, 1.0], [1, 0, 0], [0, 0, 5.0])
@@ -191,10 +212,14 @@ def test_deep_overlap_is_warned_of_once(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -80.0])
     callback = ContactCallback(client)
     callback.add_contact(body, floor, pair_of("rubber"))
-    with pytest.warns(ContactWarning, match=f"body {body} and body {floor}: overlap over radius is") as caught:
+
+    def fall_twice() -> None:
         run(client, callback, 3)
         p.resetBaseVelocity(body, [0, 0, -90.0], [0, 0, 0], client)
         run(client, callback, 10)
+
+    with pytest.warns(ContactWarning, match=f"body {body} and body {floor}: overlap over radius is") as caught:
+        fall_twice()
     assert len(caught) == 1
 
 
@@ -244,3 +269,14 @@ def test_ledger_is_kept_where_asked_for(client: int) -> None:
     assert ledger.tangential_loss == 0.0
     with pytest.raises(ValueError, match="keeps no ledger"):
         callback.ledger(other)
+
+
+def test_masses_are_those_at_the_touch(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, floor, pair_of())
+    p.changeDynamics(body, -1, mass=2.0, localInertiaDiagonal=[0.8 * RADIUS**2] * 3, physicsClientId=client)
+    run(client, callback, 1)
+    assert callback.state(handle).impulse[2] == pytest.approx(2.0 * 1.93, rel=1e-3)
+    run(client, callback, 2)
+    assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=1e-3)

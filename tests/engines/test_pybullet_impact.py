@@ -144,7 +144,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
     handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0, ledger=True)
-    run(client, callback, 2 + int(3e-4 / dt))
+    run(client, callback, 3 + int(8e-4 / dt))
     velocity, spin = callback.velocity(body)
     rate = np.array([p.getJointState(racket, 0, client)[1]])
     if base_mass:
@@ -153,7 +153,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * rate @ matrix @ rate
     assert callback.ledger(handle).impacts == 1
     assert not callback.owed(racket)[0].any()
-    assert velocity[2] > -0.5
+    assert -0.9 < velocity[2] < 0.0
     assert abs(rate).max() > 0.1
     assert energy == pytest.approx(0.25, rel=1e-3)
 
