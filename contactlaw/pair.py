@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
-from math import floor, log10, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -184,12 +184,6 @@ class ContactPair:
         n = law_of(self.law).nodes_or(nodes)
         flags = n if self.static_friction is not None and self.static_friction > self.friction else 0
         return np.zeros(contact.HEADER + n * (1 if planar else 2) + flags)
-
-
-def rounded_down(value: float) -> float:
-    """Value to three digits, not above it: a bound to name in a message that will then be kept."""
-    unit = 10.0 ** (floor(log10(value)) - 2)
-    return floor(value / unit * (1.0 + 1e-12)) * unit
 
 
 def warn_of_depth(overlap: float, radius: float) -> bool:

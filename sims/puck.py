@@ -16,9 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, Material, checks
-from contactlaw.kernels.contact import STEPS_PER_CONTACT
 from contactlaw.laws import LAWS
-from contactlaw.pair import rounded_down
 
 ENGINES = {"mujoco": "sims.puck_mujoco", "pybullet": "sims.puck_pybullet"}
 LAUNCHES = ("oblique", "spin")
@@ -80,12 +78,6 @@ class Puck:
         checks.positive("speed", self.speed)
         if self.timestep is not None:
             checks.positive("timestep", self.timestep)
-            longest = rounded_down(self.contact_duration / STEPS_PER_CONTACT)
-            if self.timestep > longest:
-                raise ValueError(
-                    f"timestep = {self.timestep!r}: must resolve the contact of {self.contact_duration:.3g} s; "
-                    f"use {longest:.3g} s or less"
-                )
 
     @cached_property
     def pair(self) -> ContactPair:
@@ -214,8 +206,7 @@ class Result:
         if self.law not in ("mindlin", "native"):
             assert self.energy_ratio <= 1.001, f"energy ratio {self.energy_ratio}"
         if self.law == "microslip":
-            allowed = 5e-3 if self.contact_duration >= 100.0 * self.timestep else 1e-2
-            assert abs(self.error) <= allowed, f"psi2 off by {self.error} at {self.timestep} s"
+            assert abs(self.error) <= 4e-3, f"psi2 off by {self.error} at {self.timestep} s"
 
 
 def run(puck: Puck, engine: str) -> Result:

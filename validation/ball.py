@@ -22,6 +22,9 @@ STEEL = MATERIALS["steel"]
 MASS = 4.0 / 3.0 * math.pi * RADIUS**3 * float(STEEL.density or math.nan)  # [kg]
 FRICTION, RESTITUTION = 0.115, 0.93  # steel, Maw, Barber & Fawcett (1981)
 TANGENTIAL_MASS = MASS / 3.5  # [kg], a solid ball
+GRAVITY = 9.81  # [m/s^2]
+INTEGRATORS = ("Euler", "implicit", "implicitfast", "RK4")  # MuJoCo's
+SUBSTEPS = 100  # the adapters' own default
 
 
 def steel_pair(law: str | Law = "microslip", restitution: float = RESTITUTION) -> ContactPair:
@@ -30,15 +33,27 @@ def steel_pair(law: str | Law = "microslip", restitution: float = RESTITUTION) -
 
 
 def mujoco_ball(
-    timestep: float, contact: str, pair: ContactPair | None = None, plane: ArrayLike | None = None
+    timestep: float,
+    contact: str,
+    pair: ContactPair | None = None,
+    plane: ArrayLike | None = None,
+    *,
+    gravity: ArrayLike = (0.0, 0.0, 0.0),
+    integrator: str = "Euler",
+    substeps: int = SUBSTEPS,
+    solref: ArrayLike | None = None,
 ) -> tuple[mujoco.MjModel, mujoco.MjData, str]:
-    """A ball over a floor in MuJoCo, without gravity.
+    """A ball over a floor in MuJoCo.
 
     Args:
         timestep: [s].
         contact: "law", "law alone": the geoms touch nothing else, "native", or "none": contact is off altogether.
         pair: What the law is told; None: `steel_pair()`.
         plane: Normal of the plane of motion for a planar contact.
+        gravity: [m/s^2], shape (3,).
+        integrator: One of `INTEGRATORS`.
+        substeps: What the law is told.
+        solref: Stiffness and damping of a native contact; None: the engine's own.
 
     Returns:
         Model, data, and the name of the contact ("" without one).
@@ -46,7 +61,8 @@ def mujoco_ball(
     import mujoco
 
     spec = mujoco.MjSpec()
-    spec.option.timestep, spec.option.gravity = timestep, [0.0, 0.0, 0.0]
+    spec.option.timestep, spec.option.gravity = timestep, np.asarray(gravity, dtype=float)
+    spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1])
     body = spec.worldbody.add_body(name="ball", pos=[0.0, 0.0, RADIUS])
     body.add_freejoint()
@@ -56,32 +72,69 @@ def mujoco_ball(
         from contactlaw import mujoco_plugin
 
         others = contact == "law"
-        name = mujoco_plugin.add_contact(spec, "ball", "floor", pair or steel_pair(), plane=plane, others=others)
+        name = mujoco_plugin.add_contact(
+            spec, "ball", "floor", pair or steel_pair(), plane=plane, others=others, substeps=substeps
+        )
     elif contact == "none":
         floor.contype = floor.conaffinity = ball.contype = ball.conaffinity = 0
+    elif solref is not None:
+        ball.solref, ball.priority, ball.friction = solref, 1, [FRICTION, 0.0, 0.0]
     model = spec.compile()
     return model, mujoco.MjData(model), name
 
 
+def true_velocity(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Velocities (nv) of free balls at the time of their positions; without gravity or with it alone.
+
+    MuJoCo's semi-implicit integrators keep the velocity of half a step before (Runge-Kutta does not), and the share of
+    an impulse that acts in the next step is not in it yet.
+    """
+    import mujoco
+
+    from contactlaw.mujoco_plugin import owed_velocity
+
+    velocity = data.qvel + owed_velocity(model, data)
+    if model.opt.integrator != mujoco.mjtIntegrator.mjINT_RK4:
+        velocity.reshape(-1, 2, 3)[:, 0] += half_step(model)
+    return velocity
+
+
+def half_step(model: mujoco.MjModel) -> np.ndarray:
+    """What gravity adds to a velocity in half a step [m/s], shape (3,); zero where the engine's is not behind."""
+    import mujoco
+
+    behind = model.opt.integrator != mujoco.mjtIntegrator.mjINT_RK4
+    return (0.5 * model.opt.timestep if behind else 0.0) * model.opt.gravity
+
+
 class BulletBall:
-    """A ball over a floor in a PyBullet client of its own, without gravity and damping.
+    """A ball over a floor in a PyBullet client of its own, without damping.
 
     Args:
         timestep: [s].
         contact: "law", "native", or "none": contact is off altogether.
         pair: What the law is told; None: `steel_pair()`.
         plane: Normal of the plane of motion for a planar contact.
+        gravity: [m/s^2], shape (3,).
+        substeps: What the law is told.
     """
 
     def __init__(
-        self, timestep: float, contact: str, pair: ContactPair | None = None, plane: ArrayLike | None = None
+        self,
+        timestep: float,
+        contact: str,
+        pair: ContactPair | None = None,
+        plane: ArrayLike | None = None,
+        *,
+        gravity: ArrayLike = (0.0, 0.0, 0.0),
+        substeps: int = SUBSTEPS,
     ) -> None:
         import pybullet as p
 
         self.engine: Any = p
         self.client = p.connect(p.DIRECT)
         p.setPhysicsEngineParameter(fixedTimeStep=timestep, physicsClientId=self.client)
-        p.setGravity(0.0, 0.0, 0.0, physicsClientId=self.client)
+        p.setGravity(*np.asarray(gravity, dtype=float).tolist(), physicsClientId=self.client)
         floor = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=self.client)
         sphere = p.createCollisionShape(p.GEOM_SPHERE, radius=RADIUS, physicsClientId=self.client)
         self.floor = p.createMultiBody(0.0, floor, physicsClientId=self.client)
@@ -95,7 +148,9 @@ class BulletBall:
             from contactlaw.pybullet_callback import ContactCallback
 
             self.callback = ContactCallback(self.client)
-            self.handle = self.callback.add_contact(self.ball, self.floor, pair or steel_pair(), plane=plane)
+            self.handle = self.callback.add_contact(
+                self.ball, self.floor, pair or steel_pair(), plane=plane, substeps=substeps
+            )
         elif contact == "none":
             p.setCollisionFilterPair(self.ball, self.floor, -1, -1, 0, self.client)
 
@@ -125,8 +180,16 @@ class BulletBall:
 
     @property
     def motion(self) -> tuple[np.ndarray, np.ndarray]:
-        """Velocity [m/s] and spin [rad/s]."""
+        """Velocity [m/s] and spin [rad/s] as the engine has them."""
         velocity, spin = self.engine.getBaseVelocity(self.ball, self.client)
+        return np.array(velocity), np.array(spin)
+
+    @property
+    def true_motion(self) -> tuple[np.ndarray, np.ndarray]:
+        """Velocity [m/s] and spin [rad/s] at the time of the position: with what the law still owes."""
+        if self.callback is None:
+            return self.motion
+        velocity, spin = self.callback.velocity(self.ball)
         return np.array(velocity), np.array(spin)
 
     def close(self) -> None:
@@ -142,3 +205,8 @@ def energy_of(velocity: np.ndarray, spin: np.ndarray) -> float:
 def elastic_energy(overlap: float) -> float:
     """Elastic energy of the normal contact of the ball [J]."""
     return 8.0 / 15.0 * steel_pair().effective_modulus * RADIUS**0.5 * max(overlap, 0.0) ** 2.5
+
+
+def static_overlap() -> float:
+    """Of the ball that lies on the floor [m]."""
+    return float((MASS * GRAVITY / (4.0 / 3.0 * steel_pair().effective_modulus * RADIUS**0.5)) ** (2.0 / 3.0))

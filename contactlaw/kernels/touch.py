@@ -186,10 +186,12 @@ def first_touch(shape_a, a, shape_b, b, slot, dt, out):
         carry(a, time, then_a)
         carry(b, time, then_b)
         gap = -locate(shape_a, then_a, shape_b, then_b, slot, out)
-        if abs(wait) <= 1e-12 * dt:
-            out[FOUND_OVERLAP] = 0.0
-            return time
-    out[FOUND_OVERLAP] = locate(shape_a, a, shape_b, b, slot, out)
+        if abs(wait) <= 1e-9 * dt:
+            break
+    if time <= dt:  # what is left after many guesses is rounding
+        out[FOUND_OVERLAP] = 0.0
+        return time
+    locate(shape_a, a, shape_b, b, slot, out)
     return -1.0
 
 

@@ -1,0 +1,161 @@
+"""Rows of balls in touch, as in Newton's cradle: contacts that share balls are integrated together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw import ContactPair
+from validation.ball import INTEGRATORS, MASS, RADIUS, STEEL
+from validation.balls import BulletBalls, MujocoBalls
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.picture import STYLES, panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+COUNTS = [3, 4, 5]
+GAP = 1e-4  # [m]
+SPEED = 1.0  # [m/s]
+STEPS = {"mujoco": [2e-3, 1e-4], "pybullet": [1.0 / 240.0, 1e-4]}  # [s]
+ASKED = 5e-3  # of the speed
+LONG = 0.02  # [s]
+PAIR = ContactPair(STEEL, STEEL, friction=0.115, restitution=1.0)
+
+
+@register
+class Cradle(Case):
+    """One ball strikes a row of others."""
+
+    name = "cradle"
+    place = 45
+    title = "A row of balls in touch"
+    claim = (
+        "When one ball strikes a row that touches, all contacts act at once and the velocities after depend on how the "
+        "forces share; at the engine's own step, far longer than the whole event, they are those of a finely "
+        "integrated chain of Hertz springs. With 0.1 mm between, only the last ball flies off."
+    )
+    caption = (
+        "Velocity of each ball after the impact over the first one's before. Lines: Hertz chain, integrated to 1e-11; "
+        "filled marks: MuJoCo at 2 ms, rings: PyBullet at 1/240 s."
+    )
+    needs = ("mujoco", "pybullet", "scipy")
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """In touch and apart."""
+        counts = COUNTS[:1] if quick else COUNTS
+        runs: list[Data] = []
+        chains = {}
+        for number, count in enumerate(counts):
+            chain = chains[str(count)] = hertz_chain(count)
+            away = np.zeros(count)
+            away[-1] = SPEED
+            for gap, truth in ((0.0, chain), (GAP, away)):
+                for engine, dt, integrator in _kinds():
+                    after, aside = _after(engine, dt, integrator, count, gap)
+                    runs.append(
+                        {"balls": count, "gap": gap, "engine": engine, "step": dt, "integrator": integrator,
+                         "velocity": after, "error": float(np.abs(after - truth).max()) / SPEED, "aside": aside}
+                    )  # fmt: skip
+            progress((number + 1) / len(counts))
+        problems = [
+            f"{run['balls']} balls, {run['engine']}, {run['step']:g} s: not finite"
+            for run in runs
+            if not np.isfinite(run["velocity"]).all()
+        ]
+        limits = [
+            Limit(f"error of the velocities over the speed, {engine}, {'in touch' if gap == 0.0 else 'apart'}", ASKED,
+                  max(run["error"] for run in runs if run["engine"] == engine and run["gap"] == gap))
+            for engine in STEPS
+            for gap in (0.0, GAP)
+        ]  # fmt: skip
+        return Outcome(limits, {"chain": chains, "runs": runs}, problems)
+
+    def table(self, data: Data) -> Table:
+        """A row a run."""
+        table = Table(["balls", "gap [mm]", "engine, step", "velocities after [m/s]", "error"])
+        for count, chain in data["chain"].items():
+            table.rows.append([count, "0", "Hertz chain", _words(chain), ""])
+            for run in data["runs"]:
+                if run["balls"] == int(count):
+                    table.rows.append(
+                        [count, f"{1e3 * run['gap']:g}",
+                         f"{run['engine']}, {1e3 * run['step']:.3g} ms {run['integrator']}",
+                         _words(run["velocity"]), f"{run['error']:.1e}"]
+                    )  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Velocities by place in the row."""
+        figure, (axes,) = panels(1, width=6.0)
+        for style, (count, chain) in zip(STYLES, data["chain"].items(), strict=False):
+            number = np.arange(1, int(count) + 1)
+            line: dict[str, Any] = style | {"marker": ""}
+            axes.plot(number, chain, **line, label=f"{count} balls, Hertz chain")
+            for engine, dt, big in (("mujoco", 2e-3, False), ("pybullet", 1.0 / 240.0, True)):
+                for run in data["runs"]:
+                    if (run["balls"], run["engine"], run["gap"]) == (int(count), engine, 0.0) and abs(
+                        run["step"] - dt
+                    ) < 1e-6:
+                        axes.plot(number, run["velocity"], "o", color=style["color"], markersize=9 if big else 4.5,
+                                  fillstyle="none" if big else "full")  # fmt: skip
+        axes.set(xlabel="ball in the row, the striking one first [-]", ylabel="velocity after, over the first's [-]")
+        axes.set_xticks(range(1, max(COUNTS) + 1))
+        axes.legend()
+        return figure
+
+
+def _kinds() -> list[tuple[str, float, str]]:
+    first, *finer = STEPS["mujoco"]
+    kinds = [("mujoco", first, name) for name in INTEGRATORS] + [("mujoco", dt, "Euler") for dt in finer]
+    return kinds + [("pybullet", dt, "") for dt in STEPS["pybullet"]]
+
+
+def hertz_chain(count: int) -> Array:
+    """Velocities after the first of a row of balls in touch came with `SPEED` [m/s]."""
+    from scipy.integrate import solve_ivp
+
+    stiffness = 4.0 / 3.0 * PAIR.effective_modulus * np.sqrt(0.5 * RADIUS)
+    time = (MASS / (stiffness * SPEED**0.5)) ** 0.4  # scales: SPEED x time is a length
+    factor = stiffness * time**2.5 * SPEED**0.5 / MASS
+
+    def rates(_: float, state: Array) -> Array:
+        overlap = np.maximum(state[: count - 1] - state[1:count], 0.0)
+        force = factor * overlap**1.5
+        push = np.zeros(count)
+        push[:-1] -= force
+        push[1:] += force
+        return np.concatenate([state[count:], push])
+
+    start = np.zeros(2 * count)
+    start[count] = 1.0
+    solution = solve_ivp(rates, (0.0, LONG / time), start, method="DOP853", rtol=1e-11, atol=1e-13, max_step=1.0)
+    return SPEED * solution.y[count:, -1]
+
+
+def _after(engine: str, dt: float, integrator: str, count: int, gap: float) -> tuple[Array, float]:
+    """Velocities along the row after the impact [m/s], and the greatest across it."""
+    places, velocities = np.zeros((count, 3)), np.zeros((count, 3))
+    places[:, 0] = np.arange(count) * (2.0 * RADIUS + gap)
+    velocities[0, 0] = SPEED
+    if gap == 0.0:  # begins in the middle of a step
+        places[0, 0] -= 0.37 * dt * SPEED
+    balls: Any = (
+        MujocoBalls(dt, PAIR, places, velocities, integrator=integrator)
+        if engine == "mujoco"
+        else BulletBalls(dt, PAIR, places, velocities)
+    )
+    try:
+        balls.step(round(LONG / dt) + 2)
+        _, after, _ = balls.motion()
+    finally:
+        balls.close()
+    return after[:, 0], float(np.abs(after[:, 1:]).max())
+
+
+def _words(velocities: list[float]) -> str:
+    return ", ".join(f"{value:.4f}" for value in velocities)

@@ -1,0 +1,198 @@
+"""Two spinning balls that meet off-centre in space: momentum, and the rebound of the contact point."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw import ContactPair
+from validation.ball import FRICTION, INTEGRATORS, MASS, RADIUS, RESTITUTION, STEEL
+from validation.balls import BulletBalls, MujocoBalls
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.impacts import judge
+from validation.picture import STYLES, limit_line, panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+State = tuple[Array, Array, Array]
+"""Places, velocities, spins of both balls, shape (2, 3) each."""
+
+STEPS = {"mujoco": [1.0 / 240.0, 2e-3, 1e-3, 1e-4, 1e-5], "pybullet": [1.0 / 240.0, 1e-3, 1e-4, 1e-5]}  # [s]
+KEPT, REBOUND = 1e-10, 1e-2
+SPEEDS = [1.0, 3.0]  # [m/s]
+PAIR = ContactPair(STEEL, STEEL, FRICTION, RESTITUTION)
+CHI = PAIR.chi(1.0 / 2.0, 1.0 / 7.0)  # of two equal solid balls, masses over that of one
+INERTIA = 0.4 * MASS * RADIUS**2  # [kg m^2]
+AHEAD = 2.3  # engine steps before the touch
+
+
+@register
+class Momentum(Case):
+    """Random impacts of two free balls."""
+
+    name = "momentum"
+    place = 46
+    title = "Two balls in flight"
+    claim = (
+        "Two spinning balls that meet off-centre keep their linear and angular momentum to rounding, at any engine "
+        "step and at every one of them, and at about 1 m/s the contact point rebounds as the theory says for both "
+        "balls' inertia."
+    )
+    caption = (
+        "Left: largest change of momentum, over what the balls have of it, at any step. Right: largest error of the "
+        "rebound (both tangential components and the normal one, in units of psi) over the engine's step. Tangential "
+        "and normal are told apart by the line of centres in the middle of the contact: it turns while they touch, "
+        "with the speed, which the theory leaves out."
+    )
+    needs = ("mujoco", "pybullet")
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Random impacts at every step."""
+        count = 4 if quick else 16
+        kinds = [("mujoco", dt, "Euler") for dt in STEPS["mujoco"]]
+        kinds += [("mujoco", 2e-3, name) for name in INTEGRATORS[1:]]
+        kinds += [("pybullet", dt, "") for dt in STEPS["pybullet"]]
+        runs: list[Data] = []
+        problems: list[str] = []
+        for number, (engine, dt, integrator) in enumerate(kinds):
+            for speed in SPEEDS:
+                found = [_impact(engine, dt, integrator, speed, seed) for seed in range(count)]
+                if any(one is None for one in found):
+                    problems.append(f"{engine}, {dt:g} s, {integrator}: balls did not meet and part")
+                one = {
+                    key: float(np.max([each[key] for each in found if each])) if any(found) else np.nan
+                    for key in ("linear", "angular", "tangential", "normal", "turning")
+                }
+                runs.append({"engine": engine, "step": dt, "integrator": integrator, "speed": speed, **one})
+            progress((number + 1) / len(kinds))
+        limits = []
+        for engine in STEPS:
+            own = [run for run in runs if run["engine"] == engine]
+            slow = [run for run in own if run["speed"] == SPEEDS[0]]
+            plain, moved = ([run for run in own if (run["integrator"] == "RK4") is behind] for behind in (False, True))
+            limits += [
+                Limit(f"change of linear momentum, {engine}", KEPT, max(run["linear"] for run in own)),
+                Limit(f"change of angular momentum, {engine}", KEPT, max(run["angular"] for run in plain)),
+                *(Limit("change of angular momentum, mujoco, RK4", KEPT, max(run["angular"] for run in moved))
+                  for _ in moved[:1]),
+                Limit(f"error of the rebound at {SPEEDS[0]:g} m/s, {engine}", REBOUND,
+                      max(max(run["tangential"], run["normal"]) for run in slow)),
+            ]  # fmt: skip
+        return Outcome(limits, {"runs": runs, "chi": CHI, "impacts": count}, problems)
+
+    def table(self, data: Data) -> Table:
+        """A row a step and speed."""
+        table = Table(["engine, step", "speed [m/s]", "change of momentum", "of angular momentum", "error in psi_2",
+                       "error in e", "line of centres turns [degrees]"])  # fmt: skip
+        for run in data["runs"]:
+            table.rows.append(
+                [f"{run['engine']}, {1e3 * run['step']:.3g} ms {run['integrator']}", f"{run['speed']:g}",
+                 *(f"{run[key]:.1e}" for key in ("linear", "angular", "tangential", "normal")),
+                 f"{run['turning']:.2f}"]
+            )  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Momentum, and the rebound."""
+        figure, (left, right) = panels(2)
+        for engine, look in (("mujoco", {}), ("pybullet", {"fillstyle": "none", "markersize": 9})):
+            for style, speed in zip(STYLES, SPEEDS, strict=False):
+                own = [run for run in data["runs"]
+                       if (run["engine"], run["speed"]) == (engine, speed)
+                       and run["integrator"] in ("Euler", "")]  # fmt: skip
+                steps = [run["step"] for run in own]
+                worst = [max(run["linear"], run["angular"], 1e-17) for run in own]
+                left.loglog(steps, worst, **(style | look), label=f"{engine}, {speed:g} m/s")
+                right.loglog(steps, [max(run["tangential"], run["normal"]) for run in own], **(style | look),
+                             label=f"{engine}, {speed:g} m/s")  # fmt: skip
+        limit_line(left, KEPT, "asked")
+        limit_line(right, REBOUND, "asked at 1 m/s")
+        left.set(xlabel="engine step [s]", ylabel="relative change of momentum [-]")
+        right.set(xlabel="engine step [s]", ylabel=r"largest error in $\psi_2$ or e [-]")
+        left.legend(fontsize=8)
+        right.legend(fontsize=8)
+        return figure
+
+
+def _start(speed: float, seed: int, dt: float) -> State:
+    """Balls on their way to an off-centre impact with about this normal speed, somewhere within a step."""
+    random = np.random.default_rng(seed)
+    normal = random.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    across = np.cross(normal, random.normal(size=3))
+    across /= np.linalg.norm(across)
+    sliding = random.uniform(0.2, 4.0) * FRICTION / PAIR.kappa * speed
+    share = random.uniform(0.0, 1.0)  # of the sliding that is off-centre flight; the rest is spin
+    relative = -speed * normal + share * sliding * across
+    drift = random.normal(size=3) * 0.5 * speed
+    velocities = np.array([drift + 0.5 * relative, drift - 0.5 * relative])
+    spins = np.tile(np.cross(normal, across) * (1.0 - share) * sliding / (-2.0 * RADIUS), (2, 1))
+    spins += random.normal(size=3) * np.array([[1.0], [-1.0]]) * 3.0 * speed  # rolls on the other: adds no sliding
+    time = (AHEAD + random.uniform(0.0, 1.0)) * dt
+    places = np.array([RADIUS * normal, -RADIUS * normal]) - time * velocities
+    return places, velocities, spins
+
+
+def _impact(engine: str, dt: float, integrator: str, speed: float, seed: int) -> Data | None:
+    start = _start(speed, seed, dt)
+    balls: Any = (
+        MujocoBalls(dt, PAIR, *start, integrator=integrator) if engine == "mujoco" else BulletBalls(dt, PAIR, *start)
+    )
+    first = _momenta(start)
+    size = np.linalg.norm(MASS * start[1], axis=1).sum()
+    arm = size * 2.0 * RADIUS
+    linear = angular = 0.0
+    try:
+        for _ in range(int(AHEAD) + 3 + round(3e-4 / speed**0.2 / dt)):
+            balls.step(1)
+            state = balls.motion()
+            now = _momenta(state)
+            linear = max(linear, float(np.abs(now[0] - first[0]).max() / size))
+            if not (integrator == "RK4" and balls.busy()):  # its places are ahead by half of what is owed
+                angular = max(angular, float(np.abs(now[1] - first[1]).max() / arm))
+    finally:
+        balls.close()
+    lines = [_line_of_centres(start, first=True), _line_of_centres(state, first=False)]
+    if lines[0] is None or lines[1] is None or np.linalg.norm(state[1] - start[1]) < 0.1 * speed:
+        return None
+    middle = (lines[0] + lines[1]) / np.linalg.norm(lines[0] + lines[1])
+    before, after = _at_contact(start, middle), _at_contact(state, middle)
+    closing = -before @ middle
+    scale = PAIR.kappa / FRICTION / closing
+    sliding = before + closing * middle
+    truth = judge([(round(float(scale * np.linalg.norm(sliding)), 6), CHI, RESTITUTION)], annuli=20).psi_2[0]
+    leaving = after - (after @ middle) * middle
+    return {
+        "linear": linear,
+        "angular": angular,
+        "tangential": float(np.abs(scale * leaving - truth * sliding / np.linalg.norm(sliding)).max()),
+        "normal": float(abs(after @ middle / closing - RESTITUTION)),
+        "turning": float(np.degrees(np.arccos(np.clip(lines[0] @ lines[1], -1.0, 1.0)))),
+    }
+
+
+def _momenta(state: State) -> tuple[Array, Array]:
+    places, velocities, spins = state
+    return MASS * velocities.sum(axis=0), (MASS * np.cross(places, velocities) + INERTIA * spins).sum(axis=0)
+
+
+def _line_of_centres(state: State, *, first: bool) -> Array | None:
+    """From ball 2 to ball 1 when free flight from here, or back to here, has them at touching distance."""
+    apart, speed = state[0][0] - state[0][1], state[1][0] - state[1][1]
+    a, b, c = speed @ speed, apart @ speed, apart @ apart - 4.0 * RADIUS**2
+    if b * b < a * c:
+        return None
+    time = (-b - sqrt(b * b - a * c)) / a if first else (-b + sqrt(b * b - a * c)) / a
+    line = apart + time * speed
+    return line / np.linalg.norm(line)
+
+
+def _at_contact(state: State, normal: Array) -> Array:
+    """Velocity of ball 1's contact point less that of ball 2's; normal from 2 to 1."""
+    _, velocities, spins = state
+    return velocities[0] - velocities[1] - RADIUS * np.cross(spins[0] + spins[1], normal)
