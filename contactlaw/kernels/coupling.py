@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.kernels.rest import BUSY, RESTING, how_quiet, is_still, settle, stay
-from contactlaw.kernels.rows import EARLY, FRAME, IMPULSE, MOTION, OVERLAP_NOW
+from contactlaw.kernels.rows import CLOSED, EARLY, FRAME, IMPULSE, MOTION, OVERLAP_NOW
 from contactlaw.kernels.subcycle import accelerate, parameters_of, resume, subcycle
 
 
@@ -51,7 +51,7 @@ def integrate(first, last, rows, histories, parameters, start, index, blocks, dt
     force, acceleration = np.zeros((n, 3)), np.empty((n, 3))
     for i in range(n):
         row = rows[first + i]
-        x[i] = row[OVERLAP_NOW]
+        x[i], row[CLOSED] = row[OVERLAP_NOW], dt
         for j in range(3):
             v[i, j] = row[MOTION + j]
         p, own = parameters_of(row, parameters), blocks[start[first + i]]

@@ -23,4 +23,5 @@ BEGUN, DEEPEST, SPENT = 30, 31, 32
 # The ledger, where kept: greatest force [N], time in contact [s], shortest time scale [s], work done on the contact
 # along the normal and across [J].
 STRONGEST, TOUCHING, FASTEST, WORK, DRAG = 33, 34, 35, 36, 37
-ROW = 38
+CLOSED = 38  # how long it has been closed at the end of the step, at most the step [s]
+ROW = 39

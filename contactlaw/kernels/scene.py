@@ -6,7 +6,7 @@ together with others, then calls `kernels.coupling.couple` and `finish`, and app
 
 from __future__ import annotations
 
-from math import sqrt
+from math import cos, sin, sqrt
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, PLANE_SLACK, h
 from contactlaw.kernels.coupling import couples, on_a
 from contactlaw.kernels.frame import turn_frame
 from contactlaw.kernels.rows import (
+    CLOSED,
     EARLY,
     FASTEST,
     FRAME,
@@ -67,8 +68,9 @@ TREE, INVERSE_MASS, INVERSE_INERTIA, COM, LINEAR, ANGULAR, RATE, ANGULAR_RATE, M
 # keep a ledger; slots.
 SHAPE_A, SHAPE_B, PARAMETERS_AT, PARAMETER_COUNT, SUBSTEPS, COUNTED, SLOTS, PAIR = range(8)
 # A record, kept from step to step: pair and slot; the impulse on A that the next step owes, and the whole of the last
-# one, world frame [N s]; where it acts, as in `kernels.touch`; the sliding foreseen [m]; the history of the law.
-KEY, OWED, GIVEN, POINTS, FORESEEN, HISTORY = 0, 1, 4, 7, 19, 21
+# one, world frame [N s]; where it acts, as in `kernels.touch`; the sliding foreseen [m]; how long of the last step it
+# was closed at its end [s]; the history of the law.
+KEY, OWED, GIVEN, POINTS, FORESEEN, LASTED, HISTORY = 0, 1, 4, 7, 19, 21, 22
 MOST_SLOTS = 4  # pair and slot make the key: MOST_SLOTS pair + slot
 
 SAFETY = 2.0  # on the way that a body may go in a step: forces may be at work that are not foreseen
@@ -249,8 +251,9 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         lever(shapes[two], places[two], bodies, found[i], TURNS_B, STAYS_B, arms[i, 1])
         normal = found[i, NORMAL : NORMAL + 3]
         twist = 0.0
-        for j in range(3):
-            twist += 0.5 * dt * normal[j] * (a[MEAN_SPIN + j] + b[MEAN_SPIN + j])
+        if old and histories[i, PHASE] != OPEN:
+            for j in range(3):
+                twist += 0.5 * records[at, LASTED] * normal[j] * (a[MEAN_SPIN + j] + b[MEAN_SPIN + j])
         turn_frame(p, histories[i], normal, twist, row)
         if p[PLANAR] != 0.0:
             crooked[i] = abs(normal[0] * p[AXIS] + normal[1] * p[AXIS + 1] + normal[2] * p[AXIS + 2]) > PLANE_SLACK
@@ -258,8 +261,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         resolve(row, a, b, arms[i], RATE, ANGULAR_RATE, row[PUSH : PUSH + 3])
         if watch and old and histories[i, PHASE] != OPEN:
             resolve(row, a, b, arms[i], MEAN, MEAN_SPIN, mean)
-            for j in range(2):
-                row[STRAYED + j] = dt * mean[1 + j] - records[at, FORESEEN + j]
+            stray(dt * mean[1], dt * mean[2], records[at, FORESEEN], records[at, FORESEEN + 1], twist, row)
         for j in range(3):
             axis = row[FRAME + 3 * j : FRAME + 3 * j + 3]
             pull_free(axis, a, arms[i, 0], pulls[i, 0, j], answers[i, 0, j])
@@ -268,6 +270,14 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         if times[i] > 0.0:
             row[OVERLAP_NOW] = -times[i] * (row[MOTION] + 0.5 * times[i] * row[PUSH])
     return rows, histories, arms, pulls, answers, crooked
+
+
+@jit
+def stray(u, v, foreseen_u, foreseen_v, twist, row_out):
+    """How much further a contact slid than foreseen: known in the frame before its twist, needed in that after it."""
+    c, s = cos(twist), sin(twist)
+    du, dv = c * u - s * v - foreseen_u, s * u + c * v - foreseen_v
+    row_out[STRAYED], row_out[STRAYED + 1] = c * du + s * dv, c * dv - s * du
 
 
 @jit
@@ -392,7 +402,7 @@ def finish(
             for j in range(3):
                 record[OWED + j], record[GIVEN + j] = whole[j] - now_out[i, j], whole[j]
             copy(found[i, TURNS_A : TURNS_A + 12], record[POINTS : POINTS + 12])
-            record[FORESEEN], record[FORESEEN + 1] = rows[i, SLID], rows[i, SLID + 1]
+            record[FORESEEN], record[FORESEEN + 1], record[LASTED] = rows[i, SLID], rows[i, SLID + 1], rows[i, CLOSED]
             copy(histories[i], record[HISTORY:])
             count += 1
     couples(rows, trees, inverse_mass, arms, apart, speed, dt, rest)

@@ -33,6 +33,7 @@ from contactlaw.kernels.contact import (
 )
 from contactlaw.kernels.rows import (
     BEGUN,
+    CLOSED,
     DEEPEST,
     DRAG,
     EARLY,
@@ -224,6 +225,7 @@ def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt,
                 opened = opened or was_open
                 if was_open and x[i] > 0.0:
                     row[BEGUN] += 1.0
+                    row[CLOSED] = dt - now + h
                     if before == 0.0 and history[RATIO] > 1.0:
                         share = STEEP * h * (1.0 - 1.0 / history[RATIO])
                         strike(first, i, share, 1.0 - now / dt, rows, start, index, blocks, force, v)

@@ -39,6 +39,7 @@ from contactlaw.kernels.scene import (
     OWED,
     PAIR,
     POINTS,
+    RATE,
     SAFETY,
     SHAPE_A,
     SHAPE_B,
@@ -92,6 +93,7 @@ XPOS_AT, XMAT_AT, PASSIVE_AT = layout.DATA["geom_xpos"], layout.DATA["geom_xmat"
 TIMESTEP_AT, INTEGRATOR_AT = layout.TIMESTEP, layout.INTEGRATOR
 RUNGE_KUTTA = layout.RUNGE_KUTTA
 CVEL_AT, COM_AT = layout.DATA["cvel"], layout.DATA["subtree_com"]
+XIPOS_AT, GRAVITY_AT = layout.DATA["xipos"], layout.GRAVITY
 FEW_PAIRS = 4
 FAR = 1e6  # [m]; how far the engine is asked to look for a distance
 
@@ -122,12 +124,19 @@ def table(block, start, rows, columns):
 
 
 @jit
-def far_apart(d, block, head, dt):
+def fall_of(m, dt):
+    """What gravity adds to the way of a step [m], velocities being half a step old."""
+    g = carray(doubles_at(m + types.uintp(GRAVITY_AT)), 3)
+    return dt * dt * sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
+
+
+@jit
+def far_apart(m, d, block, head, dt):
     """Whether nothing is remembered and no pair can touch in this step, as far as a few numbers tell.
 
     Free flight reads these and nothing else; for many pairs the tables are the faster way.
     """
-    pairs = int(head[b.PAIRS])
+    pairs, fall = int(head[b.PAIRS]), fall_of(m, dt)
     if pairs > FEW_PAIRS:
         return False
     state = load_pointer(d + types.uintp(STATE_AT))
@@ -138,7 +147,7 @@ def far_apart(d, block, head, dt):
     for i in range(pairs):
         pair = block + types.uintp(8 * (int(head[b.PAIRS_AT]) + PAIR * i))
         one, two = int(load_double(pair)), int(load_double(pair + types.uintp(8)))
-        reach = SAFETY * 2.0 * (way_of(d, block, head, one, dt) + way_of(d, block, head, two, dt))
+        reach = SAFETY * 2.0 * (way_of(d, block, head, one, dt) + way_of(d, block, head, two, dt) + fall)
         if gap_between(d, block, head, one, two) <= reach:
             return False
     return True
@@ -349,7 +358,11 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     known = count_records(d, instances)
     records = np.zeros((known, int(head[b.STRIDE])))
     if known == 0:
+        for k in range(1, bodies.shape[0]):
+            bodies[k, RATE] = 2.0 * fall_of(m, dt) / (dt * dt)
         near, _ = near_pairs(pairs, shapes, places, bodies, records, 0, dt)
+        for k in range(1, bodies.shape[0]):
+            bodies[k, RATE] = 0.0
         if near.size == 0:
             return False
     gather(d, block, head, instances, records)
@@ -381,7 +394,7 @@ def evaluate(m, d, block, head, dt, moves, total_out):
             if trees[i, side] >= 0 and bodies[body, INVERSE_MASS] == 0.0:
                 for j in range(3):
                     for k in range(3):
-                        point[k] = bodies[body, COM + k] + arms[i, side, k]
+                        point[k] = engine_place(d, facts[body])[k] + arms[i, side, k]
                     axis = rows[i, FRAME + 3 * j : FRAME + 3 * j + 3]
                     pull_tree(m, d, facts[body], axis, point, nv, pulls[i, side, j], answers[i, side, j])
     if is_damped:
@@ -394,8 +407,10 @@ def evaluate(m, d, block, head, dt, moves, total_out):
         for side in range(2):
             shape = shapes[int(pairs[who[i, 0], SHAPE_A + side])]
             body = int(shape[BODY_OF])
+            if body == 0:
+                continue
             for k in range(3):
-                point[k] = bodies[body, COM + k] + arms[i, side, k]
+                point[k] = engine_place(d, facts[body])[k] + arms[i, side, k]
             push(m, d, facts, bodies, shape, point, now[i], couples[i, side] * (1.0 - 2.0 * side), 1.0 - 2.0 * side,
                  total_out)  # fmt: skip
     for i in range(nv):
@@ -422,6 +437,12 @@ def note_rest(m, d, block, head, still, records, new, count, rows):
             smallest = min(smallest, rows[i, OVERLAP_NOW])
     head[b.STILL], head[b.SLACK] = 1.0, 0.1 * SAME * smallest
     remember(m, d, part(block, int(head[b.INPUTS_AT]), int(head[b.INPUTS])))
+
+
+@jit
+def engine_place(d, facts):
+    """Centre of mass as the engine has it, which under Runge-Kutta is ahead of the true one."""
+    return row_of(d, XIPOS_AT, int(facts[b.BODY_ID]), 3)
 
 
 @jit
@@ -499,7 +520,7 @@ def compute(m, d, instance, capability):
         head[b.STAGE_TIME] = time
         if not stands(m, d, head, part(block, int(head[b.INPUTS_AT]), int(head[b.INPUTS]))):
             head[b.STILL] = 0.0
-            if far_apart(d, block, head, dt):
+            if far_apart(m, d, block, head, dt):
                 if moves:
                     for i in range(nv):
                         total[i] = 0.0

@@ -105,7 +105,7 @@ def _meetings(ones: list[Any], twos: list[Any]) -> list[tuple[Any, Any]]:
     out: dict[frozenset[int], tuple[Any, Any]] = {}
     for one in ones:
         for two in twos:
-            if one is not two and one.parent.id != two.parent.id:
+            if one is not two and one.parent != two.parent:
                 out.setdefault(frozenset((id(one), id(two))), (one, two))
     if not out:
         raise ValueError("geom1, geom2: hold no two geoms of different bodies")
