@@ -155,6 +155,8 @@ def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
     one. mobility: dt^2/m_T [m/N], what `coulomb` needs to stop a sliding contact and no more (0: no inertia).
     """
     f, g = 0.0, 0.0
+    if p[PLANAR] != 0.0:
+        dv = 0.0
     slid = h_io[PHASE] == SLIDING
     if p[LAW] == COULOMB:
         h_io[PHASE] = SLIDING

@@ -28,7 +28,7 @@ LIBRARY.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 LIBRARY.mjp_getPlugin.restype = ctypes.c_void_p
 
 NEIGHBOURS = 8  # contacts at once for each body, as far as room is left open; balls in a close packing have 12 halves
-FAR_OUT = 1e300
+FAR_OUT = 1e100  # [m], a bound whose square is still a number
 
 
 def contact_of(model: int, number: int) -> config.Contact:

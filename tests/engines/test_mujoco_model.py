@@ -110,7 +110,6 @@ def test_a_spec_with_the_law_survives_a_round_trip_through_xml():
         ({"material1": "cheese"}, "material1 = 'cheese'"),
         ({"restitution": "0"}, "restitution = 0.0: must be in (0, 1]"),
         ({"native": ""}, '<pair geom1="ball" geom2="floor"'),
-        ({"option": 'integrator="RK4"'}, "integrator = RK4"),
         ({"option": '><flag spring="disable" damper="disable"/></option><option'}, "disableflags"),
     ],
 )
@@ -173,15 +172,6 @@ def test_geoms_without_names_get_one():
     mujoco.MjData(spec.compile())
 
 
-def test_a_step_too_long_for_the_contact_is_named_with_the_one_to_use():
-    spec, _ = ball_on_floor(steel_pair(), timestep=1e-4)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    data.qvel[2] = -1.0
-    with pytest.warns(ContactWarning, match="use 1.74e-05 s or less"):
-        mujoco.mj_step(model, data, 3)
-
-
 def test_a_deep_contact_is_warned_of():
     spec, _ = ball_on_floor(ContactPair(Material(1e5, 0.5), Material(1e5, 0.5), 0.1), timestep=1e-5)
     model = spec.compile()
@@ -232,15 +222,6 @@ def test_the_contact_is_kept_when_a_spec_is_copied_or_attached():
         parent.option.timestep, parent.option.gravity = 1e-6, [0, 0, 0]
         parent.attach(child, frame=parent.worldbody.add_frame(), prefix=prefix)
         assert bounce_of(parent.compile()) == pytest.approx(expected, rel=1e-12)
-
-
-def test_a_deep_start_at_rest_with_a_long_step_is_said():
-    spec, _ = ball_on_floor(steel_pair(restitution=1.0), timestep=2e-3)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    data.qpos[2] -= 1.5e-3
-    with pytest.warns(ContactWarning, match="does not resolve the contact"):
-        mujoco.mj_step(model, data)
 
 
 def test_a_contact_out_of_the_plane_it_was_given_is_said_and_does_nothing():

@@ -1,0 +1,218 @@
+"""The law at the engine's own step: impacts, rest, rolling, integrators, articulated bodies."""
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, duration, steel_pair  # noqa: E402
+
+from contactlaw import LAWS, rebound  # noqa: E402
+from contactlaw.mujoco_plugin import add_contact, contact_history, contacts_of, owed_velocity  # noqa: E402
+
+INTEGRATORS = {name: int(getattr(mujoco.mjtIntegrator, f"mjINT_{name}")) for name in
+               ("EULER", "RK4", "IMPLICIT", "IMPLICITFAST")}  # fmt: skip
+GRAVITY = 9.81
+
+
+def static_overlap(pair, weight=MASS * GRAVITY):
+    return (weight / (4.0 / 3.0 * pair.effective_modulus * np.sqrt(RADIUS))) ** (2.0 / 3.0)
+
+
+def error(pair, psi_1, step, phase, heading=0.4, integrator="EULER", floor="plane"):
+    """psi_2 in the engine less the law's own, and the error of the restitution."""
+    spec, _ = ball_on_floor(pair, step, None, floor)
+    spec.option.integrator = INTEGRATORS[integrator]
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    along = np.array([np.cos(heading), np.sin(heading), 0.0])
+    scale = pair.kappa / pair.friction
+    data.qpos[2] += (1.0 + phase) * step
+    data.qvel[:3] = psi_1 / scale * along - [0, 0, 1]
+    mujoco.mj_step(model, data, int(1.5 * duration(pair) / step) + 6)
+    assert not owed_velocity(model, data).any()
+    at_contact = data.qvel[:3] + np.cross(data.qvel[3:], [0, 0, -RADIUS])
+    psi_2 = rebound(psi_1, pair.chi(1.0, 1.0 / 3.5), pair.law, pair.restitution)
+    return scale * at_contact @ along - psi_2, data.qvel[2] - pair.restitution
+
+
+@pytest.mark.parametrize("step", [1 / 60, 2e-3, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("restitution", [1.0, 0.93, 0.5])
+def test_an_impact_meets_the_law_at_any_step_and_phase(step, restitution):
+    for psi_1 in (0.3, 1.2, 2.5, 4.5):
+        for phase in (0.02, 0.35, 0.8, 0.97):
+            tangential, normal = error(steel_pair(restitution=restitution), psi_1, step, phase, 5.0 * phase)
+            assert abs(tangential) <= 1e-3
+            assert abs(normal) <= 3e-4
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("floor", ["plane", "box"])
+def test_every_integrator_gives_the_same_impact(integrator, floor):
+    for psi_1 in (0.6, 2.0):
+        for phase in np.linspace(0.0, 0.99, 12):
+            assert abs(error(steel_pair(), psi_1, 2e-3, phase, integrator=integrator, floor=floor)[0]) <= 1e-3
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_acts_at_a_long_step(law):
+    assert abs(error(steel_pair(law=law), 1.2, 2e-3, 0.3)[0]) <= 3e-3
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_the_ball_is_where_its_bounce_puts_it(integrator):
+    """Time of the touch and of the contact by hand; what is left is the overlap at which the damper's force ends."""
+    pair, step = steel_pair(friction=0.0, restitution=0.8), 2e-3
+    for phase in (0.1, 0.5, 0.9):
+        spec, _ = ball_on_floor(pair, step)
+        spec.option.integrator = INTEGRATORS[integrator]
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        height = (1.0 + phase) * step
+        data.qpos[2] += height
+        data.qvel[2] = -1.0
+        mujoco.mj_step(model, data, 5)
+        expected = 0.8 * (5 * step - height - duration(pair))
+        assert data.qpos[2] - RADIUS == pytest.approx(expected, abs=2e-5)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("law", ["microslip", "linear_spring", "coulomb"])
+def test_a_ball_comes_to_rest_at_its_static_overlap_and_stays(integrator, law):
+    pair = steel_pair(restitution=0.7, law=law)
+    spec, name = ball_on_floor(pair, 2e-3, gravity=GRAVITY)
+    spec.option.integrator = INTEGRATORS[integrator]
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] += 5e-3
+    mujoco.mj_step(model, data, 1000)
+    place, state = data.qpos.copy(), data.plugin_state.copy()
+    if law == "microslip":
+        assert RADIUS - data.qpos[2] == pytest.approx(static_overlap(pair), rel=1e-8)
+    assert contacts_of(model, data, name)[0].force[2] == pytest.approx(MASS * GRAVITY, rel=1e-9)
+    mujoco.mj_step(model, data, 5000)
+    assert data.qpos == pytest.approx(place, abs=1e-13)
+    if law == "microslip":
+        assert np.array_equal(data.qpos, place)
+        assert np.array_equal(data.plugin_state, state)
+
+
+def test_what_changes_at_rest_is_noticed():
+    """Gravity, an applied force, a place edited by hand: the contact follows, whatever it kept in mind."""
+    pair = steel_pair(restitution=0.5)
+    spec, name = ball_on_floor(pair, 2e-3, gravity=GRAVITY)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    data.xfrc_applied[1, 2] = -10.0
+    mujoco.mj_step(model, data, 500)
+    assert RADIUS - data.qpos[2] == pytest.approx(static_overlap(pair, MASS * GRAVITY + 10.0), rel=1e-7)
+    data.xfrc_applied[:] = 0.0
+    model.opt.gravity[2] = -2.0
+    mujoco.mj_step(model, data, 500)
+    assert RADIUS - data.qpos[2] == pytest.approx(static_overlap(pair, MASS * 2.0), rel=1e-7)
+    data.qpos[2] += 1e-3
+    mujoco.mj_step(model, data, 2)
+    assert not any(contact.touching for contact in contacts_of(model, data, name))
+
+
+def test_a_motor_that_presses_is_carried():
+    pair = steel_pair(restitution=0.5)
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+    body = spec.worldbody.add_body(name="ball", pos=[0, 0, RADIUS])
+    body.add_joint(name="up", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1])
+    body.add_geom(name="round", size=[RADIUS, 0, 0], density=DENSITY)
+    motor = spec.add_actuator(name="press", target="up", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.gainprm[0] = 1.0
+    name = add_contact(spec, "round", "floor", pair)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = -20.0
+    mujoco.mj_step(model, data, 600)
+    assert -data.qpos[0] == pytest.approx(static_overlap(pair, MASS * GRAVITY + 20.0), rel=1e-6)
+    assert contacts_of(model, data, name)[0].normal_force == pytest.approx(MASS * GRAVITY + 20.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("slope", "slips"), [(10.0, False), (18.0, False), (30.0, True), (50.0, True)])
+def test_a_ball_rolls_or_slips_down_an_incline(slope, slips):
+    pair, angle = steel_pair(restitution=0.9), np.deg2rad(slope)
+    spec, _ = ball_on_floor(pair, 2e-3)
+    spec.option.gravity = GRAVITY * np.array([np.sin(angle), 0.0, -np.cos(angle)])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] -= static_overlap(pair, MASS * GRAVITY * np.cos(angle))
+    mujoco.mj_step(model, data, 500)
+    place, speed = data.qpos[2], data.qvel[0]
+    mujoco.mj_step(model, data, 500)
+    expected = GRAVITY * (np.sin(angle) - 0.115 * np.cos(angle) if slips else np.sin(angle) / 1.4)
+    assert (data.qvel[0] - speed) / 1.0 == pytest.approx(expected, rel=1e-3)
+    assert data.qpos[2] == pytest.approx(place, abs=1e-13)
+    assert (abs(data.qvel[0] - data.qvel[4] * RADIUS) > 0.1) == slips
+
+
+@pytest.mark.parametrize("damping", [0.0, 10.0])
+def test_a_hinged_paddle_returns_the_ball_alike_at_any_step(damping):
+    after = {}
+    for step in (1e-5, 2e-3):
+        for phase in (0.0, 0.6):
+            spec = mujoco.MjSpec()
+            spec.option.timestep, spec.option.gravity = step, [0, 0, 0]
+            arm = spec.worldbody.add_body(name="arm")
+            hinge = arm.add_joint(name="hinge", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+            hinge.damping[0] = damping
+            arm.add_geom(name="paddle", type=GEOM.mjGEOM_BOX, size=[0.02, 0.1, 0.1], pos=[0, 0, 0.4], density=2000)
+            ball = spec.worldbody.add_body(name="ball", pos=[0.03 + RADIUS + phase * 2e-3, 0, 0.42])
+            ball.add_freejoint()
+            ball.add_geom(name="round", size=[RADIUS, 0, 0], density=DENSITY)
+            add_contact(spec, "round", "paddle", steel_pair(restitution=1.0))
+            model = spec.compile()
+            data = mujoco.MjData(model)
+            data.qvel[0], data.qvel[1:4] = 0.5, [-1.0, 0.1, 0.2]
+            mujoco.mj_step(model, data, round(0.03 / step))
+            assert data.qvel[1] > 0.8
+            after[step, phase] = data.qvel[1:].copy()
+    for phase in (0.0, 0.6):
+        allowed = 3e-3 if damping == 0.0 else 2e-2
+        assert after[2e-3, phase][:3] == pytest.approx(after[1e-5, phase][:3], abs=allowed)
+
+
+def test_nothing_passes_through_a_thin_box():
+    spec = mujoco.MjSpec()
+    spec.option.gravity = [0, 0, 0]
+    spec.worldbody.add_geom(name="wall", type=GEOM.mjGEOM_BOX, size=[1, 1, 1e-3])
+    body = spec.worldbody.add_body(name="ball", pos=[0, 0, 0.5])
+    body.add_freejoint()
+    body.add_geom(name="round", size=[RADIUS, 0, 0], density=DENSITY)
+    add_contact(spec, "round", "wall", steel_pair(restitution=1.0))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[2] = -100.0
+    mujoco.mj_step(model, data, 10)
+    assert data.qvel[2] == pytest.approx(100.0, rel=1e-3)
+
+
+def test_a_restart_is_bit_exact_in_contact_with_an_impulse_owed_and_at_rest():
+    spec, name = ball_on_floor(steel_pair(restitution=0.6), 2e-3, gravity=GRAVITY)
+    model = spec.compile()
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    data.qpos[2] += 0.02
+    data.qvel[:2], data.qvel[3:] = [0.3, 0.1], [5.0, 3.0, 8.0]
+    kind = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    saved = np.empty(mujoco.mj_stateSize(model, kind))
+    owed = 0
+    for k in range(400):
+        mujoco.mj_getState(model, data, saved, kind)
+        owed += owed_velocity(model, data).any()
+        mujoco.mj_setState(model, other, saved, kind)
+        mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, other)
+        mujoco.mj_step(model, other)
+        assert np.array_equal(data.qpos, other.qpos) and np.array_equal(data.qvel, other.qvel), k
+        assert np.array_equal(data.plugin_state, other.plugin_state)
+    assert owed > 10
+    mujoco.mj_resetData(model, data)
+    assert not contact_history(model, data, name).any()

@@ -1,0 +1,234 @@
+"""Many contacts in MuJoCo: chains, spinning balls, sets of geoms, heaps, readouts, ledgers."""
+
+import warnings
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, steel_pair  # noqa: E402
+
+from contactlaw import ContactPair, rebound  # noqa: E402
+from contactlaw.mujoco_plugin import add_contact, contacts_of, ledger_of, owed_velocity  # noqa: E402
+
+# A finely integrated chain of Hertz contacts, the first ball at 1 m/s (scipy, rtol 1e-11).
+CHAINS = {
+    3: [-0.07095, 0.07640, 0.99455],
+    4: [-0.07109, -0.02963, 0.10974, 0.99097],
+    5: [-0.07109, -0.03027, -0.01446, 0.12704, 0.98878],
+}
+
+
+def balls(places, timestep=2e-3, gravity=0.0, floor=False):
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.gravity = timestep, [0, 0, -gravity]
+    if floor:
+        spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+    for i, place in enumerate(places):
+        body = spec.worldbody.add_body(name=f"body{i}", pos=place)
+        body.add_freejoint()
+        body.add_geom(name=f"ball{i}", size=[RADIUS, 0, 0], density=DENSITY)
+    return spec
+
+
+@pytest.mark.parametrize("count", CHAINS)
+@pytest.mark.parametrize("timestep", [2e-3, 1e-4])
+def test_a_row_of_balls_in_touch(count, timestep):
+    spec = balls([[2 * RADIUS * i - (3e-3 if i == 0 else 0.0), 0, 0] for i in range(count)], timestep)
+    names = [f"ball{i}" for i in range(count)]
+    add_contact(spec, names, names, steel_pair(friction=0.0, restitution=1.0))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[0] = 1.0
+    mujoco.mj_step(model, data, int(8e-3 / timestep))
+    assert data.qvel[::6] == pytest.approx(CHAINS[count], abs=1e-3)
+
+
+@pytest.mark.parametrize("timestep", [2e-3, 1e-4, 1e-6])
+def test_two_spinning_balls_keep_both_momenta_and_meet_the_law(timestep):
+    normal = np.array([0.3, 0.1, 0.0])
+    normal[2] = np.sqrt(1.0 - normal @ normal)
+    spec = balls([[0, 0, 0], 2 * RADIUS * normal + [0, 0, 1.3e-3]], timestep)
+    pair = steel_pair(restitution=1.0)
+    add_contact(spec, "ball1", "ball0", pair)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[:] = [0, 0, 0.5, 10, -4, 2, 0, 0, -0.5, -3, 8, -7]
+    inertia = model.body_inertia[1][0]
+
+    def motion():
+        data.qvel[:], kept = data.qvel + owed_velocity(model, data), data.qvel.copy()
+        v, w = data.qvel.reshape(-1, 6)[:, :3].copy(), data.qvel.reshape(-1, 6)[:, 3:].copy()
+        data.qvel[:] = kept
+        x = data.qpos.reshape(-1, 7)
+        spins = []
+        for i in range(2):
+            turned = np.empty(3)
+            mujoco.mju_rotVecQuat(turned, w[i], x[i, 3:])
+            spins.append(turned)
+        return x[:, :3].copy(), v, np.array(spins)
+
+    def momenta(x, v, w):
+        return MASS * v.sum(axis=0), MASS * np.cross(x, v).sum(axis=0) + inertia * w.sum(axis=0)
+
+    before = motion()
+    for _ in range(round(6e-3 / timestep)):
+        mujoco.mj_step(model, data)
+        if timestep > 1e-5:
+            mujoco.mj_forward(model, data)
+            for now, then in zip(momenta(*motion()), momenta(*before), strict=True):
+                assert now == pytest.approx(then, abs=1e-12)
+    after = motion()
+    for now, then in zip(momenta(*after), momenta(*before), strict=True):
+        assert now == pytest.approx(then, abs=1e-11)
+
+    def at_contact(x, v, w):
+        return v[1] - v[0] - RADIUS * np.cross(w[0] + w[1], normal)
+
+    first, last = at_contact(*before), at_contact(*after)
+    tangent = first - (first @ normal) * normal
+    scale = pair.kappa / pair.friction / -(first @ normal)
+    psi_1 = scale * np.linalg.norm(tangent)
+    psi_2 = scale * last @ tangent / np.linalg.norm(tangent)
+    assert psi_2 == pytest.approx(rebound(psi_1, pair.chi(0.5, 1.0 / 7.0)), abs=2e-2)
+
+
+def test_sets_are_what_the_pairs_by_hand_are():
+    places = [[0, 0, RADIUS], [2.02 * RADIUS, 0, RADIUS], [1.01 * RADIUS, 0.3 * RADIUS, 2.9 * RADIUS]]
+    names = [f"ball{i}" for i in range(3)]
+    after = []
+    for in_sets in (True, False):
+        spec = balls(places, 2e-3, 9.81, floor=True)
+        if in_sets:
+            add_contact(spec, names, [*names, "floor"], steel_pair())
+        else:
+            for i in range(3):
+                for other in [*names[i + 1 :], "floor"]:
+                    add_contact(spec, names[i], other, steel_pair())
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 150)
+        assert data.ncon == 0
+        after.append(np.concatenate([data.qpos, data.qvel]))
+    assert after[1] == pytest.approx(after[0], abs=1e-7)
+
+
+def test_a_set_survives_copies_xml_and_attachment():
+    names = ["ball0", "ball1"]
+    spec = balls([[0, 0, 1.2 * RADIUS], [0, 0, 3.4 * RADIUS]], 2e-3, 9.81, floor=True)
+    add_contact(spec, names, [*names, "floor"], steel_pair(), ledger=True, substeps=50)
+
+    def run(spec):
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 100)
+        return data.qpos.copy()
+
+    expected = run(spec)
+    parent = mujoco.MjSpec()
+    parent.attach(spec.copy(), prefix="left_", suffix="_x", frame=parent.worldbody.add_frame())
+    assert np.array_equal(run(parent), expected)
+    assert run(mujoco.MjSpec.from_string(spec.to_xml())) == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_heap_comes_to_rest_and_weighs_what_its_balls_weigh():
+    rng = np.random.default_rng(3)
+    places = [[2.2 * RADIUS * (i % 2), 2.2 * RADIUS * (i // 2 % 2), RADIUS * (1.5 + 2.2 * (i // 4))] for i in range(8)]
+    spec = balls(np.array(places) + rng.uniform(-1e-3, 1e-3, (8, 3)), 2e-3, 9.81, floor=True)
+    walls = []
+    for name, place, quat in (
+        ("left", [-1.2 * RADIUS, 0, 0], [0.5**0.5, 0, 0.5**0.5, 0]),
+        ("right", [3.4 * RADIUS, 0, 0], [0.5**0.5, 0, -(0.5**0.5), 0]),
+        ("front", [0, -1.2 * RADIUS, 0], [0.5**0.5, -(0.5**0.5), 0, 0]),
+        ("back", [0, 3.4 * RADIUS, 0], [0.5**0.5, 0.5**0.5, 0, 0]),
+    ):
+        walls.append(name)
+        spec.worldbody.add_geom(name=name, type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1], pos=place, quat=quat)
+    names = [f"ball{i}" for i in range(8)]
+    name = add_contact(spec, names, [*names, "floor", *walls], steel_pair(friction=0.3, restitution=0.5), others=False)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 1500)
+    v = (data.qvel + owed_velocity(model, data)).reshape(-1, 6)[:, :3]
+    assert np.abs(v - [0, 0, 9.81e-3]).max() < 5e-3
+    floor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")
+    lift = sum(contact.force[2] for contact in contacts_of(model, data, name) if contact.geom2 == floor)
+    lift += sum(c.force[2] for c in contacts_of(model, data, name) if floor not in (c.geom1, c.geom2)
+                and 0 in (model.geom_bodyid[c.geom1], model.geom_bodyid[c.geom2]))  # fmt: skip
+    assert lift == pytest.approx(8 * MASS * 9.81, rel=2e-2)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_bounce_is_read_out(swapped):
+    pair = steel_pair(friction=0.2, restitution=0.8)
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.gravity = 2e-3, [0, 0, 0]
+    spec.worldbody.add_geom(name="floor", type=GEOM.mjGEOM_PLANE, size=[1, 1, 0.1])
+    body = spec.worldbody.add_body(pos=[0, 0, RADIUS + 1e-3])
+    body.add_freejoint()
+    body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
+    geoms = ("floor", "ball") if swapped else ("ball", "floor")
+    name = add_contact(spec, *geoms, pair, ledger=True)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qvel[:3] = [0.1, 0.05, -1.0]
+    before, impulse = data.qvel[:3].copy(), np.zeros(3)
+    for _ in range(5):
+        mujoco.mj_step(model, data)
+        for contact in contacts_of(model, data, name):
+            impulse += contact.impulse
+            assert contact.normal[2] == (-1.0 if swapped else 1.0)
+    assert impulse == pytest.approx((-1 if swapped else 1) * MASS * (data.qvel[:3] - before), rel=1e-9)
+    ledger = ledger_of(model, data, name)
+    known = ContactPair(pair.a, pair.b, pair.friction, pair.restitution, RADIUS)
+    assert ledger.impacts == 1
+    assert ledger.greatest_overlap == pytest.approx(known.greatest_overlap(MASS, 1.0), rel=1e-3)
+    assert ledger.greatest_force == pytest.approx(known.greatest_force(MASS, 1.0), rel=1e-2)
+    assert ledger.time_in_contact == pytest.approx(known.contact_duration(MASS, 1.0), rel=0.15)  # to the last overlap
+    assert ledger.normal_work == pytest.approx(0.5 * MASS * (1.0 - 0.8**2), rel=1e-2)
+
+
+def test_a_ledger_must_be_asked_for():
+    spec, name = ball_on_floor(steel_pair())
+    model = spec.compile()
+    with pytest.raises(ValueError, match="keeps no ledger"):
+        ledger_of(model, mujoco.MjData(model), name)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"substeps": 5}, "substeps = 5: must be an integer >= 10"),
+        ({"substeps": 20.5}, "substeps = 20.5"),
+        ({"room": 0}, "room = 0: must be an integer >= 1"),
+    ],
+)
+def test_bad_settings_are_refused(arguments, said):
+    spec = balls([[0, 0, 0], [1, 0, 0]])
+    with pytest.raises(ValueError, match=said):
+        add_contact(spec, "ball0", "ball1", steel_pair(), **arguments)
+    assert not list(spec.plugins)
+
+
+def test_sets_without_a_pair_are_refused():
+    spec = balls([[0, 0, 0], [1, 0, 0]])
+    with pytest.raises(ValueError, match="not empty"):
+        add_contact(spec, [], "ball1", steel_pair())
+
+
+def test_too_little_room_is_said():
+    places = [[2 * RADIUS * i - 1e-6 * i, 0, 0] for i in range(6)]
+    names = [f"ball{i}" for i in range(6)]
+    spec = balls(places)
+    add_contact(spec, names, names, steel_pair(), room=2)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, 2)
+    assert any("room" in str(w.message) for w in caught)
+    assert np.isfinite(data.qvel).all()
