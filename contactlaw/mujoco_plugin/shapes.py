@@ -55,7 +55,8 @@ class Shape:
             return float(self.size[0]), 0.0, 0.0
         if self.kind == touch.CAPSULE:
             return float(self.size[0]), float(self.size[1]), 0.0
-        return tuple(float(size) for size in self.size) if self.kind == touch.BOX else (0.0, 0.0, 0.0)
+        x, y, z = (float(size) for size in self.size)
+        return (x, y, z) if self.kind == touch.BOX else (0.0, 0.0, 0.0)
 
     @property
     def bound(self) -> float:

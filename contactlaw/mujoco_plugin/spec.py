@@ -86,9 +86,8 @@ def add_contact(
     ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
     name = config.instance_name(*ids)
     _silence(spec, meetings, shapes, others)
-    contact = config.Contact(
-        *ids, pair, None if normal is None else tuple(normal.tolist()), substeps, bool(ledger), room
-    )  # fmt: skip
+    direction = None if normal is None else (float(normal[0]), float(normal[1]), float(normal[2]))
+    contact = config.Contact(ids[0], ids[1], pair, direction, substeps, bool(ledger), room)
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(contact)
