@@ -32,9 +32,9 @@ _NUMBERS: dict[str, Any] = {
 }
 
 DATA_FIELDS = (
-    "plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "xipos", "ximat", "subtree_com", "cdof", "cdof_dot",
-    "cvel", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "xfrc_applied", "qfrc_actuator", "time", "mocap_pos",
-    "mocap_quat", "M",
+    "plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "xipos", "ximat", "xmat", "subtree_com", "cdof",
+    "cdof_dot", "cvel", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "xfrc_applied", "qfrc_actuator", "time",
+    "mocap_pos", "mocap_quat", "M",
 )  # fmt: skip
 MODEL_FIELDS = (
     "dof_parentid", "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid",

@@ -230,6 +230,7 @@ class System:
             b.LEDGER_AT: np.zeros((len(self.members), b.LEDGER_SIZE)),
             b.FORCE_AT: np.zeros(nv),
             b.INPUTS_AT: np.zeros(memo.inputs_of(view)),
+            b.FRAMES_AT: np.zeros((len(self.facts), 9)),
         }
         at = b.HEAD
         for index, values in tables.items():
