@@ -41,6 +41,7 @@ from contactlaw.kernels.rows import (
     DEEPEST,
     DRAG,
     EARLY,
+    FROM,
     IMPULSE,
     MOTION,
     OVERLAP_NOW,
@@ -49,6 +50,7 @@ from contactlaw.kernels.rows import (
     SLID,
     STRONGEST,
     TOUCHING,
+    UNTIL,
     WORK,
 )
 from contactlaw.kernels.subcycle import accelerate, next_touch, parameters_of, tangential_stiffness
@@ -208,6 +210,7 @@ def settle(row, p, h, own, dt, force):
         friction(p, h, x, before, moved[1], moved[2], new[0], 1.0, 0.0)
     row[DEEPEST], row[TOUCHING], row[STRONGEST] = max(before, x), dt, new[0]
     row[SLID], row[SLID + 1] = moved[1], moved[2]
+    row[FROM], row[UNTIL] = 0.0, dt
     row[WORK] += 0.5 * (force[0] + new[0]) * moved[0]
     row[DRAG] += 0.5 * ((force[1] + new[1]) * moved[1] + (force[2] + new[2]) * moved[2])
     for j in range(3):

@@ -24,4 +24,7 @@ BEGUN, DEEPEST, SPENT = 30, 31, 32
 # along the normal and across [J].
 STRONGEST, TOUCHING, FASTEST, WORK, DRAG = 33, 34, 35, 36, 37
 CLOSED = 38  # how long it has been closed at the end of the step, at most the step [s]
-ROW = 39
+FROM, UNTIL = 39, 40  # when in the step its force began and ended [s]
+# 1 where the step was cut (`kernels.intervals`): then the angular impulses on A and on B are these [N m s].
+CUT, TURN_A, TURN_B = 41, 42, 45
+ROW = 48

@@ -12,13 +12,15 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, PLANE_SLACK, hertz_stiffness, time_scale
-from contactlaw.kernels.coupling import couples, on_a
+from contactlaw.kernels.coupling import add_cross, couples, on_a
 from contactlaw.kernels.frame import turn_frame
 from contactlaw.kernels.rows import (
     CLOSED,
+    CUT,
     EARLY,
     FASTEST,
     FRAME,
+    FROM,
     IMPULSE,
     LAW_AT,
     LAW_SIZE,
@@ -30,8 +32,9 @@ from contactlaw.kernels.rows import (
     ROW,
     SLID,
     STRAYED,
+    TURN_A,
 )
-from contactlaw.kernels.subcycle import next_touch
+from contactlaw.kernels.subcycle import NEVER, next_touch
 from contactlaw.kernels.touch import (
     ACCELERATION,
     AXES,
@@ -68,8 +71,8 @@ TREE, INVERSE_MASS, INVERSE_INERTIA, COM, LINEAR, ANGULAR, RATE, ANGULAR_RATE, M
 # keep a ledger; slots.
 SHAPE_A, SHAPE_B, PARAMETERS_AT, PARAMETER_COUNT, SUBSTEPS, COUNTED, SLOTS, PAIR = range(8)
 # A record, kept from step to step: pair and slot; the impulse on A that the next step owes, and the whole of the last
-# one, world frame [N s]; where it acts, as in `kernels.touch`; the sliding foreseen [m]; how long of the last step it
-# was closed at its end [s]; the history of the law.
+# one, world frame [N s]; where it acts, as in `kernels.touch`; the sliding foreseen [m] (NEVER: not told); how long of
+# the last step it was closed at its end [s]; the history of the law.
 KEY, OWED, GIVEN, POINTS, FORESEEN, LASTED, HISTORY = 0, 1, 4, 7, 19, 21, 22
 MOST_SLOTS = 4  # pair and slot make the key: MOST_SLOTS pair + slot
 
@@ -226,7 +229,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
     """
     n = who.shape[0]
     rows, histories = np.zeros((n, ROW)), np.zeros((n, records.shape[1] - HISTORY))
-    rows[:, FASTEST] = 1e300
+    rows[:, FASTEST], rows[:, FROM] = NEVER, NEVER
     arms, pulls, answers = np.empty((n, 2, 3)), np.zeros((n, 2, 3, width)), np.zeros((n, 2, 3, width))
     crooked, mean = np.zeros(n, dtype=np.bool_), np.empty(3)
     at = 0
@@ -259,7 +262,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
             crooked[i] = abs(normal[0] * p[AXIS] + normal[1] * p[AXIS + 1] + normal[2] * p[AXIS + 2]) > PLANE_SLACK
         resolve(row, a, b, arms[i], LINEAR, ANGULAR, row[MOTION : MOTION + 3])
         resolve(row, a, b, arms[i], RATE, ANGULAR_RATE, row[PUSH : PUSH + 3])
-        if watch and old and histories[i, PHASE] != OPEN:
+        if watch and old and histories[i, PHASE] != OPEN and records[at, FORESEEN] < NEVER:
             resolve(row, a, b, arms[i], MEAN, MEAN_SPIN, mean)
             stray(dt * mean[1], dt * mean[2], records[at, FORESEEN], records[at, FORESEEN + 1], twist, row)
         for j in range(3):
@@ -411,4 +414,10 @@ def finish(
         share = inverse_mass[i, 1] / total if total > 0.0 else 0.0
         for j in range(3):
             couple_out[i, 0, j], couple_out[i, 1, j] = (1.0 - share) * rest[i, j], share * rest[i, j]
+        if rows[i, CUT] != 0.0:
+            on_a(rows[i], rows[i, IMPULSE : IMPULSE + 3], whole)
+            for side in range(2):
+                for j in range(3):
+                    couple_out[i, side, j] = rows[i, TURN_A + 3 * side + j]
+                add_cross(arms[i, side], whole, 2.0 * side - 1.0, couple_out[i, side])
     return count

@@ -38,6 +38,7 @@ from contactlaw.kernels.rows import (
     DRAG,
     EARLY,
     FASTEST,
+    FROM,
     IMPULSE,
     LAW_AT,
     LAW_SIZE,
@@ -51,6 +52,7 @@ from contactlaw.kernels.rows import (
     STRAYED,
     STRONGEST,
     TOUCHING,
+    UNTIL,
     WORK,
 )
 
@@ -230,6 +232,7 @@ def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt,
                         share = STEEP * h * (1.0 - 1.0 / history[RATIO])
                         strike(first, i, share, 1.0 - now / dt, rows, start, index, blocks, force, v)
                 row[DEEPEST] = max(row[DEEPEST], x[i])
+                row[FROM], row[UNTIL] = min(row[FROM], now - h), now
                 if row[LEDGER] != 0.0:
                     row[STRONGEST] = max(row[STRONGEST], force[i, 0])
                     row[TOUCHING] += h

@@ -8,6 +8,7 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_for
 from contactlaw.kernels.contact import OPEN, PHASE, RADIUS
 from contactlaw.kernels.coupling import couple
+from contactlaw.kernels.intervals import march, needs_cutting
 from contactlaw.kernels.memory import call_report
 from contactlaw.kernels.rest import SAME
 from contactlaw.kernels.rows import (
@@ -241,6 +242,14 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     if is_damped:
         relax(m, d, nv, kept)
     still = couple(rows, histories, parameters, trees, pulls, answers, dt)
+    cut = np.empty(n, dtype=np.bool_)
+    if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut):
+        who, times, found, trees, rows, histories, arms, crooked = march(
+            cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies, parameters,
+            records, known, dt, moves, int(head[b.WIDTH]), new.shape[0],
+        )  # fmt: skip
+        n = who.shape[0]
+        now, couples = np.empty((n, 3)), np.zeros((n, 2, 3))
     count = finish(
         who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, new, now, couples
     )  # fmt: skip

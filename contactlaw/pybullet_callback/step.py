@@ -14,6 +14,7 @@ import numpy as np
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import OPEN, PHASE
 from contactlaw.kernels.coupling import add_cross, couple
+from contactlaw.kernels.intervals import march, needs_cutting
 from contactlaw.kernels.rows import BEGUN, DEEPEST, DRAG, FASTEST, IMPULSE, SPENT, STRONGEST, TOUCHING, WORK
 from contactlaw.kernels.scene import (
     BODY_OF,
@@ -136,6 +137,16 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
     now, twist = np.empty((n, 3)), np.empty((n, 2, 3))
     if n > 0:
         couple(rows, histories, parameters, trees, pulls, answers, dt)
+        cut = np.empty(n, dtype=np.bool_)
+        if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut):
+            who, times, found, trees, rows, histories, arms, crooked = march(
+                cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies,
+                parameters, records, old, dt, False, int(memory[WIDTH]), fresh.shape[0],
+            )  # fmt: skip
+            n = who.shape[0]
+            if n > fresh.shape[0]:
+                return NO_ROOM
+            now, twist = np.empty((n, 3)), np.empty((n, 2, 3))
         count = finish(
             who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, False, fresh, now, twist
         )  # fmt: skip
