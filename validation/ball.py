@@ -117,6 +117,7 @@ class BulletBall:
         plane: Normal of the plane of motion for a planar contact.
         gravity: [m/s^2], shape (3,).
         substeps: What the law is told.
+        left_alone: What the callback is told.
     """
 
     def __init__(
@@ -128,6 +129,7 @@ class BulletBall:
         *,
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         substeps: int = SUBSTEPS,
+        left_alone: bool = False,
     ) -> None:
         import pybullet as p
 
@@ -147,7 +149,7 @@ class BulletBall:
         if contact == "law":
             from contactlaw.pybullet_callback import ContactCallback
 
-            self.callback = ContactCallback(self.client)
+            self.callback = ContactCallback(self.client, left_alone=left_alone)
             self.handle = self.callback.add_contact(
                 self.ball, self.floor, pair or steel_pair(), plane=plane, substeps=substeps
             )

@@ -40,6 +40,8 @@ STABLE_STEPS = 4.5
 STRAIGHT = 1e-6  # sine of the angle to which a slide may turn in a step and still count as straight
 MARGIN = 1.02  # of the nodes over the greatest contact radius foreseen: the steps' own error must not outgrow them
 
+RESCALED = 1.0 / 3.0  # of the fall of P in a shrinking contact, what `mindlin_rescaled` gives up: (da/a)/(dP/P)
+
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
 # which makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed
 LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
@@ -192,12 +194,16 @@ def slides_on(p, h_io, overlap, before, du, dv, force):
 
     Under gross slip all points move together (the paper's appendix), so the middle of the contact, cap mu E* delta,
     speaks for all: it slides while its displacement outruns the growth of that cap. No node is needed until it sticks,
-    or until the slide turns: then the nodes near the rim turn first.
+    or until the slide turns: then the nodes near the rim turn first. A single spring on its limit says the same, as
+    mu dP = 2 mu E* a d(delta) and dF = 2 G* a ds; one that is rescaled while the contact shrinks gives up a third of
+    dP by itself, F da/a.
     """
     phase, mu_e = h_io[PHASE], p[FRICTION] * p[E_STAR]
     f, g = h_io[TANGENTIAL], h_io[TANGENTIAL + 1]
     part = 1.0 if before >= 0.0 else overlap / (overlap - before)
     u, v = p[G_STAR] * part * du, p[G_STAR] * part * dv
+    if p[LAW] == MINDLIN_RESCALED and overlap < before:
+        before += RESCALED * (overlap - before)
     old = sqrt(f * f + g * g)
     if old > 0.0:
         if abs(u * g - v * f) > STRAIGHT * old * sqrt(u * u + v * v):

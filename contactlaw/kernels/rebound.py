@@ -15,6 +15,7 @@ from math import sqrt
 import numpy as np
 
 from contactlaw.jit import jit, jit_of_sums
+from contactlaw.kernels.contact import RESCALED
 from contactlaw.kernels.oscillator import end_phase, phase_of_velocity, phase_point
 
 SQRT_5_4 = sqrt(1.25)
@@ -95,13 +96,23 @@ def node_table(delta, x, w):
 
 
 @jit
-def first_stick(psi_1, chi, zeta, theta):
-    """Phase and step at which an impact that starts sliding sticks; velocity there and midway through what is left."""
-    v = (2.0 * chi - psi_1) / (2.0 * chi - 1.0)
+def first_stick(psi_1, chi, zeta, theta, held):
+    """Phase and step at which an impact that starts sliding sticks; psi there, and v midway through what is left.
+
+    It slides while psi outruns the closing speed; where the bodies part, the share held of it, see `held_of`.
+    """
+    share = 1.0 if psi_1 <= 2.0 * chi else held
+    v = (2.0 * chi - psi_1) / (2.0 * chi - share)
     phase = phase_of_velocity(v, zeta)
     k = min(int(phase / theta[1]), theta.size - 2)
     _, v_mid = phase_point(0.5 * (phase + theta[k + 1]), zeta)
-    return phase, k, v, v_mid
+    return phase, k, share * v, v_mid
+
+
+@jit
+def held_of(rescaled):
+    """Share of the fall of P that a spring on its limit must follow: the rest it gives up by its own rescaling."""
+    return 1.0 - RESCALED if rescaled else 1.0
 
 
 @jit_of_sums
@@ -119,7 +130,7 @@ def rebound_microslip(psi_1, chi, zeta, x, w, theta, delta, v_mid, dt, gain, cap
         q[:] = 0.0
         start, v, share, length, overlap = 0, v_mid[0], 0.0, dt[0], 0.0
         if psi > 1.0:
-            phase, start, psi, v = first_stick(psi, chi[j], zeta, theta)
+            phase, start, psi, v = first_stick(psi, chi[j], zeta, theta, 1.0)
             y, w_now = phase_point(phase, zeta)
             overlap = (SQRT_5_4 * y) ** 0.8
             for i in range(n):
@@ -151,15 +162,16 @@ def rebound_single_spring(psi_1, chi, zeta, linear, rescaled, theta, delta, v_mi
     """psi_2 of each impact (flat arrays) by one spring under one cap: linear_spring, mindlin, mindlin_rescaled."""
     steps = dt.size
     _, v_end = phase_point(theta[steps], zeta)
+    held = held_of(rescaled)
     for j in range(psi_1.size):
         side = 1.0 if psi_1[j] >= 0.0 else -1.0
         psi, c = side * psi_1[j], 2.0 * chi[j]
-        if psi > 1.0 and psi >= c * (1.0 - v_end) + v_end:
+        if psi > 1.0 and psi >= c * (1.0 - v_end) + held * v_end:
             psi_2_out[j] = side * (psi - c * (1.0 - v_end))
             continue
         start, v, share, length, q, before = 0, v_mid[0], 0.0, dt[0], 0.0, 0.0
         if psi > 1.0:
-            phase, start, psi, v = first_stick(psi, chi[j], zeta, theta)
+            phase, start, psi, v = first_stick(psi, chi[j], zeta, theta, held)
             y, w_now = phase_point(phase, zeta)
             before = y if linear else (SQRT_5_4 * y) ** 0.8
             q = before if linear else before**1.5

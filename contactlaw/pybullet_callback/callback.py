@@ -33,12 +33,13 @@ from contactlaw.pybullet_callback.step import (
     PUSHES,
     advance,
 )
-from contactlaw.pybullet_callback.tables import BAD, PUSH
+from contactlaw.pybullet_callback.tables import APART, BAD, PUSH, STILL
 from contactlaw.pybullet_callback.watch import look_over
 
 Array = NDArray[np.float64]
 
 LEAST_SUBSTEPS = 10
+LOOK_AGAIN = 60  # steps after which bodies at rest that are left alone are looked at
 HEAD = struct.Struct("4d")  # time step and gravity
 PUSHED = struct.Struct(f"{PUSH}d")
 
@@ -77,16 +78,23 @@ class ContactCallback:
         client: Physics client id.
         fixed_bodies_move: Whether bodies that nothing can push may be moved by the user, put elsewhere or given a
             velocity, at any time. False: they are read when a contact is added, at `restore`, and when something new
-            touches them, which saves 2 us a body and step.
+            touches them, which saves 1 to 2 us a body and step.
+        left_alone: Whether bodies are left alone between calls: nobody puts them elsewhere or pushes them, gravity and
+            the contacts of this callback alone move them, and neither gravity nor the time step changes. Then nothing
+            is read as long as none can touch another, and what is at rest is looked at now and then only. Call `look`
+            after a change. Has no effect where bodies have links or shapes that PyBullet must measure.
     """
 
-    def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True) -> None:
+    def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True, left_alone: bool = False) -> None:
         if isinstance(client, bool) or not isinstance(client, int | np.integer) or not p.isConnected(int(client)):
             raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
         if not isinstance(fixed_bodies_move, bool):
             raise ValueError(f"fixed_bodies_move = {fixed_bodies_move!r}: must be True or False")
+        if not isinstance(left_alone, bool):
+            raise ValueError(f"left_alone = {left_alone!r}: must be True or False")
         self._client = int(client)
-        self._moves = fixed_bodies_move
+        self._moves, self._alone = fixed_bodies_move, left_alone
+        self._unseen = 0  # steps for which nothing needs to be read
         self._contacts: dict[int, Contact] = {}
         self._handles = count()
         self._marks = Marks(self._client)
@@ -138,6 +146,7 @@ class ContactCallback:
         handle = next(self._handles)
         layout = Layout(self._client, self._contacts | {handle: contact}, self._layout, fixed_bodies_move=self._moves)
         self._contacts[handle], self._layout = contact, layout
+        self.look()
         for couple in couples:
             one, two = couple.a, couple.b
             p.setCollisionFilterPair(one.body, two.body, one.link, two.link, 0, self._client)
@@ -158,6 +167,7 @@ class ContactCallback:
             self._marks.take(body)
             self._losses.release(body)
         self._layout = Layout(self._client, self._contacts, self._layout, fixed_bodies_move=self._moves)
+        self.look()
 
     def remove_all(self) -> None:
         """Remove every contact."""
@@ -231,6 +241,7 @@ class ContactCallback:
             self._contact(handle)
         dt = self._layout.restore({handle: np.asarray(record) for handle, record in saved.items()})
         self._dt = self._dt if dt is None else dt
+        self.look()
 
     def __call__(self) -> None:
         """Apply the forces of this step.
@@ -244,9 +255,15 @@ class ContactCallback:
             self._body_count = bodies_now
         if not self._contacts:
             return
-        parameters = self._read()
         layout = self._layout
-        result = advance(layout.tables.memory) if layout.plain else self._advance()
+        if self._unseen > 0:
+            self._unseen -= 1
+            still = int(layout.tables.memory[STILL])
+            if still:
+                self._push(still)
+            return
+        parameters = self._read()
+        result = self._advance()
         while result < 0 or result & LOOK:
             if result == NO_ROOM:
                 layout.widen()
@@ -259,6 +276,13 @@ class ContactCallback:
             self._act(result, parameters)
         elif self._losses.flying:
             self._losses.watch(set(), parameters)
+        if self._alone and layout.plain and not self._losses.flying:
+            memory = layout.tables.memory
+            self._unseen = LOOK_AGAIN if memory[STILL] else int(memory[APART])
+
+    def look(self) -> None:
+        """Read everything at the next call: for bodies that are left alone and have been changed all the same."""
+        self._unseen, self._layout.tables.memory[STILL] = 0, 0.0
 
     def _advance(self) -> int:
         """A step of the tables as they are."""
@@ -269,13 +293,8 @@ class ContactCallback:
 
     def _act(self, result: int, parameters: dict[str, Any]) -> None:
         """Nothing can fail any more: apply the forces, and let the records that belong to them be in force."""
-        layout, tables, client = self._layout, self._layout.tables, self._client
-        for i in range(result // PUSHES):
-            row, fx, fy, fz, tx, ty, tz, x, y, z = PUSHED.unpack_from(tables.buffer, tables.pushes_at + i * PUSHED.size)
-            body, link = layout.bodies.keys[int(row)]
-            p.applyExternalForce(body, link, (fx, fy, fz), (x, y, z), p.WORLD_FRAME, client)
-            if tx != 0.0 or ty != 0.0 or tz != 0.0:
-                p.applyExternalTorque(body, link, (tx, ty, tz), p.WORLD_FRAME, client)
+        layout, tables = self._layout, self._layout.tables
+        self._push(result)
         self._dt = parameters["fixedTimeStep"]
         if result % PUSHES == ACT and not self._losses.flying:
             return
@@ -288,6 +307,16 @@ class ContactCallback:
             tables.commit()
             for body in ended:
                 self._losses.take_off(body)
+
+    def _push(self, result: int) -> None:
+        """Apply the forces and torques that a step came to."""
+        layout, tables, client = self._layout, self._layout.tables, self._client
+        for i in range(result // PUSHES):
+            row, fx, fy, fz, tx, ty, tz, x, y, z = PUSHED.unpack_from(tables.buffer, tables.pushes_at + i * PUSHED.size)
+            body, link = layout.bodies.keys[int(row)]
+            p.applyExternalForce(body, link, (fx, fy, fz), (x, y, z), p.WORLD_FRAME, client)
+            if tx != 0.0 or ty != 0.0 or tz != 0.0:
+                p.applyExternalTorque(body, link, (tx, ty, tz), p.WORLD_FRAME, client)
 
     def _read(self) -> dict[str, Any]:
         """Everything that a step needs to know of the engine, into the tables."""

@@ -7,7 +7,7 @@ step owes.
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, sqrt
 
 import numpy as np
 
@@ -15,7 +15,19 @@ from contactlaw.jit import jit
 from contactlaw.kernels.contact import OPEN, PHASE
 from contactlaw.kernels.coupling import add_cross, couple
 from contactlaw.kernels.intervals import march, needs_cutting
-from contactlaw.kernels.rows import BEGUN, DEEPEST, DRAG, FASTEST, IMPULSE, SPENT, STRONGEST, TOUCHING, WORK
+from contactlaw.kernels.rest import SAME
+from contactlaw.kernels.rows import (
+    BEGUN,
+    DEEPEST,
+    DRAG,
+    FASTEST,
+    IMPULSE,
+    OVERLAP_NOW,
+    SPENT,
+    STRONGEST,
+    TOUCHING,
+    WORK,
+)
 from contactlaw.kernels.scene import (
     BODY_OF,
     COM,
@@ -29,12 +41,15 @@ from contactlaw.kernels.scene import (
     TREE,
     describe,
     finish,
+    gap_of_bounds,
     meet,
     near_pairs,
+    place_of,
 )
-from contactlaw.kernels.touch import CLEAR, FOUND
+from contactlaw.kernels.touch import BALL, CLEAR, FOUND, KIND, PLACE, PLANE, first_touch
 from contactlaw.pybullet_callback.stance import set_out, tumble
 from contactlaw.pybullet_callback.tables import (
+    APART,
     BAD,
     BY_SHAPE,
     CLAMPED,
@@ -44,9 +59,15 @@ from contactlaw.pybullet_callback.tables import (
     DT,
     FLAGS,
     GAVE_UP,
+    GRAVITY,
     IN_FORCE,
+    KEPT,
     NEW,
+    POSITION,
     READ,
+    READING,
+    SLACK,
+    STILL,
     TOLD,
     TOLD_BEGUN,
     TOLD_DEEPEST,
@@ -71,6 +92,7 @@ from contactlaw.pybullet_callback.tables import OWED as BODIES_OWED
 NOTHING, ACT, LOOK, LEDGERS, ENDED, PUSHES = 0, 1, 2, 4, 8, 16
 NOT_FINITE, NO_ROOM, DIVERGED = -1, -2, -3
 
+MOST_APART = 1000.0  # steps that are foreseen
 CLAMP = 100.0  # Bullet's default limit of each velocity component [m/s], [rad/s]
 
 
@@ -78,12 +100,71 @@ CLAMP = 100.0  # Bullet's default limit of each velocity component [m/s], [rad/s
 def advance(memory):
     """A step of free and fixed bodies whose shapes the kernels know."""
     tables = views(memory)
+    if memory[STILL] != 0.0 and stands(memory, tables[0]):
+        return int(memory[STILL])
     if not set_out(memory, tables):
         return NOT_FINITE
     near, ways = look_around(memory, tables)
     if near.size == 0:
+        memory[APART] = steps_apart(memory, tables, ways)
         return NOTHING
+    memory[APART] = 0.0
     return act(memory, tables, near, ways)
+
+
+@jit
+def steps_apart(memory, tables, ways):
+    """How many steps more no pair can touch, while nothing but gravity acts on free bodies."""
+    bodies, shapes, places, pairs, _, _, _, _ = tables
+    dt = memory[DT]
+    soonest = MOST_APART * dt
+    fall = sqrt(memory[GRAVITY] ** 2 + memory[GRAVITY + 1] ** 2 + memory[GRAVITY + 2] ** 2)
+    a, b, found = np.empty(PLACE), np.empty(PLACE), np.empty(FOUND)
+    for i in range(pairs.shape[0]):
+        one, two = int(pairs[i, SHAPE_A]), int(pairs[i, SHAPE_B])
+        gap = max(gap_of_bounds(shapes[one], places[one], shapes[two], places[two]), 0.0)
+        speed = (ways[one] + ways[two]) / dt
+        time = 2.0 * gap / (speed + sqrt(speed * speed + 4.0 * fall * gap) + 1e-300)
+        if time < soonest and shapes[one, KIND] == BALL and shapes[two, KIND] in (BALL, PLANE):
+            place_of(shapes[one], places[one], bodies, a)
+            place_of(shapes[two], places[two], bodies, b)
+            touch = first_touch(shapes[one], a, shapes[two], b, 0, soonest, found)
+            time = soonest if touch < 0.0 else touch
+        soonest = min(soonest, time)
+    return max(soonest / dt - 2.0, 0.0)
+
+
+@jit
+def stands(memory, bodies):
+    """Whether all is where it was and moves as it did when the last step found it at rest."""
+    slack, kept = memory[SLACK], outputs(memory)[2]
+    for i in range(4):
+        if memory[KEPT + i] != memory[i]:
+            memory[STILL] = 0.0
+    for i in range(bodies.shape[0]):
+        for j in range(READING):
+            if not abs(bodies[i, POSITION + j] - kept[i, j]) <= (slack if j < 7 else slack / memory[DT]):
+                memory[STILL] = 0.0
+    return memory[STILL] != 0.0
+
+
+@jit
+def note_rest(memory, bodies, records, fresh, count, rows, result):
+    """Let the pushes stand where nothing is remembered but what was before."""
+    smallest, kept = 1e300, outputs(memory)[2]
+    for i in range(count):
+        for j in range(records.shape[1]):
+            if records[i, j] != fresh[i, j]:
+                return
+    for i in range(rows.shape[0]):
+        if rows[i, OVERLAP_NOW] > 0.0:
+            smallest = min(smallest, rows[i, OVERLAP_NOW])
+    memory[STILL], memory[SLACK] = result, 0.1 * SAME * smallest
+    for i in range(4):
+        memory[KEPT + i] = memory[i]
+    for i in range(bodies.shape[0]):
+        for j in range(READING):
+            kept[i, j] = bodies[i, POSITION + j]
 
 
 @jit
@@ -93,6 +174,7 @@ def act(memory, tables, near, ways):
     dt = memory[DT]
     who, times, found, trees = meet(near, ways, pairs, shapes, places, bodies, np.empty((0, 1 + FOUND)), dt)
     if who.shape[0] == 0 and count == 0:
+        memory[APART] = steps_apart(memory, tables, ways)
         return NOTHING
     rows, histories, arms, pulls, answers, crooked = describe(
         who, times, found, pairs, shapes, places, bodies, parameters, records, count, dt, True, int(memory[WIDTH])
@@ -130,13 +212,14 @@ def hold_arms(who, arms, pairs, shapes, places, bodies, records_io, count):
 def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pulls, answers, crooked):
     """Integrate the contacts; write records, tellings and pushes, in force at once if the result is ACT alone."""
     bodies, shapes, places, pairs, parameters, records, fresh, old = tables
-    tellings, pushes = outputs(memory)
+    tellings, pushes, _ = outputs(memory)
+    memory[STILL], still = 0.0, False
     n, dt, count = who.shape[0], memory[DT], 0
     if n > fresh.shape[0]:
         return NO_ROOM
     now, twist = np.empty((n, 3)), np.empty((n, 2, 3))
     if n > 0:
-        couple(rows, histories, parameters, trees, pulls, answers, dt)
+        still = couple(rows, histories, parameters, trees, pulls, answers, dt)
         cut = np.empty(n, dtype=np.bool_)
         if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut):
             who, times, found, trees, rows, histories, arms, crooked = march(
@@ -215,6 +298,8 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
             out[7 + j] = bodies[i, COM + j]
         pushed += 1
     if result == ACT:  # nothing can fail any more
+        if still and count == old:
+            note_rest(memory, bodies, records, fresh, count, rows, ACT + PUSHES * pushed)
         memory[IN_FORCE] = 1.0 - memory[IN_FORCE]
     return result + PUSHES * pushed
 

@@ -12,10 +12,12 @@ from contactlaw.kernels import scene
 
 # Header: time step [s] and gravity [m/s^2] of the coming step; how long the tables are; which of the two tables of
 # records is in force and how many records each holds; results of a step: contacts told of, the body or contact that
-# is not finite.
+# is not finite. STILL: what the last step came to if all is at rest, else 0; then the same comes of the next, as long
+# as what was read stays the same: exactly, but for places and velocities, which may differ by SLACK [m] in a step.
+# What was read then is kept. APART: for how many steps more nothing can touch, if gravity alone acts.
 DT, GRAVITY = 0, 1
 BODIES, SHAPES, PAIRS, PARAMETERS, ROOM, RECORD, WIDTH = range(4, 11)
-IN_FORCE, COUNT, TOLD, BAD, HEADER = 11, 12, 14, 15, 16
+IN_FORCE, COUNT, TOLD, BAD, STILL, SLACK, APART, KEPT, HEADER = 11, 12, 14, 15, 16, 17, 18, 19, 23
 # A body has more than the kernels read. As it was read: centre of mass [m], quaternion, velocity [m/s], spin [rad/s].
 # What stays of it: its tree (-1: nothing moves it), 1/mass [1/kg] and 1/inertia about its own axes [1/(kg m^2)] where
 # it is free and without links, else 0. What it is owed: impulse and angular impulse about its centre [N s, N m s].
@@ -63,11 +65,12 @@ def views(memory):
 
 @jit
 def outputs(memory):
-    """Tellings (room, TELLING) and pushes (bodies, PUSH), at the end of the memory."""
+    """Tellings (room, TELLING), pushes and readings kept (bodies, PUSH and READING), at the end of the memory."""
     n, room = int(memory[BODIES]), int(memory[ROOM])
-    at = memory.size - n * PUSH
-    pushes = memory[at:].reshape((n, PUSH))
-    return memory[at - room * TELLING : at].reshape((room, TELLING)), pushes
+    kept = memory.size - n * READING
+    at = kept - n * PUSH
+    tellings = memory[at - room * TELLING : at].reshape((room, TELLING))
+    return tellings, memory[at:kept].reshape((n, PUSH)), memory[kept:].reshape((n, READING))
 
 
 class Tables:
@@ -82,7 +85,7 @@ class Tables:
 
     def __init__(self, bodies: int, shapes: int, pairs: int, parameters: int, history: int, room: int) -> None:
         record = scene.HISTORY + history
-        size = bodies * (BODY + PUSH) + shapes * (SHAPE + 12) + pairs * PAIR + parameters
+        size = bodies * (BODY + PUSH + READING) + shapes * (SHAPE + 12) + pairs * PAIR + parameters
         self.memory = np.zeros(HEADER + size + room * (2 * record + TELLING))
         self.buffer: memoryview = self.memory.data
         self.memory[BODIES : RECORD + 1] = bodies, shapes, pairs, parameters, room, record
@@ -90,8 +93,8 @@ class Tables:
         self.room = room
         self.bodies, self.shapes, self.places, self.pairs, self.parameters, first, second, _ = views(self.memory)
         self._records = first, second
-        self.tellings, self.pushes = outputs(self.memory)
-        self.pushes_at = 8 * (self.memory.size - bodies * PUSH)
+        self.tellings, self.pushes, _ = outputs(self.memory)
+        self.pushes_at = 8 * (self.memory.size - bodies * (PUSH + READING))
         self.readings, self.staying = self.bodies[:, POSITION:READ], self.bodies[:, READ:OWED]
         self.owed = self.bodies[:, OWED:BODY]
 
@@ -111,6 +114,7 @@ class Tables:
         """Put other records in force; they may be narrower or wider, what is left over holds nothing."""
         which = int(self.memory[IN_FORCE])
         width = min(records.shape[1], self._records[which].shape[1])
+        self.memory[STILL] = 0.0
         self._records[which][:] = 0.0
         self._records[which][: len(records), :width] = records[:, :width]
         self.memory[COUNT + which] = len(records)

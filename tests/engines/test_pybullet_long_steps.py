@@ -160,6 +160,34 @@ def test_still_scenery_need_not_be_read(client: int) -> None:
     assert ends[0] == ends[1]
 
 
+@pytest.mark.parametrize("height", [2e-3, 0.2])
+def test_bodies_left_alone_need_not_be_read(client: int, height: float) -> None:
+    """Thrown on the floor and at each other, flying, rolling, coming to rest: the same motion to the last bit."""
+    ends = []
+    for alone in (False, True):
+        floor, body = plane(client), ball(client, [0, 0, RADIUS + height], [0.3, 0, -1.0])
+        other = ball(client, [0.5, 0.01, 3.0 * RADIUS], [-0.4, 0, 0.5])
+        p.setGravity(0, 0, -9.81, client)
+        callback = ContactCallback(client, left_alone=alone)
+        callback.add_contact([body, other], [body, other, floor], pair_of(restitution=0.5))
+        run(client, callback, 700)
+        ends.append([(p.getBasePositionAndOrientation(b, client), p.getBaseVelocity(b, client)) for b in (body, other)])
+        p.resetSimulation(client)
+    assert ends[0] == ends[1]
+
+
+def test_bodies_left_alone_are_looked_at_when_asked(client: int) -> None:
+    floor, body = plane(client), ball(client, [0, 0, 10.0])
+    callback = ContactCallback(client, left_alone=True)
+    callback.add_contact(body, floor, pair_of())
+    run(client, callback, 12)
+    p.resetBasePositionAndOrientation(body, [0, 0, RADIUS + 1e-3], [0, 0, 0, 1], client)
+    p.resetBaseVelocity(body, [0, 0, -1.0], [0, 0, 0], client)
+    callback.look()
+    run(client, callback, 3)
+    assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=1e-3)
+
+
 def test_body_that_is_not_a_ball_keeps_its_angular_momentum(client: int) -> None:
     """A long capsule, tumbling, hit by a ball in free fall: momentum and angular momentum of both stay."""
     rod = p.createMultiBody(
