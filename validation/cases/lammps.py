@@ -1,0 +1,169 @@
+"""A discrete-element code on the same impacts: LAMMPS's granular wall beside the ladder."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlaw import rebound
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.data_picture import BROAD
+from validation.impacts import judge, sticking
+from validation.lammps_wall import VARIANTS, contact, impacts
+from validation.measure import spread
+from validation.picture import LAW_STYLES, panels
+from validation.prediction import SPHERE, rms
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STEPS = [40, 160, 640, 2560]
+DEFAULT = 160  # steps of `rebound` at this chi: cost is compared at as many
+TWINS = {"mindlin/force": "mindlin", "mindlin_rescale/force": "mindlin_rescaled"}
+"""LAMMPS's model and the rung with the same equations."""
+MANY = 1000  # impacts in one run, for the cost of each
+
+
+@register
+class Lammps(Case):
+    """Error and cost of LAMMPS's Mindlin contacts, and of the rungs, at one chi."""
+
+    name = "lammps"
+    place = 16
+    title = "A discrete-element code"
+    claim = (
+        "LAMMPS, on the same impacts of a steel sphere on a wall, is as far from the reference as the single-spring "
+        "rungs: `mindlin` is its mindlin/force, the same equations and the same rebound. `mindlin_rescaled` is its "
+        "mindlin_rescale/force, but for impacts that still slide when the contact begins to shrink: there LAMMPS "
+        "rescales the sliding force too, and sticks earlier. Kept as displacement, not as force (mindlin, "
+        "mindlin_rescale), the spring errs most where impacts start stuck. `microslip` is hundreds of times closer "
+        "than all four."
+    )
+    caption = (
+        "psi_2 over the incidence, and how far it is from the reference, finest steps: LAMMPS's four models "
+        "(markers), and the rungs (lines)."
+    )
+    needs = ("lammps",)
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Four variants at several steps; cost at the steps that `rebound` takes."""
+        pair = contact()
+        chi = SPHERE * pair.kappa / 2.0
+        psi_1 = np.array(sticking(chi, 8 if quick else 32))
+        truth = judge([(psi, chi, 1.0) for psi in psi_1.tolist()], progress=lambda part: progress(0.5 * part))
+        steps = STEPS[:3] if quick else STEPS
+        runs = {variant: [impacts(psi_1, variant, count) for count in steps] for variant in VARIANTS}
+        progress(0.8)
+        laws = {law: np.asarray(rebound(psi_1, chi, law)) for law in ("mindlin", "mindlin_rescaled", "microslip")}
+        twins = {
+            variant: float(np.abs(runs[variant][-1].psi_2 - rebound(psi_1, chi, law, steps=4096)).max())
+            for variant, law in TWINS.items()
+        }
+        problems = [
+            f"{variant}: normal restitution {restitution:.6f} instead of 1"
+            for variant, found in runs.items()
+            for restitution in [float(found[-1].restitution[np.abs(found[-1].restitution - 1.0).argmax()])]
+            if abs(restitution - 1.0) > 1e-3
+        ]
+        data = {
+            "version": runs["mindlin"][0].version, "chi": chi, "psi_1": psi_1, "psi_2": truth.psi_2,
+            "reference_uncertainty": float(truth.uncertainty.max()), "steps": steps,
+            "variants": {
+                variant: {
+                    "psi_2": found[-1].psi_2,
+                    "largest": [float(np.abs(one.psi_2 - truth.psi_2).max()) for one in found],
+                    "largest_from_sliding": float(np.abs(found[-1].psi_2 - truth.psi_2)[psi_1 > 1.0].max()),
+                    "rms": [rms(one.psi_2 - truth.psi_2) for one in found],
+                    "microseconds": self._cost(chi, lambda psi, v=variant: impacts(psi, v, DEFAULT).seconds, quick),
+                }
+                for variant, found in runs.items()
+            },
+            "laws": {
+                law: {
+                    "psi_2": psi_2,
+                    "largest": float(np.abs(psi_2 - truth.psi_2).max()),
+                    "largest_from_sliding": float(np.abs(psi_2 - truth.psi_2)[psi_1 > 1.0].max()),
+                    "rms": rms(psi_2 - truth.psi_2),
+                    "microseconds": self._cost(chi, lambda psi, law=law: timed(psi, chi, law), quick),
+                }
+                for law, psi_2 in laws.items()
+            },
+            "differs_from_twin": twins,
+        }  # fmt: skip
+        best = min(found["largest"][-1] for found in data["variants"].values())
+        limits = [
+            *(Limit(f"largest difference of LAMMPS's {variant} from {TWINS[variant]}", 2e-3, difference)
+              for variant, difference in twins.items()),
+            Limit("largest error of LAMMPS's best over that of microslip", 60.0,
+                  best / data["laws"]["microslip"]["largest"], at_least=True),
+        ]  # fmt: skip
+        return Outcome(limits, data, problems)
+
+    def _cost(self, chi: float, seconds: Any, quick: bool) -> dict[str, dict[str, float]]:
+        """Microseconds an impact: of one alone, and of one among a thousand."""
+        many = np.linspace(0.05, 4.0 * chi - 1.0, MANY)
+        repeats = 3 if quick else 15
+        for psi in (many[:1], many):
+            seconds(psi)
+        return {
+            "alone": spread(np.array([1e6 * seconds(many[number : number + 1]) for number in range(repeats)])),
+            "among many": spread(np.array([1e6 / MANY * seconds(many) for _ in range(3 if quick else 7)])),
+        }
+
+    def table(self, data: Data) -> Table:
+        """Variants of LAMMPS, then the rungs."""
+        counts = data["steps"]
+        table = Table(["law", *(f"largest error, {count} steps" for count in counts),
+                       "finest, psi_1 > 1 alone", "rms, finest",
+                       "differs from the rung of its equations by", f"one impact alone, {DEFAULT} steps [us]",
+                       f"one of {MANY} [us]"])  # fmt: skip
+        for variant, found in data["variants"].items():
+            twin = data["differs_from_twin"].get(variant)
+            table.rows.append(
+                [f"LAMMPS {variant}: {VARIANTS[variant]}", *(f"{error:.3f}" for error in found["largest"]),
+                 f"{found['largest_from_sliding']:.3f}", f"{found['rms'][-1]:.3f}",
+                 f"{twin:.1e} ({TWINS[variant]})" if twin is not None else "",
+                 *(f"{found['microseconds'][how]['median']:.3g}" for how in ("alone", "among many"))]
+            )  # fmt: skip
+        for law, found in data["laws"].items():
+            errors = ["" if count != DEFAULT else f"{found['largest']:.2g}" for count in counts]
+            table.rows.append(
+                [f"contactlaw {law}", *errors, f"{found['largest_from_sliding']:.2g}", f"{found['rms']:.2g}", "",
+                 *(f"{found['microseconds'][how]['median']:.3g}" for how in ("alone", "among many"))]
+            )  # fmt: skip
+        table.rows.append([f"(LAMMPS {data['version']}, chi = {data['chi']:.3f}, psi_1 to {data['psi_1'][-1]:.2f})",
+                           *[""] * (len(counts) + 5)])  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Rebound and difference over incidence."""
+        figure, (left, right) = panels(2, height=4.2)
+        psi_1, truth = np.array(data["psi_1"]), np.array(data["psi_2"])
+        left.plot(psi_1, truth, **BROAD, label="reference")
+        for law, found in data["laws"].items():
+            line: dict[str, Any] = {key: LAW_STYLES[law][key] for key in ("color", "linestyle")}
+            left.plot(psi_1, found["psi_2"], **line, label=law)
+            right.plot(psi_1, np.array(found["psi_2"]) - truth, **line)
+        for marker, (variant, found) in zip("s^Dv", data["variants"].items(), strict=True):
+            style: dict[str, Any] = {
+                "marker": marker,
+                "markerfacecolor": "white",
+                "color": "#333333",
+                "linestyle": "none",
+            }
+            left.plot(psi_1, found["psi_2"], **style, markevery=2, label=f"LAMMPS {variant}")
+            right.plot(psi_1, np.array(found["psi_2"]) - truth, **style)
+        left.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"$\psi_2$ [-]", title=rf"$\chi$ = {data['chi']:.3f}, e = 1")
+        right.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"$\psi_2$ minus the reference's [-]", title="difference")
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        return figure
+
+
+def timed(psi_1: np.ndarray, chi: float, law: str) -> float:
+    """Seconds that a rung takes for these impacts; one impact alone is asked as plain numbers."""
+    given: Any = float(psi_1[0]) if psi_1.size == 1 else psi_1
+    start = perf_counter()
+    rebound(given, float(chi), law)
+    return perf_counter() - start

@@ -1,0 +1,208 @@
+"""Fig. 2 of Maw, Barber & Fawcett (1981): how the traction lies across the contact, at ten equal times.
+
+The abscissa counts annuli: twentieths of the contact radius at the greatest compression. The ordinate is f/(G mu C):
+in the appendix the traction of gross slip is f = 2 G mu sqrt(b^2 - r^2)/(pi R (1 - nu)), largest in the centre at the
+greatest contact radius b_max. By Hertz M V^2/2 = (8/15) E* sqrt(R) delta_max^(5/2), and for a ball and a half-space of
+one material E* = G/(1 - nu), so that
+
+    delta_max/R = [15 M V^2 (1 - nu)/(16 G R^3)]^(2/5) = C^2        b_max = sqrt(R delta_max) = C R
+
+C is thus the greatest contact radius over R, and mu p_max = 2 G mu C/(pi (1 - nu)): the traction over mu p_max, which
+the annulus solution gives, times 2/(pi (1 - nu)) is f/(G mu C), whatever mass, size and speed are.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sims.puck import Puck
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.picture import panels
+from validation.reference.annulus import Impact, impact
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PSI_1 = 1.2
+ANNULI = 20
+TIMES = np.arange(1, 10) / 10.0  # at the tenth, the end, there is no contact left
+STEPS = 4000
+FINER = 9  # an odd multiple, so that the finer annuli are watched at the radii of the coarse ones too
+HALF_TENTH = 0.05  # the paper says "about" of times that it shows by tenths
+CHAIN_DASH = (0, (9, 2, 1.5, 2))
+
+
+@register
+class PaperFigure2(Case):
+    """Traction over radius at psi_1 = 1.2."""
+
+    name = "paper_figure_2"
+    place = 3
+    title = "Paper, figure 2: traction across the contact"
+    claim = (
+        "The annulus solution with the paper's 20 annuli gives the paper's account of an impact at psi_1 = 1.2: gross "
+        "slip, then stick everywhere at once between tau = 0.2 and 0.3, a force that falls from about 0.4, slip the "
+        "other way that grows from the edge inwards, and nothing stuck from about 0.9."
+    )
+    caption = (
+        "Traction over radius at ten equal times (the last, tau = 1, is zero); steel puck, chi = 1.256, psi_1 = 1.2. "
+        "Solid: stuck; chain-dashed: slipping. Grey: 180 annuli. Left scale as in the paper, with C the greatest "
+        "contact radius over the ball's; right scale over mu times the greatest pressure."
+    )
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """The paper's annuli, and many."""
+        puck = Puck(material="steel", psi_1=PSI_1, restitution=1.0)
+        paper = impact(PSI_1, puck.chi, ANNULI, steps=STEPS)
+        progress(0.3)
+        finer = 3 if quick else FINER
+        converged = impact(PSI_1, puck.chi, finer * ANNULI, steps=STEPS)
+        progress(1.0)
+        same = np.concatenate([[0], finer * np.arange(2, ANNULI + 1) - (finer + 1) // 2])
+        coarse, fine = (_tractions(one) for one in (paper, converged))
+        edge = np.sqrt([np.interp(TIMES, paper.time, paper.overlap)])[0]
+        difference = [float(np.abs(a - b[same]).max()) for a, b in zip(coarse, fine, strict=True)]
+        stuck = np.flatnonzero(converged.stuck.any(axis=1))
+        first, last = (float(converged.time[k]) for k in stuck[[0, -1]])
+        falling = float(converged.time[converged.tangential_force.argmax()])
+        slipping = (converged.pressure > 0.0) & ~converged.stuck
+        # Of squares: near the edge both are roots of small differences, which rounding leaves to 1e-8.
+        off_limit = float(np.abs(converged.traction**2 - converged.pressure**2)[slipping].max())
+        data = {
+            "chi": puck.chi, "psi_1": PSI_1, "annuli": ANNULI,
+            "scale": 2.0 / (np.pi * (1.0 - puck.pair.a.poissons_ratio)),
+            "tau": TIMES, "radii": paper.radii, "edge": edge, "traction": coarse, "stuck": _states(paper),
+            "annuli_fine": finer * ANNULI, "radii_fine": converged.radii, "traction_fine": fine,
+            "difference": difference, "stuck_part": [_stuck_part(converged, tau) for tau in TIMES],
+            "stick": first, "falling": falling, "no_stick": last, "all_at_once": _at_once(converged, int(stuck[0])),
+            "closing_speed": _closing_speed(puck.chi), "closing_tau": _closing_time(puck.chi),
+        }  # fmt: skip
+        limits = [
+            Limit("stick begins, not before tau", 0.2, first, at_least=True),
+            Limit("stick begins, not after tau", 0.3, first),
+            Limit("stick begins, off the closed form by", 2e-3, abs(first - data["closing_tau"])),
+            Limit("annuli stuck at the first instant of stick, part", 1.0, data["all_at_once"], at_least=True),
+            Limit("force falls from tau = 0.4, off by", HALF_TENTH, abs(falling - 0.4)),
+            Limit("nothing is stuck from tau = 0.9, off by", HALF_TENTH, abs(last - 0.9)),
+            Limit("slipping annuli: square of traction off that of mu p, over (mu p_max)^2", 1e-12, off_limit),
+        ]
+        return Outcome(limits, data)
+
+    def table(self, data: Data) -> Table:
+        """A row a time."""
+        table = Table(
+            ["tau", "contact radius [twentieths]", "stuck part of it", "f/(G mu C), centre", "f/(mu p_max), centre",
+             f"20 less {data['annuli_fine']} annuli, over mu p_max"]
+        )  # fmt: skip
+        columns = (data[key] for key in ("tau", "edge", "stuck_part", "traction", "difference"))
+        for tau, edge, part, traction, difference in zip(*columns, strict=True):
+            table.rows.append(
+                [f"{tau:.1f}", f"{ANNULI * edge:.2f}", f"{part:.3f}", f"{data['scale'] * traction[0]:.3f}",
+                 f"{traction[0]:.3f}", f"{difference:.1e}"]
+            )  # fmt: skip
+        table.rows.append(
+            ["events", f"stick from {data['stick']:.4f}", f"closed form {data['closing_tau']:.4f}",
+             f"force falls from {data['falling']:.3f}", f"no stick from {data['no_stick']:.3f}", ""]
+        )  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """As the paper draws it."""
+        figure, (axes,) = panels(1, width=6.8, height=5.2)
+        scale = data["scale"]
+        for number, edge in enumerate(data["edge"]):
+            within = np.array(data["radii_fine"]) < edge
+            axes.plot(
+                ANNULI * np.append(np.array(data["radii_fine"])[within], edge),
+                scale * np.append(np.array(data["traction_fine"][number])[within], 0.0),
+                color="#b0b0b0", linewidth=2.6, zorder=1,
+            )  # fmt: skip
+            _draw_traction(axes, data, number)
+        _name_times(axes, data["tau"], scale * np.array(data["traction"])[:, 0])
+        axes.plot([], [], color="black", label="stuck")
+        axes.plot([], [], color="black", linestyle=CHAIN_DASH, label="slipping")
+        axes.plot([], [], color="#b0b0b0", linewidth=2.6, label=f"{data['annuli_fine']} annuli")
+        axes.axhline(0.0, color="black", linewidth=0.8)
+        axes.set(
+            xlabel="radius [twentieths of the greatest contact radius]", ylabel=r"$f\,/\,(G\,\mu\,C)$ [-]",
+            xlim=(-2.8, 20.3), xticks=range(0, 21, 2), title=rf"steel, $\chi$ = 1.256, $\psi_1$ = {data['psi_1']}",
+        )  # fmt: skip
+        right = axes.secondary_yaxis("right", functions=(lambda f: f / scale, lambda f: f * scale))
+        right.set_ylabel(r"$f\,/\,\mu p_{max}$ [-]")
+        axes.legend(loc="upper right")
+        return figure
+
+
+def _tractions(history: Impact) -> np.ndarray:
+    """Traction over mu p_max at TIMES, shape (9, annuli)."""
+    return np.array([np.interp(TIMES, history.time, column) for column in history.traction.T]).T
+
+
+def _states(history: Impact) -> list[list[bool]]:
+    """Whether each annulus is stuck at TIMES."""
+    return [history.stuck[np.abs(history.time - tau).argmin()].tolist() for tau in TIMES]
+
+
+def _stuck_part(history: Impact, tau: float) -> float:
+    """Stuck part of the contact radius at a time."""
+    instant = int(np.abs(history.time - tau).argmin())
+    return float(history.stuck[instant].sum() / max((history.pressure[instant] > 0.0).sum(), 1))
+
+
+def _at_once(history: Impact, instant: int) -> float:
+    """Part of the annuli in contact that are stuck at an instant."""
+    return float(history.stuck[instant].sum() / (history.pressure[instant] > 0.0).sum())
+
+
+def _closing_speed(chi: float) -> float:
+    """Normal speed over V_z1 at which gross slip ends.
+
+    In gross slip the surfaces' velocity is that of the body, psi = psi_1 - 2 chi (1 - v), less that of the growing
+    elastic displacement, which is v in the same scale (appendix of the paper): they meet at v below.
+    """
+    return (2.0 * chi - PSI_1) / (2.0 * chi - 1.0)
+
+
+def _closing_time(chi: float) -> float:
+    """When gross slip ends, in durations: the time in which a Hertz impact slows to the closing speed.
+
+    With the overlap x over its greatest v^2 = 1 - x^(5/2), and dt is proportional to dx/v.
+    """
+    from scipy.integrate import quad
+
+    def passed(x: float) -> float:
+        # x = sin^(4/5) of an angle up to pi/2 takes the root out of the integral.
+        return quad(lambda angle: 0.8 * np.sin(angle) ** -0.2, 0.0, np.arcsin(x**1.25))[0]
+
+    overlap = (1.0 - _closing_speed(chi) ** 2) ** 0.4
+    return 0.5 * passed(overlap) / passed(1.0)
+
+
+def _draw_traction(axes: Axes, data: Any, number: int) -> None:
+    """One curve, its stuck part solid and its slipping part chain-dashed; it ends at the contact edge."""
+    edge, radii = data["edge"][number], np.array(data["radii"])
+    within = radii < edge
+    x = ANNULI * np.append(radii[within], edge)
+    y = data["scale"] * np.append(np.array(data["traction"][number])[within], 0.0)
+    stuck = np.array(data["stuck"][number])[within]
+    core = int(np.flatnonzero(stuck)[-1]) + 1 if stuck.any() else 0
+    axes.plot(x[:core], y[:core], color="black", zorder=2)
+    outer = max(core - 1, 0)
+    axes.plot(x[outer:], y[outer:], color="black", linestyle=CHAIN_DASH, zorder=2)
+
+
+def _name_times(axes: Axes, times: list[float], heights: np.ndarray) -> None:
+    """The time of each curve at its left end; labels that would overlap are moved apart."""
+    least = 0.036
+    places = heights.copy()
+    order = np.argsort(heights)
+    for lower, upper in pairwise(order):
+        places[upper] = max(places[upper], places[lower] + least)
+    for tau, height, place in zip(times, heights, places, strict=True):
+        text = rf"$\tau$ = {tau:.1f}" if tau == times[0] else f"{tau:.1f}"
+        axes.annotate(text, (-0.15, height), xytext=(-0.45, place), fontsize=8, ha="right", va="center",
+                      arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0})  # fmt: skip

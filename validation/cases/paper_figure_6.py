@@ -1,0 +1,247 @@
+"""Fig. 6 of Maw, Barber & Fawcett (1981): the stroboscopic picture of an impact, with a marker on the rim."""
+
+# pyright: reportAttributeAccessIssue=false
+# (pyright cannot see into the mujoco module)
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import atan2, degrees, floor, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlaw import rebound
+from sims.puck import Puck, reference
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.stroboscope import Motion, fit_motion, read_impact
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SPEED = 1.0  # approach along the normal [m/s]
+FLASHES = 100.0  # a second
+FIELD = 0.16  # of the picture, away from the block [m]
+STEP = 1e-3  # of the engine [s]; a contact lasts a fourteenth of it
+MARKER_HALF = (0.003, 0.0075)  # half width and half length of the diamond [m]
+RIM_EACH = 5  # flashes between two rims that are drawn
+ENOUGH = 1e-6  # drafting error [m] that the fit of exact points is told; it does not change the fit
+SEEN = 8.0  # reflexion angle that the paper read off [degrees]
+
+
+@register
+class PaperFigure6(Case):
+    """A 4 in steel puck under the stroboscope, in MuJoCo."""
+
+    name = "paper_figure_6"
+    place = 7
+    title = "Paper, figure 6: stroboscopic picture of an impact"
+    claim = (
+        "In MuJoCo, thrown at the incidence of the largest reversal, the contact point of a steel puck, made "
+        "visible by a marker on the rim, leaves to the side it came from, at an angle from the normal somewhat "
+        "larger than the 8 degrees or so that the paper read off its photograph (of which it gives no incidence); "
+        "as the puck turns, the marker's path bends towards that angle. Velocities read from flashes a hundredth "
+        "of a second apart, as the paper did, give the same psi_2 as the reference."
+    )
+    caption = (
+        "A 4 in steel puck under 100 flashes a second, from above, simulated in MuJoCo: before the impact (dotted "
+        "rims, every fifth flash) and after it (full rims). Crosses: centre, which goes on to the right. Diamond: "
+        "the marker at the contact point, which turns back to the left. Right: the marker's path near the block, "
+        "with the directions of the contact point before and after."
+    )
+    needs = ("mujoco",)
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """The incidence of the largest reversal, and what the flashes say of it."""
+        psi_1, psi = self._largest_reversal()
+        puck = Puck(material="steel", psi_1=psi_1, speed=SPEED, heading=-0.5 * pi, timestep=STEP, phase=FIELD / STEP)
+        times, centres, angles, final = _flashed(puck)
+        progress(0.8)
+        touch = FIELD / SPEED
+        marker = centres + puck.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        before = times < touch - STEP
+        after = times > touch + 2.0 * STEP
+        flights = [
+            fit_motion(times[part], centres[part], marker[None, part], [puck.radius], ENOUGH)
+            for part in (before, after)
+        ]
+        normal, e = puck.normal[:2], puck.pair.restitution
+        factor = 1.0 + puck.mass * puck.radius**2 / puck.inertia
+        reading = read_impact(*flights, normal=normal, radius=puck.radius, inertia_factor=factor)
+        found = puck.psi(np.append(final.velocity, 0.0), final.spin)
+        expected = reference(round(psi_1, 12), puck.chi, e)
+        read = float(reading.psi(puck.pair.kappa, puck.pair.friction)[0][1])
+        slope = puck.pair.friction / puck.pair.kappa
+        tangents = np.array([found, expected]) * slope / e
+        chords = _chord_angles(times, marker, touch)
+        eight = psi[1] * slope / e
+        data = {
+            "psi_1": psi_1, "chi": puck.chi, "radius": puck.radius, "speed": SPEED, "flashes": FLASHES,
+            "restitution": e, "mu": puck.pair.friction, "contact_duration": puck.contact_duration,
+            "times": times, "touch": touch, "centres": centres, "angles": angles, "marker": marker,
+            "psi_2": found, "psi_2_reference": expected, "psi_2_read": read,
+            "incidence_angle": degrees(atan2(psi_1 * slope, 1.0)),
+            "reflexion_angle": degrees(atan2(tangents[0], 1.0)),
+            "reflexion_angle_reference": degrees(atan2(tangents[1], 1.0)),
+            "centre_angle": degrees(atan2(final.velocity[0], -final.velocity[1])), "spin": final.spin,
+            "chord_angles": chords,
+            "psi_1_of_seen": _crossings(psi[0], np.degrees(np.arctan(eight)), -SEEN),
+            "restitution_read": reading.restitution,
+        }  # fmt: skip
+        limits = [
+            Limit("psi_2 at the end of the simulation, off the reference by", 4e-3, abs(found - expected)),
+            Limit("psi_2 read from the flashes, off the reference by", 4e-3, abs(read - expected)),
+            Limit("restitution read from the flashes, off e by", 1e-3, abs(reading.restitution - e)),
+        ]
+        problems = [] if np.isfinite(centres).all() else ["the puck's path is not finite"]
+        return Outcome(limits, data, problems)
+
+    def _largest_reversal(self) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
+        """psi_1 of the most negative psi_2, and psi_2 over psi_1."""
+        puck = Puck(material="steel")
+        psi_1 = np.arange(0.0, 6.0, 0.01)
+        psi_2 = np.asarray(rebound(psi_1, puck.chi, restitution=puck.pair.restitution))
+        return float(psi_1[psi_2.argmin()].round(2)), (psi_1, psi_2)
+
+    def table(self, data: Data) -> Table:
+        """What is read off."""
+        first, *_, last = data["chord_angles"]
+        seen = " and ".join(f"{psi:.2f}" for psi in data["psi_1_of_seen"])
+        rows: list[Sequence[str]] = [
+            ["psi_1 of the largest reversal", f"{data['psi_1']:.2f}"],
+            ["psi_2: simulation, flashes, reference",
+             f"{data['psi_2']:.5f}, {data['psi_2_read']:.5f}, {data['psi_2_reference']:.5f}"],
+            ["angle of incidence of the contact point [deg]", f"{data['incidence_angle']:.1f}"],
+            ["angle of reflexion of the contact point [deg]", f"{data['reflexion_angle']:.2f}"],
+            ["the same by the reference, atan(psi_2 mu/(kappa e)) [deg]", f"{data['reflexion_angle_reference']:.2f}"],
+            ["seen by the paper [deg]", f"about {-SEEN:.0f}"],
+            ["psi_1 at which the law has that angle", seen],
+            [f"chord of the marker, first and first {len(data['chord_angles'])} flash intervals [deg]",
+             f"{first:.1f}, {last:.1f}"],
+            ["angle of the centre's path [deg]", f"{data['centre_angle']:+.1f}"],
+            ["spin after [rad/s]", f"{data['spin']:.2f}"],
+            ["restitution read from the flashes", f"{data['restitution_read']:.5f}"],
+        ]  # fmt: skip
+        return Table(["figure", "value"], rows)
+
+    def draw(self, data: Data) -> Figure:
+        """The picture from above, and the marker's path enlarged."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(9.6, 6.4), layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=[1.15, 1.0])
+        _draw_flashes(left, data)
+        _draw_marker(right, data)
+        return figure
+
+
+def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
+    """Throw the puck in MuJoCo under the stroboscope.
+
+    Returns:
+        Times of the flashes [s], shape (n,), centres [m], shape (n, 2), angle of the marker [rad], shape (n,), and the
+        motion at the end.
+    """
+    import mujoco
+
+    from sims.puck_mujoco import build
+
+    model = build(puck).compile()
+    data = mujoco.MjData(model)
+    velocity, spin = puck.start_motion
+    data.qvel[:] = [velocity[0], velocity[1], spin]
+    between = round(1.0 / (FLASHES * puck.step))
+    # The first flash comes so that the touch falls in the middle between two.
+    steps = FIELD / (puck.speed * puck.step)
+    first = round((steps - 0.5 * between) % between)
+    flights = floor(steps / between) + floor(steps * puck.pair.restitution / between)
+    rows = []
+    done = 0
+    for number in range(flights):
+        count = first + number * between - done
+        mujoco.mj_step(model, data, count)
+        done += count
+        rows.append([data.time, *(puck.start[:2] + data.qpos[:2]), data.qpos[2] - puck.heading - pi])
+    table = np.array(rows)
+    angles = table[:, 3] + 2.0 * (puck.heading + pi)  # the marker is at the contact point while the puck does not spin
+    final = Motion(np.array(data.qvel[:2]), float(data.qvel[2]), np.zeros((3, 3)), 0.0)
+    return table[:, 0], table[:, 1:3], angles, final
+
+
+def _chord_angles(times: np.ndarray, marker: np.ndarray, touch: float) -> list[float]:
+    """Angles of the marker's chords from the first flash after the touch to the next ones, against the normal [deg]."""
+    after = marker[times > touch]
+    chords = after[1:9] - after[0]
+    return np.degrees(np.arctan2(chords[:, 0], -chords[:, 1])).tolist()
+
+
+def _crossings(x: np.ndarray, y: np.ndarray, level: float) -> list[float]:
+    """Where a curve crosses a level, by straight lines between its points."""
+    at = np.flatnonzero(np.diff(np.sign(y - level)) != 0)
+    return [float(x[k] + (level - y[k]) * (x[k + 1] - x[k]) / (y[k + 1] - y[k])) for k in at]
+
+
+def _diamond(marker: np.ndarray, angle: float) -> np.ndarray:
+    """Corners of the diamond, its tip at the marker's point on the rim, shape (4, 2)."""
+    out = np.array([np.cos(angle), np.sin(angle)])
+    aside = np.array([-out[1], out[0]])
+    width, length = MARKER_HALF
+    middle = marker - length * out
+    return np.array([marker, middle + width * aside, middle - length * out, middle - width * aside])
+
+
+def _draw_block(axes: Axes, x: tuple[float, float], depth: float) -> None:
+    axes.fill_between(x, [0.0, 0.0], [depth, depth], facecolor="#d0d0d0", edgecolor="black", hatch="///", linewidth=0.8)
+
+
+def _draw_flashes(axes: Axes, data: Any) -> None:
+    from matplotlib.patches import Circle, Polygon
+
+    centres, marker, times = (1e3 * np.array(data[key]) if key != "times" else np.array(data[key])
+                              for key in ("centres", "marker", "times"))  # fmt: skip
+    radius = 1e3 * data["radius"]
+    low, high = float(centres[:, 0].min() - radius), float(centres[:, 0].max() + radius)
+    _draw_block(axes, (low, high), 14.0)
+    axes.annotate("block", (0.5 * (low + high), 7.0), ha="center", va="center",
+                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
+    for late, dashes, color in ((False, (0, (1, 2)), "#8a8a8a"), (True, "-", "#8a8a8a")):
+        chosen = (times > data["touch"]) == late
+        for centre in (centres[chosen] if late else centres[chosen][::-1])[::RIM_EACH]:
+            axes.add_patch(Circle(tuple(centre), radius, fill=False, linestyle=dashes, color=color, linewidth=0.9))
+        for point, angle in zip(marker[chosen], np.array(data["angles"])[chosen], strict=True):
+            corners = 1e3 * _diamond(1e-3 * point, angle)
+            axes.add_patch(Polygon(corners, facecolor="#c44e00" if late else "white", edgecolor="black", linewidth=0.8))
+        axes.plot(*centres[chosen].T, "+" if late else "x", color="black", markersize=6,
+                  label="centre after" if late else "centre before")  # fmt: skip
+    axes.plot([], [], "D", markerfacecolor="white", markeredgecolor="black", label="marker before")
+    axes.plot([], [], "D", markerfacecolor="#c44e00", markeredgecolor="black", label="marker after")
+    axes.set(xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal", title="stroboscopic picture")
+    axes.grid(visible=False)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
+
+
+def _draw_marker(axes: Axes, data: Any) -> None:
+    marker, times = 1e3 * np.array(data["marker"]), np.array(data["times"])
+    late = times > data["touch"]
+    contact = marker[~late][-1, 0] + (data["touch"] - times[~late][-1]) * 1e3 * np.tan(
+        np.radians(data["incidence_angle"])
+    )  # fmt: skip
+    x = marker[:, 0] - contact
+    _draw_block(axes, (-60.0, 30.0), 8.0)
+    axes.plot(x[~late], marker[~late, 1], "D", markerfacecolor="white", markeredgecolor="black", label="before")
+    axes.plot(x[late], marker[late, 1], "D", markerfacecolor="#c44e00", markeredgecolor="black", label="after")
+    depth = np.array([0.0, -110.0])
+    for angle, dashes, text in (
+        (-data["incidence_angle"], (0, (1, 2)), rf"in: {data['incidence_angle']:.1f}$^\circ$"),
+        (data["reflexion_angle"], "-", rf"out: {data['reflexion_angle']:.1f}$^\circ$"),
+        (-SEEN, "--", rf"paper: about {-SEEN:.0f}$^\circ$"),
+    ):
+        axes.plot(-depth * np.tan(np.radians(angle)), depth, color="black", linestyle=dashes, linewidth=1.0, label=text)
+    axes.axvline(0.0, color="black", linewidth=0.6)
+    axes.set(
+        xlim=(-60.0, 30.0), ylim=(-115.0, 8.0), aspect="equal", xlabel="along the block, from the contact [mm]",
+        ylabel="away from it [mm]", title="the marker alone",
+    )  # fmt: skip
+    axes.grid(visible=False)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)

@@ -1,0 +1,177 @@
+"""Balls that reverse: superballs and golf balls as Cross measured them, whose friction nobody measured."""
+
+from __future__ import annotations
+
+from math import radians, sin, tan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contactlaw import LAWS, MATERIALS, RIGID, ContactPair, rebound
+from validation.case import Case, Data, Outcome, Progress, Table, register
+from validation.measured import Array, Measured, load
+from validation.picture import LAW_STYLES, panels
+from validation.prediction import REFERENCE, SPHERE, reference
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+INCIDENCE = 25.0  # [deg] from the normal, of the measurements of 2010
+KAPPAS = {"2/3 (incompressible)": ContactPair(MATERIALS["rubber"], RIGID, 1.0).kappa, "0.60 (comparison)": 0.60}
+"""kappa of rubber on anything rigid or of rubber, from nu = 1/2; and the value that superballs are said to need."""
+FRICTION = np.geomspace(0.05, 3.0, 65)
+GRIPPING = (0.5, 1.5)  # friction of dry rubber on clean solids and on rubber: assumed, not measured on these pairs
+E_T_ERROR, SLOPE_ERROR = 0.01, 0.1  # of e_t [-] and of S [rad/m], as published
+
+
+@register
+class SuperballAndGolf(Case):
+    """Reversal of the contact point, e_t, over the unknown friction coefficient."""
+
+    name = "superball_and_golf"
+    place = 15
+    title = "Superballs and golf balls"
+    claim = (
+        "A superball that strikes a hard surface at 25 degrees leaves with about half of its contact point's "
+        "velocity reversed. The friction of these pairs was not published, so the table gives each law's range over "
+        "the friction that dry rubber may have (0.5 to 1.5, assumed; at least the ratio of the impulses), and the "
+        "picture any friction. Rigid friction reverses nothing. With elastic constants alone (kappa = 2/3) "
+        "`microslip` comes nearest of all laws to most measured values of 2010 and still falls short of them; it "
+        "meets that of 2002. A kappa of 0.60, for comparison and not taken, closes half of what is missing or more. "
+        "Either friction was far lower than assumed, or these balls are softer in shear than a small contact of "
+        "incompressible rubber; these data cannot tell. Outside every law here: balls that deform over a large part "
+        "of themselves, losses in shear, a normal force that acts off the centre (the measured spin differs from "
+        "that of the measured e_t by up to 11 %), sliding of a hard golf ball, and strings."
+    )
+    caption = (
+        "e_t = -psi_2/psi_1 over the friction coefficient, incidence 25 degrees, one restitution a panel: laws at "
+        "kappa = 2/3, microslip also at 0.60 (thin line); measured values of all surfaces as levels."
+    )
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Every row of both tables; the case takes seconds, quick or not."""
+        balls, block = load("cross2010_balls"), load("cross2002_superball")
+        rows = rows_2010(balls) + [row_2002(block)]
+        friction = FRICTION[:: 4 if quick else 1]
+        for number, row in enumerate(rows):
+            row["laws"] = {}
+            for label, kappa in KAPPAS.items():
+                row["laws"][label] = {
+                    law: list(extremes(kappa, row["tangent"], row["e_n"], law)) for law in [*LAWS, REFERENCE]
+                }
+            row["friction_at_least"] = impulse_ratio(row["tangent"], row["e_t"], row["e_n"])
+            progress((number + 1) / (len(rows) + 1))
+        lines = {
+            label: {
+                f"{e_n:g}": {law: e_t(kappa, friction, tan(radians(INCIDENCE)), e_n, law) for law in reversed(LAWS)}
+                for e_n in PANELS.values()
+            }
+            for label, kappa in KAPPAS.items()
+        }
+        data = {"kappas": KAPPAS, "gripping": GRIPPING, "friction": friction, "rows": rows, "lines": lines}
+        finite = all(np.isfinite(v).all() for of in lines.values() for at in of.values() for v in at.values())
+        return Outcome([], data, [] if finite else ["a law gives a value that is not finite"])
+
+    def table(self, data: Data) -> Table:
+        """A row a ball and surface; each law's range of e_t over the assumed friction."""
+        first, second = data["kappas"]
+        laws = [*LAWS, REFERENCE]
+        low, high = data["gripping"]
+        table = Table(["ball on surface", "e_n", "measured e_t",
+                       *(f"{law}, mu {low:g} to {high:g}" for law in laws), f"microslip, kappa = {second}",
+                       "measured spin over that of e_t", "mu at least"])  # fmt: skip
+        for row in data["rows"]:
+            ranges = [*(row["laws"][first][law] for law in laws), row["laws"][second]["microslip"]]
+            table.rows.append(
+                [row["name"], f"{row['e_n']:g}", f"{row['e_t']:.2f} +- {row['error']:.2f}",
+                 *(f"{below:.2f} to {above:.2f}" for below, above in ranges), f"{row['spin_ratio']:.3f}",
+                 f"{row['friction_at_least']:.2f}"]
+            )  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """A panel a ball."""
+        figure, axes = panels(2, height=4.0)
+        first, second = data["kappas"]
+        for one, (ball, e_n) in zip(axes, PANELS.items(), strict=True):
+            at = data["lines"][first][f"{e_n:g}"]
+            for law, values in at.items():
+                one.semilogx(data["friction"], values, **LAW_STYLES[law], markevery=max(1, len(values) // 8), label=law)
+            one.semilogx(data["friction"], data["lines"][second][f"{e_n:g}"]["microslip"], color="black", linewidth=0.8,
+                         label="microslip, kappa = 0.60")  # fmt: skip
+            one.axvspan(*data["gripping"], color="#eeeeee", zorder=0)
+            for row in data["rows"]:
+                if row["ball"] == ball and row["year"] == 2010:
+                    one.axhspan(row["e_t"] - row["error"], row["e_t"] + row["error"], color="#cccccc", zorder=1)
+                    one.annotate(row["surface"].replace("_", " "), (0.052, row["e_t"]), fontsize=7.5, va="center")
+            one.set(xlabel="friction coefficient [-] (grey: assumed range)", ylim=(-0.4, 0.7), xlim=(0.05, 3.0),
+                    ylabel=r"$e_t$: part of the velocity reversed [-]", title=f"{ball}, e = {e_n:g}")  # fmt: skip
+            one.set_xticks([0.05, 0.1, 0.2, 0.5, 1.0, 2.0], ["0.05", "0.1", "0.2", "0.5", "1", "2"])
+            one.set_xticks([], minor=True)
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
+        return figure
+
+
+PANELS = {"superball": 0.78, "golf": 0.81}
+"""Restitution at which each ball's panel is drawn; the golf ball's is that on the disc."""
+
+
+def e_t(kappa: float, friction: Array, tangent: float, e_n: float, law: str) -> Array:
+    """Part of the contact point's velocity that is reversed, over friction.
+
+    Args:
+        kappa: Tangential over normal stiffness.
+        friction: mu, shape (n,).
+        tangent: Tangential over normal velocity before.
+        e_n: Restitution.
+        law: Name, or `REFERENCE`.
+
+    Returns:
+        -psi_2/psi_1, shape (n,).
+    """
+    psi_1, chi = kappa / friction * tangent, SPHERE * kappa / 2.0
+    psi_2 = reference(psi_1, chi, e_n) if law == REFERENCE else np.asarray(rebound(psi_1, chi, law, e_n))
+    return 0.0 - psi_2 / psi_1
+
+
+def extremes(kappa: float, tangent: float, e_n: float, law: str) -> tuple[float, float]:
+    """Least and greatest e_t over the assumed friction; 15 values of it."""
+    found = e_t(kappa, np.linspace(*GRIPPING, 15), tangent, e_n, law)
+    return float(found.min()), float(found.max())
+
+
+def impulse_ratio(tangent: float, e_t_measured: float, e_n: float) -> float:
+    """Tangential over normal impulse of a measured impact, a homogeneous sphere; friction must be at least this."""
+    return tangent * (1.0 + e_t_measured) / (SPHERE * (1.0 + e_n))
+
+
+def rows_2010(table: Measured) -> list[Data]:
+    """Each ball and surface of Cross (2010).
+
+    `spin_ratio`: measured spin over that which follows from the measured e_t for a homogeneous sphere whose contact
+    forces act at one point, S = (1 + e_t) sin(25 deg)/(1.4 R); 1 where nothing else acts.
+    """
+    rows = []
+    for number in range(len(table)):
+        ball, surface = table.words["ball"][number], table.words["surface"][number]
+        measured, e_n, radius = (float(table[name][number]) for name in ("e_t_contact", "e_n", "R_m"))
+        spin = (1.0 + measured) * sin(radians(INCIDENCE)) / (1.4 * radius)
+        rows.append(
+            {"year": 2010, "ball": ball, "surface": surface, "name": f"{ball} on {surface.replace('_', ' ')}",
+             "tangent": tan(radians(INCIDENCE)), "e_n": e_n, "e_t": measured, "error": E_T_ERROR,
+             "spin_ratio": float(table["S_rad_per_m"][number]) / spin}
+        )  # fmt: skip
+    return rows
+
+
+def row_2002(table: Measured) -> Data:
+    """The superball of Cross (2002), on a block that recoils; errors of 2.5 % in the two velocities after."""
+    vx, vy, vx_out, omega, radius, e_n = (
+        float(table[name][0]) for name in ("vx_in", "vy_in", "vx_out", "omega_out", "R_m", "e_y")
+    )
+    measured = -(vx_out - radius * omega) / vx
+    return {
+        "year": 2002, "ball": "superball", "surface": "block", "name": "superball on a block, 54 degrees (2002)",
+        "tangent": vx / -vy, "e_n": e_n, "e_t": measured, "error": 0.025 * float(np.hypot(vx_out, radius * omega)) / vx,
+        "spin_ratio": 1.4 * radius * omega / ((1.0 + measured) * vx),
+    }  # fmt: skip

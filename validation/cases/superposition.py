@@ -1,0 +1,207 @@
+"""The source paper's first method beside its second: same answers, and what each pays for the history."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.impacts import judge
+from validation.measure import interleaved, order_of, spread
+from validation.picture import STYLES, panels
+from validation.reference import annulus, superposition
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+DISK = 1.256  # chi of the paper's figures, a steel disk
+INCIDENCES = [0.25, 0.5, 1.0, 1.2, 2.0, 3.0]
+OTHER_CHIS = [0.5, 1.441, 2.0, 4.5]
+STEPS = [50, 100, 200, 400, 800, 1600, 3200, 6400]
+FINE = 32000  # with half as many extrapolated to the limit
+ANNULI = [20, 40]
+TIMED = [1000, 4000, 12000, 36000]
+TIMED_PSI = 0.5
+SHOWN = [0.25, 0.5, 1.2, 2.0]  # psi_1 in the picture of the components
+
+
+@register
+class Superposition(Case):
+    """Rebound, number of components and run time of the superposition method, beside the annulus solver."""
+
+    name = "superposition"
+    place = 21
+    title = "The paper's two methods"
+    claim = (
+        "Superposing the Hertz-shaped tractions of all load increments, the paper's first method, gives the same "
+        "rebound as its second, the annuli, of which it uses nothing. What it remembers, and the cost of its steps, "
+        "grow with the number of steps; with annuli both stay the same. But its steps are simple, and exact in "
+        "space: the table says how few are enough, and from how many on they cost more than those with annuli."
+    )
+    caption = (
+        "Left: components of the traction over one impact of 1000 steps. Middle: time a step over the number of steps "
+        f"(psi_1 = {TIMED_PSI}). Right: largest error in psi_2 over the steps, against the limit of the superposition. "
+        f"All with chi = {DISK}."
+    )
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Agreement, then error over steps, then cost."""
+        chis = [DISK, OTHER_CHIS[0]] if quick else [DISK, *OTHER_CHIS]
+        agreement: Data = {}
+        for number, chi in enumerate(chis):
+            impacts = [(psi_1, chi, 1.0) for psi_1 in INCIDENCES]
+            truth = judge(impacts, 80 if chi > 3.0 else 40)
+            psi_2 = np.atleast_1d(superposition.rebound(INCIDENCES, chi))
+            agreement[str(chi)] = {
+                "superposition": psi_2.tolist(),
+                "annulus": truth.psi_2.tolist(),
+                "difference": np.abs(psi_2 - truth.psi_2).tolist(),
+                "uncertainty": truth.uncertainty.tolist(),
+            }
+            progress(0.4 * (number + 1) / len(chis))
+        errors = _errors(STEPS[:-2] if quick else STEPS)
+        progress(0.5)
+        cost = _cost(TIMED[:-1] if quick else TIMED, 3 if quick else 5, lambda part: progress(0.5 + 0.5 * part))
+        components = {}
+        for psi_1 in SHOWN:
+            history = superposition.impact(psi_1, DISK)
+            components[str(psi_1)] = history.components.tolist()
+        data = {
+            "incidences": INCIDENCES, "agreement": agreement, "steps_default": superposition.STEPS,
+            "errors": errors, "cost": cost, "components": components,
+            "time": superposition.impact(SHOWN[0], DISK).time.tolist(), "enclosed": _enclosed(),
+            "milliseconds": _default_cost(9),
+        }  # fmt: skip
+        largest = {chi: max(one["difference"]) for chi, one in agreement.items()}
+        limits = [
+            Limit(f"largest difference in psi_2, chi = {DISK}", 3e-3, largest[str(DISK)]),
+            Limit(f"the same, chi from {min(chis)} to {max(chis)}", 5e-4, max(largest.values())),
+            Limit("order of the superposition in steps (rms)", 1.8, errors["order"], at_least=True),
+            Limit("time a step, most steps over fewest: superposition", 2.0, cost["growth"]["superposition"],
+                  at_least=True),
+            *(Limit(f"the same: annulus, N = {n}", 1.5, cost["growth"][f"annulus, N = {n}"]) for n in ANNULI),
+        ]  # fmt: skip
+        finite = all(np.isfinite(one["superposition"]).all() for one in agreement.values())
+        return Outcome(limits, data, [] if finite else ["superposition gives a value that is not finite"])
+
+    def table(self, data: Data) -> Table:
+        """Agreement by chi, then cost."""
+        table = Table(["what", "at", "superposition", "annulus"])
+        for chi, one in data["agreement"].items():
+            worst = int(np.argmax(one["difference"]))
+            table.rows.append(
+                [f"psi_2, chi = {chi}, where they differ most", f"psi_1 = {data['incidences'][worst]}",
+                 f"{one['superposition'][worst]:.6f}",
+                 f"{one['annulus'][worst]:.6f} +- {one['uncertainty'][worst]:.0e}"]
+            )  # fmt: skip
+        errors, cost = data["errors"], data["cost"]
+        for steps, error in zip(errors["steps"], errors["superposition"]["error"], strict=True):
+            table.rows.append(["largest error in psi_2", f"{steps} steps", f"{error:.1e}", ""])
+        for name, one in errors["annuli"].items():
+            table.rows.append(
+                ["largest error in psi_2", f"{name}, {one['steps'][-1]} steps", "", f"{one['error'][-1]:.1e}"]
+            )
+        for number, steps in enumerate(cost["steps"]):
+            others = ", ".join(f"{cost['microseconds'][f'annulus, N = {n}'][number]['median']:.2f}" for n in ANNULI)
+            table.rows.append(
+                [f"time a step [us], annulus with N = {', '.join(map(str, ANNULI))}", f"{steps} steps",
+                 f"{cost['microseconds']['superposition'][number]['median']:.2f}", others]
+            )  # fmt: skip
+            table.rows.append(["most components, or annuli", f"{steps} steps", str(cost["components"][number]),
+                               ", ".join(map(str, ANNULI))])  # fmt: skip
+        for name, time in data["milliseconds"].items():
+            column = [f"{time['median']:.2f}", ""]
+            table.rows.append([f"time of an impact by default [ms], {name}", f"psi_1 = {TIMED_PSI}",
+                               *(column if name == "superposition" else reversed(column))])  # fmt: skip
+        enclosed = data["enclosed"]
+        table.rows.append(["instants with slip enclosed by stick", f"{enclosed['instants']} instants",
+                           "never looked for", str(enclosed["found"])])  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Components over time, cost and error over steps."""
+        figure, (left, middle, right) = panels(3, width=4.2)
+        for style, (psi_1, count) in zip(STYLES, data["components"].items(), strict=False):
+            left.plot(data["time"], count, **style, markevery=100, label=rf"$\psi_1$ = {psi_1}")
+        left.set(xlabel=r"time $\tau = t/T$ [-]", ylabel="components of the traction [-]", title="what is remembered")
+        left.legend()
+        cost, errors = data["cost"], data["errors"]
+        for style, (name, times) in zip(STYLES, cost["microseconds"].items(), strict=False):
+            middle.loglog(cost["steps"], [one["median"] for one in times], **style, label=name)
+        middle.set(xlabel="steps an impact [-]", ylabel="time a step [us]", title="what a step costs")
+        middle.legend(loc="lower right")
+        right.loglog(errors["superposition"]["steps"], errors["superposition"]["error"], **STYLES[0],
+                     label=f"superposition: order {errors['order']:.1f}")  # fmt: skip
+        for style, (name, one) in zip(STYLES[1:], errors["annuli"].items(), strict=False):
+            right.loglog(one["steps"], one["error"], **style, label=name)
+        right.set(xlabel="steps an impact [-]", ylabel=r"largest error in $\psi_2$ [-]", title="what it gives")
+        right.legend()
+        return figure
+
+
+def _errors(counts: list[int]) -> Data:
+    """Error over steps at chi = 1.256 of both methods, against the superposition extrapolated in its steps."""
+
+    def by_steps(steps: int) -> Array:
+        return np.atleast_1d(superposition.rebound(INCIDENCES, DISK, steps))
+
+    limit = by_steps(FINE) + (by_steps(FINE) - by_steps(FINE // 2)) / 3.0
+    own = np.array([by_steps(steps) - limit for steps in counts])
+    data: Data = {
+        "steps": counts,
+        "order": order_of(np.array(counts), np.sqrt(np.mean(own**2, axis=1))),
+        "superposition": {"steps": counts, "error": np.abs(own).max(axis=1).tolist()},
+        "annuli": {},
+    }
+    for n in ANNULI:
+        runs = [[annulus.impact(psi_1, DISK, n, steps=steps) for psi_1 in INCIDENCES] for steps in counts]
+        error = [float(np.abs(np.array([one.psi_2 for one in row]) - limit).max()) for row in runs]
+        data["annuli"][f"annulus, N = {n}"] = {"steps": [row[0].steps for row in runs], "error": error}
+    return data
+
+
+def _cost(counts: list[int], repeats: int, progress: Progress) -> Data:
+    """Time a step of one impact, interleaved; the normal motion is tabulated in the rounds that do not count."""
+    runs = {}
+    taken = {}
+    for steps in counts:
+        runs["superposition", steps] = partial(superposition.rebound, TIMED_PSI, DISK, steps)
+        taken["superposition", steps] = steps
+        for n in ANNULI:
+            name = f"annulus, N = {n}"
+            runs[name, steps] = partial(annulus.rebound, TIMED_PSI, DISK, n, steps=steps)
+            taken[name, steps] = annulus.impact(TIMED_PSI, DISK, n, steps=steps).steps
+    named = {f"{name}|{steps}": run for (name, steps), run in runs.items()}
+    seconds = interleaved(named, repeats, progress=progress)
+    times: dict[str, list[dict[str, float]]] = {}
+    growth = {}
+    for name in dict.fromkeys(name for name, _ in runs):
+        a_step = [1e6 * seconds[f"{name}|{steps}"] / taken[name, steps] for steps in counts]
+        times[name] = [spread(one) for one in a_step]
+        growth[name] = spread(a_step[-1] / a_step[0])["median"]
+    components = [int(superposition.impact(TIMED_PSI, DISK, steps).components.max()) for steps in counts]
+    return {"steps": counts, "microseconds": times, "growth": growth, "components": components}
+
+
+def _default_cost(repeats: int) -> Data:
+    """Time of one impact of each method with the steps that it takes by default."""
+    runs = {"superposition": partial(superposition.rebound, TIMED_PSI, DISK)}
+    runs |= {f"annulus, N = {n}": partial(annulus.rebound, TIMED_PSI, DISK, n) for n in ANNULI}
+    return {name: spread(1e3 * seconds) for name, seconds in interleaved(runs, repeats).items()}
+
+
+def _enclosed() -> Data:
+    """At how many instants the annulus solver finds slip within stick, which the superposition never looks for."""
+    found = instants = 0
+    for psi_1 in INCIDENCES:
+        history = annulus.impact(psi_1, DISK, 40)
+        slips = (history.pressure > 0.0) & ~history.stuck
+        outside = np.flip(np.logical_or.accumulate(np.flip(history.stuck, axis=1), axis=1), axis=1)
+        found += int((slips & outside).any(axis=1).sum())
+        instants += history.stuck.shape[0]
+    return {"found": found, "instants": instants}

@@ -1,0 +1,62 @@
+"""What every rung of the ladder, and the reference, say of impacts that others have measured."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlaw import LAWS, rebound
+from validation.reference import annulus
+
+Array = NDArray[np.float64]
+
+REFERENCE = "(the reference)"
+"""The annulus solver's name among the laws."""
+ANNULI = 40  # its error in psi_2 is below 1e-3 then, a tenth of what can be read from a figure
+SPHERE = 3.5
+"""1 + 1/K^2 of a homogeneous sphere (K^2 = 2/5), or of two equal ones: chi = 3.5 kappa/2."""
+
+
+@cache
+def _reference(psi_1: float, chi: float, restitution: float) -> float:
+    """The annulus solver, kept: cases and pictures ask for the same impacts."""
+    return float(annulus.rebound(psi_1, chi, ANNULI, restitution=restitution))
+
+
+def reference(psi_1: ArrayLike, chi: float, restitution: float = 1.0) -> Array:
+    """psi_2 of the annulus solver at each psi_1, shape (n,)."""
+    return np.array([_reference(float(psi), chi, restitution) for psi in np.atleast_1d(psi_1)])
+
+
+def rebounds(
+    psi_1: ArrayLike, chi: float, restitution: float = 1.0, *, with_reference: bool = True
+) -> dict[str, Array]:
+    """psi_2 by every law, and by the reference.
+
+    Args:
+        psi_1: (kappa/mu) V_x/V_z1 before, shape (n,).
+        chi: (kappa/2) m_N/m_T.
+        restitution: e, in (0, 1].
+        with_reference: Whether the annulus solver (milliseconds an impact) is asked too.
+
+    Returns:
+        psi_2 = (kappa/mu) V_x2/V_z1 by name of the law, shape (n,) each, best law first.
+    """
+    psi = np.atleast_1d(np.asarray(psi_1, dtype=float))
+    found = {name: np.atleast_1d(rebound(psi, chi, name, restitution)) for name in reversed(LAWS)}
+    if with_reference:
+        found[REFERENCE] = reference(psi, chi, restitution)
+    return found
+
+
+def rms(differences: ArrayLike) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(differences))))
+
+
+def over_the_next_best(measures: dict[str, float]) -> float:
+    """The default law's distance from the data over the smallest of the other laws': below 1 it is the best rung."""
+    others = [value for name, value in measures.items() if name not in ("microslip", REFERENCE)]
+    return measures["microslip"] / min(others)

@@ -1,0 +1,279 @@
+"""What Figs. 3 and 5 of Maw, Barber & Fawcett (1981) share: psi_2 over psi_1 of a puck, and what friction errors do.
+
+An experiment gives V_x2/V_z1 over V_x1/V_z1; both become psi when multiplied by kappa/mu. Where the true friction is r
+times the one used, a point of the true curve psi_2 = f(psi_1) is recorded r times too far from the origin, on the
+curve r f(psi/r). The paper found psi_2 of too small a size in the range of partial stick, and that 20 % more friction
+would mend it: r = 1.2.
+
+Restitution below 1 does something of the kind by itself, in two ways: the curve f_e of the law is not f_1, and eq. (6)
+of the paper, which takes e = 1, gives from gross slip a friction that is (1 + e)/2 of the true one.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw.collision import Body, Impact, collide
+from sims import puck as scene
+from sims.puck import SURFACES, Puck
+from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.picture import limit_line, panels
+from validation.reference.annulus import rebound
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+INCH = 0.0254  # [m]
+MORE_FRICTION = 1.2  # what the paper says would restore the measured psi_2
+FACTORS = np.linspace(0.8, 1.5, 1401)  # of friction, tried
+LOWERED, ALL = "where mu too low makes psi_2 small", "all partial stick"
+CUTOFFS = (0.9, 1.0, 1.1)  # of the range, to see whether a factor hangs on where it ends
+ENGINES = {"mujoco": ("MuJoCo", "^"), "pybullet": ("PyBullet", "s")}
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What the paper says of the accuracy of its points; relative figures.
+
+    Attributes:
+        friction: Of mu.
+        incidence, reflexion: Of psi_1 and psi_2 near psi_1 = 5; zero where the paper gives none.
+    """
+
+    friction: float
+    incidence: float = 0.0
+    reflexion: float = 0.0
+
+
+def thrown(puck: Puck, steps: int = 400) -> Impact:
+    """The throw without an engine: `contactlaw.collide` with the law, the material and the motion of the puck."""
+    velocity, spin = puck.start_motion
+    body = Body(puck.mass, puck.radius, puck.inertia, velocity, (0.0, 0.0, spin))
+    return collide(puck.pair, body, normal=puck.normal, steps=steps)
+
+
+def sized(puck: Puck, diameter: float) -> Puck:
+    """The same throw of a puck of another diameter [m]."""
+
+    class Sized(Puck):
+        radius = 0.5 * diameter
+
+    return Sized(**{name: getattr(puck, name) for name in puck.__dataclass_fields__})
+
+
+def recorded(psi: Array, curve: Array, factor: float) -> Array:
+    """The curve psi_2 over psi, both shape (n,), as recorded where friction is a factor above the one used."""
+    return factor * np.interp(psi / factor, psi, curve)
+
+
+def friction_factor(psi: Array, measured: Array, wanted: Array, upper: float) -> tuple[float, float]:
+    """By which factor friction must be raised to bring one curve nearest to another.
+
+    Args:
+        psi: Incidences of both curves, shape (n,), rising, well beyond `upper`.
+        measured, wanted: psi_2, shape (n,).
+        upper: The misfit is taken over psi up to this.
+
+    Returns:
+        The factor, and the root mean square of what is left between the curves.
+    """
+    inside = psi <= upper
+    rms = [float(np.sqrt(np.mean((recorded(psi, measured, 1.0 / factor) - wanted)[inside] ** 2))) for factor in FACTORS]
+    best = int(np.argmin(rms))
+    return float(FACTORS[best]), rms[best]
+
+
+class ReboundFigure(Case):
+    """psi_2 over psi_1 for a puck; a subclass says of which material."""
+
+    material: ClassVar[str]
+    tolerance: ClassVar[Tolerance]
+    diameters: ClassVar[dict[str, float]]
+    speeds: ClassVar[tuple[float, float]]
+    span: ClassVar[float]
+    factor: ClassVar[float]
+    """Friction factor that restitution acts like over all partial stick, as the claim of the case says it."""
+    needs = ("mujoco", "pybullet")
+
+    @property
+    @abstractmethod
+    def incidences(self) -> list[float]:
+        """psi_1 of the throws."""
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Curves by the annuli, throws by the law alone and in both engines."""
+        restitution = SURFACES[self.material].restitution
+        base = Puck(material=self.material)
+        psi = np.linspace(0.0, 1.4 * self.span, 281)
+        annuli = 20 if quick else 40
+        elastic, damped = (np.asarray(rebound(psi, base.chi, annuli, restitution=e)) for e in (1.0, restitution))
+        progress(0.2)
+        incidences = self.incidences[::3] if quick else self.incidences
+        throws, problems = self._throws(incidences, base, progress)
+        reference, reference_elastic = (
+            [scene.reference(round(psi_1, 12), base.chi, e) for psi_1 in incidences] for e in (restitution, 1.0)
+        )
+        everything = np.array(list(throws.values()))
+        spread = everything.max(axis=(0, 2)) - everything.min(axis=(0, 2))
+        collapse = float(spread.max())
+        error = float(np.abs(everything - np.array(reference)[None, :, None]).max())
+        data = {
+            "material": self.material, "chi": base.chi, "mu": base.pair.friction, "restitution": restitution,
+            "psi": psi, "elastic": elastic, "damped": damped, "incidences": incidences, "reference": reference,
+            "reference_elastic": reference_elastic,
+            "throws": throws, "throws_each": everything.shape[2], "spread": spread,
+            "spread_of": {name: float((np.ptp(np.array(found), axis=1)).max()) for name, found in throws.items()},
+            "friction": self._friction(psi, elastic, damped, base.chi, restitution),
+        }  # fmt: skip
+        limits = [
+            Limit(f"spread of psi_2 over {self._varied} and routes", 1e-2, collapse),
+            Limit("the same, aimed at", 2e-3, collapse),
+            Limit("largest error in psi_2 of any throw", 4e-3, error),
+            Limit(f"friction factor that restitution acts like, off the claimed {self.factor:g} by", 5e-3,
+                  abs(data["friction"]["ranges"][ALL]["factor"] - self.factor)),
+        ]  # fmt: skip
+        return Outcome(limits, data, problems)
+
+    @property
+    def _varied(self) -> str:
+        return "pucks, speeds" if len(self.diameters) > 1 else "speeds"
+
+    def _throws(self, incidences: list[float], base: Puck, progress: Progress) -> tuple[dict[str, Any], list[str]]:
+        """psi_2 by route, shape (incidences, throws), over sizes, speeds and ways to launch; and what is not sane."""
+        found: dict[str, list[list[float]]] = {"microslip": [], **{name: [] for name in ENGINES}}
+        problems = []
+        for number, psi_1 in enumerate(incidences):
+            rows: dict[str, list[float]] = {name: [] for name in found}
+            for diameter in self.diameters.values():
+                for speed in self.speeds:
+                    for launch in scene.LAUNCHES:
+                        puck = sized(replace(base, psi_1=psi_1, speed=speed, launch=launch), diameter)
+                        rows["microslip"].append(thrown(puck).psi_2)
+                        for engine in ENGINES:
+                            result = scene.run(puck, engine)
+                            rows[engine].append(result.psi2)
+                            if result.energy_ratio > 1.001:
+                                problems.append(
+                                    f"{engine}, psi_1 = {psi_1:g}: energy grown to {result.energy_ratio:.4f}"
+                                )
+            for name, row in rows.items():
+                found[name].append(row)
+            progress(0.2 + 0.8 * (number + 1) / len(incidences))
+        if not all(np.isfinite(values).all() for values in found.values()):
+            problems.append("a throw ends with a value that is not finite")
+        return found, problems
+
+    def _friction(self, psi: Array, elastic: Array, damped: Array, chi: float, restitution: float) -> Data:
+        """How much of the 20 % restitution explains, over the falling branch and over all partial stick."""
+        by_equation_6 = 2.0 / (1.0 + restitution)
+        lower = np.flatnonzero(recorded(psi, elastic, MORE_FRICTION) > elastic)
+        ranges = {LOWERED: float(psi[lower[-1]]), ALL: 4.0 * chi - 1.0}
+        rows = {}
+        for name, upper in ranges.items():
+            factor, left = friction_factor(psi, damped, elastic, upper)
+            moved = [friction_factor(psi, damped, elastic, cut * upper)[0] for cut in CUTOFFS]
+            inside = psi <= upper
+            rows[name] = {
+                "upper": upper, "factor": factor, "least": min(moved), "most": max(moved),
+                "rms_left": left,
+                "rms_before": float(np.sqrt(np.mean((damped - elastic)[inside] ** 2))),
+                "with_equation_6": factor * by_equation_6,
+                "share": (factor - 1.0) / (MORE_FRICTION - 1.0),
+                "share_with_equation_6": (factor * by_equation_6 - 1.0) / (MORE_FRICTION - 1.0),
+            }  # fmt: skip
+        corrected = SURFACES[self.material].friction * by_equation_6
+        return {"equation_6": by_equation_6, "mu_corrected": corrected, "ranges": rows}
+
+    def table(self, data: Data) -> Table:
+        """A row an incidence; then what of the 20 % restitution explains."""
+        table = Table(
+            ["psi_1", "annuli, e = 1", f"annuli, e = {data['restitution']:g}", "law alone", "MuJoCo", "PyBullet",
+             f"spread of {3 * data['throws_each']} throws"]
+        )  # fmt: skip
+        for number, psi_1 in enumerate(data["incidences"]):
+            means = [f"{np.mean(found[number]):.4f}" for found in data["throws"].values()]
+            table.rows.append(
+                [f"{psi_1:g}", f"{data['reference_elastic'][number]:.4f}",
+                 f"{data['reference'][number]:.4f}", *means, f"{data['spread'][number]:.1e}"]
+            )  # fmt: skip
+        friction = data["friction"]
+        for name, row in friction["ranges"].items():
+            table.rows.append(
+                [f"{name} (psi_1 <= {row['upper']:.2f})", f"mu factor that maps e = {data['restitution']:g} on e = 1",
+                 f"{row['factor']:.3f} ({row['least']:.3f} to {row['most']:.3f} with other ends)",
+                 f"of the 20 %: {100 * row['share']:.0f} %",
+                 f"and eq. (6) with e: {row['with_equation_6']:.3f}",
+                 f"of the 20 %: {100 * row['share_with_equation_6']:.0f} %",
+                 f"rms {row['rms_before']:.3f} -> {row['rms_left']:.3f}"]
+            )  # fmt: skip
+        table.rows.append(
+            ["mu", f"{data['mu']:g} by the paper", f"{friction['mu_corrected']:.4f} by eq. (6) with (1 + e) for 2",
+             "", "", "", ""]
+        )  # fmt: skip
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """The paper's figure, and beside it what moves the curve by how much."""
+        figure, (left, right) = panels(2, width=5.6, height=4.8)
+        self._draw_curves(left, data)
+        self._draw_differences(right, data)
+        return figure
+
+    def _draw_curves(self, axes: Axes, data: Data) -> None:
+        psi, elastic = np.array(data["psi"]), np.array(data["elastic"])
+        t = self.tolerance
+        axes.fill_between(
+            psi, elastic, recorded(psi, elastic, MORE_FRICTION), facecolor="#e6e6e6", edgecolor="#aaaaaa", hatch="///",
+            linewidth=0.0, label=r"$\mu$ up to 20 % too low",
+        )  # fmt: skip
+        low, high = (recorded(psi, elastic, 1.0 + sign * t.friction) for sign in (-1.0, 1.0))
+        axes.fill_between(psi, low, high, color="#0072b2", alpha=0.30, linewidth=0.0,
+                          label=rf"$\mu$ $\pm${100 * t.friction:.0f} %")  # fmt: skip
+        axes.plot(psi, np.maximum(psi - 4.0 * data["chi"], 0.0), color="black", linewidth=2.2, linestyle=(0, (5, 3)),
+                  label="rigid theory")  # fmt: skip
+        axes.plot(psi, elastic, color="black", linewidth=1.6, label="annuli, e = 1")
+        axes.plot(psi, data["damped"], color="#c44e00", linestyle="-.", label=f"annuli, e = {data['restitution']:g}")
+        for (name, found), (label, marker, size) in zip(
+            data["throws"].items(),
+            [("microslip law", "o", 4.5), *((label, marker, 8.0) for label, marker in ENGINES.values())],
+            strict=True,
+        ):
+            axes.plot(data["incidences"], np.mean(found, axis=1), marker, color="#c44e00", markersize=size,
+                      fillstyle="full" if name == "microslip" else "none",
+                      label=f"{label}, e = {data['restitution']:g}")  # fmt: skip
+        if t.incidence:
+            at = 5.0
+            height = float(np.interp(at, psi, elastic))
+            axes.errorbar(at, height, xerr=t.incidence * at, yerr=t.reflexion * abs(height), color="black",
+                          elinewidth=2.0, capsize=4)  # fmt: skip
+            axes.plot([], [], "+", color="black", markersize=9, markeredgewidth=2.0,
+                      label=rf"$\pm${100 * t.incidence:.0f} % and $\pm${100 * t.reflexion:.0f} %")  # fmt: skip
+        axes.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"reflexion $\psi_2$ [-]", xlim=(0.0, self.span),
+                 ylim=(-2.0, 2.6), title=f"{data['material']} puck, $\\chi$ = {data['chi']:.3f}")  # fmt: skip
+        axes.legend(loc="upper left", fontsize=8)
+
+    def _draw_differences(self, axes: Axes, data: Data) -> None:
+        psi, elastic, damped = (np.array(data[key]) for key in ("psi", "elastic", "damped"))
+        factor = data["friction"]["equation_6"]
+        lines = [
+            ("20 % more friction needed", recorded(psi, elastic, MORE_FRICTION), "#8a8a8a", "--"),
+            (f"e = {data['restitution']:g}", damped, "#c44e00", "-."),
+            (rf"the same, and $\mu$ by eq. (6) as it stands ({100 * (factor - 1):.1f} % low)",
+             recorded(psi, damped, factor), "#0072b2", "-"),
+        ]  # fmt: skip
+        for label, curve, color, dashes in lines:
+            axes.plot(psi, curve - elastic, color=color, linestyle=dashes, linewidth=1.6, label=label)
+        axes.axhline(0.0, color="black", linewidth=0.8)
+        edge = 4.0 * data["chi"] - 1.0
+        limit_line(axes, edge, r"$4\chi - 1$", vertical=True)
+        axes.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"recorded $\psi_2$ less that of annuli, e = 1 [-]",
+                 xlim=(0.0, edge + 0.5), ylim=(-0.45, 0.5), title="what the experiment would show")  # fmt: skip
+        axes.legend(loc="lower left", fontsize=8)

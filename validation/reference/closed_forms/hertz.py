@@ -1,0 +1,90 @@
+"""Normal impact of two elastic bodies with a circular contact, in SI units (Hertz 1882).
+
+With m the effective mass, k = 4/3 E* sqrt(R), P = k d^(3/2) and V the approach speed, energy gives
+v = V sqrt(1 - (d/d_m)^(5/2)), d_m = [5 m V^2/(4 k)]^(2/5). The time from touch to release is
+
+    T = 2 (d_m/V) integral_0^1 dx/sqrt(1 - x^(5/2)) = (4 sqrt(pi)/5) Gamma(2/5)/Gamma(9/10) d_m/V = 2.9432.. d_m/V.
+
+Source: Johnson, Contact Mechanics (1985), section 11.4(a).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+from scipy.special import gamma
+
+from validation.reference.checks import check_finite, check_positive
+
+DURATION = float(0.8 * sqrt(pi) * gamma(0.4) / gamma(0.9))
+"""Duration of contact times approach speed over greatest overlap."""
+
+
+@dataclass(frozen=True)
+class HertzImpact:
+    """Figures of one impact.
+
+    Attributes:
+        duration: From touch to release [s].
+        overlap: Greatest approach of the bodies, d_m [m].
+        force: Greatest normal force [N].
+        contact_radius: Greatest radius of the contact circle, sqrt(R d_m) [m].
+        stiffness: k of P = k d^(3/2) [N/m^1.5].
+    """
+
+    duration: float
+    overlap: float
+    force: float
+    contact_radius: float
+    stiffness: float
+
+
+def impact(mass: float, radius: float, modulus: float, speed: float) -> HertzImpact:
+    """An elastic impact along the normal.
+
+    Args:
+        mass: Effective mass, 1/m = 1/m_A + 1/m_B [kg].
+        radius: Effective radius, 1/R = 1/R_A + 1/R_B [m].
+        modulus: E*, 1/E* = sum of (1 - nu^2)/E [Pa].
+        speed: Approach speed [m/s].
+
+    Raises:
+        ValueError: An argument is not finite and above zero.
+    """
+    for name, value in (("mass", mass), ("radius", radius), ("modulus", modulus), ("speed", speed)):
+        check_positive(name, value)
+    stiffness = 4.0 / 3.0 * modulus * sqrt(radius)
+    overlap = (1.25 * mass * speed**2 / stiffness) ** 0.4
+    return HertzImpact(
+        duration=DURATION * overlap / speed,
+        overlap=overlap,
+        force=stiffness * overlap**1.5,
+        contact_radius=sqrt(radius * overlap),
+        stiffness=stiffness,
+    )
+
+
+def radius_scale(mass: float, radius: float, shear_modulus: float, poissons_ratio: float, speed: float) -> float:
+    """C = [15 M V^2 (1 - nu)/(16 G R^3)]^(1/5), by which Maw, Barber & Fawcett (1981) scale tractions in their Fig. 2.
+
+    It is the greatest contact radius over R, for two bodies of one material: then E* = G/(1 - nu), so that d_m/R =
+    [15 M V^2 (1 - nu)/(16 G R^3)]^(2/5) = C^2, and the contact radius is sqrt(R d_m) = C R. The nomenclature writes V_z
+    and Fig. 2 V_0 for what is the approach speed V_z1 elsewhere.
+
+    Args:
+        mass: M, the normal effective mass [kg].
+        radius: R [m].
+        shear_modulus: G of both bodies [Pa].
+        poissons_ratio: nu of both bodies, in (-1, 0.5].
+        speed: V [m/s].
+
+    Raises:
+        ValueError: An argument is outside its range.
+    """
+    for name, value in (("mass", mass), ("radius", radius), ("shear_modulus", shear_modulus), ("speed", speed)):
+        check_positive(name, value)
+    check_finite("poissons_ratio", poissons_ratio)
+    if not -1.0 < poissons_ratio <= 0.5:
+        raise ValueError(f"poissons_ratio is {poissons_ratio!r}; it must lie in (-1, 0.5]")
+    return (15.0 * mass * speed**2 * (1.0 - poissons_ratio) / (16.0 * shear_modulus * radius**3)) ** 0.2
