@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from contactlaw.jit import jit
 from contactlaw.kernels.rest import BUSY, RESTING, how_quiet, is_still, settle, stay
 from contactlaw.kernels.rows import CLOSED, EARLY, FRAME, IMPULSE, MOTION, OVERLAP_NOW
 from contactlaw.kernels.subcycle import accelerate, parameters_of, resume, subcycle
+from contactlaw.kernels.workspace import numbers, table, wholes, zero_table
 
 
 @jit
-def couple(rows, histories, parameters, trees, pulls, answers, dt):
+def couple(rows, histories, parameters, trees, pulls, answers, dt, work_io):
     """Integrate all contacts over an engine step of dt [s], those that share a body together.
 
     rows, histories: one for each contact, see `kernels.rows` and `kernels.contact`; written. parameters: of all laws.
@@ -25,30 +24,41 @@ def couple(rows, histories, parameters, trees, pulls, answers, dt):
     if n == 0:
         return False
     if n == 1:
-        start, index, blocks = np.arange(2), np.zeros(1, dtype=np.int64), np.zeros((1, 9))
+        start, index, blocks = wholes(work_io, 2), wholes(work_io, 1), zero_table(work_io, 1, 9)
+        start[0], start[1], index[0] = 0, 1, 0
         add_block(0, 0, 0, trees, pulls, answers, blocks[0])
         add_block(0, 1, 0, trees, pulls, answers, blocks[0])
-        return integrate(0, 1, rows, histories, parameters, start, index, blocks, dt)
-    order, ends = groups(trees)
-    sorted_rows, sorted_histories = rows[order], histories[order]
-    start, index, blocks = mobility(order, trees, pulls, answers)
+        return integrate(0, 1, rows, histories, parameters, start, index, blocks, dt, work_io)
+    order, ends = groups(trees, work_io)
+    sorted_rows, sorted_histories = table(work_io, n, rows.shape[1]), table(work_io, n, histories.shape[1])
+    for i in range(n):
+        copy(rows[order[i]], sorted_rows[i])
+        copy(histories[order[i]], sorted_histories[i])
+    start, index, blocks = mobility(order, trees, pulls, answers, work_io)
     first, still = 0, True
     for last in ends:
-        quiet = integrate(first, last, sorted_rows, sorted_histories, parameters, start, index, blocks, dt)
+        quiet = integrate(first, last, sorted_rows, sorted_histories, parameters, start, index, blocks, dt, work_io)
         still = still and quiet
         first = last
     for i in range(n):
-        rows[order[i]] = sorted_rows[i]
-        histories[order[i]] = sorted_histories[i]
+        copy(sorted_rows[i], rows[order[i]])
+        copy(sorted_histories[i], histories[order[i]])
     return still
 
 
 @jit
-def integrate(first, last, rows, histories, parameters, start, index, blocks, dt):
+def copy(values, out):
+    """Copy all values (n,): cheaper than an assignment of slices, which may overlap."""
+    for i in range(values.size):
+        out[i] = values[i]
+
+
+@jit
+def integrate(first, last, rows, histories, parameters, start, index, blocks, dt, work_io):
     """One group over the step, the shortest way that will do; returns whether it is still."""
     n = last - first
-    x, v = np.empty(n), np.empty((n, 3))
-    force, acceleration = np.zeros((n, 3)), np.empty((n, 3))
+    x, v = numbers(work_io, n), table(work_io, n, 3)
+    force, acceleration = zero_table(work_io, n, 3), table(work_io, n, 3)
     for i in range(n):
         row = rows[first + i]
         x[i], row[CLOSED] = row[OVERLAP_NOW], dt
@@ -59,17 +69,18 @@ def integrate(first, last, rows, histories, parameters, start, index, blocks, dt
     accelerate(first, last, rows, start, index, blocks, force, acceleration)
     quiet = how_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration)
     if quiet == RESTING:
-        held = force.copy()
+        held = table(work_io, n, 3)
+        copy(force.ravel(), held.ravel())
         if is_still(first, last, rows, histories, start, index, blocks, dt, x, v, held, acceleration):
             stay(first, last, rows, histories, start, blocks, dt, x, v, held, acceleration)
             return True
     if quiet == RESTING and n == 1:
         row = rows[first]
-        settle(row, parameters_of(row, parameters), histories[first], blocks[start[first]], dt, force[0])
+        settle(row, parameters_of(row, parameters), histories[first], blocks[start[first]], dt, force[0], work_io)
     else:  # several that rest are stiff to solve for, and calm enough after a few steps
         subcycle(
             first, last, rows, histories, parameters, start, index, blocks, dt, quiet != BUSY, x, v, force,
-            acceleration,
+            acceleration, work_io,
         )  # fmt: skip
     return False
 
@@ -93,11 +104,14 @@ def find(parents, i):
 
 
 @jit
-def groups(trees):
+def groups(trees, work_io):
     """Contacts by group: their order, and where each group ends in it. Within a group the order stays."""
     n = trees.shape[0]
-    owner = np.full(count_trees(trees), -1)
-    parents = np.arange(n)
+    owner, parents = wholes(work_io, count_trees(trees)), wholes(work_io, n)
+    for i in range(owner.size):
+        owner[i] = -1
+    for i in range(n):
+        parents[i] = i
     for i in range(n):
         for side in range(2):
             tree = trees[i, side]
@@ -108,29 +122,36 @@ def groups(trees):
             else:
                 a, b = find(parents, owner[tree]), find(parents, i)
                 parents[max(a, b)] = min(a, b)
-    count = np.zeros(n + 1, dtype=np.int64)
+    filled, order, ends = wholes(work_io, n + 1), wholes(work_io, n), wholes(work_io, n)
+    for i in range(n + 1):
+        filled[i] = 0
     for i in range(n):
-        count[find(parents, i) + 1] += 1
-    at = np.cumsum(count)
-    order = np.empty(n, dtype=np.int64)
-    filled = at.copy()
+        filled[find(parents, i) + 1] += 1
+    count = 0
+    for i in range(n):
+        if filled[i + 1] > 0:
+            ends[count] = filled[i] + filled[i + 1]
+            count += 1
+        filled[i + 1] += filled[i]
     for i in range(n):
         root = find(parents, i)
         order[filled[root]] = i
         filled[root] += 1
-    return order, np.unique(at[1:])
+    return order, ends[:count]
 
 
 @jit
-def mobility(order, trees, pulls, answers):
+def mobility(order, trees, pulls, answers, work_io):
     """J M^-1 J^T by rows of blocks: where each row starts, the column of each block, and the blocks (9).
 
     A row's first block is that of the contact with itself. Two contacts that share both bodies have two blocks.
     """
     n = order.size
     size = count_trees(trees)
-    head, after = np.full(size, -1), np.full(2 * n, -1)  # the sides that move each tree, as chains
-    length = np.zeros(size, dtype=np.int64)
+    head, after = wholes(work_io, size), wholes(work_io, 2 * n)  # the sides that move each tree, as chains
+    length, start = wholes(work_io, size), wholes(work_io, n + 1)
+    for i in range(size):
+        head[i], length[i] = -1, 0
     for k in range(n - 1, -1, -1):
         for side in range(1, -1, -1):
             tree = trees[order[k], side]
@@ -138,7 +159,7 @@ def mobility(order, trees, pulls, answers):
                 after[2 * k + side] = head[tree]
                 head[tree] = 2 * k + side
                 length[tree] += 1
-    start = np.zeros(n + 1, dtype=np.int64)
+    start[0] = 0
     for k in range(n):
         one, two = trees[order[k], 0], trees[order[k], 1]
         others = 0
@@ -147,7 +168,7 @@ def mobility(order, trees, pulls, answers):
         if two >= 0:
             others += length[two] - (2 if one == two else 1)
         start[k + 1] = start[k] + 1 + others
-    index, blocks = np.empty(start[n], dtype=np.int64), np.zeros((start[n], 9))
+    index, blocks = wholes(work_io, start[n]), zero_table(work_io, start[n], 9)
     for k in range(n):
         own = at = start[k]
         index[own] = k
@@ -187,7 +208,7 @@ def add_side(c, side, d, other, pulls, answers, block_io):
 
 
 @jit
-def couples(rows, trees, inverse_mass, arms, apart, speed, dt, out):
+def couples(rows, trees, inverse_mass, arms, apart, speed, dt, out, work_io):
     """What the lever arms of undeformed bodies leave over of the angular momentum, for contacts of two free bodies.
 
     The forces on both act on their own surfaces, at the arms of the theory; these differ by the overlap and by the way
@@ -206,8 +227,9 @@ def couples(rows, trees, inverse_mass, arms, apart, speed, dt, out):
             pairs += 1
     if pairs == 0:
         return
-    gain = np.zeros((count_trees(trees), 3))
-    early, late, then, torque = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    gain = zero_table(work_io, count_trees(trees), 3)
+    early, late = numbers(work_io, 3), numbers(work_io, 3)
+    then, torque = numbers(work_io, 3), numbers(work_io, 3)
     for i in range(n):
         for side in range(2):
             if trees[i, side] >= 0:

@@ -16,7 +16,7 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import OPEN, PHASE
-from contactlaw.kernels.coupling import add_cross, count_trees, couple, find, on_a
+from contactlaw.kernels.coupling import add_cross, copy, count_trees, couple, find, on_a
 from contactlaw.kernels.rows import (
     BEGUN,
     CLOSED,
@@ -53,7 +53,6 @@ from contactlaw.kernels.scene import (
     SHAPE_A,
     SHAPE_B,
     TREE,
-    copy,
     describe,
     finish,
     is_round,
@@ -62,6 +61,7 @@ from contactlaw.kernels.scene import (
 )
 from contactlaw.kernels.subcycle import NEVER
 from contactlaw.kernels.touch import CAPSULE, FOUND, KIND, NORMAL, OTHER, PLACE, SIZE, STAYS_A, STAYS_B
+from contactlaw.kernels.workspace import USED, numbers
 
 # What one interval may hold, weighed by the share that a contact has in the impulses of its group: the angle that its
 # normal turns by, and what its surfaces part by curving away from each other, over the overlap.
@@ -70,11 +70,11 @@ MOST_INTERVALS = 1024.0
 
 
 @jit
-def needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut_out):
+def needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut_out, work_io):
     """Whether any group goes too far for one step; cut_out: which contacts are of such a group, shape (n,)."""
     n, any_cut = who.shape[0], False
     for i in range(n):
-        cut_out[i] = excess(i, who, times, found, rows, pairs, shapes, bodies, dt, 1.0) > 1.0
+        cut_out[i] = excess(i, who, times, found, rows, pairs, shapes, bodies, dt, 1.0, work_io) > 1.0
         any_cut = any_cut or cut_out[i]
     if not any_cut:
         return False
@@ -97,7 +97,9 @@ def needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut
         root = find(parents, i)
         if cut_out[i] and fit[root]:
             weight = size_of(rows[i]) / strongest[root]
-            chosen[root] = chosen[root] or excess(i, who, times, found, rows, pairs, shapes, bodies, dt, weight) > 1.0
+            chosen[root] = (
+                chosen[root] or excess(i, who, times, found, rows, pairs, shapes, bodies, dt, weight, work_io) > 1.0
+            )
             any_cut = any_cut or chosen[root]
     for i in range(n):
         cut_out[i] = chosen[find(parents, i)]
@@ -122,7 +124,7 @@ def size_of(row):
 
 
 @jit
-def excess(i, who, times, found, rows, pairs, shapes, bodies, dt, weight):
+def excess(i, who, times, found, rows, pairs, shapes, bodies, dt, weight, work_io):
     """How much further two round bodies go past each other while they push than one frame may serve; at most 1: fine.
 
     weight: the contact's share in the impulses of its group.
@@ -134,7 +136,7 @@ def excess(i, who, times, found, rows, pairs, shapes, bodies, dt, weight):
     a, b, n = bodies[int(one[BODY_OF])], bodies[int(two[BODY_OF])], found[i, NORMAL : NORMAL + 3]
     light = a[INVERSE_MASS] + b[INVERSE_MASS]
     before, after, along, then, swing = 0.0, 0.0, 0.0, 0.0, 0.0
-    v, w = np.empty(3), np.empty(3)
+    v, w = numbers(work_io, 3), numbers(work_io, 3)
     on_a(row, row[IMPULSE : IMPULSE + 3], w)
     for j in range(3):
         v[j] = a[LINEAR + j] - b[LINEAR + j]
@@ -158,7 +160,7 @@ def excess(i, who, times, found, rows, pairs, shapes, bodies, dt, weight):
 @jit
 def march(
     cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies, parameters, records,
-    known, dt, moves, width, room,
+    known, dt, moves, width, room, work_io,
 ):  # fmt: skip
     """Redo a step by intervals for the groups that `needs_cutting` names.
 
@@ -178,25 +180,25 @@ def march(
             copy(records[i], old[count])
             count += 1
     sums, keys, points, ends = np.zeros((room, ROW)), np.empty(room), np.empty((room, FOUND)), np.empty((room, 2, 3))
-    whose, when, bad = np.empty((room, 2), dtype=np.int64), np.empty(room), np.zeros(room, dtype=np.bool_)
+    whose, when, bad = np.empty((room, 2), dtype=np.int64), np.empty(room), np.zeros(room)
     total, early, measured = np.zeros((room, 3)), np.zeros((room, 3)), np.empty((0, 1 + FOUND))
     early_turns = np.zeros((room, 2, 3))
-    now, interval, met = 0.0, 0.5 * dt, 0
+    now, interval, met, used = 0.0, 0.5 * dt, 0, work_io[USED]
     while now < dt:
-        h = min(interval, dt - now)
-        near, ways = near_pairs(pairs, shapes, places, bodies, old, count, h)
+        h, work_io[USED] = min(interval, dt - now), used
+        near, ways = near_pairs(pairs, shapes, places, bodies, old, count, h, work_io)
         near = near[cut_pairs(near, pairs, shapes, bodies, trees_cut)]
-        w, t, f, tr = meet(near, ways, pairs, shapes, places, bodies, measured, h)
+        w, t, f, tr = meet(near, ways, pairs, shapes, places, bodies, measured, h, work_io)
         r, hs, ar, pulls, answers, cr = describe(
-            w, t, f, pairs, shapes, places, bodies, parameters, old, count, h, False, width
+            w, t, f, pairs, shapes, places, bodies, parameters, old, count, h, False, width, work_io
         )
-        couple(r, hs, parameters, tr, pulls, answers, h)
-        if interval > dt / MOST_INTERVALS and too_far(w, t, f, r, pairs, shapes, bodies, h):
+        couple(r, hs, parameters, tr, pulls, answers, h, work_io)
+        if interval > dt / MOST_INTERVALS and too_far(w, t, f, r, pairs, shapes, bodies, h, work_io):
             interval *= 0.5
             continue
         m = w.shape[0]
         pushed, turned = np.empty((m, 3)), np.empty((m, 2, 3))
-        count = finish(w, f, r, hs, tr, ar, pairs, shapes, bodies, h, False, new, pushed, turned)
+        count = finish(w, f, r, hs, tr, ar, pairs, shapes, bodies, h, False, new, pushed, turned, work_io)
         old, new = new, old
         for i in range(m):
             if r[i, UNTIL] == 0.0 and hs[i, PHASE] == OPEN and r[i, DEEPEST] == 0.0:
@@ -210,7 +212,7 @@ def march(
                 met += 1
                 keys[at], when[at], sums[at, FASTEST], sums[at, FROM] = key, now + max(t[i], 0.0), NEVER, NEVER
                 whose[at] = tr[i]
-            points[at], ends[at], bad[at] = f[i], ar[i], bad[at] or cr[i]
+            points[at], ends[at], bad[at] = f[i], ar[i], max(bad[at], cr[i])
             add_up(r[i], ar[i], turned[i], now, h, dt, sums[at], total[at], early[at], early_turns[at])
         advance(w, r, tr, ar, turned, pairs, shapes, h, bodies, places)
         now = dt if h >= dt - now else now + h
@@ -272,14 +274,14 @@ def cut_pairs(near, pairs, shapes, bodies, trees_cut):
 
 
 @jit
-def too_far(who, times, found, rows, pairs, shapes, bodies, h):
+def too_far(who, times, found, rows, pairs, shapes, bodies, h, work_io):
     """Whether an interval is too long for any contact in it."""
     strongest = 0.0
     for i in range(who.shape[0]):
         strongest = max(strongest, size_of(rows[i]))
     for i in range(who.shape[0]):
         weight = size_of(rows[i]) / strongest if strongest > 0.0 else 1.0
-        if excess(i, who, times, found, rows, pairs, shapes, bodies, h, weight) > 1.0:
+        if excess(i, who, times, found, rows, pairs, shapes, bodies, h, weight, work_io) > 1.0:
             return True
     return False
 

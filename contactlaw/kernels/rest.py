@@ -14,8 +14,6 @@ from __future__ import annotations
 
 from math import sqrt
 
-import numpy as np
-
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import (
     COULOMB,
@@ -54,6 +52,7 @@ from contactlaw.kernels.rows import (
     WORK,
 )
 from contactlaw.kernels.subcycle import accelerate, next_touch, parameters_of, tangential_stiffness
+from contactlaw.kernels.workspace import numbers
 
 BLEND = 4.0 / 7.0
 FEW = 8.0  # substeps in a step up to which a contact is integrated anyway
@@ -177,10 +176,10 @@ def stay(first, last, rows, histories, start, blocks, dt, x, v, force, accelerat
 
 
 @jit
-def settle(row, p, h, own, dt, force):
+def settle(row, p, h, own, dt, force, work_io):
     """The implicit step of one contact that shares its bodies with no other; force: at the start of the step."""
     before = row[OVERLAP_NOW]
-    free, moved, new = np.empty(3), np.empty(3), np.empty(3)
+    free, moved, new = numbers(work_io, 3), numbers(work_io, 3), numbers(work_io, 3)
     for j in range(3):
         new[j] = force[j]
         free[j] = dt * (row[MOTION + j] + 0.5 * dt * row[PUSH + j])

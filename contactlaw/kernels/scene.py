@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from math import cos, sin, sqrt
 
-import numpy as np
-
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, PLANE_SLACK, hertz_stiffness, time_scale
-from contactlaw.kernels.coupling import add_cross, couples, on_a
+from contactlaw.kernels.coupling import add_cross, copy, couples, on_a
 from contactlaw.kernels.frame import turn_frame
 from contactlaw.kernels.rows import (
     CLOSED,
@@ -58,6 +56,7 @@ from contactlaw.kernels.touch import (
     first_touch,
     within_reach,
 )
+from contactlaw.kernels.workspace import numbers, table, wholes, zero_table, zeros
 
 # Shapes, shape (n, SHAPES): kind and sizes as in `kernels.touch`, the body they belong to, radius of a sphere around.
 BODY_OF, BOUND, SHAPES = 4, 5, 6
@@ -94,13 +93,6 @@ def place_of(shape, place, bodies, out):
 
 
 @jit
-def copy(values, out):
-    """Copy all values: cheaper than an assignment of slices, which may overlap."""
-    for i in range(values.size):
-        out[i] = values[i]
-
-
-@jit
 def way(shape, place, bodies, dt):
     """Greatest way [m] of any point of a shape within a step."""
     body = bodies[int(shape[BODY_OF])]
@@ -125,13 +117,13 @@ def gap_of_bounds(a, place_a, b, place_b):
 
 
 @jit
-def near_pairs(pairs, shapes, places, bodies, records, count, dt):
+def near_pairs(pairs, shapes, places, bodies, records, count, dt, work_io):
     """Pairs that may touch within the step, or have a record, in their order."""
-    ways = np.empty(shapes.shape[0])
+    ways, fastest = numbers(work_io, shapes.shape[0]), 0.0
     for i in range(shapes.shape[0]):
         ways[i] = way(shapes[i], places[i], bodies, dt)
-    fastest = ways.max()
-    out, found, at = np.empty(pairs.shape[0], dtype=np.int64), 0, 0
+        fastest = max(fastest, ways[i])
+    out, found, at = wholes(work_io, pairs.shape[0]), 0, 0
     for i in range(pairs.shape[0]):
         known = False
         while at < count and records[at, KEY] < MOST_SLOTS * (i + 1):
@@ -146,17 +138,18 @@ def near_pairs(pairs, shapes, places, bodies, records, count, dt):
 
 
 @jit
-def meet(near, ways, pairs, shapes, places, bodies, measured, dt):
+def meet(near, ways, pairs, shapes, places, bodies, measured, dt, work_io):
     """Contacts that take part in a step: pair, slot, time of the touch (-1.0: none), and how they meet (`FOUND`).
 
     near, ways: of `near_pairs`. measured: for pairs with a shape that the engine measures, pair and `FOUND` as it is
     now, shape (n, 1 + FOUND).
     """
     most = MOST_SLOTS * near.size
-    who, times, found = np.empty((most, 2), dtype=np.int64), np.empty(most), np.empty((most, FOUND))
-    trees, speeds, gaps = np.empty((most, 2), dtype=np.int64), np.empty(most), np.empty(most)
-    active, keep = np.empty(most, dtype=np.bool_), np.empty(most, dtype=np.bool_)
-    a, b = np.empty(PLACE), np.empty(PLACE)
+    who, times = wholes(work_io, 2 * most).reshape((most, 2)), numbers(work_io, most)
+    trees, found = wholes(work_io, 2 * most).reshape((most, 2)), table(work_io, most, FOUND)
+    speeds, gaps = numbers(work_io, most), numbers(work_io, most)
+    active, keep = numbers(work_io, most), numbers(work_io, most)
+    a, b = numbers(work_io, PLACE), numbers(work_io, PLACE)
     n = 0
     for pair in near:
         one, two = int(pairs[pair, SHAPE_A]), int(pairs[pair, SHAPE_B])
@@ -166,19 +159,19 @@ def meet(near, ways, pairs, shapes, places, bodies, measured, dt):
             if shapes[one, KIND] == OTHER or shapes[two, KIND] == OTHER:
                 times[n] = measured_touch(pair, measured, a, b, dt, found[n])
             else:
-                times[n] = first_touch(shapes[one], a, shapes[two], b, slot, dt, found[n])
+                times[n] = first_touch(shapes[one], a, shapes[two], b, slot, dt, found[n], work_io)
             who[n, 0], who[n, 1] = pair, slot
             trees[n, 0], trees[n, 1] = (
                 int(bodies[int(shapes[one, BODY_OF]), TREE]),
                 int(bodies[int(shapes[two, BODY_OF]), TREE]),
             )
             speeds[n], gaps[n] = (ways[one] + ways[two]) / dt, -found[n, FOUND_OVERLAP]
-            active[n] = times[n] >= 0.0
+            active[n] = 1.0 if times[n] >= 0.0 else 0.0
             n += 1
-    within_reach(trees[:n], gaps[:n], speeds[:n], active[:n], dt, keep[:n])
+    within_reach(trees[:n], gaps[:n], speeds[:n], active[:n], dt, keep[:n], work_io)
     kept = 0
     for i in range(n):
-        if keep[i]:
+        if keep[i] != 0.0:
             if kept < i:
                 who[kept], times[kept], found[kept], trees[kept] = who[i], times[i], found[i], trees[i]
             kept += 1
@@ -220,7 +213,7 @@ def lever(shape, place, bodies, points, turns, stays, out):
 
 
 @jit
-def describe(who, times, found, pairs, shapes, places, bodies, parameters, records, count, dt, watch, width):
+def describe(who, times, found, pairs, shapes, places, bodies, parameters, records, count, dt, watch, width, work_io):
     """Rows, histories, arms, pulls and answers of the contacts that `meet` found.
 
     records: count of them, sorted by key. watch: whether the engine moves bodies by their mean velocity, so that what
@@ -228,13 +221,15 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
     those of free bodies; the adapter fills the rest. Returns them, and the contacts whose normal leaves their plane.
     """
     n = who.shape[0]
-    rows, histories = np.zeros((n, ROW)), np.zeros((n, records.shape[1] - HISTORY))
-    rows[:, FASTEST], rows[:, FROM] = NEVER, NEVER
-    arms, pulls, answers = np.empty((n, 2, 3)), np.zeros((n, 2, 3, width)), np.zeros((n, 2, 3, width))
-    crooked, mean = np.zeros(n, dtype=np.bool_), np.empty(3)
+    rows, histories = zero_table(work_io, n, ROW), zero_table(work_io, n, records.shape[1] - HISTORY)
+    arms = numbers(work_io, 6 * n).reshape((n, 2, 3))
+    pulls = zeros(work_io, 6 * n * width).reshape((n, 2, 3, width))
+    answers = zeros(work_io, 6 * n * width).reshape((n, 2, 3, width))
+    crooked, mean = zeros(work_io, n), numbers(work_io, 3)
     at = 0
     for i in range(n):
         row, pair = rows[i], pairs[who[i, 0]]
+        row[FASTEST], row[FROM] = NEVER, NEVER
         key = MOST_SLOTS * who[i, 0] + who[i, 1]
         row[LAW_AT], row[LAW_SIZE] = pair[PARAMETERS_AT], pair[PARAMETER_COUNT]
         row[PIECES], row[LEDGER] = pair[SUBSTEPS], pair[COUNTED]
@@ -247,7 +242,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         one, two = int(pair[SHAPE_A]), int(pair[SHAPE_B])
         a, b = bodies[int(shapes[one, BODY_OF])], bodies[int(shapes[two, BODY_OF])]
         if is_round(shapes[one]) and is_round(shapes[two]):
-            turn_to_middle(found[i], times[i], p, shapes[one], places[one], a, shapes[two], places[two], b, dt)
+            turn_to_middle(found[i], times[i], p, shapes[one], places[one], a, shapes[two], places[two], b, dt, work_io)
         if found[i, FOUND_OVERLAP] > 0.0 and a[INVERSE_MASS] > 0.0 and b[INVERSE_MASS] > 0.0:
             share_point(found[i], a[INVERSE_MASS], b[INVERSE_MASS])
         lever(shapes[one], places[one], bodies, found[i], TURNS_A, STAYS_A, arms[i, 0])
@@ -259,7 +254,8 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
                 twist += 0.5 * records[at, LASTED] * normal[j] * (a[MEAN_SPIN + j] + b[MEAN_SPIN + j])
         turn_frame(p, histories[i], normal, twist, row)
         if p[PLANAR] != 0.0:
-            crooked[i] = abs(normal[0] * p[AXIS] + normal[1] * p[AXIS + 1] + normal[2] * p[AXIS + 2]) > PLANE_SLACK
+            lean = abs(normal[0] * p[AXIS] + normal[1] * p[AXIS + 1] + normal[2] * p[AXIS + 2])
+            crooked[i] = 1.0 if lean > PLANE_SLACK else 0.0
         resolve(row, a, b, arms[i], LINEAR, ANGULAR, row[MOTION : MOTION + 3])
         resolve(row, a, b, arms[i], RATE, ANGULAR_RATE, row[PUSH : PUSH + 3])
         if watch and old and histories[i, PHASE] != OPEN and records[at, FORESEEN] < NEVER:
@@ -303,7 +299,7 @@ def is_round(shape):
 
 
 @jit
-def turn_to_middle(found_io, time, p, shape_a, place_a, a, shape_b, place_b, b, dt):
+def turn_to_middle(found_io, time, p, shape_a, place_a, a, shape_b, place_b, b, dt, work_io):
     """Turn the normal of two round bodies to where it will be in the middle of their contact, or of the step.
 
     They go on past each other while they touch: with the normal of the touch their forces would not be central, and
@@ -314,7 +310,7 @@ def turn_to_middle(found_io, time, p, shape_a, place_a, a, shape_b, place_b, b, 
         return
     n = found_io[NORMAL : NORMAL + 3]
     radius_a, radius_b = shape_a[SIZE], shape_b[SIZE]
-    arm, v, push, closing = np.empty(3), np.empty(3), 0.0, 0.0
+    arm, v, push, closing = numbers(work_io, 3), numbers(work_io, 3), 0.0, 0.0
     for i in range(3):
         arm[i] = place_a[CENTRE + i] + place_a[AXES + 3 * i + 2] * found_io[TURNS_A + 2] - a[COM + i]
     for i in range(3):
@@ -374,7 +370,8 @@ def pull_free(axis, body, arm, pull_out, answer_out):
 
 @jit
 def finish(
-    who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, records_out, now_out, couple_out
+    who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, records_out, now_out, couple_out,
+    work_io,
 ):  # fmt: skip
     """What a step gives and leaves: returns how many records there are now.
 
@@ -383,8 +380,8 @@ def finish(
     couple_out: angular impulse on A and B [N m s], shape (n, 2, 3).
     """
     n = rows.shape[0]
-    inverse_mass, apart, speed, rest = np.zeros((n, 2)), np.zeros((n, 3)), np.zeros((n, 3)), np.empty((n, 3))
-    whole, early = np.empty(3), np.empty(3)
+    inverse_mass, apart, speed = table(work_io, n, 2), table(work_io, n, 3), table(work_io, n, 3)
+    rest, whole, early = table(work_io, n, 3), numbers(work_io, 3), numbers(work_io, 3)
     count = 0
     for i in range(n):
         pair = pairs[who[i, 0]]
@@ -408,7 +405,7 @@ def finish(
             record[FORESEEN], record[FORESEEN + 1], record[LASTED] = rows[i, SLID], rows[i, SLID + 1], rows[i, CLOSED]
             copy(histories[i], record[HISTORY:])
             count += 1
-    couples(rows, trees, inverse_mass, arms, apart, speed, dt, rest)
+    couples(rows, trees, inverse_mass, arms, apart, speed, dt, rest, work_io)
     for i in range(n):
         total = inverse_mass[i, 0] + inverse_mass[i, 1]
         share = inverse_mass[i, 1] / total if total > 0.0 else 0.0

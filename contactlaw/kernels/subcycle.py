@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from math import ceil, sqrt
 
-import numpy as np
-
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import (
     COULOMB,
@@ -55,6 +53,7 @@ from contactlaw.kernels.rows import (
     UNTIL,
     WORK,
 )
+from contactlaw.kernels.workspace import numbers
 
 CHUNK = 16  # substeps of one length; then the time scales are looked at again
 MOST_SUBSTEPS = 50_000  # in one engine step; what is left of it then passes without contact forces
@@ -167,7 +166,9 @@ def substep(first, last, rows, parameters, blocks, start, x, v, force, accelerat
 
 
 @jit
-def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt, calming, x, v, force, acceleration):
+def subcycle(
+    first, last, rows, histories, parameters, start, index, blocks, dt, calming, x, v, force, acceleration, work_io
+):  # fmt: skip
     """Integrate the contacts first to last - 1 of one group over an engine step of dt [s].
 
     rows: as in `kernels.rows`; the results are written there. histories: a row each, brought up to the end of the step.
@@ -176,7 +177,7 @@ def subcycle(first, last, rows, histories, parameters, start, index, blocks, dt,
     written.
     """
     n = last - first
-    moved = np.empty(3)
+    moved = numbers(work_io, 3)
     now, taken = 0.0, 0
     while now < dt and taken < MOST_SUBSTEPS:
         closed = False

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from math import cos, sin, sqrt
 
-import numpy as np
-
 from contactlaw.jit import jit
 from contactlaw.kernels.geometry import ball_on_ball, ball_on_box, ball_on_plane, nearest_on_segments
 from contactlaw.kernels.subcycle import next_touch
+from contactlaw.kernels.workspace import numbers, zeros
 
 # How a shape is described: kind, then sizes [m]: ball (radius), capsule (radius, half length along its third axis),
 # plane (its normal is the third axis), box (half lengths). Place: centre [m], frame (9, row-major), velocity of the
@@ -146,9 +145,11 @@ def locate_side(shape_a, a, shape_b, b, out):
 
 
 @jit
-def speed_at(place, found, turns, stays, along, time, out):
-    """Velocity of a shape's contact point to out (3); the parts of the point from the centre start at turns, stays."""
-    r = np.empty(3)
+def speed_at(place, found, turns, stays, along, time, r, out):
+    """Velocity of a shape's contact point to out (3); the parts of the point from the centre start at turns, stays.
+
+    r: scratch (3).
+    """
     for i in range(3):
         r[i] = found[stays + i]
         for j in range(3):
@@ -160,7 +161,7 @@ def speed_at(place, found, turns, stays, along, time, out):
 
 
 @jit
-def first_touch(shape_a, a, shape_b, b, slot, dt, out):
+def first_touch(shape_a, a, shape_b, b, slot, dt, out, work_io):
     """Time [s] of the touch of two shapes within dt; 0.0 where they touch now, -1.0 where they will not.
 
     out: as `FOUND` says, at the touch, or now where there is none. The gap of two shapes on their way is nearly convex
@@ -169,12 +170,14 @@ def first_touch(shape_a, a, shape_b, b, slot, dt, out):
     gap = -locate(shape_a, a, shape_b, b, slot, out)
     if gap <= 0.0:
         return 0.0
-    then_a, then_b, speed_a, speed_b = np.empty(PLACE), np.empty(PLACE), np.empty(3), np.empty(3)
-    then_a[:], then_b[:] = a, b
+    then_a, then_b = numbers(work_io, PLACE), numbers(work_io, PLACE)
+    speed_a, speed_b, r = numbers(work_io, 3), numbers(work_io, 3), numbers(work_io, 3)
+    for i in range(PLACE):
+        then_a[i], then_b[i] = a[i], b[i]
     time = 0.0
     for _ in range(MOST_GUESSES):
-        speed_at(a, out, TURNS_A, STAYS_A, then_a, time, speed_a)
-        speed_at(b, out, TURNS_B, STAYS_B, then_b, time, speed_b)
+        speed_at(a, out, TURNS_A, STAYS_A, then_a, time, r, speed_a)
+        speed_at(b, out, TURNS_B, STAYS_B, then_b, time, r, speed_b)
         closing, push = 0.0, 0.0
         for i in range(3):
             closing -= out[NORMAL + i] * (speed_a[i] - speed_b[i])
@@ -199,17 +202,17 @@ REACH = 2.0  # a body may be hit and fly off at twice the speed of what hit it
 
 
 @jit
-def within_reach(trees, gaps, speeds, active, dt, keep_out):
+def within_reach(trees, gaps, speeds, active, dt, keep_out, work_io):
     """Which near pairs can take part in a step: those that touch or will, and what they may be knocked into.
 
     trees: what moves on each side, -1 for nothing, shape (n, 2). gaps [m], speeds: sum of both bodies' [m/s]. active:
-    touching or about to.
+    touching or about to, 1, or not, 0; keep_out likewise.
     """
     n = gaps.size
     most = 0
     for i in range(n):
         most = max(most, trees[i, 0], trees[i, 1])
-    fastest = np.zeros(most + 1)
+    fastest = zeros(work_io, most + 1)
     for i in range(n):
         keep_out[i] = active[i]
     changed = True
@@ -218,10 +221,10 @@ def within_reach(trees, gaps, speeds, active, dt, keep_out):
         for i in range(n):
             one, two = trees[i, 0], trees[i, 1]
             known = max(fastest[one] if one >= 0 else 0.0, fastest[two] if two >= 0 else 0.0)
-            if not keep_out[i]:
+            if keep_out[i] == 0.0:
                 if known == 0.0 or gaps[i] > REACH * max(known, speeds[i]) * dt:
                     continue
-                keep_out[i] = True
+                keep_out[i] = 1.0
                 changed = True
             known = max(known, speeds[i], 1e-300)
             for tree in (one, two):

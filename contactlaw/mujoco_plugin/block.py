@@ -10,8 +10,8 @@ from __future__ import annotations
 (
     LEADS, OWN_SIZE, REPORT, INSTANCES, SHAPES, BODIES, PAIRS, PARAMETERS, NV, STRIDE, CAPACITY, WIDTH, ACTUATED,
     LEDGERS, PENDING, STAGE_TIME, STILL, SLACK, INPUTS, GEOMS_AT, SHAPES_AT, BODIES_AT, PAIRS_AT, PARAMETERS_AT,
-    INSTANCES_AT, PLACES_AT, MOTION_AT, NEW_AT, LEDGER_AT, FORCE_AT, INPUTS_AT, FRAMES_AT, HEAD,
-) = range(33)  # fmt: skip
+    INSTANCES_AT, PLACES_AT, MOTION_AT, NEW_AT, LEDGER_AT, FORCE_AT, INPUTS_AT, FRAMES_AT, WORK_AT, WORK, HEAD,
+) = range(35)  # fmt: skip
 FOLLOWS = 0.0
 # STILL: 1 where the last evaluation found all at rest; its force then stands as long as the inputs, kept from INPUTS_AT
 # on, stay the same: exactly, but for places and velocities, which may differ by SLACK [m] in a step.

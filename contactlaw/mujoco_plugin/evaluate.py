@@ -7,7 +7,7 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
 from contactlaw.kernels.contact import OPEN, PHASE, RADIUS
-from contactlaw.kernels.coupling import couple
+from contactlaw.kernels.coupling import copy, couple
 from contactlaw.kernels.intervals import march, needs_cutting
 from contactlaw.kernels.memory import call_report
 from contactlaw.kernels.rest import SAME
@@ -59,6 +59,8 @@ from contactlaw.kernels.touch import (
     TURNS_A,
     TURNS_B,
 )
+from contactlaw.kernels.workspace import clear, numbers, zero_table, zeros
+from contactlaw.kernels.workspace import table as table_of
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.flight import fall_of
@@ -97,13 +99,13 @@ def report(instances, instance, code, value, head):
 
 
 @jit
-def measure(m, d, near, pairs, shapes, geoms, places):
+def measure(m, d, near, pairs, shapes, geoms, places, work_io):
     """Distances of near pairs by the engine, where a shape has no closed form here: pair and `FOUND`."""
     count = 0
     for pair in near:
         if shapes[int(pairs[pair, SHAPE_A]), KIND] == OTHER or shapes[int(pairs[pair, SHAPE_B]), KIND] == OTHER:
             count += 1
-    out, ends = np.zeros((count, 1 + FOUND)), np.empty(6)
+    out, ends = zero_table(work_io, count, 1 + FOUND), numbers(work_io, 6)
     count = 0
     for pair in near:
         one, two = int(pairs[pair, SHAPE_A]), int(pairs[pair, SHAPE_B])
@@ -142,9 +144,9 @@ def push(m, d, facts, bodies, shape, point, impulse, torque, factor, total_io):
 
 
 @jit
-def repay(m, d, records, count, pairs, shapes, facts, places, bodies, total_io):
+def repay(m, d, records, count, pairs, shapes, facts, places, bodies, total_io, work_io):
     """Add the generalized impulse (nv) that the last step left owing; returns whether there is any."""
-    point, none, any_owed = np.empty(3), np.zeros(3), False
+    point, none, any_owed = numbers(work_io, 3), zeros(work_io, 3), False
     for k in range(count):
         owed = records[k, OWED : OWED + 3]
         if owed[0] == 0.0 and owed[1] == 0.0 and owed[2] == 0.0:
@@ -159,14 +161,14 @@ def repay(m, d, records, count, pairs, shapes, facts, places, bodies, total_io):
 
 
 @jit
-def correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves):
+def correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves, work_io):
     """Turn the engine's motion into the true one: what is owed and half a step of free acceleration are still to come.
 
     owed, rates: generalized velocities owed and acceleration (nv). moves: positions that Runge-Kutta moved with the
     force of the last step are ahead by half of what is owed.
     """
     half = 0.0 if moves else 0.5 * dt
-    shift, turn = np.zeros(3), np.zeros(3)
+    shift, turn, point = zeros(work_io, 3), zeros(work_io, 3), numbers(work_io, 3)
     if moves:
         for i in range(shapes.shape[0]):
             body = int(shapes[i, BODY_OF])
@@ -179,7 +181,7 @@ def correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves):
         body = bodies[k]
         if body[TREE] < 0.0:
             continue
-        point = body[COM : COM + 3].copy()
+        copy(body[COM : COM + 3], point)
         linear, angular = body[LINEAR : LINEAR + 3], body[LINEAR + 3 : LINEAR + 6]
         add_motion(m, d, facts[k], point, owed, 1.0, linear, angular)
         add_motion(m, d, facts[k], point, rates, 1.0, body[LINEAR + 6 : LINEAR + 9], body[LINEAR + 9 : LINEAR + 12])
@@ -195,41 +197,56 @@ def correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves):
 def evaluate(m, d, block, head, dt, moves, total_out):
     """One step of all contacts: generalized force (nv) to total_out, what is to be remembered to the block."""
     nv = int(head[b.NV])
+    work = part(block, int(head[b.WORK_AT]), int(head[b.WORK]))
+    clear(work)
     shapes, facts, pairs, geoms, places, bodies = look(m, d, block, head)
     instances = table(block, int(head[b.INSTANCES_AT]), int(head[b.INSTANCES]), b.INSTANCE)
     known = count_records(d, instances)
-    records = np.zeros((known, int(head[b.STRIDE])))
+    records = zero_table(work, known, int(head[b.STRIDE]))
     if known == 0:
         for k in range(1, bodies.shape[0]):
             bodies[k, RATE] = 2.0 * fall_of(m, dt) / (dt * dt)
-        near, _ = near_pairs(pairs, shapes, places, bodies, records, 0, dt)
+        near, _ = near_pairs(pairs, shapes, places, bodies, records, 0, dt, work)
         for k in range(1, bodies.shape[0]):
             bodies[k, RATE] = 0.0
         if near.size == 0:
             return False
     gather(d, block, head, instances, records)
-    force, rates, owed = np.zeros(nv), np.empty(nv), np.zeros(nv)
+    force, rates, owed = zeros(work, nv), numbers(work, nv), zeros(work, nv)
     is_damped = damped(m, nv)
-    kept = np.empty(nv if is_damped else 0)
+    kept = numbers(work, nv if is_damped else 0)
     if is_damped:
         stiffen(m, d, nv, dt, kept)
-    if repay(m, d, records, known, pairs, shapes, facts, places, bodies, total_out):
+    if repay(m, d, records, known, pairs, shapes, facts, places, bodies, total_out, work):
         solve_inertia(m, d, types.uintp(owed.ctypes.data), types.uintp(total_out.ctypes.data), 1)
     free_acceleration(m, d, head[b.ACTUATED] != 0.0, nv, force, rates)
-    correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves)
-    near, ways = near_pairs(pairs, shapes, places, bodies, records, known, dt)
-    measured = measure(m, d, near, pairs, shapes, geoms, places)
-    who, times, found, trees = meet(near, ways, pairs, shapes, places, bodies, measured, dt)
+    correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves, work)
+    near, ways = near_pairs(pairs, shapes, places, bodies, records, known, dt, work)
+    measured = measure(m, d, near, pairs, shapes, geoms, places, work)
+    who, times, found, trees = meet(near, ways, pairs, shapes, places, bodies, measured, dt, work)
     n = who.shape[0]
-    now, couples = np.empty((n, 3)), np.zeros((n, 2, 3))
+    now, couples = table_of(work, n, 3), zeros(work, 6 * n).reshape((n, 2, 3))
     new = table(block, int(head[b.NEW_AT]), int(head[b.CAPACITY]), int(head[b.STRIDE]))
     parameters = part(block, int(head[b.PARAMETERS_AT]), int(head[b.PARAMETERS]))
     rows, histories, arms, pulls, answers, crooked = describe(
-        who, times, found, pairs, shapes, places, bodies, parameters, records, known, dt, not moves, int(head[b.WIDTH])
+        who,
+        times,
+        found,
+        pairs,
+        shapes,
+        places,
+        bodies,
+        parameters,
+        records,
+        known,
+        dt,
+        not moves,
+        int(head[b.WIDTH]),
+        work,
     )
-    point = np.empty(3)
+    point = numbers(work, 3)
     for i in range(n):
-        if crooked[i]:
+        if crooked[i] != 0.0:
             keep_apart(rows[i], histories[i])
         for side in range(2):
             body = int(shapes[int(pairs[who[i, 0], SHAPE_A + side]), BODY_OF])
@@ -238,20 +255,23 @@ def evaluate(m, d, block, head, dt, moves, total_out):
                     for k in range(3):
                         point[k] = engine_place(d, facts[body])[k] + arms[i, side, k]
                     axis = rows[i, FRAME + 3 * j : FRAME + 3 * j + 3]
-                    pull_tree(m, d, facts[body], axis, point, nv, pulls[i, side, j], answers[i, side, j])
+                    pull_tree(m, d, facts[body], axis, point, nv, pulls[i, side, j], answers[i, side, j],
+                              work)  # fmt: skip
     if is_damped:
         relax(m, d, nv, kept)
-    still = couple(rows, histories, parameters, trees, pulls, answers, dt)
+    still = couple(rows, histories, parameters, trees, pulls, answers, dt, work)
     cut = np.empty(n, dtype=np.bool_)
-    if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut):
+    if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut, work):
         who, times, found, trees, rows, histories, arms, crooked = march(
             cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies, parameters,
             records, known, dt, moves, int(head[b.WIDTH]), new.shape[0],
+            work,
         )  # fmt: skip
         n = who.shape[0]
-        now, couples = np.empty((n, 3)), np.zeros((n, 2, 3))
+        now, couples = table_of(work, n, 3), zeros(work, 6 * n).reshape((n, 2, 3))
     count = finish(
-        who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, new, now, couples
+        who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, moves, new, now, couples,
+        work,
     )  # fmt: skip
     for i in range(n):
         for side in range(2):
@@ -318,7 +338,7 @@ def tell(head, block, instances, who, found, rows, crooked, pairs, parameters):
         pair = pairs[who[i, 0]]
         radius = parameters[int(pair[LAW_OF_PAIR]) + RADIUS]
         deepest = max(row[DEEPEST], row[OVERLAP_NOW])
-        if crooked[i]:
+        if crooked[i] != 0.0:
             report(instances, instance, b.NOT_IN_PLANE, 0.0, head)
         if deepest > DEEP_FROM * radius:
             report(instances, instance, b.DEEP, deepest / radius, head)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
@@ -19,6 +18,7 @@ from contactlaw.kernels.scene import (
     RATE,
     TREE,
 )
+from contactlaw.kernels.workspace import numbers, zeros
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import BODY_ID, EASE, LAST_DOF, LIGHTNESS, ROOT, TREE_DOF, TREE_ID, TREE_SIZE
 
@@ -214,10 +214,10 @@ def relax(m, d, nv, kept):
 
 
 @jit
-def pull_tree(m, d, facts, axis, point, nv, pull_out, answer_out):
+def pull_tree(m, d, facts, axis, point, nv, pull_out, answer_out, work_io):
     """Generalized force on a body's tree of a unit force along an axis at a point, and the velocities it causes."""
-    force, answer = np.zeros(nv), np.empty(nv)
-    project(m, d, facts, point, axis, np.zeros(3), 1.0, force)
+    force, answer, none = zeros(work_io, nv), numbers(work_io, nv), zeros(work_io, 3)
+    project(m, d, facts, point, axis, none, 1.0, force)
     solve_inertia(m, d, types.uintp(answer.ctypes.data), types.uintp(force.ctypes.data), 1)
     first = int(facts[TREE_DOF])
     for i in range(int(facts[TREE_SIZE])):

@@ -28,6 +28,7 @@ LIBRARY.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 LIBRARY.mjp_getPlugin.restype = ctypes.c_void_p
 
 NEIGHBOURS = 8  # contacts at once for each body, as far as room is left open; balls in a close packing have 12 halves
+WORK_OF_CONTACT, MOST_WORK = 500, 200_000  # numbers of scratch memory: enough for most, at most
 FAR_OUT = 1e100  # [m], a bound whose square is still a number
 
 
@@ -231,6 +232,9 @@ class System:
             b.FORCE_AT: np.zeros(nv),
             b.INPUTS_AT: np.zeros(memo.inputs_of(view)),
             b.FRAMES_AT: np.zeros((len(self.facts), 9)),
+            b.WORK_AT: np.zeros(
+                min(WORK_OF_CONTACT * (room + 4) + 20 * nv + 100 * (len(self.geoms) + len(pairs)), MOST_WORK)
+            ),
         }
         at = b.HEAD
         for index, values in tables.items():
@@ -240,7 +244,7 @@ class System:
             b.LEADS: 1.0, b.REPORT: report, b.INSTANCES: len(self.members), b.SHAPES: len(self.geoms),
             b.BODIES: len(self.facts), b.PAIRS: len(pairs), b.PARAMETERS: parameters.size, b.NV: nv, b.STRIDE: stride,
             b.CAPACITY: room, b.WIDTH: max([6, *general]), b.ACTUATED: view.size("nu") > 0, b.PENDING: -1.0,
-            b.STAGE_TIME: np.nan, b.INPUTS: tables[b.INPUTS_AT].size,
+            b.STAGE_TIME: np.nan, b.INPUTS: tables[b.INPUTS_AT].size, b.WORK: tables[b.WORK_AT].size,
             b.LEDGERS: any(member.contact.ledger for member in self.members),
         }  # fmt: skip
         for index, value in numbers.items():

@@ -31,7 +31,7 @@ from contactlaw.pybullet_callback.mechanism import Mechanism, read_motion
 from contactlaw.pybullet_callback.shapes import BASE
 from contactlaw.pybullet_callback.stance import set_out
 from contactlaw.pybullet_callback.step import NOT_FINITE, NOTHING, exchange, look_around
-from contactlaw.pybullet_callback.tables import DT, GRAVITY, WIDTH, Tables, views
+from contactlaw.pybullet_callback.tables import DT, GRAVITY, WIDTH, Tables, views, workspace
 
 Array = NDArray[np.float64]
 
@@ -61,14 +61,14 @@ class Linked:
             near, ways = look_around(t.memory, views(t.memory))
         if near.size == 0:
             return NOTHING
-        dt, records = float(t.memory[DT]), t.records
+        dt, records, work = float(t.memory[DT]), t.records, workspace(t.memory)
         measured = self._measure(near, ways)
-        who, times, found, trees = meet(near, ways, t.pairs, t.shapes, t.places, t.bodies, measured, dt)
+        who, times, found, trees = meet(near, ways, t.pairs, t.shapes, t.places, t.bodies, measured, dt, work)
         if not len(who) and not len(records):
             return NOTHING
         rows, histories, arms, pulls, answers, crooked = describe(
             who, times, found, t.pairs, t.shapes, t.places, t.bodies, t.parameters, records, len(records), dt, True,
-            int(t.memory[WIDTH]),
+            int(t.memory[WIDTH]), work,
         )  # fmt: skip
         for i, (pair, _) in enumerate(who):
             for side, row in enumerate(self._rows(pair)):

@@ -28,6 +28,7 @@ from contactlaw.kernels.scene import (
     TREE,
     lever,
 )
+from contactlaw.kernels.workspace import clear, numbers, table
 from contactlaw.pybullet_callback.tables import (
     BAD,
     DT,
@@ -41,6 +42,7 @@ from contactlaw.pybullet_callback.tables import (
     STAYS_MASS,
     STAYS_TREE,
     VELOCITY,
+    workspace,
 )
 from contactlaw.pybullet_callback.tables import OWED as BODIES_OWED
 
@@ -52,7 +54,9 @@ def set_out(memory, tables):
     Of bodies with links the readings as they are: the rest is the caller's. Returns whether all is finite.
     """
     bodies, shapes, places, pairs, _, records, _, count = tables
-    turns, half, g = np.empty((bodies.shape[0], 9)), 0.5 * memory[DT], memory[GRAVITY : GRAVITY + 3]
+    work = workspace(memory)
+    clear(work)
+    turns, half, g = table(work, bodies.shape[0], 9), 0.5 * memory[DT], memory[GRAVITY : GRAVITY + 3]
     for i in range(bodies.shape[0]):
         b = bodies[i]
         total = g[0] + g[1] + g[2] + half
@@ -80,7 +84,7 @@ def set_out(memory, tables):
                 place[3 + 3 * j + m] = 0.0
                 for n in range(3):
                     place[3 + 3 * j + m] += t[3 * j + n] * pose[3 + 3 * n + m]
-    arm = np.empty(3)
+    arm = numbers(work, 3)
     for i in range(count):
         pair = pairs[int(records[i, KEY]) // MOST_SLOTS]
         impulse, sign = records[i, OWED : OWED + 3], 1.0

@@ -47,6 +47,7 @@ from contactlaw.kernels.scene import (
     place_of,
 )
 from contactlaw.kernels.touch import BALL, CLEAR, FOUND, KIND, PLACE, PLANE, first_touch
+from contactlaw.kernels.workspace import USED, bare, clear, numbers, table
 from contactlaw.pybullet_callback.stance import set_out, tumble
 from contactlaw.pybullet_callback.tables import (
     APART,
@@ -84,6 +85,7 @@ from contactlaw.pybullet_callback.tables import (
     WIDTH,
     outputs,
     views,
+    workspace,
 )
 from contactlaw.pybullet_callback.tables import OWED as BODIES_OWED
 
@@ -97,8 +99,9 @@ CLAMP = 100.0  # Bullet's default limit of each velocity component [m/s], [rad/s
 
 
 @jit
-def advance(memory):
+def advance(lent):
     """A step of free and fixed bodies whose shapes the kernels know."""
+    memory = bare(lent)
     tables = views(memory)
     if memory[STILL] != 0.0 and stands(memory, tables[0]):
         return int(memory[STILL])
@@ -119,7 +122,8 @@ def steps_apart(memory, tables, ways):
     dt = memory[DT]
     soonest = MOST_APART * dt
     fall = sqrt(memory[GRAVITY] ** 2 + memory[GRAVITY + 1] ** 2 + memory[GRAVITY + 2] ** 2)
-    a, b, found = np.empty(PLACE), np.empty(PLACE), np.empty(FOUND)
+    work = workspace(memory)
+    a, b, found, used = numbers(work, PLACE), numbers(work, PLACE), numbers(work, FOUND), work[USED]
     for i in range(pairs.shape[0]):
         one, two = int(pairs[i, SHAPE_A]), int(pairs[i, SHAPE_B])
         gap = max(gap_of_bounds(shapes[one], places[one], shapes[two], places[two]), 0.0)
@@ -128,7 +132,8 @@ def steps_apart(memory, tables, ways):
         if time < soonest and shapes[one, KIND] == BALL and shapes[two, KIND] in (BALL, PLANE):
             place_of(shapes[one], places[one], bodies, a)
             place_of(shapes[two], places[two], bodies, b)
-            touch = first_touch(shapes[one], a, shapes[two], b, 0, soonest, found)
+            work[USED] = used
+            touch = first_touch(shapes[one], a, shapes[two], b, 0, soonest, found, work)
             time = soonest if touch < 0.0 else touch
         soonest = min(soonest, time)
     return max(soonest / dt - 2.0, 0.0)
@@ -171,13 +176,26 @@ def note_rest(memory, bodies, records, fresh, count, rows, result):
 def act(memory, tables, near, ways):
     """What those do that are near."""
     bodies, shapes, places, pairs, parameters, records, _, count = tables
-    dt = memory[DT]
-    who, times, found, trees = meet(near, ways, pairs, shapes, places, bodies, np.empty((0, 1 + FOUND)), dt)
+    dt, work = memory[DT], workspace(memory)
+    who, times, found, trees = meet(near, ways, pairs, shapes, places, bodies, table(work, 0, 1 + FOUND), dt, work)
     if who.shape[0] == 0 and count == 0:
         memory[APART] = steps_apart(memory, tables, ways)
         return NOTHING
     rows, histories, arms, pulls, answers, crooked = describe(
-        who, times, found, pairs, shapes, places, bodies, parameters, records, count, dt, True, int(memory[WIDTH])
+        who,
+        times,
+        found,
+        pairs,
+        shapes,
+        places,
+        bodies,
+        parameters,
+        records,
+        count,
+        dt,
+        True,
+        int(memory[WIDTH]),
+        work,
     )
     return exchange(memory, tables, who, times, found, trees, rows, histories, arms, pulls, answers, crooked)
 
@@ -186,7 +204,9 @@ def act(memory, tables, near, ways):
 def look_around(memory, tables):
     """Pairs that may touch, and the way that each shape may go, as `near_pairs`."""
     bodies, shapes, places, pairs, _, records, _, count = tables
-    return near_pairs(pairs, shapes, places, bodies, records, count, memory[DT])
+    work = workspace(memory)
+    clear(work)
+    return near_pairs(pairs, shapes, places, bodies, records, count, memory[DT], work)
 
 
 @jit
@@ -217,21 +237,24 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
     n, dt, count = who.shape[0], memory[DT], 0
     if n > fresh.shape[0]:
         return NO_ROOM
-    now, twist = np.empty((n, 3)), np.empty((n, 2, 3))
+    work = workspace(memory)
+    now, twist = table(work, n, 3), numbers(work, 6 * n).reshape((n, 2, 3))
     if n > 0:
-        still = couple(rows, histories, parameters, trees, pulls, answers, dt)
+        still = couple(rows, histories, parameters, trees, pulls, answers, dt, work)
         cut = np.empty(n, dtype=np.bool_)
-        if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut):
+        if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut, work):
             who, times, found, trees, rows, histories, arms, crooked = march(
                 cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies,
                 parameters, records, old, dt, False, int(memory[WIDTH]), fresh.shape[0],
+                work,
             )  # fmt: skip
             n = who.shape[0]
             if n > fresh.shape[0]:
                 return NO_ROOM
-            now, twist = np.empty((n, 3)), np.empty((n, 2, 3))
+            now, twist = table(work, n, 3), numbers(work, 6 * n).reshape((n, 2, 3))
         count = finish(
-            who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, False, fresh, now, twist
+            who, found, rows, histories, trees, arms, pairs, shapes, bodies, dt, False, fresh, now, twist,
+            work,
         )  # fmt: skip
         hold_arms(who, arms, pairs, shapes, places, bodies, fresh, count)
     memory[COUNT + 1 - int(memory[IN_FORCE])] = count
@@ -256,7 +279,7 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
                 if touched and abs(bodies[k, j]) == CLAMP:
                     flags |= CLAMPED
         if touched:
-            if crooked[i]:
+            if crooked[i] != 0.0:
                 flags |= CROOKED
             if pair[BY_SHAPE] != 0.0 and found[i, CLEAR] == 0.0:
                 flags |= UNCLEAR

@@ -14,10 +14,12 @@ from contactlaw.kernels import scene
 # records is in force and how many records each holds; results of a step: contacts told of, the body or contact that
 # is not finite. STILL: what the last step came to if all is at rest, else 0; then the same comes of the next, as long
 # as what was read stays the same: exactly, but for places and velocities, which may differ by SLACK [m] in a step.
-# What was read then is kept. APART: for how many steps more nothing can touch, if gravity alone acts.
+# What was read then is kept. APART: for how many steps more nothing can touch, if gravity alone acts. WORK: length of
+# the scratch memory at the end.
 DT, GRAVITY = 0, 1
 BODIES, SHAPES, PAIRS, PARAMETERS, ROOM, RECORD, WIDTH = range(4, 11)
-IN_FORCE, COUNT, TOLD, BAD, STILL, SLACK, APART, KEPT, HEADER = 11, 12, 14, 15, 16, 17, 18, 19, 23
+IN_FORCE, COUNT, TOLD, BAD, STILL, SLACK, APART, WORK, KEPT, HEADER = 11, 12, 14, 15, 16, 17, 18, 19, 20, 24
+WORK_OF_CONTACT, MOST_WORK = 500, 200_000  # numbers of scratch memory: enough for most, at most
 # A body has more than the kernels read. As it was read: centre of mass [m], quaternion, velocity [m/s], spin [rad/s].
 # What stays of it: its tree (-1: nothing moves it), 1/mass [1/kg] and 1/inertia about its own axes [1/(kg m^2)] where
 # it is free and without links, else 0. What it is owed: impulse and angular impulse about its centre [N s, N m s].
@@ -67,10 +69,17 @@ def views(memory):
 def outputs(memory):
     """Tellings (room, TELLING), pushes and readings kept (bodies, PUSH and READING), at the end of the memory."""
     n, room = int(memory[BODIES]), int(memory[ROOM])
-    kept = memory.size - n * READING
+    kept = memory.size - n * READING - int(memory[WORK])
     at = kept - n * PUSH
     tellings = memory[at - room * TELLING : at].reshape((room, TELLING))
-    return tellings, memory[at:kept].reshape((n, PUSH)), memory[kept:].reshape((n, READING))
+    readings = memory[kept : memory.size - int(memory[WORK])].reshape((n, READING))
+    return tellings, memory[at:kept].reshape((n, PUSH)), readings
+
+
+@jit
+def workspace(memory):
+    """What `kernels.workspace` lends, at the end of the memory."""
+    return memory[memory.size - int(memory[WORK]) :]
 
 
 class Tables:
@@ -86,7 +95,9 @@ class Tables:
     def __init__(self, bodies: int, shapes: int, pairs: int, parameters: int, history: int, room: int) -> None:
         record = scene.HISTORY + history
         size = bodies * (BODY + PUSH + READING) + shapes * (SHAPE + 12) + pairs * PAIR + parameters
-        self.memory = np.zeros(HEADER + size + room * (2 * record + TELLING))
+        work = min(WORK_OF_CONTACT * room + 100 * (bodies + shapes + pairs), MOST_WORK)
+        self.memory = np.zeros(HEADER + size + room * (2 * record + TELLING) + work)
+        self.memory[WORK] = work
         self.buffer: memoryview = self.memory.data
         self.memory[BODIES : RECORD + 1] = bodies, shapes, pairs, parameters, room, record
         self.memory[WIDTH] = 6
@@ -94,7 +105,7 @@ class Tables:
         self.bodies, self.shapes, self.places, self.pairs, self.parameters, first, second, _ = views(self.memory)
         self._records = first, second
         self.tellings, self.pushes, _ = outputs(self.memory)
-        self.pushes_at = 8 * (self.memory.size - bodies * (PUSH + READING))
+        self.pushes_at = 8 * (self.memory.size - work - bodies * (PUSH + READING))
         self.readings, self.staying = self.bodies[:, POSITION:READ], self.bodies[:, READ:OWED]
         self.owed = self.bodies[:, OWED:BODY]
 
