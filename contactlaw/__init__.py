@@ -3,6 +3,7 @@
 Units are SI; vectors are in the world frame; a contact normal points from body B to body A and forces act on A.
 """
 
+from contactlaw.calibration import Calibration, Estimate, calibrate, contact_velocities
 from contactlaw.collision import Body, Impact, collide
 from contactlaw.impact import force_along_path, rebound
 from contactlaw.laws import LAWS, Law
@@ -14,12 +15,16 @@ __all__ = [
     "MATERIALS",
     "RIGID",
     "Body",
+    "Calibration",
     "ContactPair",
     "ContactWarning",
+    "Estimate",
     "Impact",
     "Law",
     "Material",
+    "calibrate",
     "collide",
+    "contact_velocities",
     "force_along_path",
     "rebound",
 ]

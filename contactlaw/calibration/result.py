@@ -1,0 +1,180 @@
+"""What a table of impacts says of a contact, and in plain words what it does not say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlaw import checks
+from contactlaw.impact import rebound
+from contactlaw.material import Material
+from contactlaw.pair import ContactPair
+
+Array = NDArray[np.float64]
+SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = "slides throughout", "slides, then sticks", "starts stuck", "not told"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter as far as the table tells it. No field is ever NaN; what is not known is None.
+
+    Attributes:
+        status: "measured"; "given": by the user, not by the table; "not determined".
+        value: None where it is not determined.
+        uncertainty: Standard uncertainty (one standard deviation); None where there is none to give.
+        lower, upper: What the table allows at 95 %; None: open on that side.
+        note: What else there is to say, in words.
+    """
+
+    status: Literal["measured", "given", "not determined"]
+    value: float | None = None
+    uncertainty: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    note: str = ""
+
+    @property
+    def determined(self) -> bool:
+        """Whether there is a value."""
+        return self.value is not None
+
+    def __str__(self) -> str:
+        if self.value is None:
+            bounds = [f"at least {self.lower:.3g}"] if self.lower is not None else []
+            bounds += [f"at most {self.upper:.3g}"] if self.upper is not None else []
+            return f"not determined{': ' if bounds else ''}{', '.join(bounds)}"
+        if self.status == "given":
+            return f"{self.value:.4g} (given)"
+        if self.uncertainty is None:
+            return f"{self.value:.4g} (uncertainty not known)"
+        digits = int(np.clip(1 - np.floor(np.log10(max(self.uncertainty, 1e-12))), 0, 8))
+        relative = 100.0 * self.uncertainty / abs(self.value)
+        return f"{self.value:.{digits}f} +- {self.uncertainty:.{digits}f} ({relative:.2g} %)"
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What `calibrate` found.
+
+    Uncertainties are standard uncertainties of the fit: of random errors of the velocities. With given errors they
+    follow from these (and grow with the scatter where that is larger than the errors explain); without, from the
+    scatter about the curve. The scatter of a few impacts is itself not well known: the standard uncertainty is then
+    widened by Student's quantile over the normal one, so that 1.96 of it is always the 95 % range. Errors that all
+    impacts share (a scale, an angle of the camera) and those of the law are not in it.
+
+    Attributes:
+        restitution: e, weighted mean of V_z2/V_z1.
+        friction: mu of the fit to all impacts.
+        stiffness_ratio: kappa of the fit.
+        sliding_friction: mu as the paper takes it, from the impacts that slide throughout alone (its eq. (6) with
+            1 + e for 2).
+        regimes: Of each impact: "slides throughout", "slides, then sticks", "starts stuck", or "not told".
+        outliers: Indices of impacts that lie too far off to be scatter; they were left out.
+        before, after: The table, V_z and V_x [m/s], shape (2, n); V_z2 is e V_z1 where it was not measured.
+        residuals: V_x2 less the curve [m/s], shape (n,); zeros where there is no curve.
+        residual_rms: Of the impacts used [m/s].
+        degrees_of_freedom: Impacts used less parameters fitted.
+        chi_squared: chi^2 per degree of freedom, about 1 where law and errors fit; None without given errors.
+        scatter: Error of a velocity that the residuals point to [m/s]; None with given errors.
+        mass_ratio: m_N/m_T.
+        curve_parameters: mu and kappa of the curve nearest to the impacts, for pictures; where one of them is not
+            determined it is one of many. None: no curve.
+    """
+
+    restitution: Estimate
+    friction: Estimate
+    stiffness_ratio: Estimate
+    sliding_friction: Estimate
+    regimes: tuple[str, ...]
+    outliers: tuple[int, ...]
+    before: Array
+    after: Array
+    residuals: Array
+    residual_rms: float
+    degrees_of_freedom: int
+    chi_squared: float | None
+    scatter: float | None
+    mass_ratio: float
+    curve_parameters: tuple[float, float] | None
+
+    def count(self, regime: str) -> int:
+        """Number of impacts in a regime."""
+        return self.regimes.count(regime)
+
+    @property
+    def mean_restitution(self) -> float:
+        """e of the curve: the mean, but not above 1."""
+        return min(self.restitution.value or 1.0, 1.0)
+
+    def curve(self, incidence: ArrayLike) -> Array:
+        """V_x2/V_z1 of the nearest curve over V_x1/V_z1.
+
+        Args:
+            incidence: V_x1/V_z1, any shape.
+
+        Raises:
+            ValueError: There is no curve.
+        """
+        if self.curve_parameters is None:
+            raise ValueError(f"curve: there is none. {self.friction.note}")
+        mu, kappa = self.curve_parameters
+        t = checks.finite_array("incidence", incidence)
+        chi = 0.5 * kappa * self.mass_ratio
+        return mu / kappa * np.asarray(rebound(kappa / mu * t, chi, restitution=self.mean_restitution))
+
+    def pair(self, a: Material, b: Material) -> ContactPair:
+        """The contact with what was measured, for a simulation; kappa from the materials where the table has none.
+
+        Args:
+            a, b: The materials, for the elastic moduli.
+
+        Raises:
+            ValueError: The friction is not determined.
+        """
+        if self.friction.value is None:
+            raise ValueError(f"friction = {self.friction}: give the pair a value of your own")
+        return ContactPair(
+            a, b, self.friction.value, self.mean_restitution, stiffness_ratio=self.stiffness_ratio.value
+        )  # fmt: skip
+
+    @property
+    def verdict(self) -> str:
+        """In plain words: what the table tells, and what it cannot."""
+        parts = [one.note for one in (self.friction, self.stiffness_ratio, self.restitution) if one.note]
+        if self.outliers:
+            named = ", ".join(str(index) for index in self.outliers)
+            parts.append(f"Left out as too far off to be scatter: impact {named} (counted from 0); look at it again.")
+        if self.chi_squared is not None and self.degrees_of_freedom > 0:
+            allowed = 2.0 * np.sqrt(2.0 / self.degrees_of_freedom)
+            if self.chi_squared > 1.0 + allowed:
+                parts.append(
+                    f"The impacts scatter more than the given errors explain (chi^2 per degree of freedom "
+                    f"{self.chi_squared:.2g}); the uncertainties have been widened to the scatter."
+                )
+            elif self.chi_squared < 1.0 - allowed:
+                parts.append("The impacts scatter less than the given errors: these are probably too large.")
+        return " ".join(parts) or "The table determines restitution, friction and stiffness ratio."
+
+    def summary(self) -> str:
+        """A few lines to print."""
+        known = [name for name in (SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN) if self.count(name)]
+        error = (
+            f"chi^2 per degree of freedom {self.chi_squared:.2f}" if self.chi_squared is not None
+            else f"points to an error of {self.scatter:.2g} m/s in each velocity" if self.scatter is not None
+            else "nothing left to judge the scatter by"
+        )  # fmt: skip
+        return "\n".join(
+            [
+                f"{len(self.regimes)} impact{'s' if len(self.regimes) > 1 else ''}: "
+                + ", ".join(f"{self.count(name)} {name}" for name in known),
+                f"restitution e           {self.restitution}",
+                f"friction mu             {self.friction}",
+                f"  of sliding impacts    {self.sliding_friction}",
+                f"stiffness ratio kappa   {self.stiffness_ratio}",
+                f"residual of V_x2        {self.residual_rms:.2g} m/s rms; {error}",
+                self.verdict,
+            ]
+        )

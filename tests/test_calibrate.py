@@ -1,0 +1,303 @@
+"""Calibration: tables of known truth, made by the annulus reference, come back within their uncertainties."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import inf
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from contactlaw import MATERIALS, Body, calibrate, collide, contact_velocities, rebound
+from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN
+from contactlaw.pair import ContactPair
+from validation.calibrate_table import app
+from validation.calibration_figure import draw_calibration
+from validation.reference.annulus import rebound as reference
+
+pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="fits take minutes uncompiled")  # type: ignore[attr-defined]
+
+DISK = 0.5
+MU, KAPPA, E = 0.115, 0.837, 0.93  # the paper's steel puck
+RATIO = 1.0 + 1.0 / DISK
+ALL = (*np.linspace(0.3, 4.2, 9), *np.linspace(4.6, 8.0, 7))
+NOISE = 0.005  # of every velocity, over the approach speed
+
+
+@cache
+def curve(psi_1, mu=MU, kappa=KAPPA, e=E, ratio=RATIO, law=False):
+    """V_z1, V_x1, V_z2, V_x2 without errors."""
+    chi = 0.5 * kappa * ratio
+    psi_2 = rebound(psi_1, chi, restitution=e) if law else reference(psi_1, chi, 16, restitution=e)
+    ones = np.ones(len(psi_1))
+    return np.stack([ones, mu / kappa * np.array(psi_1), e * ones, mu / kappa * np.atleast_1d(psi_2)])
+
+
+def table(psi_1=ALL, noise=NOISE, seed=0, **truth):
+    """(before, after) with normal errors."""
+    z1, x1, z2, x2 = curve(tuple(psi_1), **truth)
+    z1, x1, z2, x2 = np.stack([z1, x1, z2, x2]) + noise * np.random.default_rng(seed).standard_normal((4, x1.size))
+    return (z1, x1), (z2, x2)
+
+
+def errors(noise=NOISE):
+    return {"normal_error": noise, "tangential_error": noise}
+
+
+def off(estimate, truth):
+    """In standard uncertainties."""
+    return abs(estimate.value - truth) / estimate.uncertainty
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize(
+    ("mu", "kappa", "e", "inertia"), [(MU, KAPPA, E, DISK), (2.4, 2 / 3, 0.86, DISK), (0.092, 0.86, 0.98, 0.4)]
+)
+def test_true_values_come_back(mu, kappa, e, inertia, known):
+    """Velocities scale with mu, so the errors do, down to where V_z spoils them: half a percent of V_z or V_x."""
+    noise = NOISE * max(mu, 0.5)
+    ratio = 1.0 + 1.0 / inertia
+    before, after = table(noise=noise, mu=mu, kappa=kappa, e=e, ratio=ratio)
+    result = calibrate(before, after, inertia, **(errors(noise) if known else {}))
+    assert result.outliers == ()
+    assert off(result.friction, mu) < 3.0
+    assert off(result.stiffness_ratio, kappa) < 3.0
+    assert off(result.restitution, e) < 3.0
+    assert off(result.sliding_friction, mu) < 3.0
+    assert result.stiffness_ratio.uncertainty < 0.1 * kappa
+    assert result.friction.lower < result.friction.value < result.friction.upper
+
+
+@pytest.mark.parametrize(("known", "tables"), [(True, 200), (False, 100)])
+def test_uncertainties_are_those_of_repeated_tables(known, tables):
+    """The law generates, so that nothing but noise is left; 200 tables tell a standard deviation to 5 %, 100 to 7 %."""
+    psi_1 = (0.4, 0.9, 1.6, 2.4, 3.2, 3.8, 5.0, 6.0, 7.0, 8.0)
+    pulls = []
+    for seed in range(tables):
+        before, after = table(psi_1, seed=seed, law=True)
+        result = calibrate(before, after, DISK, stiffness_ratio=0.84, **(errors() if known else {}))
+        pairs = ((result.friction, MU), (result.stiffness_ratio, KAPPA), (result.restitution, E))
+        pulls.append([(one.value - truth) / one.uncertainty for one, truth in pairs])
+    spread = np.std(pulls, axis=0)
+    assert ((spread > 0.8) & (spread < 1.25)).all(), spread
+    assert (np.abs(np.mean(pulls, axis=0)) < 4.0 / np.sqrt(tables)).all()
+
+
+def test_without_errors_the_truth_is_met_as_well_as_law_and_reference_agree():
+    """Both are good to 1e-3 in psi, of some 4 that the curve spans."""
+    before, after = table(noise=0.0)
+    result = calibrate(before, after, DISK)
+    assert result.friction.value == pytest.approx(MU, rel=1e-3)
+    assert result.stiffness_ratio.value == pytest.approx(KAPPA, rel=2e-3)
+    assert result.restitution.value == pytest.approx(E, rel=1e-12)
+
+
+def test_regimes_are_those_of_the_theory():
+    before, after = table(noise=1e-4)
+    result = calibrate(before, after, DISK)
+    slides = KAPPA * RATIO * (1.0 + E) - E
+    expected = [STICKS_FIRST if psi <= 1.0 else SLIDES if psi >= slides else SLIDES_FIRST for psi in ALL]
+    assert list(result.regimes) == expected
+
+
+def test_sliding_friction_is_the_papers_with_1_plus_e_for_2():
+    psi_1 = (5.0, 6.0, 7.0, 8.0)
+    before, after = table(psi_1, noise=0.0)
+    result = calibrate(before, after, DISK, stiffness_ratio=KAPPA, hold_stiffness_ratio=True)
+    assert result.sliding_friction.value == pytest.approx(MU, rel=1e-9)
+    paper = np.mean((before[1] - after[1]) / (2.0 * before[0] * RATIO))
+    assert paper / MU - 1.0 == pytest.approx(-0.035, abs=1e-9)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_only_sliding_impacts_tell_friction_and_not_kappa(known):
+    before, after = table((6.0, 6.6, 7.2, 7.8, 8.4, 9.0))
+    result = calibrate(before, after, DISK, **(errors() if known else {}))
+    assert off(result.friction, MU) < 3.0
+    assert result.stiffness_ratio.status == "not determined"
+    assert result.stiffness_ratio.value is None and result.stiffness_ratio.uncertainty is None
+    assert "every impact slides throughout" in result.verdict
+    assert result.count(SLIDES) == 6
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_only_sticking_impacts_bound_friction_from_below(known):
+    before, after = table((0.1, 0.2, 0.3, 0.4, 0.5, 0.6))
+    result = calibrate(before, after, DISK, **(errors() if known else {}))
+    assert result.friction.value is None
+    assert 0.0 < result.friction.lower < MU
+    assert result.friction.upper is None or result.friction.upper > MU
+    assert result.sliding_friction.value is None
+    assert "at least" in result.verdict and SLIDES not in result.regimes
+    with pytest.raises(ValueError, match="friction = not determined"):
+        result.pair(MATERIALS["steel"], MATERIALS["steel"])
+
+
+@pytest.mark.parametrize("psi_1", [0.3, 1.0, 7.0])
+@pytest.mark.parametrize("known", [True, False])
+def test_one_impact_tells_no_more_than_the_ratio_of_impulses(psi_1, known):
+    before, after = table((psi_1,))
+    result = calibrate(before, after, DISK, **(errors() if known else {}))
+    assert result.friction.value is None and result.stiffness_ratio.value is None
+    seen = float((before[1][0] - after[1][0]) / (RATIO * (before[0][0] + after[0][0])))
+    if known:
+        assert 0.0 < result.friction.lower <= seen
+    else:
+        assert result.friction.lower is None and f"at least {seen:.3g}" in result.verdict
+    assert (result.restitution.uncertainty is None) is not known
+    assert result.regimes == (UNKNOWN,)
+
+
+def test_kappa_held_makes_one_sliding_impact_tell_friction():
+    before, after = table((8.0,))
+    result = calibrate(before, after, DISK, stiffness_ratio=KAPPA, hold_stiffness_ratio=True, **errors())
+    assert result.stiffness_ratio.status == "given" and result.stiffness_ratio.value == KAPPA
+    assert off(result.friction, MU) < 3.0
+
+
+def test_a_few_outliers_are_named_and_do_no_harm():
+    before, after = table()
+    after[1][2] += 0.3
+    after[1][11] *= -1.0
+    result = calibrate(before, after, DISK)
+    assert result.outliers == (2, 11)
+    assert "impact 2, 11" in result.verdict
+    assert off(result.friction, MU) < 3.0 and off(result.stiffness_ratio, KAPPA) < 3.0
+
+
+def test_errors_given_too_small_are_widened_to_the_scatter_and_said():
+    before, after = table()
+    result = calibrate(before, after, DISK, **errors(0.2 * NOISE))
+    assert result.chi_squared == pytest.approx(25.0, rel=0.6)
+    assert "scatter more than the given errors" in result.verdict
+    assert off(result.friction, MU) < 3.0
+
+
+def test_restitution_that_falls_with_speed_is_said_to():
+    before, after = table()
+    speed = np.geomspace(0.5, 2.0, len(ALL))
+    e = after[0] * (1.0 - 0.05 * np.log(speed))
+    result = calibrate((before[0] * speed, before[1] * speed), (e * speed, after[1] * speed), DISK)
+    assert "falls with speed" in result.restitution.note and result.restitution.note in result.verdict
+    assert "speed" not in calibrate(before, after, DISK).verdict
+
+
+def test_impacts_that_gain_tangential_velocity_are_refused_a_friction():
+    before, after = table()
+    result = calibrate(before, (after[0], 1.1 * before[1] + 0.01), DISK)
+    assert result.friction.value is None and "same direction" in result.verdict
+    with pytest.raises(ValueError, match="curve: there is none"):
+        result.curve([1.0])
+
+
+def test_restitution_may_be_given_where_it_was_not_measured():
+    before, after = table()
+    result = calibrate(before, (None, after[1]), DISK, restitution=E)
+    assert result.restitution.status == "given"
+    assert off(result.friction, MU) < 3.0 and off(result.stiffness_ratio, KAPPA) < 3.0
+
+
+def test_two_free_bodies():
+    """Velocities from `collide` of a ball and a disk in flight; the law itself, so the fit meets it to its steps."""
+    pair = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.2, restitution=0.9)
+    a, b = Body(0.5, 0.025), Body(1.5, 0.04, inertia=0.5 * 1.5 * 0.04**2)
+    rows = []
+    for sliding in np.linspace(0.1, 2.0, 12):
+        moving = Body(0.5, 0.025, velocity=(sliding, 0.0, -1.0))
+        hit = collide(pair, moving, b)
+        relative = hit.velocity_a - hit.velocity_b
+        slip = relative[0] - a.radius * hit.spin_a[1] - b.radius * hit.spin_b[1]
+        rows.append((1.0, sliding, relative[2], slip))
+    z1, x1, z2, x2 = np.array(rows).T
+    result = calibrate((z1, x1), (z2, x2), (a, b))
+    assert result.friction.value == pytest.approx(0.2, rel=2e-3)
+    assert result.stiffness_ratio.value == pytest.approx(pair.kappa, rel=4e-3)
+    assert calibrate((z1, x1), (z2, x2), Body(0.5, 0.025)).mass_ratio == pytest.approx(3.5)
+
+
+def test_contact_velocities_of_rolling_and_backspin():
+    z, x = contact_velocities([1.0, 2.0], [3.0, 3.0], [6.0, -6.0], radius=0.5)
+    np.testing.assert_allclose(z, [1.0, 2.0])
+    np.testing.assert_allclose(x, [0.0, 6.0])
+
+
+@settings(max_examples=12)
+@given(
+    scale=st.floats(1e-3, 1e3),
+    seed=st.integers(0, 5),
+    signs=st.lists(st.sampled_from([-1.0, 1.0]), min_size=10, max_size=10),
+)
+def test_unit_of_velocity_and_side_change_nothing(scale, seed, signs):
+    """The fit ends where its misfit changes by less than 1e-7: some 1e-4 of an uncertainty."""
+    before, after = table((0.4, 0.9, 1.6, 2.4, 3.2, 3.8, 5.0, 6.0, 7.0, 8.0), seed=seed)
+    plain = calibrate(before, after, DISK, **errors())
+    side = scale * np.array(signs)
+    moved = calibrate(
+        (scale * before[0], side * before[1]), (scale * after[0], side * after[1]), DISK, **errors(scale * NOISE)
+    )
+    for name in ("friction", "stiffness_ratio", "restitution"):
+        one, other = getattr(plain, name), getattr(moved, name)
+        assert abs(one.value - other.value) < 1e-3 * one.uncertainty
+        assert other.uncertainty == pytest.approx(one.uncertainty, rel=1e-3)
+    assert moved.regimes == plain.regimes
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"inertia_ratio": 0.0}, "inertia_ratio = 0.0: must be finite and > 0"),
+        ({"inertia_ratio": (Body(), Body())}, "every body is held fast"),
+        ({"inertia_ratio": (1, 2)}, "must be K"),
+        ({"before": ([1.0, -1.0], [0.1, 0.2])}, r"before\[0\] \(V_z1\): is -1 in impact 1"),
+        ({"before": ([1.0], [0.1, 0.2])}, "lengths are"),
+        ({"before": ([1.0, inf], [0.1, 0.2])}, r"before\[0\]: holds inf"),
+        ({"before": [1.0]}, "must be two arrays"),
+        ({"before": (np.ones((2, 2)), [0.1, 0.2])}, r"shape \(2, 2\); must be \(n,\)"),
+        ({"after": (None, [0.0, 0.0])}, "with a restitution"),
+        ({"after": (None, [0.0, 0.0]), "restitution": 1.5}, r"restitution = 1.5: must be in \(0, 1\]"),
+        ({"restitution": 0.9}, "must be None where V_z2 was measured"),
+        ({"normal_error": 0.1}, "give both, or neither"),
+        ({"normal_error": 0.1, "tangential_error": 0.0}, "tangential_error: holds 0; standard deviations must be > 0"),
+        ({"normal_error": 0.1, "tangential_error": [0.1] * 3}, r"must be a number, \(2,\) or \(2, 2\)"),
+        ({"stiffness_ratio": 5.0}, "stiffness_ratio = 5.0: must be in"),
+        ({"hold_stiffness_ratio": True}, "needs the stiffness_ratio"),
+    ],
+)
+def test_bad_input_is_named(change, message):
+    arguments = {"before": ([1.0, 1.0], [0.1, 0.2]), "after": ([0.9, 0.9], [0.0, 0.0]), "inertia_ratio": 0.4} | change
+    with pytest.raises(ValueError, match=message):
+        calibrate(**arguments)
+
+
+def test_a_result_makes_a_pair_and_a_picture():
+    before, after = table()
+    result = calibrate(before, after, DISK)
+    pair = result.pair(MATERIALS["steel"], MATERIALS["steel"])
+    assert (pair.friction, pair.kappa) == pytest.approx((result.friction.value, result.stiffness_ratio.value))
+    assert len(draw_calibration(result).axes) == 2
+    assert "kappa" in result.summary()
+
+
+def test_a_users_table(tmp_path):
+    before, after = table()
+    spin = -3.0
+    rows = np.column_stack(
+        [before[0], before[1] + 0.05 * spin, after[0], after[1], np.full(len(ALL), spin), 0 * after[1]]
+    )
+    path = tmp_path / "mine.csv"
+    head = "normal_before, tangential_before, normal_after, tangential_after, spin_before, spin_after"
+    np.savetxt(path, rows, delimiter=",", header="# a comment\n" + head, comments="")
+    run = CliRunner().invoke(
+        app, [str(path), "--inertia-ratio", "0.5", "--radius", "0.05", "--png", str(tmp_path / "a.png")]
+    )
+    assert run.exit_code == 0, run.output
+    assert calibrate(before, after, DISK).summary() in run.output
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    assert "radius = None" in CliRunner().invoke(app, [str(path)]).output
+    path.write_text("normal_before,tangential_before\n1,2\n")
+    wrong = CliRunner().invoke(app, [str(path)])
+    assert wrong.exit_code == 2 and "needs the columns" in wrong.output

@@ -1,0 +1,210 @@
+"""What tables of impacts as the paper had them, and published ones, tell of friction and stiffness."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlaw import MATERIALS, Calibration, ContactPair, ContactWarning, calibrate
+from validation.calibration_figure import as_drawn, draw_rebound, draw_residuals
+from validation.calibration_tables import (
+    DISK,
+    KHARAZ_FRICTION,
+    RUBBER,
+    SPHERE,
+    STEEL,
+    Published,
+    PuckTable,
+    alumina,
+    balls,
+)
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.picture import panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NAMES = ("friction", "restitution", "stiffness_ratio")
+BAND = {"steel": 0.02, "rubber": 0.25}  # of mu as the paper states it, taken as two standard uncertainties
+FURTHEST = 3.0  # standard uncertainties that a value may lie from the truth
+
+
+@register
+class CalibrationCase(Case):
+    """`calibrate` on tables of known truth and on published ones."""
+
+    name = "calibration"
+    place = 17
+    title = "A contact from a table of impacts"
+    claim = (
+        "From 18 impacts, measured as well as the paper's, `contactlaw.calibrate` finds friction, restitution and "
+        "stiffness ratio, and its uncertainties are those that repeated tables show. The synthetic tables come "
+        "from the annulus reference, not from the law that is fitted. Steel: if one sliding impact tells friction "
+        "to 5 %, as the paper saw, the table tells it to less than the 2 % that the paper states. Rubber: the "
+        "stated errors of the angles (7 % and 5 %) explain half of the stated 25 % in friction at grazing "
+        "incidence, even for a single impact; the rest was scatter of the impacts themselves, as the authors "
+        "suspected. Alumina on glass: friction and kappa come out as published and as the elastic constants say, "
+        "but tangential restitution and spin scatter about one curve by more than an error of 0.1 degrees "
+        "explains. Tables that cannot tell are said to be such: Cross's single impacts bound friction from below "
+        "and no more."
+    )
+    caption = (
+        "Impacts over the fitted curve: a synthetic table of the steel puck, one of the rubber puck, and alumina on "
+        "glass as published (tangential restitution and spin). Below: what the curve leaves."
+    )
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Many noisy tables of both pucks, and every published table."""
+        repeats = 12 if quick else 150
+        pucks: dict[str, Any] = {}
+        for number, table in enumerate((STEEL, RUBBER)):
+            pucks[table.name] = _repeated(table, repeats, lambda part, n=number: progress(0.45 * (n + part)))
+        kappa = _alumina_pair().kappa
+        real = {table.name: _as_data(_of(table, kappa), KHARAZ_FRICTION, kappa) for table in alumina()}
+        single = {table.name: _as_data(_of(table, None)) for table in balls()}
+        data = {"pucks": pucks, "alumina": real, "alumina_kappa": kappa, "balls": single, "repeats": repeats,
+                "impacts": len(STEEL.incidences)}  # fmt: skip
+        data["drawn"] = {
+            "steel puck (synthetic)": as_drawn(_of(STEEL)),
+            "rubber puck (synthetic)": as_drawn(_of(RUBBER)),
+            "alumina on glass (Kharaz et al.)": as_drawn(_of(alumina()[-1], kappa)),
+        }
+        limits = []
+        for name, puck in pucks.items():
+            limits += [
+                Limit(f"{name}: tables with every value within {FURTHEST:g} standard uncertainties", 0.95,
+                      puck["within"], at_least=True),
+                Limit(f"{name}: scatter of repeated values over their uncertainty, largest", 1.25, max(puck["pull"])),
+                Limit(f"{name}: the same, smallest", 0.8, min(puck["pull"]), at_least=True),
+                Limit(f"{name}: two standard uncertainties of friction", 100.0 * BAND[name],
+                      200.0 * puck["relative"]["friction"], "%"),
+            ]  # fmt: skip
+        both = real["both"]
+        limits += [
+            Limit("alumina on glass: friction from the published one, in standard uncertainties", FURTHEST,
+                  _or_inf(both["off_friction"])),
+            Limit("alumina on glass: kappa from that of the elastic constants, in standard uncertainties", FURTHEST,
+                  _or_inf(both["off_stiffness_ratio"])),
+            Limit("single impacts of Cross that are given a friction", 0.0,
+                  float(sum(one["friction"]["value"] is not None for one in single.values()))),
+        ]  # fmt: skip
+        return Outcome(limits, data)
+
+    def table(self, data: Data) -> Table:
+        """A row a table."""
+        table = Table(["table", "impacts", "mu", "of sliding impacts alone", "e", "kappa", "to compare with"])
+        for name, puck in data["pucks"].items():
+            shares = {key: f"{100 * puck['relative'][key]:.2g} %" for key in (*NAMES, "sliding_friction")}
+            table.rows.append(
+                [
+                    f"{name} puck, {data['repeats']} synthetic tables: standard uncertainty", str(data["impacts"]),
+                    shares["friction"], shares["sliding_friction"], shares["restitution"], shares["stiffness_ratio"],
+                    f"paper: mu to {100 * BAND[name]:.0f} %; here one sliding impact tells mu to "
+                    f"{200 * puck['single_first']:.0f} to {200 * puck['single_last']:.0f} % (two standard "
+                    f"uncertainties); 2 for 1 + e puts mu off by {100 * puck['two']:.1f} %",
+                ]
+            )  # fmt: skip
+        for name, one in data["alumina"].items():
+            table.rows.append(
+                [f"alumina on glass, {name}", str(one["impacts"]), *_cells(one),
+                 f"mu {KHARAZ_FRICTION}, kappa {data['alumina_kappa']:.3f} (elastic constants)"]
+            )  # fmt: skip
+        for name, one in data["balls"].items():
+            table.rows.append([name, str(one["impacts"]), *_cells(one), ""])
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Three tables over their curves."""
+        figure, _ = panels(1, width=12.6, height=6.4)
+        figure.clear()
+        axes = figure.subplots(2, 3, height_ratios=[2, 1], sharex="col")
+        for column, (title, drawn) in enumerate(data["drawn"].items()):
+            upper, lower = axes[:, column]
+            draw_rebound(upper, drawn)
+            draw_residuals(lower, drawn)
+            upper.set(title=title, xlabel="")
+            upper.annotate(drawn["text"], (0.04, 0.96), xycoords="axes fraction", va="top", fontsize=8)
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        return figure
+
+
+def _alumina_pair() -> ContactPair:
+    """Alumina on glass; its coupling of normal and tangential motion is above what the law warns of."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContactWarning)
+        return ContactPair(MATERIALS["alumina"], MATERIALS["glass"], KHARAZ_FRICTION)
+
+
+def _of(table: Published | PuckTable, kappa: float | None = None, seed: int = 1) -> Calibration:
+    """Calibrate one table."""
+    if isinstance(table, PuckTable):
+        (z1, x1, z2, x2), (s_z1, s_x1, s_z2, s_x2) = table.measured(seed)
+        return calibrate((z1, x1), (z2, x2), DISK, normal_error=np.stack([s_z1, s_z2]),
+                         tangential_error=np.stack([s_x1, s_x2]))  # fmt: skip
+    return calibrate(
+        table.before, table.after, SPHERE, normal_error=table.normal_error, tangential_error=table.tangential_error,
+        stiffness_ratio=kappa, restitution=table.restitution,
+    )  # fmt: skip
+
+
+def _repeated(table: PuckTable, repeats: int, progress: Progress) -> Data:
+    """What noisy tables of one truth give."""
+    truth = dict(zip(NAMES, (table.friction, table.restitution, table.kappa), strict=True))
+    pulls, shares, sliding, outliers = [], [], [], 0
+    for seed in range(repeats):
+        result = _of(table, seed=seed)
+        outliers += len(result.outliers)
+        estimates = [getattr(result, name) for name in NAMES]
+        known = [one.value is not None and one.uncertainty is not None for one in estimates]
+        pulls.append([(one.value - truth[name]) / one.uncertainty if ok else np.inf
+                      for name, one, ok in zip(NAMES, estimates, known, strict=True)])  # fmt: skip
+        shares.append([one.uncertainty / truth[name] if ok else np.inf
+                       for name, one, ok in zip(NAMES, estimates, known, strict=True)])  # fmt: skip
+        sliding.append(result.sliding_friction.uncertainty or np.nan)
+        progress((seed + 1) / repeats)
+    z1, x1, z2, x2 = table.true()
+    ratio = 1.0 + 1.0 / DISK
+    slides = np.array(table.incidences) >= table.kappa * ratio * (1.0 + table.restitution) - table.restitution
+    paper = float(np.mean((x1 - x2)[slides] / (2.0 * z1[slides] * ratio)))
+    s_z1, s_x1, s_z2, s_x2 = table.noise(table.true())
+    one = np.sqrt(s_x1**2 + s_x2**2 + (table.friction * ratio) ** 2 * (s_z1**2 + s_z2**2)) / (ratio * (z1 + z2))
+    told = np.isfinite(pulls).all(axis=1)
+    return {
+        "within": float(np.mean((np.abs(pulls) <= FURTHEST).all(axis=1))),
+        "told": float(told.mean()),
+        "outliers": outliers,
+        "pull": np.std(np.array(pulls)[told], axis=0).tolist(),
+        "bias": np.mean(np.array(pulls)[told], axis=0).tolist(),
+        "relative": {
+            **dict(zip(NAMES, np.median(shares, axis=0).tolist(), strict=True)),
+            "sliding_friction": float(np.nanmedian(sliding)) / table.friction,
+        },
+        "two": paper / table.friction - 1.0,
+        "single_first": float(one[slides][0]) / table.friction,
+        "single_last": float(one[slides][-1]) / table.friction,
+    }
+
+
+def _as_data(result: Calibration, friction: float | None = None, kappa: float | None = None) -> Data:
+    """A calibration as JSON types."""
+    out: Data = {"impacts": len(result.regimes), "verdict": result.verdict, "chi_squared": result.chi_squared,
+                 "outliers": list(result.outliers), "regimes": list(result.regimes)}  # fmt: skip
+    for name in (*NAMES, "sliding_friction"):
+        one = getattr(result, name)
+        out[name] = {"text": str(one), "value": one.value, "uncertainty": one.uncertainty, "lower": one.lower,
+                     "upper": one.upper}  # fmt: skip
+    for name, truth in (("friction", friction), ("stiffness_ratio", kappa)):
+        one = getattr(result, name)
+        if truth is not None:
+            out[f"off_{name}"] = abs(one.value - truth) / one.uncertainty if one.value is not None else None
+    return out
+
+
+def _or_inf(value: float | None) -> float:
+    return np.inf if value is None else value
+
+
+def _cells(one: Data) -> list[str]:
+    return [one[name]["text"] for name in ("friction", "sliding_friction", "restitution", "stiffness_ratio")]
