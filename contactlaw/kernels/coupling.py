@@ -26,16 +26,16 @@ def couple(rows, histories, parameters, trees, pulls, answers, dt, work_io):
     if n == 1:
         start, index, blocks = wholes(work_io, 2), wholes(work_io, 1), zero_table(work_io, 1, 9)
         start[0], start[1], index[0] = 0, 1, 0
-        add_block(0, 0, 0, trees, pulls, answers, blocks[0])
-        add_block(0, 1, 0, trees, pulls, answers, blocks[0])
-        return integrate(0, 1, rows, histories, parameters, start, index, blocks, dt, work_io)
+        for side in range(2):
+            add_block(index[0], side, index[0], trees, pulls, answers, blocks[0])
+        return integrate(start[0], start[1], rows, histories, parameters, start, index, blocks, dt, work_io)
     order, ends = groups(trees, work_io)
     sorted_rows, sorted_histories = table(work_io, n, rows.shape[1]), table(work_io, n, histories.shape[1])
     for i in range(n):
         copy(rows[order[i]], sorted_rows[i])
         copy(histories[order[i]], sorted_histories[i])
     start, index, blocks = mobility(order, trees, pulls, answers, work_io)
-    first, still = 0, True
+    first, still = start[0], True  # no literal: numba compiles a function anew for each one that it is given
     for last in ends:
         quiet = integrate(first, last, sorted_rows, sorted_histories, parameters, start, index, blocks, dt, work_io)
         still = still and quiet
@@ -104,8 +104,8 @@ def find(parents, i):
 
 
 @jit
-def groups(trees, work_io):
-    """Contacts by group: their order, and where each group ends in it. Within a group the order stays."""
+def connect(trees, work_io):
+    """Contacts as a forest of sets, those that share what moves in one: the parent of each, see `find`."""
     n = trees.shape[0]
     owner, parents = wholes(work_io, count_trees(trees)), wholes(work_io, n)
     for i in range(owner.size):
@@ -122,6 +122,13 @@ def groups(trees, work_io):
             else:
                 a, b = find(parents, owner[tree]), find(parents, i)
                 parents[max(a, b)] = min(a, b)
+    return parents
+
+
+@jit
+def groups(trees, work_io):
+    """Contacts by group: their order, and where each group ends in it. Within a group the order stays."""
+    n, parents = trees.shape[0], connect(trees, work_io)
     filled, order, ends = wholes(work_io, n + 1), wholes(work_io, n), wholes(work_io, n)
     for i in range(n + 1):
         filled[i] = 0

@@ -32,31 +32,22 @@ from contactlaw.kernels.rows import (
     STRAYED,
     TURN_A,
 )
-from contactlaw.kernels.subcycle import NEVER, next_touch
+from contactlaw.kernels.subcycle import NEVER
 from contactlaw.kernels.touch import (
-    ACCELERATION,
     AXES,
     BALL,
     CAPSULE,
     CENTRE,
-    FOUND,
     FOUND_OVERLAP,
     KIND,
     NORMAL,
-    OTHER,
-    PLACE,
-    PLANE,
     SIZE,
-    SPIN,
     STAYS_A,
     STAYS_B,
     TURNS_A,
     TURNS_B,
-    VELOCITY,
-    first_touch,
-    within_reach,
 )
-from contactlaw.kernels.workspace import numbers, table, wholes, zero_table, zeros
+from contactlaw.kernels.workspace import numbers, table, zero_table, zeros
 
 # Shapes, shape (n, SHAPES): kind and sizes as in `kernels.touch`, the body they belong to, radius of a sphere around.
 BODY_OF, BOUND, SHAPES = 4, 5, 6
@@ -74,132 +65,6 @@ SHAPE_A, SHAPE_B, PARAMETERS_AT, PARAMETER_COUNT, SUBSTEPS, COUNTED, SLOTS, PAIR
 # the last step it was closed at its end [s]; the history of the law.
 KEY, OWED, GIVEN, POINTS, FORESEEN, LASTED, HISTORY = 0, 1, 4, 7, 19, 21, 22
 MOST_SLOTS = 4  # pair and slot make the key: MOST_SLOTS pair + slot
-
-SAFETY = 2.0  # on the way that a body may go in a step: forces may be at work that are not foreseen
-
-
-@jit
-def place_of(shape, place, bodies, out):
-    """Centre, axes, velocity, spin and acceleration of a shape; place: the first two."""
-    body = bodies[int(shape[BODY_OF])]
-    copy(place, out)
-    x, y, z = place[0] - body[COM], place[1] - body[COM + 1], place[2] - body[COM + 2]
-    for start, linear, angular in ((VELOCITY, LINEAR, ANGULAR), (ACCELERATION, RATE, ANGULAR_RATE)):
-        out[start] = body[linear] + body[angular + 1] * z - body[angular + 2] * y
-        out[start + 1] = body[linear + 1] + body[angular + 2] * x - body[angular] * z
-        out[start + 2] = body[linear + 2] + body[angular] * y - body[angular + 1] * x
-    for i in range(3):
-        out[SPIN + i] = body[ANGULAR + i]
-
-
-@jit
-def way(shape, place, bodies, dt):
-    """Greatest way [m] of any point of a shape within a step."""
-    body = bodies[int(shape[BODY_OF])]
-    v, w, a, r = 0.0, 0.0, 0.0, 0.0
-    for i in range(3):
-        v += body[LINEAR + i] ** 2
-        w += body[ANGULAR + i] ** 2
-        a += body[RATE + i] ** 2
-        r += (place[i] - body[COM + i]) ** 2
-    if shape[KIND] != BALL and shape[KIND] != PLANE:
-        r = (sqrt(r) + shape[BOUND]) ** 2
-    return dt * (sqrt(v) + sqrt(w * r) + 0.5 * dt * sqrt(a))
-
-
-@jit
-def gap_of_bounds(a, place_a, b, place_b):
-    """Distance [m] of two shapes, or less."""
-    x, y, z = place_a[0] - place_b[0], place_a[1] - place_b[1], place_a[2] - place_b[2]
-    if b[KIND] == PLANE:
-        return x * place_b[AXES + 2] + y * place_b[AXES + 5] + z * place_b[AXES + 8] - a[BOUND]
-    return sqrt(x * x + y * y + z * z) - a[BOUND] - b[BOUND]
-
-
-@jit
-def near_pairs(pairs, shapes, places, bodies, records, count, dt, work_io):
-    """Pairs that may touch within the step, or have a record, in their order."""
-    ways, fastest = numbers(work_io, shapes.shape[0]), 0.0
-    for i in range(shapes.shape[0]):
-        ways[i] = way(shapes[i], places[i], bodies, dt)
-        fastest = max(fastest, ways[i])
-    out, found, at = wholes(work_io, pairs.shape[0]), 0, 0
-    for i in range(pairs.shape[0]):
-        known = False
-        while at < count and records[at, KEY] < MOST_SLOTS * (i + 1):
-            known = True
-            at += 1
-        a, b = int(pairs[i, SHAPE_A]), int(pairs[i, SHAPE_B])
-        reach = SAFETY * max(ways[a] + ways[b], 2.0 * fastest)
-        if known or gap_of_bounds(shapes[a], places[a], shapes[b], places[b]) <= reach:
-            out[found] = i
-            found += 1
-    return out[:found], ways
-
-
-@jit
-def meet(near, ways, pairs, shapes, places, bodies, measured, dt, work_io):
-    """Contacts that take part in a step: pair, slot, time of the touch (-1.0: none), and how they meet (`FOUND`).
-
-    near, ways: of `near_pairs`. measured: for pairs with a shape that the engine measures, pair and `FOUND` as it is
-    now, shape (n, 1 + FOUND).
-    """
-    most = MOST_SLOTS * near.size
-    who, times = wholes(work_io, 2 * most).reshape((most, 2)), numbers(work_io, most)
-    trees, found = wholes(work_io, 2 * most).reshape((most, 2)), table(work_io, most, FOUND)
-    speeds, gaps = numbers(work_io, most), numbers(work_io, most)
-    active, keep = numbers(work_io, most), numbers(work_io, most)
-    a, b = numbers(work_io, PLACE), numbers(work_io, PLACE)
-    n = 0
-    for pair in near:
-        one, two = int(pairs[pair, SHAPE_A]), int(pairs[pair, SHAPE_B])
-        place_of(shapes[one], places[one], bodies, a)
-        place_of(shapes[two], places[two], bodies, b)
-        for slot in range(int(pairs[pair, SLOTS])):
-            if shapes[one, KIND] == OTHER or shapes[two, KIND] == OTHER:
-                times[n] = measured_touch(pair, measured, a, b, dt, found[n])
-            else:
-                times[n] = first_touch(shapes[one], a, shapes[two], b, slot, dt, found[n], work_io)
-            who[n, 0], who[n, 1] = pair, slot
-            trees[n, 0], trees[n, 1] = (
-                int(bodies[int(shapes[one, BODY_OF]), TREE]),
-                int(bodies[int(shapes[two, BODY_OF]), TREE]),
-            )
-            speeds[n], gaps[n] = (ways[one] + ways[two]) / dt, -found[n, FOUND_OVERLAP]
-            active[n] = 1.0 if times[n] >= 0.0 else 0.0
-            n += 1
-    within_reach(trees[:n], gaps[:n], speeds[:n], active[:n], dt, keep[:n], work_io)
-    kept = 0
-    for i in range(n):
-        if keep[i] != 0.0:
-            if kept < i:
-                who[kept], times[kept], found[kept], trees[kept] = who[i], times[i], found[i], trees[i]
-            kept += 1
-    return who[:kept], times[:kept], found[:kept], trees[:kept]
-
-
-@jit
-def measured_touch(pair, measured, a, b, dt, out):
-    """As `first_touch`, for shapes whose distance the engine measures; their surfaces then count as flat."""
-    out[:] = 0.0
-    out[FOUND_OVERLAP], out[NORMAL + 2] = -1e300, 1.0
-    for i in range(measured.shape[0]):
-        if measured[i, 0] == pair:
-            out[:] = measured[i, 1:]
-    if out[FOUND_OVERLAP] >= 0.0:
-        return 0.0
-    closing, push = 0.0, 0.0
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        speed = a[VELOCITY + i] + a[SPIN + j] * out[STAYS_A + k] - a[SPIN + k] * out[STAYS_A + j]
-        speed -= b[VELOCITY + i] + b[SPIN + j] * out[STAYS_B + k] - b[SPIN + k] * out[STAYS_B + j]
-        closing -= out[NORMAL + i] * speed
-        push -= out[NORMAL + i] * (a[ACCELERATION + i] - b[ACCELERATION + i])
-    time = next_touch(out[FOUND_OVERLAP], closing, push)
-    if time > dt:
-        return -1.0
-    out[FOUND_OVERLAP] = 0.0
-    return time
 
 
 @jit

@@ -8,7 +8,9 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_for
 from contactlaw.kernels.contact import OPEN, PHASE, RADIUS
 from contactlaw.kernels.coupling import copy, couple
-from contactlaw.kernels.intervals import march, needs_cutting
+from contactlaw.kernels.cutting import needs_cutting
+from contactlaw.kernels.intervals import march
+from contactlaw.kernels.meeting import meet, near_pairs
 from contactlaw.kernels.memory import call_report
 from contactlaw.kernels.rest import SAME
 from contactlaw.kernels.rows import (
@@ -42,8 +44,6 @@ from contactlaw.kernels.scene import (
     describe,
     finish,
     lever,
-    meet,
-    near_pairs,
 )
 from contactlaw.kernels.scene import (
     PARAMETERS_AT as LAW_OF_PAIR,
@@ -206,7 +206,7 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     if known == 0:
         for k in range(1, bodies.shape[0]):
             bodies[k, RATE] = 2.0 * fall_of(m, dt) / (dt * dt)
-        near, _ = near_pairs(pairs, shapes, places, bodies, records, 0, dt, work)
+        near, _ = near_pairs(pairs, shapes, places, bodies, records, known, dt, work)
         for k in range(1, bodies.shape[0]):
             bodies[k, RATE] = 0.0
         if near.size == 0:

@@ -7,13 +7,9 @@ from math import sqrt
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
+from contactlaw.kernels.meeting import SAFETY
 from contactlaw.kernels.memory import doubles_at, load_double, load_pointer
-from contactlaw.kernels.scene import (
-    BODY_OF,
-    BOUND,
-    PAIR,
-    SAFETY,
-)
+from contactlaw.kernels.scene import BODY_OF, BOUND, PAIR
 from contactlaw.kernels.scene import (
     SHAPES as SHAPE_FACTS,
 )

@@ -9,6 +9,7 @@ import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
+from contactlaw.kernels.meeting import SAFETY, meet
 from contactlaw.kernels.rows import FRAME
 from contactlaw.kernels.scene import (
     ANGULAR,
@@ -18,12 +19,10 @@ from contactlaw.kernels.scene import (
     MEAN,
     MEAN_SPIN,
     RATE,
-    SAFETY,
     SHAPE_A,
     SHAPE_B,
     TREE,
     describe,
-    meet,
 )
 from contactlaw.kernels.touch import CLEAR, FOUND, FOUND_OVERLAP, KIND, NORMAL, OTHER, STAYS_A, STAYS_B
 from contactlaw.pybullet_callback.bodies import Bodies

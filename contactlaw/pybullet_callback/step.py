@@ -14,7 +14,9 @@ import numpy as np
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import OPEN, PHASE
 from contactlaw.kernels.coupling import add_cross, couple
-from contactlaw.kernels.intervals import march, needs_cutting
+from contactlaw.kernels.cutting import needs_cutting
+from contactlaw.kernels.intervals import march
+from contactlaw.kernels.meeting import gap_of_bounds, meet, near_pairs, place_of
 from contactlaw.kernels.rest import SAME
 from contactlaw.kernels.rows import (
     BEGUN,
@@ -41,10 +43,6 @@ from contactlaw.kernels.scene import (
     TREE,
     describe,
     finish,
-    gap_of_bounds,
-    meet,
-    near_pairs,
-    place_of,
 )
 from contactlaw.kernels.touch import BALL, CLEAR, FOUND, KIND, PLACE, PLANE, first_touch
 from contactlaw.kernels.workspace import USED, bare, clear, numbers, table
@@ -245,7 +243,7 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
         if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut, work):
             who, times, found, trees, rows, histories, arms, crooked = march(
                 cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies,
-                parameters, records, old, dt, False, int(memory[WIDTH]), fresh.shape[0],
+                parameters, records, old, dt, dt < 0.0, int(memory[WIDTH]), fresh.shape[0],
                 work,
             )  # fmt: skip
             n = who.shape[0]
