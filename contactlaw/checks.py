@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import operator
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -89,3 +90,15 @@ def count(name: str, value: Any, least: int) -> int:
     if result < least:
         raise ValueError(f"{name} = {value!r}: must be an integer >= {least}")
     return result
+
+
+def nearest(text: str, names: Iterable[str], rest: str) -> str:
+    """The names that are meant, maybe: a question with the three nearest, or the rest of the sentence where none is."""
+    known = sorted(set(names))
+    near = difflib.get_close_matches(text, known, n=3)
+    near += [
+        name
+        for name in known
+        if text and name not in near and difflib.get_close_matches(text, re.split("[_/.-]", name))
+    ]
+    return f"did you mean {' or '.join(repr(name) for name in near[:3])}?" if near else rest

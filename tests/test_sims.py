@@ -1,6 +1,7 @@
 """The scenes and their command line."""
 
 import json
+from math import cos, pi, sin, sqrt
 
 import numba
 import numpy as np
@@ -9,8 +10,22 @@ import pytest
 pytest.importorskip("typer")
 from typer.testing import CliRunner
 
+from contactlaw import MATERIALS, ContactPair
+from sims.bounces import bounces_of
 from sims.cli import app
+from sims.compare import FIGURES
+from sims.loaded_rebound import loaded_rebound
+from sims.outlines import DARK, polygons_of
 from sims.puck import ENGINES, LAUNCHES, SURFACES, Puck, run
+from sims.recording import Recording, Track
+from sims.scene import Check, Settings, find_scenes
+from sims.superball import BACKSPIN, RADIUS, flight, garwin
+from sims.worlds import new_world
+from sims.worlds.world import matrix_to_quaternion, onto
+from validation.reference.annulus import rebound_extrapolated
+
+SCENES = find_scenes()
+BOUNCE_KEYS = ["time", "x", "psi1", "psi2", "psi2_reference", "spin_before", "spin_after", "energy"]
 
 KEYS = [
     "engine", "law", "material", "mu", "chi", "restitution", "timestep", "contact_duration", "steps", "psi1", "psi2",
@@ -118,3 +133,222 @@ def test_the_picture_is_drawn(tmp_path):
     psi_1 = np.linspace(0.0, 6.0, 5)
     path = draw_rebounds(results, psi_1, dict.fromkeys(SURFACES, psi_1), tmp_path / "puck.png")
     assert path.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("timestep", [None, 1e-4, 1 / 60])
+def test_a_superball_comes_back_bounce_after_bounce(engine, timestep):
+    # at 0.1 ms a contact of 3 ms is resolved; 1/60 s is five times as long
+    scene = SCENES["superball"]
+    measured = scene.measure(scene.run(Settings(engine, timestep=timestep)))
+    assert all(check.passed for check in scene.check(measured))
+    bounces = measured["bounces"]
+    assert len(bounces) == 6
+    assert max(abs(one["psi2"] - one["psi2_reference"]) for one in bounces) <= 1e-3  # ten times closer than is asked
+    assert all(one["spin_before"] * one["spin_after"] < 0.0 for one in bounces)
+
+
+def test_the_engines_own_contact_gives_no_superball(engine):
+    scene = SCENES["superball"]
+    measured = scene.measure(scene.run(Settings(engine, "native")))
+    assert all(one["spin_after"] * one["spin_before"] > -1e-3 for one in measured["bounces"])
+
+
+def test_both_engines_throw_the_same_ball():
+    pytest.importorskip("mujoco")
+    pytest.importorskip("pybullet")
+    scene = SCENES["superball"]
+    one, two = (scene.measure(scene.run(Settings(engine)))["bounces"] for engine in ENGINES)
+    assert [b["x"] for b in one] == pytest.approx([b["x"] for b in two], abs=1e-3)
+
+
+def test_a_check_that_is_not_kept_is_seen():
+    assert not Check("error", 0.02, 0.01).passed
+    assert not Check("bounces", 5, 6, at_least=True).passed
+    assert not Check("error", float("nan"), 0.01).passed
+    scene = SCENES["superball"]
+    measured = scene.measure(scene.run(Settings("pybullet", "coulomb"))) | {"law": "microslip"}
+    said = [check.name for check in scene.check(measured) if not check.passed]
+    assert "psi2 off the reference at a bounce" in said and "bounces that reverse the spin" in said
+
+
+def test_weight_in_the_contact():
+    for e in (1.0, 0.9):
+        light = loaded_rebound(1.2, 1.05, e, 0.0)
+        assert light.psi_2 == pytest.approx(rebound_extrapolated(1.2, 1.05, e)[0], abs=1e-4)
+        assert light.restitution == pytest.approx(e, abs=1e-8)
+    # sliding throughout friction gives mu times the normal impulse, and that is 2 and the load's over the contact
+    heavy = loaded_rebound(6.0, 1.05, 1.0, 0.01)
+    assert heavy.psi_2 == pytest.approx(6.0 - 2.0 * 1.05 * (2.0 + 0.01 * heavy.duration), abs=1e-5)
+    assert heavy.restitution == pytest.approx(1.0, abs=1e-8)  # a load has a potential
+    with pytest.raises(ValueError, match="does not leave"):
+        loaded_rebound(1.2, 1.05, 0.5, 5.0)
+
+
+def throw(speed: float = 1.0, height: float = 0.1) -> Recording:
+    """A superball before its first bounce, as a recording of one entry."""
+    still = np.zeros((1, 3))
+    spin = still - [0.0, BACKSPIN * speed / RADIUS, 0.0]
+    track = Track(
+        "ball", "ball", (RADIUS,), still + [0, 0, RADIUS + height], np.eye(3)[None], still + [speed, 0, 0], spin
+    )
+    return Recording(np.zeros(1), [track], facts={"gravity": [0.0, 0.0, -9.81]})
+
+
+def test_bounces_are_found_between_the_entries_of_a_recording():
+    height, speed = 0.1, 1.0
+    fall = sqrt(2.0 * height / 9.81)
+    bounces = bounces_of(flight(throw(speed, height), garwin, 4), "ball")
+    assert [one.time for one in bounces] == pytest.approx([fall, 3 * fall, 5 * fall, 7 * fall], abs=1e-9)
+    for number, one in enumerate(bounces):
+        side = (-1.0) ** number
+        assert one.place == pytest.approx([side * speed * fall, 0.0, RADIUS], abs=1e-9)
+        assert one.velocity_before[0] == pytest.approx(side * speed) and one.velocity_after[0] == pytest.approx(
+            -side * speed
+        )
+        assert one.approach == pytest.approx(9.81 * fall) and one.departure == pytest.approx(9.81 * fall)
+        before, after = one.sliding(RADIUS)
+        assert before == pytest.approx(side * (1.0 + BACKSPIN) * speed) and after == pytest.approx(-before)
+        assert one.duration == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_recording_is_kept(tmp_path):
+    recording = SCENES["under_table"].run(Settings("pybullet"))
+    kept = Recording.load(recording.save(tmp_path / "kept.npz"))
+    assert kept.facts == recording.facts and kept.view == recording.view
+    assert np.array_equal(kept.times, recording.times)
+    for one, two in zip(kept.tracks, recording.tracks, strict=True):
+        assert (one.name, one.shape, one.size, one.mass, one.inertia) == (
+            two.name, two.shape, two.size, two.mass, two.inertia,
+        )  # fmt: skip
+        for kind in ("positions", "rotations", "velocities", "spins"):
+            assert np.array_equal(getattr(one, kind), getattr(two, kind))
+    for one, two in zip(kept.scenery, recording.scenery, strict=True):
+        assert (one.name, one.solid) == (two.name, two.solid) and np.array_equal(one.points, two.points)
+    scene = SCENES["under_table"]
+    assert scene.measure(kept) == scene.measure(recording)
+
+
+def test_velocities_of_a_recording_are_true_ones(engine):
+    world = new_world(Settings(engine, timestep=4e-3))
+    turn = onto(np.array([0.6, 0.0, 0.8]))
+    world.box("brick", [0.1, 0.1, 0.1], 2.0, [0, 0, 1.0], [0.3, -0.2, 1.5], [0.5, -2.0, 1.0], rotation=turn)
+    world.plane("floor")
+    recording = world.record(0.2)
+    brick = recording.track("brick")
+    assert brick.velocities[:, 2] == pytest.approx(1.5 - 9.81 * recording.times, abs=1e-9)
+    assert brick.positions[:, 2] == pytest.approx(1.0 + 1.5 * recording.times - 4.905 * recording.times**2, abs=1e-9)
+    assert np.ptp(brick.energy([0.0, 0.0, -9.81])) < 1e-9
+    assert brick.spins == pytest.approx(np.tile([0.5, -2.0, 1.0], (recording.times.size, 1)), abs=1e-9)
+    assert brick.rotations[0] == pytest.approx(turn)
+
+
+def test_a_paddle_follows_its_path_and_gives_a_ball_its_speed(engine):
+    def path(time: float) -> list[float]:
+        return [0.0, 0.0, -0.01 + 2.0 * time]
+
+    steel = ContactPair(MATERIALS["steel"], MATERIALS["steel"], 0.2)
+    world = new_world(Settings(engine, timestep=1e-3), gravity=(0, 0, 0))
+    world.ball("ball", 0.02, 0.1, [0, 0, 0.05])
+    world.paddle("paddle", [0.1, 0.1, 0.01], path)
+    world.contact("ball", "paddle", steel)
+    recording = world.record(0.05)
+    paddle, ball = recording.track("paddle"), recording.track("ball")
+    assert paddle.positions == pytest.approx(np.array([path(t) for t in recording.times]), abs=1e-9)
+    assert paddle.velocities[1:, 2] == pytest.approx(2.0)
+    assert ball.velocities[-1, 2] == pytest.approx(4.0, rel=2e-3)  # elastic, off something that nothing slows
+
+
+def test_quaternions_turn_as_their_matrices():
+    for angle in (0.0, 0.7, 2.5, pi):
+        for number in range(3):
+            axis = np.roll([1.0, 0.0, 0.0], number)
+            skew = np.cross(axis, np.eye(3)).T
+            matrix = np.eye(3) + sin(angle) * skew + (1.0 - cos(angle)) * skew @ skew
+            expected = np.array([cos(0.5 * angle), *(sin(0.5 * angle) * axis)])
+            assert abs(matrix_to_quaternion(matrix) @ expected) == pytest.approx(1.0)
+    assert onto(np.array([0.6, 0.0, 0.8])) @ [0, 0, 1] == pytest.approx([0.6, 0.0, 0.8])
+
+
+@pytest.mark.parametrize(("turn", "dark"), [(0.0, 0.5), (0.5 * pi, 0.0), (-0.5 * pi, 1.0), (-pi / 6, 0.75)])
+def test_the_dark_half_of_a_ball_is_seen_as_it_is_turned(turn, dark):
+    # the ball's x axis lies in the picture, then points away from who looks along +y, then at them
+    matrix = np.array([[cos(turn), -sin(turn), 0.0], [sin(turn), cos(turn), 0.0], [0.0, 0.0, 1.0]])
+    still = np.zeros((1, 3))
+    track = Track("ball", "ball", (1.0,), still, matrix[None], still, still)
+    corners = next(corners for corners, tone in polygons_of(track, 0, (0, 2)) if tone == DARK)
+    x, y = corners.T
+    area = 0.5 * abs(float(x @ np.roll(y, 1) - y @ np.roll(x, 1)))
+    assert area == pytest.approx(dark * pi, abs=0.01)
+
+
+def test_what_is_wrong_with_a_world_is_said():
+    pytest.importorskip("pybullet")
+    world = new_world(Settings("pybullet"))
+    world.plane("floor")
+    with pytest.raises(ValueError, match="one of this name"):
+        world.ball("floor", 0.1, 1.0, [0, 0, 1])
+    with pytest.raises(ValueError, match="name = 'bal'"):
+        world.contact("bal", "floor", ContactPair(MATERIALS["steel"], MATERIALS["steel"], 0.2))
+    with pytest.raises(ValueError, match="bounces = 99"):
+        SCENES["superball"].run(Settings("pybullet", options={"bounces": 99}))
+    with pytest.raises(ValueError, match="option = 'bounce'"):
+        SCENES["superball"].run(Settings("pybullet", options={"bounce": 3}))
+
+
+def test_a_superball_as_one_json_object(engine):
+    finished = CliRunner().invoke(app, ["superball", "--engine", engine, "--bounces", "2", "--json"])
+    assert finished.exit_code == 0, finished.output
+    values = json.loads(finished.stdout)
+    assert [list(one)[: len(BOUNCE_KEYS)] for one in values["bounces"]] == [BOUNCE_KEYS] * 2
+
+
+def test_the_puck_as_a_scene_is_the_same_throw(engine):
+    scene = SCENES["puck"]
+    seen = scene.measure(scene.run(Settings(engine, material="rubber", options={"psi1": 2.2, "spin": 1})))
+    asked = run(Puck("rubber", 2.2, launch="spin"), engine)
+    assert list(seen) == KEYS
+    assert seen["psi1"] == pytest.approx(asked.psi1) and seen["psi2"] == pytest.approx(asked.psi2, abs=4e-3)
+    assert seen["energy_ratio"] == pytest.approx(asked.energy_ratio, abs=4e-3)
+
+
+def test_a_failed_check_is_an_exit_code(monkeypatch):
+    monkeypatch.setattr(type(SCENES["superball"]), "check", lambda self, measured: [Check("never", 1.0, 0.0)])
+    finished = CliRunner().invoke(app, ["superball", "--engine", "pybullet"])
+    assert finished.exit_code == 1 and "FAILS" in finished.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["superbal"], "did you mean 'superball'"),
+        (["superball", "--law", "microslop"], "did you mean 'microslip'"),
+        (["superball", "--material", "ruber"], "did you mean 'rubber'"),
+        (["superball", "--bounces", "0"], "bounces = 0"),
+        (["under_table", "--clearance", "0.01"], "clearance = 0.01"),
+    ],
+)
+def test_a_scene_is_told_what_is_allowed(arguments, said):
+    finished = CliRunner().invoke(app, arguments, env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2
+    assert said in " ".join(finished.output.split())
+
+
+def test_the_pictures_of_a_scene(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    png, gif = tmp_path / "under.png", tmp_path / "under.gif"
+    finished = CliRunner().invoke(app, ["under_table", "--engine", "pybullet", "--plot", str(png), "--gif", str(gif)])
+    assert finished.exit_code == 0, finished.output
+    with image.open(png) as picture:
+        assert len(picture.convert("RGB").getcolors(1 << 24)) > 50
+    seen, lasting = [], 0
+    with image.open(gif) as movie:
+        for number in range(movie.n_frames):
+            movie.seek(number)
+            lasting += movie.info["duration"]
+            seen.append(np.asarray(movie.convert("RGB")))
+    assert lasting == round(1000 * 10.0 * 0.36) + 1500  # ten times slower than life, and a last frame that stands
+    assert (seen[0] != seen[len(seen) // 2]).any(axis=2).mean() > 1e-3
+
+
+def test_the_picture_that_is_shown_first_is_small():
+    assert 10_000 < (FIGURES / "superball.gif").stat().st_size <= 400_000

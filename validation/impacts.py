@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass, fields
-from functools import cache
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from validation.reference.annulus import rebound_extrapolated
+from validation.sweep import sweep
 
 Array = NDArray[np.float64]
 Impact = tuple[float, float, float]
@@ -33,26 +35,33 @@ class Judged:
     uncertainty: Array
 
 
-@cache
-def _converged(psi_1: float, chi: float, restitution: float, annuli: int) -> tuple[float, float]:
-    return rebound_extrapolated(psi_1, chi, restitution, annuli=annuli)
+_KNOWN: dict[tuple[Impact, int], tuple[float, float]] = {}
+"""What the reference has been asked already, by impact and annuli."""
 
 
-def judge(impacts: list[Impact], annuli: int = 40, progress: Callable[[float], None] | None = None) -> Judged:
+def _converged(one: Impact, annuli: int) -> tuple[float, float]:
+    return rebound_extrapolated(*one, annuli=annuli)
+
+
+def judge(
+    impacts: list[Impact],
+    annuli: int = 40,
+    progress: Callable[[float], None] | None = None,
+    executor: Executor | None = None,
+) -> Judged:
     """Ask the reference.
 
     Args:
         impacts: (psi_1, chi, restitution) each.
         annuli: The middle one of its three resolutions.
         progress: Told the part done.
+        executor: Where it is asked, see `sweep`; None: here. The answers are the same to the last bit.
     """
-    answers = []
-    for number, one in enumerate(impacts):
-        answers.append(_converged(*one, annuli))
-        if progress:
-            progress((number + 1) / len(impacts))
+    new = [one for one in dict.fromkeys(impacts) if (one, annuli) not in _KNOWN]
+    answers = sweep(partial(_converged, annuli=annuli), new, executor, progress=progress)
+    _KNOWN.update(((one, annuli), answer) for one, answer in zip(new, answers, strict=True))
     psi_1, chi, restitution = np.array(impacts, dtype=float).T.copy()
-    psi_2, uncertainty = np.array(answers).T.copy()
+    psi_2, uncertainty = np.array([_KNOWN[one, annuli] for one in impacts]).T.copy()
     return Judged(psi_1, chi, restitution, psi_2, uncertainty)
 
 

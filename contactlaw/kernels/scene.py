@@ -274,6 +274,9 @@ def finish(
     for i in range(n):
         total = inverse_mass[i, 0] + inverse_mass[i, 1]
         share = inverse_mass[i, 1] / total if total > 0.0 else 0.0
+        pair = pairs[who[i, 0]]
+        if is_round(shapes[int(pair[SHAPE_A])]) and not is_round(shapes[int(pair[SHAPE_B])]):
+            share = 1.0  # a round body's arm stays its radius; it is the flat one's that grows as they go on
         for j in range(3):
             couple_out[i, 0, j], couple_out[i, 1, j] = (1.0 - share) * rest[i, j], share * rest[i, j]
         if rows[i, CUT] != 0.0:

@@ -288,6 +288,8 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     head[b.PENDING] = count
     note_rest(m, d, block, head, still and count == known, records, new, count, rows)
     tell(head, block, instances, who, found, rows, crooked, pairs, parameters)
+    if moves:
+        tell_of_joints(head, instances, who, rows, shapes, pairs, bodies)
     return True
 
 
@@ -322,6 +324,19 @@ def keep_apart(row_io, history_io):
     for i in range(3):
         row_io[MOTION + i], row_io[PUSH + i] = 0.0, 0.0
     history_io[PHASE] = OPEN
+
+
+@jit
+def tell_of_joints(head, instances, who, rows, shapes, pairs, bodies):
+    """Report contacts under Runge-Kutta that push a body with joints."""
+    instance = 0
+    for i in range(who.shape[0]):
+        while who[i, 0] >= instances[instance, b.LAST_PAIR]:
+            instance += 1
+        for side in range(2):
+            body = bodies[int(shapes[int(pairs[who[i, 0], SHAPE_A + side]), BODY_OF])]
+            if rows[i, DEEPEST] > 0.0 and body[TREE] >= 0.0 and body[INVERSE_MASS] == 0.0:
+                report(instances, instance, b.RUNGE_KUTTA_JOINTS, 0.0, head)
 
 
 @jit

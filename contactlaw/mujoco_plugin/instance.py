@@ -73,6 +73,11 @@ def report(number: int, code: int, value: float) -> None:
         text = "the contact normal is not in the plane of motion that the contact was given: no force acts"
     elif code == b.SPENT_SUBSTEPS:
         text = "the time step is so long that its substeps ran out: the rest of the step passed without contact forces"
+    elif code == b.RUNGE_KUTTA_JOINTS:
+        text = (
+            "a body with joints is struck under RK4, whose later stages do not see how it turns: it may gain energy; "
+            "use Euler, implicit or implicitfast"
+        )
     else:
         text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten; give room"
     warnings.warn(f"contact of plugin instance {number}: {text}", ContactWarning, stacklevel=2)

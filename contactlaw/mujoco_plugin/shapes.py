@@ -21,6 +21,7 @@ KINDS = {
     int(_TYPE.mjGEOM_PLANE): touch.PLANE,
     int(_TYPE.mjGEOM_BOX): touch.BOX,
 }
+UNMEASURED = (int(_TYPE.mjGEOM_HFIELD), int(_TYPE.mjGEOM_SDF))
 ROUND = (touch.BALL, touch.CAPSULE)
 FLAT = (touch.PLANE, touch.BOX)
 
@@ -86,6 +87,19 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
         f"radius = None: {one.label} on {two.label} has no one clear radius of curvature; give the pair its effective "
         "radius [m] (clear are a sphere or a capsule's end on a plane, a box face or each other)"
     )
+
+
+def check_measurable(shape: Shape) -> None:
+    """Refuse what MuJoCo tells no distance to.
+
+    Raises:
+        ValueError: A height field or a signed distance field.
+    """
+    if shape.type in UNMEASURED:
+        raise ValueError(
+            f"{shape.label}: MuJoCo computes no reliable distance to it, and bodies would fall through; a plane, "
+            "sphere, capsule, ellipsoid, cylinder, box or convex mesh will do"
+        )
 
 
 def in_order(one: Shape, two: Shape) -> bool:

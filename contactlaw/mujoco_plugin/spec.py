@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.shapes import Shape, effective_radius
+from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, effective_radius
 from contactlaw.mujoco_plugin.system import native_margin
 from contactlaw.pair import ContactPair
 
@@ -73,6 +73,8 @@ def add_contact(
     normal = None if plane is None else checks.unit_vector("plane", plane)
     meetings = _meetings(ones, twos)
     shapes = {id(geom): Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in ones + twos}
+    for shape in shapes.values():
+        check_measurable(shape)
     for one, two in meetings:
         if shapes[id(one)].size.any() and shapes[id(two)].size.any():  # a mesh has its sizes once compiled
             effective_radius(shapes[id(one)], shapes[id(two)], pair.radius)

@@ -2,5 +2,6 @@
 
 from contactlaw.pybullet_callback.callback import ContactCallback
 from contactlaw.pybullet_callback.contact import ContactState, Ledger
+from contactlaw.pybullet_callback.drop_in import Loaded, links_of, load_urdf
 
-__all__ = ["ContactCallback", "ContactState", "Ledger"]
+__all__ = ["ContactCallback", "ContactState", "Ledger", "Loaded", "links_of", "load_urdf"]

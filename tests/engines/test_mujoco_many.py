@@ -48,6 +48,30 @@ def test_a_row_of_balls_in_touch(count, timestep):
     assert data.qvel[::6] == pytest.approx(CHAINS[count], abs=1e-3)
 
 
+@pytest.mark.parametrize("psi_1", [0.5, 1.2, 3.0])
+@pytest.mark.parametrize("timestep", [2e-3, 1e-5])
+def test_a_ball_on_a_free_block_meets_the_law(psi_1, timestep):
+    """The block's arm to the point grows as they slide past each other, that of the ball stays."""
+    spec, half, block = balls([[0.0, 0.0, RADIUS + 1.3e-3]], timestep), 0.05, DENSITY * 0.1**3
+    body = spec.worldbody.add_body(pos=[0, 0, -half])
+    body.add_freejoint()
+    body.add_geom(name="block", type=GEOM.mjGEOM_BOX, size=[half] * 3, mass=block)
+    pair = steel_pair()
+    add_contact(spec, "ball0", "block", pair)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    scale = pair.kappa / pair.friction
+    data.qpos[0] -= 1.3e-3 * psi_1 / scale
+    data.qvel[:3] = psi_1 / scale, 0.0, -1.0
+    mujoco.mj_step(model, data, int(4e-3 / timestep))
+    ball, other = data.qvel.reshape(2, 6)
+    sliding = ball[0] - RADIUS * ball[4] - other[0] - half * other[4]
+    normal = 1.0 / (1.0 / MASS + 1.0 / block)
+    across = 1.0 / (3.5 / MASS + (1.0 + 1.5) / block)
+    expected = rebound(psi_1, pair.chi(normal, across), restitution=pair.restitution)
+    assert scale * sliding == pytest.approx(expected, abs=1.5e-3)
+
+
 @pytest.mark.parametrize("timestep", [2e-3, 1e-4, 1e-6])
 def test_two_spinning_balls_keep_both_momenta_and_meet_the_law(timestep):
     normal = np.array([0.3, 0.1, 0.0])

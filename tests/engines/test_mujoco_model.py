@@ -248,3 +248,23 @@ def test_a_geom_of_another_spec_is_refused():
     spec, other = shapes_spec(), shapes_spec()
     with pytest.raises(ValueError, match="must be a geom of the spec"):
         add_contact(spec, other.geom("ball"), "floor", steel_pair())
+
+
+def test_a_height_field_is_refused_by_name():
+    spec = mujoco.MjSpec.from_string("""<mujoco><asset><hfield name="hills" nrow="3" ncol="3" size="1 1 .1 .1"/></asset>
+      <worldbody><geom name="ground" type="hfield" hfield="hills"/>
+      <body pos="0 0 1"><freejoint/><geom name="ball" size=".02"/></body></worldbody></mujoco>""")
+    with pytest.raises(ValueError, match="hfield 'ground': MuJoCo computes no reliable distance"):
+        add_contact(spec, "ball", "ground", steel_pair(radius=0.02))
+
+
+def test_a_struck_body_with_joints_under_runge_kutta_is_warned_of():
+    spec = mujoco.MjSpec.from_string("""<mujoco><option integrator="RK4" timestep=".001"/><worldbody>
+      <body name="arm" pos="0 0 .2"><joint axis="0 1 0"/><geom name="bar" type="box" size=".1 .02 .01" density="7800"/>
+      </body><body pos=".08 0 .24"><freejoint/><geom name="ball" size=".025" density="7800"/></body></worldbody>
+      </mujoco>""")
+    add_contact(spec, "ball", "bar", steel_pair())
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    with pytest.warns(ContactWarning, match="a body with joints is struck under RK4"):
+        mujoco.mj_step(model, data, 100)

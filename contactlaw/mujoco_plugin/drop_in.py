@@ -1,0 +1,258 @@
+"""The law in a model that somebody else wrote: an MJCF file in, a model or a new file out.
+
+    import gymnasium
+    from contactlaw import MATERIALS, ContactPair
+    from contactlaw.mujoco_plugin import save_model
+
+    hard = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.2, restitution=0.8, radius=0.03)
+    theirs = gymnasium.make("Pusher-v5").unwrapped.fullpath
+    ours = save_model(theirs, "pusher.xml", [("body:object", "body:r_wrist_roll_link", hard)])
+    env = gymnasium.make("Pusher-v5", xml_file=str(ours))
+
+The new file names the plugin: any process that loads it must have imported `contactlaw.mujoco_plugin` before. In
+dm_control a model goes into an environment that is there already, and nothing else of it changes:
+
+    env = suite.load("ball_in_cup", "catch")
+    xml, assets = ball_in_cup.get_model_and_assets()
+    env.physics.reload_from_xml_string(model_xml(xml, [("ball", "cup_part_*", hard)], assets=assets), assets)
+"""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from contextlib import redirect_stderr
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.selection import Selector, geoms_of, label
+from contactlaw.mujoco_plugin.spec import add_contact
+from contactlaw.mujoco_plugin.system import Member, members
+from contactlaw.pair import ContactPair, ContactWarning
+
+Source = str | bytes | os.PathLike[str]
+Which = Selector | Sequence[Selector]
+Contacts = Sequence[tuple[Which, Which, ContactPair] | tuple[Which, Which, ContactPair, Mapping[str, Any]]]
+
+_SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+_NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+
+
+def load_model(
+    model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] | None = None, **settings: Any
+) -> mujoco.MjModel:
+    """Read a model, let geoms of it touch by the law, and compile it.
+
+    Args:
+        model: Path of an MJCF or URDF file, what it includes is found beside it; or MJCF as text.
+        contacts: Each (geoms1, geoms2, pair), as for `add_contact`; geoms are chosen by name, pattern, body or id, see
+            `geoms_of`. A fourth entry, a dict, holds settings of this contact alone.
+        assets: Included files and assets by name, where the model is text that refers to some.
+        settings: Of `add_contact`, for all contacts: plane, others, substeps, ledger, room.
+
+    Raises:
+        ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
+    """
+    return _read(model, contacts, assets, settings)[1]
+
+
+def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] | None = None, **settings: Any) -> str:
+    """The model with the law in it as MJCF in one piece; arguments and errors as for `load_model`.
+
+    Numbers stay as they were written. Included files are merged; meshes, textures and height fields of a file are
+    referred to by absolute paths, those of `assets` by their names.
+
+    Raises:
+        ValueError: As `load_model`; or MuJoCo cannot write this model so that it reads the same again.
+    """
+    spec, compiled = _read(model, contacts, assets, settings)
+    for exact in (True, False):  # what is repeated (replicate, composite) can be named only once it is written out
+        spec.compiler.savecompiled = spec.compiler.savecanonical = not exact
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ContactWarning)  # said already, when it was compiled
+            text = spec.to_xml()
+            try:
+                again = mujoco.MjModel.from_xml_string(text, None if assets is None else dict(assets))
+            except ValueError as error:
+                trouble = str(error)
+                continue
+        if _alike(compiled, again, 0.0 if exact else 1e-4):
+            return text
+        trouble = "what is read back is another model"
+    raise ValueError(f"model: MuJoCo cannot write it as XML and read it again ({trouble}); use load_model")
+
+
+def save_model(
+    model: Source, target: str | os.PathLike[str], contacts: Contacts, *, assets: Mapping[str, bytes] | None = None,
+    **settings: Any,
+) -> Path:  # fmt: skip
+    """Write the model with the law in it to a new file, for programs that load their model from one.
+
+    Args:
+        target: The file to write; it may stand anywhere.
+        model, contacts, assets, settings: As for `model_xml`, and so are errors.
+
+    Returns:
+        The absolute path of the target.
+    """
+    path = Path(target).absolute()
+    text = model_xml(model, contacts, assets=assets, **settings)
+    if not isinstance(model, bytes) and _is_path(model) and path.exists() and path.samefile(os.fspath(model)):
+        raise ValueError(f"target = {str(path)!r}: must be another file than the model's own")
+    path.write_text(text)
+    return path
+
+
+def instances_of(model: mujoco.MjModel) -> list[str]:
+    """Names of the plugin instances in a compiled model, for `contacts_of`, `ledger_of` and `contact_history`."""
+    numbers = members(layout.ModelView(model._address))
+    return [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, number) for number in numbers]
+
+
+def _read(
+    model: Source, contacts: Contacts, assets: Mapping[str, bytes] | None, settings: Mapping[str, Any]
+) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    spec = _spec_of(model, assets)
+    plain = spec.compile()
+    _check_options(plain)
+    chosen = [_contact(spec, number, entry, settings) for number, entry in enumerate(_listed(contacts))]
+    for number, (ones, twos, _, own) in enumerate(chosen):
+        if not own.get("others", True) and spec.compiler.discardvisual:
+            raise ValueError(
+                "others = False: must be True in a model whose compiler discards visual geoms (discardvisual; a URDF "
+                "always does), as these geoms would become such"
+            )
+        _check_relatives(plain, f"contacts[{number}]", ones, twos)
+    for ones, twos, _, _ in chosen:
+        for geom in (*ones, *twos):
+            geom.name = geom.name or _new_name(spec, geom)
+    for number, (ones, twos, pair, own) in enumerate(chosen):
+        try:
+            add_contact(spec, ones, twos, pair, **own)
+        except ValueError as error:
+            raise ValueError(f"contacts[{number}]: {error}") from None
+    return spec, _compiled(spec)
+
+
+def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Compile; the reason why a contact cannot be served, which the plugin can but print, becomes the error."""
+    printed = StringIO()
+    try:
+        with redirect_stderr(printed):
+            model = spec.compile()
+    except ValueError as error:
+        reasons = [line for line in printed.getvalue().splitlines() if line.startswith("contactlaw: ")]
+        if not reasons:
+            raise
+        raise ValueError("; ".join(dict.fromkeys(reasons)).replace("contactlaw: ", "")) from error
+    sys.stderr.write(printed.getvalue())
+    return model
+
+
+def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[tuple[int, int, float]]:
+    """Geoms of the law that lie in each other where `data` has them: two ids and the depth [m], deepest first.
+
+    An environment that draws starting places until `data.ncon` is zero does not see these contacts. Where `data.qpos`
+    has been set, mj_kinematics (or mj_forward) must have been called since.
+    """
+    view = layout.ModelView(model._address)
+    pairs = {tuple(sorted(pair)) for number in members(view) for pair in Member(view, number).pairs}
+    depths = [(one, two, -mujoco.mj_geomDistance(model, data, one, two, 0.0, None)) for one, two in pairs]
+    return sorted((entry for entry in depths if entry[2] > 0.0), key=lambda entry: -entry[2])
+
+
+def _is_path(model: str | os.PathLike[str]) -> bool:
+    return not isinstance(model, str) or not model.lstrip("\ufeff \t\r\n").startswith("<")
+
+
+def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec:
+    """Read a file or text; of a file the folders of its assets are made absolute."""
+    if isinstance(model, bytes):
+        model = model.decode()
+    if not isinstance(model, str | os.PathLike):
+        raise ValueError(f"model = {model!r}: must be the path of an MJCF or URDF file, or MJCF as text")
+    files = dict(assets or {})
+    parts = {name: text for name, text in files.items() if name.endswith(".xml")}
+    others = {name: data for name, data in files.items() if name not in parts}
+    if not _is_path(model):
+        return mujoco.MjSpec.from_string(os.fspath(model), include=parts or None, assets=others or None)
+    path = Path(model).absolute()
+    if not path.is_file():
+        raise ValueError(f"model = {os.fspath(model)!r}: no such file")
+    spec = mujoco.MjSpec.from_file(str(path), include=parts or None, assets=others or None)
+    for folder in ("meshdir", "texturedir"):
+        setattr(spec.compiler, folder, str(path.parent / getattr(spec.compiler, folder)))
+    return spec
+
+
+def _listed(contacts: Any) -> list[Any]:
+    if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
+        raise ValueError(f"contacts = {contacts!r}: must be a sequence of (geoms1, geoms2, pair), not empty")
+    return list(contacts)
+
+
+def _contact(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> tuple[Any, Any, Any, Any]:
+    """Geoms, pair and settings of one entry."""
+    if not isinstance(entry, Sequence) or len(entry) not in (3, 4) or not isinstance(entry[2], ContactPair):
+        raise ValueError(
+            f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
+            "maybe a dict of settings"
+        )
+    ones, twos = (geoms_of(spec, entry[i], argument=f"contacts[{number}], geoms{i + 1}") for i in range(2))
+    for geom in (*ones, *twos):
+        if " " in geom.name and len(ones) + len(twos) > 2:
+            raise ValueError(
+                f"contacts[{number}]: {label(geom)} has a space in its name; such a geom can be one of two only, "
+                "not one of a set"
+            )
+    return ones, twos, entry[2], {**settings, **(entry[3] if len(entry) == 4 else {})}
+
+
+def _check_options(model: mujoco.MjModel) -> None:
+    if model.opt.enableflags & _SLEEP:
+        raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
+    if model.opt.disableflags & _NO_PASSIVE == _NO_PASSIVE:
+        raise ValueError('model: <flag spring="disable" damper="disable"/> turns the law off; one of them must be on')
+
+
+def _check_relatives(model: mujoco.MjModel, which: str, ones: list[Any], twos: list[Any]) -> None:
+    """Of sets: neighbours in a chain of bodies usually overlap at their joint, and the engine lets them."""
+    if len(ones) == len(twos) == 1:
+        return
+    weld, parent = model.body_weldid, model.body_parentid
+    for one in ones:
+        for two in twos:
+            a, b = (int(weld[model.geom_bodyid[geom.id]]) for geom in (one, two))
+            if a and b and a != b and (weld[parent[a]] == b or weld[parent[b]] == a):
+                raise ValueError(
+                    f"{which}: {label(one)} and {label(two)} belong to parent and child, which overlap at their joint; "
+                    "leave one of them out, or let just these two touch in a contact of their own"
+                )
+
+
+def _new_name(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> str:
+    """The body's name and a number."""
+    taken = {other.name for other in spec.geoms}
+    stem = f"{geom.parent.name or 'body'}_geom".replace(" ", "_")
+    return next(name for name in (f"{stem}{i}" for i in range(len(taken) + 1)) if name not in taken)
+
+
+def _alike(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> bool:
+    """Whether two models move alike: same sizes, and numbers the same to a part of the greatest in each field."""
+    for field in ("body_mass", "body_inertia", "body_pos", "body_quat", "geom_size", "geom_pos", "geom_quat",
+                  "geom_contype", "geom_conaffinity", "jnt_range", "dof_damping", "dof_armature", "qpos0",
+                  "pair_geom1", "pair_geom2", "actuator_gainprm", "plugin_stateadr"):  # fmt: skip
+        a, b = np.asarray(getattr(one, field)), np.asarray(getattr(two, field))
+        if a.shape != b.shape or (a.size and np.abs(a - b).max() > tolerance * np.abs(a).max()):
+            return False
+    return one.opt.timestep == two.opt.timestep and one.opt.integrator == two.opt.integrator

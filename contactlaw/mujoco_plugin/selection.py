@@ -1,0 +1,142 @@
+"""Geoms of a model that somebody else wrote: by name, by pattern, by body, by id."""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from typing import Any
+
+import mujoco
+
+from contactlaw import checks
+
+BODY = "body:"
+WILD = "*?["
+MOST_NAMES = 20  # in a message
+
+Selector = str | int | mujoco.MjsGeom
+
+
+def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument: str = "geoms") -> list[Any]:
+    """The geoms of a specification that are meant, each once, for `add_contact`.
+
+    Args:
+        spec: The model; for ids it must have been compiled.
+        what: Each one of, or a sequence of,
+            "ball": the name of a geom;
+            "ball*": a pattern as in a shell, for names of geoms;
+            "body:cup", "body:*_foot": the geoms of a body, or of the bodies that fit a pattern ("body:*": of all but
+                the world), not of their children;
+            7: the id of a geom in the compiled model;
+            a geom of the specification.
+            Patterns and bodies leave out geoms that the engine lets touch nothing (contype = conaffinity = 0), as those
+            are there to be looked at; one that is wanted all the same is given by its name or id.
+        argument: What messages call it.
+
+    Raises:
+        ValueError: Nothing is meant; the message has the nearest names.
+    """
+    found: dict[int, Any] = {}
+    every = list(spec.geoms)
+    for item in _flat(what):
+        for geom in _chosen(spec, every, argument, item):
+            found.setdefault(next(i for i, other in enumerate(every) if other is geom or other == geom), geom)
+    if not found:
+        raise ValueError(f"{argument}: holds no geoms; must hold one or more")
+    return list(found.values())
+
+
+def label(geom: mujoco.MjsGeom) -> str:
+    """A geom in messages: what it is, its name or else its place."""
+    kind = mujoco.mjtGeom(geom.type).name.removeprefix("mjGEOM_").lower()
+    if geom.name:
+        return f"{kind} {geom.name!r}"
+    return f"{kind} without a name of body {geom.parent.name!r}"
+
+
+def _flat(what: Iterable[Any]) -> list[Any]:
+    out = []
+    for item in what:
+        out.extend([item] if isinstance(item, str | mujoco.MjsGeom) or not isinstance(item, Iterable) else item)
+    return out
+
+
+def _chosen(spec: mujoco.MjSpec, every: list[Any], argument: str, item: Any) -> list[Any]:
+    if isinstance(item, mujoco.MjsGeom):
+        if not any(item is geom or item == geom for geom in every):
+            raise ValueError(f"{argument} = geom {item.name!r}: must be a geom of this model")
+        return [item]
+    if isinstance(item, str):
+        return _by_name(spec, every, argument, item)
+    return [_by_id(every, argument, item)]
+
+
+def _by_name(spec: mujoco.MjSpec, every: list[Any], argument: str, text: str) -> list[Any]:
+    named = {geom.name: geom for geom in every if geom.name}
+    if text in named:
+        return [named[text]]
+    if text.startswith(BODY):
+        return _of_bodies(spec, argument, text)
+    fitting = [geom for name, geom in named.items() if fnmatchcase(name, text)] if _is_wild(text) else []
+    if not fitting:
+        without = len(every) - len(named)
+        rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
+        raise ValueError(
+            f"{argument} = {text!r}: {'fits' if _is_wild(text) else 'is'} the name of no geom of the model; "
+            f"{_offer(text, named)}{rest}"
+        )
+    return _touchable(argument, text, fitting)
+
+
+def _of_bodies(spec: mujoco.MjSpec, argument: str, text: str) -> list[Any]:
+    wanted = text.removeprefix(BODY)
+    bodies = [body for body in spec.bodies if body.name == wanted]
+    if not bodies and _is_wild(wanted):  # a pattern means what moves, not the world
+        bodies = [body for body in spec.bodies if body.id != spec.worldbody.id and fnmatchcase(body.name, wanted)]
+    if not bodies:
+        names = [body.name for body in spec.bodies if body.name]
+        raise ValueError(f"{argument} = {text!r}: no body of the model has such a name; {_offer(wanted, names)}")
+    geoms = [geom for body in bodies for geom in body.geoms]
+    if not geoms:
+        raise ValueError(f"{argument} = {text!r}: has no geoms of its own; give the body that has them")
+    return _touchable(argument, text, geoms)
+
+
+def _touchable(argument: str, text: str, geoms: list[Any]) -> list[Any]:
+    """Without those that are there to be looked at only."""
+    solid = [geom for geom in geoms if geom.contype or geom.conaffinity]
+    if not solid:
+        raise ValueError(
+            f"{argument} = {text!r}: means {', '.join(label(geom) for geom in geoms[:MOST_NAMES])}, and the engine "
+            "lets none of them touch anything (contype = conaffinity = 0); if one is wanted, give its own name or id"
+        )
+    return solid
+
+
+def _by_id(every: list[Any], argument: str, value: Any) -> Any:
+    ids = {geom.id: geom for geom in every}
+    try:
+        number = None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        number = None
+    if number is None or number < 0 or number not in ids:
+        raise ValueError(
+            f"{argument} = {value!r}: must be a geom's name, a pattern for names, 'body:NAME', or the id of a geom "
+            f"(0 to {max(ids, default=-1)}) of the compiled model"
+        )
+    return ids[number]
+
+
+def _is_wild(text: str) -> bool:
+    return any(mark in text for mark in WILD)
+
+
+def _offer(text: str, names: Iterable[str]) -> str:
+    """The nearest names, or some."""
+    known = sorted(set(names))
+    more = f" and {len(known) - MOST_NAMES} more" if len(known) > MOST_NAMES else ""
+    return checks.nearest(text.strip(WILD + "]"), known, f"there are {', '.join(known[:MOST_NAMES]) or 'none'}{more}")

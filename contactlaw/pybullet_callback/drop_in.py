@@ -1,0 +1,184 @@
+"""The law in a URDF that somebody else wrote, with names of links in place of numbers.
+
+    import pybullet as p, pybullet_data
+    from contactlaw import MATERIALS, ContactPair
+    from contactlaw.pybullet_callback import ContactCallback, load_urdf
+
+    steel = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.1)
+    p.connect(p.DIRECT)
+    p.setAdditionalSearchPath(pybullet_data.getDataPath())
+    floor, contact = p.loadURDF("plane.urdf"), ContactCallback()
+    ball = load_urdf(contact, "sphere_small.urdf", [("*", floor, steel)]).body
+
+Then call `contact()` before each stepSimulation. For bodies that are loaded already:
+`contact.add_contact(links_of(robot, "*_wheel"), links_of(floor), pair)`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+import pybullet as p
+
+from contactlaw import checks
+from contactlaw.pair import ContactPair
+from contactlaw.pybullet_callback.callback import ContactCallback
+from contactlaw.pybullet_callback.shapes import BASE, Key
+
+Names = str | Sequence[str]
+Other = int | Names | Sequence[int] | Sequence[Key]
+Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, ContactPair, Mapping[str, Any]]]
+
+WILD = "*?["
+UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
+LINK_NAME = 12  # in getJointInfo
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A body with contacts of the law.
+
+    Attributes:
+        body: PyBullet's id.
+        handles: Of the contacts, in the order they were given, for `ContactCallback.state` and the like.
+    """
+
+    body: int
+    handles: tuple[int, ...]
+
+
+def load_urdf(
+    callback: ContactCallback,
+    path: str | os.PathLike[str],
+    contacts: Contacts,
+    *,
+    undamped: bool = True,
+    settings: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> Loaded:
+    """Load a URDF and let links of it touch by the law; Bullet finds what it includes and refers to beside it.
+
+    Args:
+        callback: What integrates the contacts.
+        path: The file; Bullet looks in the folders of setAdditionalSearchPath too.
+        contacts: Each (links, other, pair), links as for `links_of`; other: a body loaded before, or bodies, or
+            (body, link), as for `ContactCallback.add_contact`; or names of other links of this URDF. A fourth entry, a
+            dict, holds settings of this contact alone.
+        undamped: Whether to take Bullet's default damping, which eats energy in flight, and its clamp of velocities
+            from the body. Damping of joints stays as the URDF has it.
+        settings: Of `add_contact`, for all contacts: plane, substeps, ledger.
+        options: Of `pybullet.loadURDF`: basePosition, useFixedBase, globalScaling, ...
+
+    Raises:
+        ValueError: The file cannot be loaded, or a contact is none that the law can serve; nothing is left of it then.
+    """
+    if not isinstance(callback, ContactCallback):
+        raise ValueError(f"callback = {callback!r}: must be a ContactCallback")
+    if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
+        raise ValueError(f"contacts = {contacts!r}: must be a sequence of (links, other, pair), not empty")
+    client = callback._client
+    try:
+        body = p.loadURDF(os.fspath(path), physicsClientId=client, **options)
+    except p.error as error:
+        raise ValueError(
+            f"path = {os.fspath(path)!r}: {error} (there must be such a file, here or in a folder of "
+            "setAdditionalSearchPath, and it must be a URDF)"
+        ) from None
+    handles: list[int] = []
+    try:
+        for number, entry in enumerate(contacts):
+            if not isinstance(entry, Sequence) or len(entry) not in (3, 4):
+                raise ValueError(f"contacts[{number}] = {entry!r}: must be (links, other, pair), and maybe settings")
+            ones = links_of(body, entry[0], client=client, argument=f"contacts[{number}], links")
+            twos: Any = entry[1]
+            if _are_names(twos):
+                twos = links_of(body, twos, client=client, argument=f"contacts[{number}], other")
+            own = {**(settings or {}), **(entry[3] if len(entry) == 4 else {})}
+            handles.append(_add(callback, f"contacts[{number}]", ones, twos, entry[2], own))
+    except BaseException:
+        for handle in handles:
+            callback.remove_contact(handle)
+        p.removeBody(body, client)
+        raise
+    if undamped:
+        p.changeDynamics(body, BASE, physicsClientId=client, **UNDAMPED)
+    return Loaded(body, tuple(handles))
+
+
+def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument: str = "names") -> list[Key]:
+    """Links of a body by their names, for `ContactCallback.add_contact`.
+
+    Args:
+        body: PyBullet's id; or several, as loadMJCF and loadSDF return them.
+        names: Each the name of a link (the base has one too), a pattern as in a shell ("*_wheel"), or a sequence of
+            such; none: "*". Patterns leave out links that have no collision shape.
+        client: Physics client id.
+        argument: What messages call the names.
+
+    Returns:
+        (body, link) of each, link -1 for the base, in the order of the names, each once.
+
+    Raises:
+        ValueError: No such body, no such link (the message has the nearest names), or one that has no collision shape.
+    """
+    bodies = list(body) if isinstance(body, Iterable) else [body]
+    there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
+    for one in bodies:
+        if isinstance(one, bool) or one not in there:
+            raise ValueError(f"body = {one!r}: must be one of the bodies of this client, {sorted(there)}")
+    links = [(key, name) for one in bodies for key, name in _names(int(one), client)]
+    solid = {key for key, _ in links if p.getCollisionShapeData(*key, client)}
+    found: dict[Key, None] = {}
+    for text in _flat(names) or ["*"]:
+        if not isinstance(text, str):
+            raise ValueError(f"{argument} = {text!r}: must be the name of a link, or a pattern such as '*_wheel'")
+        exact = [key for key, name in links if name == text]
+        fitting = exact or [key for key, name in links if any(c in text for c in WILD) and fnmatchcase(name, text)]
+        chosen = [key for key in fitting if key in solid]
+        if not chosen:
+            why = "has no collision shape to touch with" if fitting else "no link has such a name"
+            raise ValueError(f"{argument} = {text!r}: {why}; {_offer(text, [n for key, n in links if key in solid])}")
+        found.update(dict.fromkeys(chosen))
+    return list(found)
+
+
+def _add(
+    callback: ContactCallback, which: str, ones: list[Key], twos: Any, pair: Any, settings: Mapping[str, Any]
+) -> int:
+    """Add a contact; the error tells what the links it numbers are called."""
+    try:
+        return callback.add_contact(ones, twos, pair, **settings)
+    except ValueError as error:
+        names = dict(_names(ones[0][0], callback._client))
+        meant = [key for key in ones if f"body {key[0]} link {key[1]} " in str(error)]
+        told = "".join(f"; link {link} is {names[body, link]!r}" for body, link in meant)
+        raise ValueError(f"{which}: {error}{told}") from None
+
+
+def _names(body: int, client: int) -> list[tuple[Key, str]]:
+    base = p.getBodyInfo(body, client)[0]
+    joints = range(p.getNumJoints(body, client))
+    links = [((body, link), p.getJointInfo(body, link, client)[LINK_NAME]) for link in joints]
+    return [(key, name.decode()) for key, name in [((body, BASE), base), *links]]
+
+
+def _flat(names: Iterable[Any]) -> list[Any]:
+    out: list[Any] = []
+    for item in names:
+        out.extend([item] if isinstance(item, str) or not isinstance(item, Iterable) else item)
+    return out
+
+
+def _are_names(value: Any) -> bool:
+    return isinstance(value, str) or (isinstance(value, Sequence) and bool(value) and isinstance(value[0], str))
+
+
+def _offer(text: str, names: list[str]) -> str:
+    """The nearest names, or all."""
+    known = sorted(set(names))
+    rest = f"links with a collision shape are {', '.join(known) or 'none'}"
+    return checks.nearest(text.strip(WILD + "]"), known, rest)

@@ -1,0 +1,94 @@
+"""A command for each scene: the same options everywhere, and the scene's own."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from contactlaw import MATERIALS
+from contactlaw.laws import LAWS
+from sims import show
+from sims.scene import NATIVE, OWN_STEP, Scene, Settings
+
+PLOT, GIF, VIEW = (
+    "Many exposures in one picture, .png.",
+    "Moving picture, .gif.",
+    "Watch it in the engine's own window.",
+)
+STEPS = ", ".join(f"{engine} {step:.4g}" for engine, step in OWN_STEP.items())
+
+
+def add_scene(app: typer.Typer, scene: Scene) -> None:
+    """Give a scene its command."""
+
+    def command(**values: Any) -> None:
+        try:
+            _run(scene, values)
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+
+    options: dict[str, tuple[Any, Any, Any]] = {
+        "engine": (str, scene.engines[0], typer.Option(help="|".join(scene.engines))),
+        "law": (str, "microslip", typer.Option(help="|".join([*LAWS, NATIVE]) + "; native: the engine's own contact")),
+        "material": (str | None, None, typer.Option(help="|".join(MATERIALS) + "; default: the scene's own")),
+        "timestep": (float | None, None, typer.Option(help=f"Engine step in s; default: the engine's own, {STEPS}.")),
+        "as_json": (bool, False, typer.Option("--json", help="Print one JSON object.")),
+        "plot": (Path | None, None, typer.Option(help=PLOT)),
+        "gif": (Path | None, None, typer.Option(help=GIF)),
+        "view": (bool, False, typer.Option("--view", help=VIEW)),
+    } | {
+        name: (type(default), default, typer.Option(f"--{name.replace('_', '-')}", help=text))
+        for name, (default, text) in scene.options.items()
+    }  # fmt: skip
+    parameters = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, option])
+        for name, (kind, default, option) in options.items()
+    ]
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {one.name: one.annotation for one in parameters}
+    able = "".join(f"\n\nNot in {engine}: {reason}" for engine, reason in scene.unable.items())
+    app.command(scene.name, help=f"{scene.title}.\n\n{inspect.cleandoc(type(scene).__doc__ or '')}{able}")(command)
+
+
+def _run(scene: Scene, values: Mapping[str, Any]) -> None:
+    own = {name: values[name] for name in scene.options}
+    settings = settings_of(
+        scene, values["engine"], values["law"], values["material"], values["timestep"], own, values["view"]
+    )  # fmt: skip
+    recording = show.run(scene, settings)
+    measured = scene.measure(recording)
+    if values["as_json"]:
+        print(json.dumps(measured))
+    else:
+        show.figures(measured)
+        held = show.checks(scene.check(measured))
+    show.pictures(scene, settings, recording, values["plot"], values["gif"])
+    if not values["as_json"] and not held:
+        raise typer.Exit(1)
+
+
+def settings_of(
+    scene: Scene, engine: str, law: str, material: str | None, timestep: float | None, options: Mapping[str, float],
+    view: bool,
+) -> Settings:  # fmt: skip
+    """What the command line asks of a scene.
+
+    Raises:
+        ValueError: It cannot be done; the message says why.
+    """
+    if view and not _has_display():
+        raise ValueError("view: there is no display to open a window on; --gif makes a moving picture")
+    settings = Settings(engine, law, material, timestep, options, watch=scene.slow if view else 0.0)
+    scene.demand(settings)
+    return settings
+
+
+def _has_display() -> bool:
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,45 @@
+"""The pictures of a scene: the law beside the engines' own contact, as an exposure and as a GIF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from sims.animation import draw_animation
+from sims.panel import Panel, panel_of
+from sims.recording import Recording
+from sims.scene import NATIVE, Scene, Settings
+from sims.stroboscope import draw_stroboscope
+
+
+def panels_of(scene: Scene, settings: Settings, recording: Recording, engines: Iterable[str] = ()) -> list[Panel]:
+    """A recording, and beside it what the engines' own contact makes of the same scene.
+
+    Args:
+        scene: The scene.
+        settings: With which it was run.
+        recording: What came out.
+        engines: Whose own contact to show; none given: that of the settings. None where it is that already.
+    """
+    panels = [panel_of(scene, recording)]
+    for title, ideal in scene.ideals(recording):
+        panels.append(Panel(ideal, title, scene.caption(ideal), "ideal", scene.marks(ideal)))
+    if settings.law == NATIVE or not scene.beside_native:
+        return panels
+    for engine in engines or [settings.engine]:
+        timestep = settings.timestep if engine == settings.engine else None
+        if engine in scene.engines:
+            other = scene.run(replace(settings, engine=engine, law=NATIVE, timestep=timestep))
+            panels.append(panel_of(scene, other))
+    return panels
+
+
+def draw_exposures(scene: Scene, panels: list[Panel], file: Path) -> Path:
+    """The many exposures; as much of the scene as it wants shown."""
+    return draw_stroboscope(panels, file, until=scene.shown, exposure=scene.exposure)
+
+
+def draw_gif(scene: Scene, panels: list[Panel], file: Path) -> Path:
+    """The moving picture, as slow as the scene wants it."""
+    return draw_animation(panels, file, until=scene.shown, slow=scene.slow)

@@ -1,0 +1,186 @@
+"""What a scene is, and the registry of all of them."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, ClassVar, TypeVar
+
+from contactlaw import MATERIALS, checks
+from contactlaw.laws import LAWS
+from sims.recording import Recording
+
+ENGINES = ("mujoco", "pybullet")
+OWN_STEP = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0}
+"""The step [s] that an engine has unless told otherwise."""
+NATIVE = "native"
+"""Name of the engine's own contact, where a law is asked for."""
+Measured = dict[str, Any]
+"""What a scene measured, as --json prints it: JSON types only."""
+
+
+def _no_progress(_: float) -> None:
+    """Nobody is told."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a scene is to be run.
+
+    Attributes:
+        engine: "mujoco" or "pybullet".
+        law: Name in `contactlaw.LAWS`, or "native" for the engine's own contact.
+        material: Name in `contactlaw.MATERIALS`; None: the scene's own.
+        timestep: Engine step [s]; None: the engine's own.
+        options: The scene's own numbers, by name; what is not given has the scene's default.
+        watch: Whether to show it in the engine's own window: how many times slower than life; 0: not.
+        progress: Told now and then which part of the run is done, 0 to 1.
+
+    Raises:
+        ValueError: A value outside what is allowed; the message names it.
+    """
+
+    engine: str = "mujoco"
+    law: str = "microslip"
+    material: str | None = None
+    timestep: float | None = None
+    options: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    watch: float = 0.0
+    progress: Callable[[float], None] = field(default=_no_progress, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        checks.one_of("engine", self.engine, ENGINES)
+        checks.one_of("law", self.law, [*LAWS, NATIVE])
+        if self.material is not None:
+            checks.one_of("material", self.material, MATERIALS)
+        if self.timestep is not None:
+            checks.positive("timestep", self.timestep)
+        checks.not_negative("watch", self.watch)
+        for name, value in self.options.items():
+            checks.number(name, value, "finite", low=-1e300, high=1e300)
+
+    @property
+    def step(self) -> float:
+        """Engine step [s]."""
+        return OWN_STEP[self.engine] if self.timestep is None else self.timestep
+
+
+@dataclass(frozen=True)
+class Check:
+    """Something that must hold of a scene.
+
+    Attributes:
+        name: What was measured, in words.
+        reached: The measured value.
+        asked: Its limit.
+        unit: Of both; "" for a plain number.
+        at_least: Whether the measured value must not be below the limit, instead of not above.
+    """
+
+    name: str
+    reached: float
+    asked: float
+    unit: str = ""
+    at_least: bool = False
+
+    @property
+    def passed(self) -> bool:
+        """Whether the limit is kept; a value that is not finite keeps none."""
+        if not math.isfinite(self.reached):
+            return False
+        return self.reached >= self.asked if self.at_least else self.reached <= self.asked
+
+
+class Scene(ABC):
+    """A small simulation that shows something, and checks itself.
+
+    To add a scene, put one file into sims/scenes with a subclass of this, decorated with `register`:
+      1. `name` (that of its command) and `title`, one line for `python -m sims list`;
+      2. `engines`, and in `unable` the reason for each engine that cannot do it;
+      3. `shown`, `exposure`, `slow` where the usual ones do not make a good picture;
+      4. `options`: its own numbers, name -> (default, help); each becomes an option of its command;
+      5. `run`: build it with `sims.worlds.new_world`, throw, and return what was recorded;
+      6. `measure`: what came out, from the recording alone; `check`: what must hold of it.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    engines: ClassVar[tuple[str, ...]] = ENGINES
+    unable: ClassVar[dict[str, str]] = {}
+    options: ClassVar[dict[str, tuple[float, str]]] = {}
+    shown: ClassVar[float | None] = None
+    """How much of the recording its pictures show [s]; None: all."""
+    exposure: ClassVar[float | None] = None
+    """Time between two exposures of the stroboscope [s]; None: so that there are 16."""
+    beside_native: ClassVar[bool] = True
+    """Whether its pictures show the engine's own contact beside the law."""
+    slow: ClassVar[float] = 1.0
+    """How many times slower than life its moving picture is."""
+
+    @abstractmethod
+    def run(self, settings: Settings) -> Recording:
+        """Simulate and record.
+
+        Raises:
+            ValueError: A setting outside what the scene allows; the message names it.
+        """
+
+    @abstractmethod
+    def measure(self, recording: Recording) -> Measured:
+        """The figures that the scene is about, as `--json` prints them."""
+
+    @abstractmethod
+    def check(self, measured: Measured) -> list[Check]:
+        """What must hold of the figures; less where the law is not `microslip`."""
+
+    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
+        """Short texts for its pictures, each below a point in the plane of the picture [m]."""
+        return []
+
+    def caption(self, recording: Recording) -> str:
+        """A line for its pictures."""
+        return ""
+
+    def ideals(self, recording: Recording) -> list[tuple[str, Recording]]:
+        """Ideal motions to be shown beside the law, each with a title."""
+        return []
+
+    def option(self, settings: Settings, name: str) -> float:
+        """An option's value: as set, or the scene's default."""
+        return float(settings.options.get(name, self.options[name][0]))
+
+    def demand(self, settings: Settings) -> None:
+        """Raise ValueError where the scene cannot be run with these settings."""
+        checks.one_of("engine", settings.engine, [*self.engines, *self.unable])
+        if settings.engine in self.unable:
+            raise ValueError(f"engine = {settings.engine!r}: cannot do {self.name}: {self.unable[settings.engine]}")
+        for name in settings.options:
+            checks.one_of("option", name, self.options)
+
+
+SCENES: dict[str, Scene] = {}
+"""Every scene by its name; filled by `find_scenes`."""
+
+SomeScene = TypeVar("SomeScene", bound=Scene)
+
+
+def register(kind: type[SomeScene]) -> type[SomeScene]:
+    """Class decorator: make a scene known under its name."""
+    if kind.name in SCENES and type(SCENES[kind.name]).__module__ != kind.__module__:
+        raise ValueError(f"name = {kind.name!r}: {type(SCENES[kind.name]).__module__} has a scene of this name already")
+    SCENES[kind.name] = kind()
+    return kind
+
+
+def find_scenes() -> dict[str, Scene]:
+    """Import every file of sims/scenes and return what they registered, by name."""
+    import sims.scenes as folder
+
+    for module in pkgutil.iter_modules(folder.__path__):
+        importlib.import_module(f"{folder.__name__}.{module.name}")
+    return dict(sorted(SCENES.items()))

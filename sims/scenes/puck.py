@@ -1,0 +1,80 @@
+"""The puck of `sims.puck` as a scene: the same throw, watched on its way to the block and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contactlaw import checks
+from sims.puck import SURFACES, Puck, Result, as_json, reference
+from sims.recording import Recording
+from sims.scene import Check, Measured, Scene, Settings, register
+from sims.worlds import new_world
+
+BLOCK = (0.03, 0.3, 0.0254)  # half lengths [m]
+LEAD, AFTER = 0.15, 0.25  # times in flight before the impact and after [s]
+INTERVAL = 2e-3  # between two entries of a recording [s]
+
+
+@register
+class OnBlock(Scene):
+    """Seen from above. The air table makes the motion planar and frictionless: neither it nor gravity is simulated."""
+
+    name = "puck"
+    title = "a puck strikes a clamped block on an air table (Maw, Barber & Fawcett 1981)"
+    exposure, slow = 0.045, 10.0
+    options = {
+        "psi1": (1.2, "(kappa/mu) V_x/V_z1 before the impact"),
+        "spin": (0, "1: thrown straight at the block, with backspin; 0: obliquely, without spin"),
+    }
+
+    def run(self, settings: Settings) -> Recording:
+        """Throw it."""
+        self.demand(settings)
+        throw = {
+            "material": checks.one_of("material", settings.material or "steel", SURFACES),
+            "psi_1": self.option(settings, "psi1"),
+            "launch": "spin" if self.option(settings, "spin") else "oblique",
+            "timestep": settings.step,
+        }
+        puck = Puck(law=settings.law, **throw)
+        velocity, spin = puck.start_motion
+        world = new_world(settings, gravity=(0.0, 0.0, 0.0))
+        start = puck.radius * puck.normal - LEAD * velocity
+        moments = puck.inertia * np.array([0.6, 0.6, 1.0])
+        world.ball("puck", puck.radius, puck.mass, start, velocity, [0.0, 0.0, spin], inertia=moments,
+                   disc=0.5 * puck.thickness)  # fmt: skip
+        world.block("block", BLOCK, [-BLOCK[0], 0.0, 0.0])
+        world.contact("puck", "block", puck.pair, plane=[0.0, 0.0, 1.0], speed=puck.speed)
+        recording = world.record(LEAD + AFTER + puck.contact_duration, INTERVAL, throw=throw)
+        recording.view = (0, 1)
+        return recording
+
+    def measure(self, recording: Recording) -> Measured:
+        """The same figures as `sims.puck.run` gives."""
+        facts: dict[str, Any] = recording.facts
+        puck = Puck(law=facts["law"], **facts["throw"])
+        track = recording.track("puck")
+        psi, energy = ([of(track.velocities[i], float(track.spins[i, 2])) for i in (0, -1)]
+                       for of in (puck.psi, puck.energy))  # fmt: skip
+        e = puck.pair.restitution
+        return as_json(
+            Result(
+                engine=facts["engine"], law=puck.law, material=puck.material, mu=puck.pair.friction, chi=puck.chi,
+                restitution=e, timestep=facts["timestep"], contact_duration=puck.contact_duration,
+                steps=facts["steps"], psi1=psi[0], psi2=psi[1],
+                psi2_reference=reference(round(psi[0], 12), puck.chi, e), energy_ratio=energy[1] / energy[0],
+                wall_time=facts["wall_time"],
+            )
+        )  # fmt: skip
+
+    def check(self, measured: Measured) -> list[Check]:
+        """As `sims.puck.Result.check`."""
+        out = [Check("psi2, anything finite", abs(measured["psi2"]), 1e3)]
+        if measured["law"] not in ("mindlin", "native"):
+            out.append(Check("energy after over before", measured["energy_ratio"], 1.001))
+        if measured["law"] == "microslip":
+            error = abs(measured["psi2"] - measured["psi2_reference"])
+            out.append(Check("psi2 off the reference", error, 4e-3))
+        return out

@@ -1,0 +1,110 @@
+"""Scenes run and shown on a terminal: figures, checks, pictures."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from sims.recording import Recording
+from sims.scene import Check, Measured, Scene, Settings
+
+console = Console(width=None if sys.stdout.isatty() else 110)
+messages = Console(stderr=True, width=console.width)
+
+
+def run(scene: Scene, settings: Settings) -> Recording:
+    """Run a scene behind a bar."""
+    with _progress() as progress:
+        task = progress.add_task(f"{scene.name} in {settings.engine}", total=1.0)
+        return scene.run(replace(settings, progress=lambda part: progress.update(task, completed=part)))
+
+
+def figures(measured: Measured) -> None:
+    """Plain figures as one table, each list of like objects as a table of its own."""
+    plain = Table("quantity", "value")
+    lists = {}
+    for key, value in measured.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            lists[key] = value
+        else:
+            plain.add_row(key, _text(value))
+    console.print(plain)
+    for key, rows in lists.items():
+        table = Table(title=key)
+        heads = [head for head, value in rows[0].items() if not isinstance(value, list | dict)]
+        for head in heads:
+            table.add_column(head.replace("_", "\n"), justify="right")
+        for row in rows:
+            table.add_row(*(_text(row[head]) for head in heads))
+        console.print(table)
+
+
+def checks(found: Sequence[Check]) -> bool:
+    """A line for each check. Returns whether all passed."""
+    for one in found:
+        sign, unit = (">=" if one.at_least else "<="), f" {one.unit}" if one.unit else ""
+        style, word = ("green", "holds") if one.passed else ("red", "FAILS")
+        console.print(
+            f"[{style}]{word}[/]  {one.name}: {one.reached:.3g}{unit}, asked {sign} {one.asked:g}{unit}",
+            highlight=False, soft_wrap=True,
+        )  # fmt: skip
+    return all(one.passed for one in found)
+
+
+def pictures(
+    scene: Scene, settings: Settings, recording: Recording, plot: Path | None, gif: Path | None,
+    engines: Sequence[str] = (),
+) -> None:  # fmt: skip
+    """Make the pictures that are wanted, the engines' own contact beside the law."""
+    from sims.pictures import draw_exposures, draw_gif, panels_of
+
+    if not plot and not gif:
+        return
+    with _progress() as progress:
+        progress.add_task(f"pictures of {scene.name}", total=None)
+        panels = panels_of(scene, settings, recording, engines)
+        made = [draw(scene, panels, file) for draw, file in ((draw_exposures, plot), (draw_gif, gif)) if file]
+    for file in made:
+        messages.print(f"picture: {file}", highlight=False, soft_wrap=True)
+
+
+def show_all(scenes: Sequence[Scene], out: Path) -> int:
+    """Run and check each scene in every engine there is, and make its pictures. Returns an exit code."""
+    held = True
+    drawing = all(importlib.util.find_spec(name) for name in ("matplotlib", "PIL"))
+    if not drawing:
+        console.print("[yellow]no pictures without matplotlib and pillow (pip install 'contactlaw\\[plot]')[/]")
+    for scene in scenes:
+        console.rule(f"{scene.name}: {scene.title}", align="left")
+        first: tuple[Settings, Recording] | None = None
+        engines = [engine for engine in scene.engines if importlib.util.find_spec(engine)]
+        for engine in engines:
+            settings = Settings(engine)
+            recording = run(scene, settings)
+            console.print(f"{engine}, step {1e3 * float(recording.facts['timestep']):.3g} ms")
+            held &= checks(scene.check(scene.measure(recording)))
+            first = first or (settings, recording)
+        if first and drawing:
+            pictures(scene, *first, out / f"{scene.name}.png", out / f"{scene.name}.gif", engines)
+    return 0 if held else 1
+
+
+def _text(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list):
+        return ", ".join(_text(one) for one in value)
+    return str(value)
+
+
+def _progress() -> Progress:
+    return Progress(
+        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=messages, transient=True
+    )  # fmt: skip

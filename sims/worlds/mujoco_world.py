@@ -1,0 +1,147 @@
+"""A world in MuJoCo."""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from math import log, pi, sqrt
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import ContactPair, mujoco_plugin
+from sims.scene import Settings
+from sims.worlds.world import Array, Body, World, matrix_to_quaternion, onto
+
+GEOMS = {
+    "ball": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "disc": mujoco.mjtGeom.mjGEOM_SPHERE,  # round where it touches
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+}
+HEAVY = 1e9  # armature of a driven body [kg]: nothing that hits it changes its motion
+STEPS_A_NATIVE_CONTACT = 10  # a stiffer contact than MuJoCo's solver resolves gains energy
+
+
+class EngineWorld(World):
+    """MuJoCo's."""
+
+    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
+        super().__init__(settings, gravity)
+        self.spec = mujoco.MjSpec()
+        self.spec.option.timestep = self.timestep
+        self.spec.option.gravity = self.gravity
+        self._masses: dict[str, float] = {}
+        self._window: Any = None
+
+    def _make_body(self, body: Body) -> None:
+        made = self.spec.worldbody.add_body(
+            name=body.name, pos=body.position, quat=matrix_to_quaternion(body.rotation), explicitinertial=True
+        )
+        made.mass, made.inertia = (body.mass, body.inertia) if body.path is None else (1.0, [1.0] * 3)
+        made.ipos, made.iquat = [0.0] * 3, [1.0, 0.0, 0.0, 0.0]
+        if body.path is None:
+            made.add_freejoint()
+        else:
+            for axis in np.eye(3):
+                joint = made.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=body.rotation.T @ axis)
+                joint.armature = HEAVY
+        size = body.size[:1] if body.shape == "disc" else body.size
+        made.add_geom(name=body.name, type=GEOMS[body.shape], size=[*size, 0.0, 0.0][:3], contype=0, conaffinity=0)
+        self._masses[body.name] = body.mass
+
+    def _make_plane(self, name: str, point: Array, normal: Array) -> None:
+        self.spec.worldbody.add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5.0, 5.0, 0.1], pos=point,
+            quat=matrix_to_quaternion(onto(normal)), contype=0, conaffinity=0,
+        )  # fmt: skip
+
+    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None:
+        self.spec.worldbody.add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=half_sizes, pos=position,
+            quat=matrix_to_quaternion(rotation), contype=0, conaffinity=0,
+        )  # fmt: skip
+
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
+        mujoco_plugin.add_contact(self.spec, ones, twos, pair, plane=plane, others=False)
+
+    def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
+        """MuJoCo's own contact: as stiff as the law's where the step allows, damped to the restitution.
+
+        Damping by the formula for a linear spring. This is the kind of setting with which it bounces at all.
+        """
+        rate = -log(pair.restitution)
+        mu = pair.friction
+        for one, two in {tuple(sorted((a, b))) for a in ones for b in twos if a != b}:
+            inverse = sum(1.0 / self._masses.get(name, np.inf) for name in (one, two))
+            radii = [body.size[0] for body in self.bodies if body.name in (one, two) and body.shape != "box"]
+            sized = ContactPair(
+                pair.a, pair.b, mu, radius=pair.radius or 1.0 / sum(1.0 / radius for radius in radii),
+                stiffness_ratio=pair.stiffness_ratio,
+            )  # fmt: skip
+            duration = max(sized.contact_duration(1.0 / inverse, speed), STEPS_A_NATIVE_CONTACT * self.timestep)
+            stiffness = (pi / duration) ** 2
+            damping = 2.0 * sqrt(stiffness) * rate / sqrt(rate**2 + pi**2)
+            self.spec.add_pair(
+                geomname1=one, geomname2=two, condim=3, friction=[mu, mu, 0.005, 1e-4, 1e-4],
+                solref=[-stiffness, -damping], solimp=[0.9999, 0.9999, 1e-3, 0.5, 2.0],
+            )  # fmt: skip
+
+    def _start(self) -> None:
+        self.model = self.spec.compile()
+        self.data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, self.data)
+        ids = [self.model.body(body.name).id for body in self.bodies]
+        self._dofs = [int(self.model.body_dofadr[number]) for number in ids]
+        self._ids = np.array(ids, dtype=int)
+        for body, dof in zip(self.bodies, self._dofs, strict=True):
+            if body.path is None:
+                self.data.qvel[dof : dof + 3] = body.velocity
+                self.data.qvel[dof + 3 : dof + 6] = body.rotation.T @ body.spin
+        # The engine's velocity is that of half a step before the position.
+        self.data.qvel[:] -= self._half_step()
+
+    def _half_step(self) -> Array:
+        """What gravity adds to the free bodies' velocities in half a step, shape (nv,)."""
+        out = np.zeros(self.model.nv)
+        for body, dof in zip(self.bodies, self._dofs, strict=True):
+            if body.path is None:
+                out[dof : dof + 3] = 0.5 * self.timestep * self.gravity
+        return out
+
+    def _drive(self, body: Body, position: Array, velocity: Array) -> None:
+        dof = self._dofs[self.bodies.index(body)]
+        joint = int(self.model.body_jntadr[self._ids[self.bodies.index(body)]])
+        place = int(self.model.jnt_qposadr[joint])
+        self.data.qpos[place : place + 3] = position - body.position
+        self.data.qvel[dof : dof + 3] = velocity
+
+    def _advance(self, count: int) -> None:
+        mujoco.mj_step(self.model, self.data, count)
+
+    def _read(self) -> tuple[Array, Array, Array, Array]:
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        speeds = data.qvel + mujoco_plugin.owed_velocity(model, data) + self._half_step()
+        turns = data.xmat[self._ids].reshape(-1, 3, 3)
+        linear = np.array([speeds[dof : dof + 3] for dof in self._dofs]).reshape(-1, 3)
+        spins = [
+            turn @ speeds[dof + 3 : dof + 6] if body.path is None else np.zeros(3)
+            for body, turn, dof in zip(self.bodies, turns, self._dofs, strict=True)
+        ]
+        return data.xpos[self._ids].copy(), turns.copy(), linear, np.array(spins).reshape(-1, 3)
+
+    def _show(self) -> None:
+        if self._window is None:
+            import mujoco.viewer
+
+            self._window = mujoco.viewer.launch_passive(self.model, self.data)
+        self._window.sync()
+
+    def _close(self) -> None:
+        if self._window is not None:
+            self._window.close()

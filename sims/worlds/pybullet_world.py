@@ -1,0 +1,135 @@
+"""A world in PyBullet, in a client of its own."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import pybullet as p
+from numpy.typing import ArrayLike
+
+from contactlaw import ContactPair
+from contactlaw.pybullet_callback import ContactCallback
+from sims.scene import Settings
+from sims.worlds.world import Array, Body, World, matrix_to_quaternion, onto
+
+
+class EngineWorld(World):
+    """PyBullet's."""
+
+    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
+        super().__init__(settings, gravity)
+        self.client = p.connect(p.GUI if settings.watch else p.DIRECT)
+        p.setPhysicsEngineParameter(
+            fixedTimeStep=self.timestep, contactERP=0.0, contactSlop=0.0, restitutionVelocityThreshold=0.0,
+            physicsClientId=self.client,
+        )  # fmt: skip
+        p.setGravity(*self.gravity.tolist(), physicsClientId=self.client)
+        self.ids: dict[str, int] = {}
+        self._law: ContactCallback | None = None
+        self._by_law: set[str] = set()
+
+    def _make_body(self, body: Body) -> None:
+        if body.shape == "box":
+            shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=list(body.size), physicsClientId=self.client)
+        elif body.shape == "capsule":
+            radius, half = body.size
+            shape = p.createCollisionShape(
+                p.GEOM_CAPSULE, radius=radius, height=2.0 * half, physicsClientId=self.client
+            )
+        else:
+            shape = p.createCollisionShape(p.GEOM_SPHERE, radius=body.size[0], physicsClientId=self.client)
+        mass = body.mass if body.path is None else 0.0
+        made = self._put(body.name, mass, shape, body.position, body.rotation)
+        if body.path is None:
+            p.changeDynamics(
+                made, -1, localInertiaDiagonal=list(body.inertia), linearDamping=0.0, angularDamping=0.0,
+                maxJointVelocity=1e6, physicsClientId=self.client,
+            )  # fmt: skip
+
+    def _make_plane(self, name: str, point: Array, normal: Array) -> None:
+        shape = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=self.client)
+        self._put(name, 0.0, shape, point, onto(normal))
+
+    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None:
+        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=half_sizes.tolist(), physicsClientId=self.client)
+        self._put(name, 0.0, shape, position, rotation)
+
+    def _put(self, name: str, mass: float, shape: int, position: Array, rotation: Array) -> int:
+        w, x, y, z = matrix_to_quaternion(rotation).tolist()
+        made = p.createMultiBody(mass, shape, -1, position.tolist(), [x, y, z, w], physicsClientId=self.client)
+        p.setCollisionFilterGroupMask(made, -1, 0, 0, physicsClientId=self.client)
+        self.ids[name] = made
+        return made
+
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
+        self._law = self._law or ContactCallback(self.client)
+        first, second = ([self.ids[name] for name in names] for names in (ones, twos))
+        self._law.add_contact(first, second, pair, plane=plane)
+        self._by_law |= {*ones, *twos}
+
+    def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
+        """Bullet's own contact with the settings that let it bounce; friction and restitution are products of both."""
+        shared = set(ones) & set(twos)
+        for name in {*ones, *twos}:
+            e, mu = pair.restitution, pair.friction
+            if name in shared:
+                e, mu = sqrt(e), sqrt(mu)
+            elif name in twos:
+                e, mu = 1.0, 1.0
+            p.changeDynamics(
+                self.ids[name], -1, restitution=e, lateralFriction=mu, rollingFriction=0.0, spinningFriction=0.0,
+                contactProcessingThreshold=0.0, physicsClientId=self.client,
+            )  # fmt: skip
+        for one in ones:
+            for two in twos:
+                if one != two:
+                    p.setCollisionFilterPair(self.ids[one], self.ids[two], -1, -1, 1, self.client)
+
+    def _start(self) -> None:
+        for body in self.bodies:
+            if body.path is None:
+                # The engine's velocity is that of half a step before the position.
+                before = body.velocity - 0.5 * self.timestep * self.gravity
+                p.resetBaseVelocity(self.ids[body.name], before.tolist(), body.spin.tolist(), self.client)
+
+    def _drive(self, body: Body, position: Array, velocity: Array) -> None:
+        number = self.ids[body.name]
+        x, y, z = position.tolist()
+        turn = p.getBasePositionAndOrientation(number, self.client)[1]
+        p.resetBasePositionAndOrientation(number, [x, y, z], turn, self.client)
+        p.resetBaseVelocity(number, velocity.tolist(), [0.0, 0.0, 0.0], self.client)
+
+    def _advance(self, count: int) -> None:
+        if self._law is None:
+            for _ in range(count):
+                p.stepSimulation(self.client)
+            return
+        for _ in range(count):
+            self._law()
+            p.stepSimulation(self.client)
+
+    def _read(self) -> tuple[Array, Array, Array, Array]:
+        places, turns, speeds, spins = [], [], [], []
+        for body in self.bodies:
+            number = self.ids[body.name]
+            place, turn = p.getBasePositionAndOrientation(number, self.client)
+            if body.path is not None:
+                h = 0.5 * self.timestep
+                place = np.asarray(body.path(self.time))
+                speed = (np.asarray(body.path(self.time + h)) - np.asarray(body.path(self.time - h))) / (2.0 * h)
+                spin = np.zeros(3)
+            elif self._law is not None and body.name in self._by_law:
+                speed, spin = self._law.velocity(number)
+            else:
+                speed, spin = (np.array(one) for one in p.getBaseVelocity(number, self.client))
+                speed = speed + 0.5 * self.timestep * self.gravity
+            places.append(place)
+            turns.append(np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3))
+            speeds.append(speed)
+            spins.append(spin)
+        return np.array(places), np.array(turns), np.array(speeds), np.array(spins)
+
+    def _close(self) -> None:
+        p.disconnect(self.client)

@@ -1,0 +1,286 @@
+"""The one face that both engines show to a scene."""
+
+from __future__ import annotations
+
+import importlib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter, sleep
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlaw import ContactPair, checks
+from sims.recording import Outline, Recording, Track, block, plane
+from sims.scene import NATIVE, Settings
+
+Array = NDArray[np.float64]
+Path = Callable[[float], ArrayLike]
+"""Where a driven body's centre is [m], shape (3,), at a time [s]."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a body of a world is: that of a `Track` at the start, and the path where it is driven."""
+
+    name: str
+    shape: str
+    size: tuple[float, ...]
+    mass: float
+    inertia: tuple[float, float, float]
+    position: Array
+    velocity: Array
+    spin: Array
+    rotation: Array
+    path: Path | None = None
+
+
+class World(ABC):
+    """Bodies, what they touch, and time.
+
+    First add everything, then `record`. Bodies touch only where `contact` says so.
+
+    Args:
+        settings: Engine, law and step.
+        gravity: [m/s^2], shape (3,).
+    """
+
+    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
+        self.settings = settings
+        self.timestep = settings.step
+        self.gravity = checks.vector("gravity", gravity)
+        self.time = 0.0
+        self.bodies: list[Body] = []
+        self.scenery: list[Outline] = []
+        self._fixed: list[str] = []
+
+    # ---- what there is
+
+    def ball(
+        self, name: str, radius: float, mass: float, position: ArrayLike, velocity: ArrayLike = (0.0, 0.0, 0.0),
+        spin: ArrayLike = (0.0, 0.0, 0.0), *, inertia: ArrayLike | None = None, rotation: ArrayLike | None = None,
+        disc: float | None = None,
+    ) -> None:  # fmt: skip
+        """A body that is round where it touches.
+
+        Args:
+            name: Of the body.
+            radius: [m].
+            mass: [kg].
+            position: Of its centre [m].
+            velocity: [m/s].
+            spin: World frame [rad/s].
+            inertia: Moment of inertia about any axis, or about its own three [kg m^2]; None: a homogeneous ball.
+            rotation: From its axes to the world's, shape (3, 3).
+            disc: Half the thickness [m] with which to draw it as a disc about its own z axis.
+        """
+        moments = 0.4 * mass * radius**2 if inertia is None else inertia
+        shape, size = ("ball", (radius,)) if disc is None else ("disc", (radius, disc))
+        self._add(name, shape, size, mass, moments, position, velocity, spin, rotation)
+
+    def box(
+        self, name: str, half_sizes: Sequence[float], mass: float, position: ArrayLike,
+        velocity: ArrayLike = (0.0, 0.0, 0.0), spin: ArrayLike = (0.0, 0.0, 0.0), *,
+        rotation: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        """A homogeneous box; its faces may touch round bodies."""
+        squares = np.square(half_sizes)
+        moments = mass / 3.0 * (squares.sum() - squares)
+        self._add(name, "box", tuple(half_sizes), mass, moments, position, velocity, spin, rotation)
+
+    def capsule(
+        self, name: str, radius: float, half_length: float, mass: float, position: ArrayLike,
+        velocity: ArrayLike = (0.0, 0.0, 0.0), spin: ArrayLike = (0.0, 0.0, 0.0), *,
+        inertia: ArrayLike, rotation: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        """A capsule along its own z axis; its ends may touch planes, faces and round bodies."""
+        self._add(name, "capsule", (radius, half_length), mass, inertia, position, velocity, spin, rotation)
+
+    def paddle(self, name: str, half_sizes: Sequence[float], path: Path, *, rotation: ArrayLike | None = None) -> None:
+        """A box that follows a path without turning, whatever hits it."""
+        at_rest = np.zeros(3)
+        self._add(name, "box", tuple(half_sizes), np.inf, np.inf, path(0.0), at_rest, at_rest, rotation, path)
+
+    def plane(self, name: str, point: ArrayLike = (0.0, 0.0, 0.0), normal: ArrayLike = (0.0, 0.0, 1.0)) -> None:
+        """A fixed plane through a point [m]; bodies are on the side that its normal points to."""
+        up = checks.unit_vector("normal", normal)
+        origin = checks.vector("point", point)
+        self._fix(name, plane(origin, up, name))
+        self._make_plane(name, origin, up)
+
+    def block(
+        self, name: str, half_sizes: Sequence[float], position: ArrayLike, rotation: ArrayLike | None = None
+    ) -> None:
+        """A fixed box."""
+        turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+        self._fix(name, block(position, half_sizes, turn, name))
+        self._make_block(name, np.asarray(half_sizes, dtype=float), checks.vector("position", position), turn)
+
+    def contact(
+        self, ones: str | Sequence[str], twos: str | Sequence[str], pair: ContactPair, *,
+        plane: ArrayLike | None = None, speed: float = 1.0,
+    ) -> None:  # fmt: skip
+        """Let bodies touch, each of the first with each of the second: by the law of the settings or natively.
+
+        Args:
+            ones, twos: Names; a name may be in both.
+            pair: Materials, friction and restitution; its law is that of the settings.
+            plane: Normal of the plane of all motion where it is planar.
+            speed: Approach speed [m/s] for which MuJoCo's own contact is made as stiff as the law's.
+        """
+        first, second = ([names] if isinstance(names, str) else list(names) for names in (ones, twos))
+        known = [body.name for body in self.bodies] + self._fixed
+        for name in (*first, *second):
+            checks.one_of("name", name, known)
+        if self.settings.law == NATIVE:
+            self._touch_natively(first, second, pair, speed)
+        else:
+            self._touch_by_law(first, second, replace(pair, law=self.settings.law), plane)
+
+    # ---- what happens
+
+    def record(self, duration: float, every: float | None = None, **facts: Any) -> Recording:
+        """Let time pass and write down what happens, the start included.
+
+        Args:
+            duration: [s].
+            every: Time between two entries [s], rounded to steps; None: every step.
+            facts: Added to the recording's own.
+        """
+        stride = max(1, round((every or 0.0) / self.timestep))
+        count = max(1, round(duration / (stride * self.timestep)))
+        self._start()
+        places = np.empty((count + 1, len(self.bodies), 3))
+        turns = np.empty((count + 1, len(self.bodies), 3, 3))
+        speeds, spins = np.empty_like(places), np.empty_like(places)
+        wall_time = 0.0
+        try:
+            for number in range(count + 1):
+                if number:
+                    begin = perf_counter()
+                    self._step(stride)
+                    wall_time += perf_counter() - begin
+                places[number], turns[number], speeds[number], spins[number] = self._read()
+                self.settings.progress(number / count)
+                if self.settings.watch:
+                    self._show()
+                    sleep(stride * self.timestep * self.settings.watch)
+        finally:
+            self._close()
+        tracks = [
+            Track(body.name, body.shape, body.size, places[:, i], turns[:, i], speeds[:, i], spins[:, i],
+                  body.mass, body.inertia)
+            for i, body in enumerate(self.bodies)
+        ]  # fmt: skip
+        own = {
+            "engine": self.settings.engine, "law": self.settings.law, "timestep": self.timestep,
+            "steps": stride * count, "wall_time": wall_time, "gravity": self.gravity.tolist(),
+        }  # fmt: skip
+        times = np.arange(count + 1, dtype=np.float64) * (self.timestep * stride)
+        return Recording(times, tracks, self.scenery, facts=own | facts)
+
+    def _step(self, count: int) -> None:
+        """A number of steps; driven bodies are put on their paths before each."""
+        driven = [body for body in self.bodies if body.path is not None]
+        if not driven:
+            self._advance(count)
+            self.time += count * self.timestep
+            return
+        for _ in range(count):
+            for body in driven:
+                here, there = (np.asarray(body.path(t)) for t in (self.time, self.time + self.timestep))  # type: ignore[misc]
+                self._drive(body, here, (there - here) / self.timestep)
+            self._advance(1)
+            self.time += self.timestep
+
+    def _add(
+        self, name: str, shape: str, size: tuple[float, ...], mass: float, inertia: Any, position: Any, velocity: Any,
+        spin: Any, rotation: Any, path: Path | None = None,
+    ) -> None:  # fmt: skip
+        self._refuse_twice(name)
+        ix, iy, iz = np.broadcast_to(np.asarray(inertia, dtype=float), 3).tolist()
+        body = Body(
+            name, shape, size, mass, (ix, iy, iz), checks.vector("position", position),
+            checks.vector("velocity", velocity), checks.vector("spin", spin),
+            np.eye(3) if rotation is None else np.array(rotation, dtype=float), path,
+        )  # fmt: skip
+        self.bodies.append(body)
+        self._make_body(body)
+
+    def _fix(self, name: str, outline: Outline) -> None:
+        self._refuse_twice(name)
+        self._fixed.append(name)
+        self.scenery.append(outline)
+
+    def _refuse_twice(self, name: str) -> None:
+        if name in self._fixed or name in [body.name for body in self.bodies]:
+            raise ValueError(f"name = {name!r}: there is one of this name already")
+
+    # ---- what an engine does
+
+    @abstractmethod
+    def _make_body(self, body: Body) -> None: ...
+
+    @abstractmethod
+    def _make_plane(self, name: str, point: Array, normal: Array) -> None: ...
+
+    @abstractmethod
+    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None: ...
+
+    @abstractmethod
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None: ...
+
+    @abstractmethod
+    def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None: ...
+
+    @abstractmethod
+    def _start(self) -> None: ...
+
+    @abstractmethod
+    def _drive(self, body: Body, position: Array, velocity: Array) -> None: ...
+
+    @abstractmethod
+    def _advance(self, count: int) -> None: ...
+
+    @abstractmethod
+    def _read(self) -> tuple[Array, Array, Array, Array]:
+        """Positions (n, 3), rotations (n, 3, 3), true velocities and spins (n, 3), all in the world frame."""
+
+    def _show(self) -> None:  # noqa: B027  (an engine may have nothing to do)
+        """Bring the engine's window up to date; the first time open it."""
+
+    def _close(self) -> None:  # noqa: B027
+        """Let go of the engine."""
+
+
+def new_world(settings: Settings, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> World:
+    """An empty world in the engine of the settings."""
+    module = importlib.import_module(f"sims.worlds.{settings.engine}_world")
+    return module.EngineWorld(settings, gravity)
+
+
+def matrix_to_quaternion(matrix: Array) -> Array:
+    """Unit quaternion (w, x, y, z) of a rotation matrix."""
+    # The four candidates of Shepperd; the largest one is the best conditioned.
+    m = matrix
+    trace = np.trace(m)
+    squares = np.array([trace, m[0, 0], m[1, 1], m[2, 2]])
+    largest = int(np.argmax(squares))
+    if largest == 0:
+        q = np.array([1.0 + trace, m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        i, j, k = ((0, 1, 2), (1, 2, 0), (2, 0, 1))[largest - 1]
+        q = np.empty(4)
+        q[0] = m[k, j] - m[j, k]
+        q[1 + i] = 1.0 + m[i, i] - m[j, j] - m[k, k]
+        q[1 + j], q[1 + k] = m[j, i] + m[i, j], m[k, i] + m[i, k]
+    return q / np.linalg.norm(q)
+
+
+def onto(normal: Array) -> Array:
+    """A rotation matrix that brings the z axis onto a unit vector."""
+    side = np.cross(normal, [1.0, 0.0, 0.0] if abs(normal[0]) < 0.9 else [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side)
+    return np.column_stack([side, np.cross(normal, side), normal])

@@ -1,0 +1,122 @@
+"""Every scene in every engine checks itself; and the scenes' own checks can fail."""
+
+import json
+import math
+
+import numba
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy")
+
+from contactlaw import MATERIALS, RIGID, ContactPair
+from sims.contact_point import contact_velocity, rebound_of
+from sims.scene import ENGINES, Settings, find_scenes
+
+SCENES = find_scenes()
+
+pytestmark = pytest.mark.heavy
+
+
+def measured(name, engine, law="microslip", timestep=None, **options):
+    pytest.importorskip(engine)
+    if engine == "mujoco" and numba.config.DISABLE_JIT:
+        pytest.skip("the MuJoCo plugin needs compiled callbacks")
+    scene = SCENES[name]
+    if engine in scene.unable:
+        pytest.skip(scene.unable[engine])
+    return scene.measure(scene.run(Settings(engine, law, timestep=timestep, options=options)))
+
+
+def failed(name, values):
+    return [one for one in SCENES[name].check(values) if not one.passed]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_holds_what_it_checks(name, engine):
+    values = measured(name, engine)
+    assert SCENES[name].check(values)
+    assert failed(name, values) == []
+    assert json.loads(json.dumps(values)) == values  # JSON types only
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_engines_own_contact_can_be_run_and_measured(name):
+    if name == "paddle":
+        with pytest.raises(ValueError, match="law = 'native'"):
+            measured(name, "pybullet", "native")
+        return
+    values = measured(name, "pybullet", "native")
+    assert values["law"] == "native"
+    SCENES[name].check(values)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("rubber_experiment", {"psi1": 0.8}),
+        ("rubber_experiment", {"psi1": 5.0}),
+        ("cradle", {"strikers": 2}),
+        ("cradle", {"balls": 3, "gap": 1e-4}),
+        ("incline", {"angle": 25.0}),
+        ("golf", {"speed": 4.0, "friction": 0.25}),
+        ("billiards", {"side": 1.0, "angle": 0.0}),
+        ("table_tennis", {"down": 2.0}),
+        ("paddle", {"up": 3.0, "topspin": 6.0}),
+    ],
+)
+def test_the_checks_hold_with_other_options(name, options):
+    assert failed(name, measured(name, "pybullet", **options)) == []
+
+
+def test_the_checks_notice_a_wrong_law():
+    """Rigid friction under the name of the default law: the checks against the reference fail."""
+    for name in ("rubber_experiment", "golf", "table_tennis"):
+        values = measured(name, "pybullet", "coulomb") | {"law": "microslip"}
+        assert any("psi_2" in one.name for one in failed(name, values))
+
+
+def test_the_second_block_stands_at_the_angle_that_gives_the_psi_asked_for():
+    for psi in (0.8, 3.0):
+        values = measured("rubber_experiment", "pybullet", psi1=psi)
+        assert values["psi1_second"] == pytest.approx(psi, rel=1e-3)
+        assert values["spin_between"] < -10.0
+
+
+def test_a_golf_ball_leaves_as_the_scale_of_speeds_has_it():
+    """By the law spin over speed and launch angle do not depend on the speed."""
+    slow, fast = (measured("golf", "pybullet", speed=speed)["shots"] for speed in (3.0, 6.0))
+    for one, two in zip(slow, fast, strict=True):
+        assert two["backspin"] / one["backspin"] == pytest.approx(2.0, rel=2e-3)
+        assert two["launch_angle"] == pytest.approx(one["launch_angle"], rel=2e-3)
+
+
+def test_contact_point_of_a_rolling_ball_is_at_rest():
+    velocity = contact_velocity([1.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 1.0], 0.05)
+    np.testing.assert_allclose(velocity, 0.0, atol=1e-15)
+
+
+def test_a_rebound_is_told_along_the_slip_before_it():
+    pair = ContactPair(MATERIALS["rubber"], RIGID, 0.5, radius=0.02)
+    one = rebound_of(pair, pair.chi(1.0, 1.0 / 3.5), [0.3, 0.4, -2.0], [-0.3, -0.4, 1.8], [0.0, 0.0, 1.0])
+    assert one["psi1"] == pytest.approx(pair.kappa / 0.5 * 0.25)
+    assert one["psi2"] == pytest.approx(-one["psi1"])
+    assert one["restitution"] == pytest.approx(0.9)
+    assert one["aside"] == pytest.approx(0.0, abs=1e-15)
+    assert math.isnan(rebound_of(pair, 1.0, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0])["psi1"])
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "said"),
+    [
+        ("cradle", {"strikers": 5}, "strikers"),
+        ("rubber_experiment", {"psi1": 0.01}, "psi1"),
+        ("incline", {"angle": 95.0}, "angle"),
+        ("golf", {"speed": -1.0}, "speed"),
+        ("billiards", {"sied": 1.0}, "side"),
+    ],
+)
+def test_options_outside_what_is_allowed_are_refused(name, options, said):
+    with pytest.raises(ValueError, match=said):
+        SCENES[name].run(Settings("pybullet", options=options))
