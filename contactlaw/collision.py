@@ -136,7 +136,7 @@ def collide(
     along: Array = sliding / speed if speed > 0.0 else _any_tangent(n)
     chi = pair.chi(mass, tangential_mass)
     check_steps(int(steps), chi)
-    nodes = nodes_for(chi)
+    nodes = 2 * nodes_for(chi)  # forces during an impact need more of them than the rebound does
     p, history = pair.parameters(radius, LINE, nodes), pair.history(planar=True, nodes=nodes)
     motion = _normal_motion(pair, p, mass, approach, steps)
     history[contact.SCALE] = motion.scale
@@ -195,7 +195,7 @@ def _normal_motion(pair: ContactPair, p: Array, mass: float, approach: float, st
     zeta, linear = float(p[contact.ZETA]), law_of(pair.law).code == contact.LINEAR_SPRING
     theta, delta, force, ratio, v_mid, dt = normal_table(zeta, steps, linear)
     k = contact.hertz_stiffness(p)
-    speed = np.array([oscillator.phase_point(phase, zeta)[1] for phase in theta])
+    speed = oscillator.velocities(theta, zeta)
     deepest = contact.greatest_overlap(k, mass, 0.0, approach)
     if linear:
         stiffness = contact.LINEAR_STIFFNESS * k * sqrt(deepest)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from math import ceil, copysign, inf, isfinite, sqrt
 from typing import Any
@@ -23,6 +25,7 @@ LINE = (0.0, 0.0, 1.0)  # motion along a line asks for some plane; which one doe
 # Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
 # the finer its traces across the contact.
 CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
+PART = 8192  # impacts that a thread takes at a time
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
 
 
@@ -33,6 +36,7 @@ def rebound(
     restitution: ArrayLike = 1.0,
     *,
     steps: int | None = None,
+    threads: int = 1,
 ) -> float | Array:
     """Scaled tangential velocity of the contact point after an impact.
 
@@ -42,6 +46,7 @@ def rebound(
         law: Name in `LAWS`, or a law.
         restitution: e, in (0, 1].
         steps: Steps per impact; None: from chi, 128 to 1024. `coulomb` takes none.
+        threads: How many threads share a large batch, >= 1; the results do not depend on it.
 
     Returns:
         psi_2 = (kappa/mu) V_x2/V_z1, scaled by the approach speed; a float where all arguments are scalars.
@@ -53,6 +58,7 @@ def rebound(
     rule = law_of(law)
     if steps is not None and not (isinstance(steps, int | np.integer) and not isinstance(steps, bool) and steps >= 4):
         raise ValueError(f"steps = {steps!r}: must be None or an integer >= 4")
+    threads = checks.count("threads", threads, 1)
     given = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
     if all(isinstance(value, float) for value in given.values()):  # one impact: no time for arrays
         one = float(psi_1), float(chi), float(restitution)  # type: ignore[arg-type]
@@ -70,7 +76,7 @@ def rebound(
     if rule.code == contact.COULOMB:
         out = np.sign(psi) * np.maximum(np.abs(psi) - 2.0 * c * (1.0 + e), 0.0)
     else:
-        out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps).reshape(psi.shape)
+        out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps, threads).reshape(psi.shape)
     return out if psi.ndim else float(out)
 
 
@@ -88,7 +94,7 @@ def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int |
     return float(_group(np.array([psi_1]), np.array([chi]), restitution, chi_class, law, steps)[0])
 
 
-def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -> Array:
+def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None, threads: int) -> Array:
     """Divide the impacts into groups that share their tables."""
     out = np.empty(psi.size)
     classes = np.searchsorted(CHI_BOUNDS, chi)
@@ -96,11 +102,13 @@ def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None) -> A
         in_class = np.flatnonzero(classes == number)
         for restitution in np.unique(e[in_class]):
             chosen = in_class[e[in_class] == restitution]
-            out[chosen] = _group(psi[chosen], chi[chosen], float(restitution), int(number), law, steps)
+            out[chosen] = _group(psi[chosen], chi[chosen], float(restitution), int(number), law, steps, threads)
     return out
 
 
-def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law, steps: int | None) -> Array:
+def _group(
+    psi: Array, chi: Array, restitution: float, chi_class: int, law: Law, steps: int | None, threads: int = 1
+) -> Array:
     """psi_2 of impacts with one restitution and one resolution."""
     nodes, default_steps = RESOLUTION[chi_class]
     count = steps or default_steps
@@ -108,12 +116,24 @@ def _group(psi: Array, chi: Array, restitution: float, chi_class: int, law: Law,
     zeta, out = _damping_ratio(restitution), np.empty(psi.size)
     if isinstance(law, Microslip):
         rebound_microslip: Any = kernel.rebound_microslip
-        rebound_microslip(psi, chi, zeta, *_microslip_tables(zeta, count, law.node_count or nodes), out)
+        tables = _microslip_tables(zeta, count, law.node_count or nodes)
+        _share(lambda part: rebound_microslip(psi[part], chi[part], zeta, *tables, out[part]), psi.size, threads)
     else:
         linear, rescaled = law.code == contact.LINEAR_SPRING, law.code == contact.MINDLIN_RESCALED
         theta, delta, _, _, v_mid, dt = normal_table(zeta, count, linear)
-        kernel.rebound_single_spring(psi, chi, zeta, linear, rescaled, theta, delta, v_mid, dt, out)
+        rebound_spring: Any = kernel.rebound_single_spring
+        arguments = zeta, linear, rescaled, theta, delta, v_mid, dt
+        _share(lambda part: rebound_spring(psi[part], chi[part], *arguments, out[part]), psi.size, threads)
     return out
+
+
+def _share(run: Callable[[slice], object], size: int, threads: int) -> None:
+    """Let threads share a batch, in parts small enough that none waits long for the others."""
+    if threads == 1 or size <= PART:
+        run(slice(None))
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(run, (slice(start, start + PART) for start in range(0, size, PART))))
 
 
 def nodes_for(chi: float) -> int:

@@ -44,11 +44,11 @@ def _cache(compiled: Any, key: str) -> None:
         compiled._cache.disable()
 
 
-def jit_for(key: str, fastmath: bool | set[str] = False) -> Callable[[Function], Function]:
-    """`jit` for code that depends on something outside the package too, named by the key, or may use fast math."""
+def jit_for(key: str, fastmath: bool | set[str] = False, nogil: bool = False) -> Callable[[Function], Function]:
+    """`jit` for code that depends on something outside too, named by the key; may use fast math and threads."""
 
     def compile_lazily(function: Function) -> Function:
-        dispatcher = numba.njit(error_model="numpy", fastmath=fastmath)(function)
+        dispatcher = numba.njit(error_model="numpy", fastmath=fastmath, nogil=nogil)(function)
         if dispatcher is not function:
             _cache(dispatcher, key)
         return dispatcher  # type: ignore[return-value]
@@ -60,8 +60,10 @@ jit = jit_for("")
 """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
 
 
-jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"})
-"""`jit` for loops whose sums may be taken in any order, which lets them run on vectors; their inputs hold no NaN."""
+jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil=True)
+"""`jit` for loops whose sums may be taken in any order, which lets them run on vectors; their inputs hold no NaN.
+
+Several threads may be in one at once."""
 
 
 def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:

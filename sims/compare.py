@@ -41,6 +41,7 @@ def main_job(console: Console, out: Path) -> int:
     ]
     with_table = [(engine, Puck(material, 1.2, table=True)) for material in SURFACES for engine in engines]
     throws = table_throws + curve_throws + with_table
+    warm_up = [(engine, Puck(table=table)) for engine in engines for table in (False, True)]  # the first one compiles
     with _progress(console) as progress:
         curves = {
             material: np.array(
@@ -48,6 +49,8 @@ def main_job(console: Console, out: Path) -> int:
             )
             for material in progress.track(SURFACES, description="reference")
         }
+        for engine, puck in progress.track(warm_up, description="warm-up"):
+            run(puck, engine)
         results = [run(puck, engine) for engine, puck in progress.track(throws, description="throws")]
     in_table, drawn = results[: len(table_throws)], results[len(table_throws) : -len(with_table)]
     for material in SURFACES:
