@@ -120,7 +120,7 @@ def collide(
         raise ValueError(f"steps = {steps!r}: must be an integer >= 4")
     arms = [0.0 if isinf(body.radius) else body.radius for body in (a, b)]
     v_a, w_a, v_b, w_b = (np.asarray(x, dtype=np.float64) for x in (a.velocity, a.spin, b.velocity, b.spin))
-    relative: Array = v_a - v_b - np.cross(arms[0] * w_a + arms[1] * w_b, n)
+    relative: Array = v_a - v_b - _cross(arms[0] * w_a + arms[1] * w_b, n)
     approach = -float(relative @ n)
     if approach <= 0.0:
         raise ValueError(f"velocity: the bodies part at {-approach!r} m/s along the normal; they must approach")
@@ -148,7 +148,7 @@ def collide(
     )  # fmt: skip
 
     impulse = mass * approach * (1.0 + pair.restitution) * n + tangential_mass * (after - speed) * along
-    turn = np.asarray(np.cross(n, impulse), dtype=np.float64)
+    turn = _cross(n, impulse)
     scale = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else np.nan
     work = np.concatenate([[0.0], np.cumsum(0.5 * (pull[1:] + pull[:-1]) * slide)])
     kinetic = 0.5 * mass * motion.speed**2
@@ -219,6 +219,13 @@ def _normal_motion(pair: ContactPair, p: Array, mass: float, approach: float, st
     )
 
 
+def _cross(a: Array, b: Array) -> Array:
+    """a x b of single vectors, in a tenth of numpy's time."""
+    x, y, z = a.tolist()
+    u, v, w = b.tolist()
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
 def _any_tangent(n: Array) -> Array:
-    tangent: Array = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))]).astype(np.float64)
+    tangent = _cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
     return tangent / float(np.linalg.norm(tangent))

@@ -33,6 +33,24 @@ def slides_throughout_from(chi: float, restitution: float = 1.0) -> float:
     return max(STARTS_SLIDING, 2.0 * chi * (1.0 + restitution) - restitution)
 
 
+def rescaled_spring_slides_throughout_from(chi: float, restitution: float = 1.0) -> float:
+    """The same for one spring whose force is scaled by a/a_old while the contact shrinks.
+
+    On its limit F = mu P, with P as delta^(3/2) and a as delta^(1/2), the scaling takes a third of dP by itself; the
+    displacement has to follow the other two thirds, so it sticks from psi = 2/3 v on where the bodies part:
+    max(1, 2 chi (1 + e) - 2/3 e).
+
+    Args:
+        chi: (kappa/2) m_N/m_T > 0.
+        restitution: e in (0, 1].
+
+    Raises:
+        ValueError: An argument is outside its range.
+    """
+    slides_throughout_from(chi, restitution)
+    return max(STARTS_SLIDING, 2.0 * chi * (1.0 + restitution) - 2.0 / 3.0 * restitution)
+
+
 def closing_velocity_at_first_stick(psi_1: float, chi: float, restitution: float = 1.0) -> float:
     """Closing velocity over approach speed at which an impact that starts sliding sticks all at once.
 
