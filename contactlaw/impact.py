@@ -118,6 +118,8 @@ def _group(
         rebound_microslip: Any = kernel.rebound_microslip
         tables = _microslip_tables(zeta, count, law.node_count or nodes)
         _share(lambda part: rebound_microslip(psi[part], chi[part], zeta, *tables, out[part]), psi.size, threads)
+    elif law.code not in (contact.LINEAR_SPRING, contact.MINDLIN, contact.MINDLIN_RESCALED):
+        raise ValueError(f"law = {law.name!r}: has no kernel for whole impacts; `collide` and the engines take it")
     else:
         linear, rescaled = law.code == contact.LINEAR_SPRING, law.code == contact.MINDLIN_RESCALED
         theta, delta, _, _, v_mid, dt = normal_table(zeta, count, linear)

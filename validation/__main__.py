@@ -19,51 +19,75 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 @app.command()
 def main(
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer impacts and repeats: at most a minute.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer impacts and repeats, 2 minutes in all; goes to quick/ in the folder.")
+    ] = False,
     pattern: Annotated[
         str, typer.Option("-f", "--filter", help="Regular expression: cases whose name it matches.")
     ] = "",
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Leave out cases with a result of the same sources, versions and machine.")
+    ] = False,
     only_report: Annotated[
-        bool, typer.Option("--report", help="Only write the report from the saved results.")
+        bool, typer.Option("--report", help="Only write the report and the README's table from the saved results.")
     ] = False,
     folder: Annotated[Path, typer.Option(help="Where results/ and report.md go.")] = store.HERE,
 ) -> None:
-    """Measure what contactlaw claims, and write validation/report.md. Ends with 1 if a limit is missed."""
+    """Measure what contactlaw claims, and write validation/report.md. Ends with 1 if a limit is missed.
+
+    All cases take at most 20 minutes on two cores. Each is saved as it ends: a run that was interrupted goes on with
+    --resume.
+    """
     console = Console()
     try:
         cases = select(pattern)
     except ValueError as error:
         Console(stderr=True).print(str(error), markup=False, soft_wrap=True)
         raise typer.Exit(2) from None
-    results = {} if only_report else _run(cases, folder, quick, console)
-    path = runner.rewrite(folder, pictures=only_report)
+    if quick:
+        folder = runner.quick_folder(folder)
     if only_report:
         results = {case.name: result for case in cases if (result := store.load(case.name, folder))}
+    else:
+        try:
+            results = _run(cases, folder, quick, resume, console)
+        except KeyboardInterrupt:
+            console.print("Interrupted. What has ended is saved; the same command with --resume does the rest.")
+            raise typer.Exit(130) from None
+    path = runner.rewrite(folder, pictures=only_report)
     _show(results, console)
     console.print(f"Report: {path}", highlight=False, soft_wrap=True)
     if not all(result["passed"] for result in results.values()):
         raise typer.Exit(1)
 
 
-def _run(cases: list[Case], folder: Path, quick: bool, console: Console) -> dict[str, Result]:
-    results = {}
+def _run(cases: list[Case], folder: Path, quick: bool, resume: bool, console: Console) -> dict[str, Result]:
+    """Results by name, of the cases that can run here; a bar for all and one for the case that runs."""
+    results: dict[str, Result] = {}
     columns = (
-        TextColumn("{task.description:<16}"),
+        TextColumn("{task.description:<20}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console) as bars:
+        total = bars.add_task(f"{len(cases)} cases", total=len(cases))
         for case in cases:
-            missing = runner.missing_modules(case)
-            if missing:
-                console.print(f"{case.name}: skipped, needs {', '.join(missing)} (pip install 'contactlaw\\[all]')")
-                continue
-            task = bars.add_task(case.name, total=1.0)
-            results[case.name] = runner.run_case(
-                case, folder, quick=quick, progress=lambda part, task=task: bars.update(task, completed=part)
-            )
-            bars.update(task, completed=1.0)
+            if missing := runner.missing_modules(case):
+                text = f"skipped, needs {', '.join(missing)} ({runner.how_to_install(case)})"
+            elif resume and (done := runner.finished(case, folder, quick=quick)):
+                results[case.name] = done
+                text = f"{report.verdict(done)}, measured before"
+            else:
+                task = bars.add_task(case.name, total=1.0)
+                result = runner.run_case(
+                    case, folder, quick=quick, progress=lambda part, task=task: bars.update(task, completed=part)
+                )
+                bars.remove_task(task)
+                results[case.name] = result
+                text = f"{report.verdict(result)}, {result['seconds']:.0f} s"
+            console.print(f"{case.name}: {text}", markup=False, highlight=False, soft_wrap=True)
+            bars.advance(total)
     return results
 
 

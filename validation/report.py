@@ -2,23 +2,44 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from validation.case import Case, Table
 from validation.store import Result, load
 
+COVER = "law_accuracy"
+"""The case whose picture stands at the head."""
+
 HEAD = """# Validation
 
-What `contactlaw` claims, each claim with the picture and the figures it rests on. This page is made by `python -m
-validation` from the files in `results/`; no number in it is typed.
+Rigid-body engines stop the tangential motion of two bodies in contact, or let it slide. Elastic bodies do more: they
+store tangential motion and give it back, stick in the middle of the contact while they slip at its edge, and rebound
+backwards. `contactlaw` claims to bring this into MuJoCo and PyBullet: with the accuracy of the theory of Maw, Barber &
+Fawcett (1976, 1981), at the engines' own time steps, without creating energy, and at little cost. This page shows
+whether it does: every claim has a chapter with a picture, the limits that were asked, and what was reached.
+"""
 
-An oblique impact is described by two numbers: psi_1, the angle of incidence (tangential over normal velocity of the
-contact point, times stiffness ratio over friction coefficient), and chi, which holds stiffness ratio and inertia
-(1.44 for a steel ball). The question is psi_2, the same angle after the bounce, between -psi_1 (the contact point
-reverses) and psi_1 (no friction); e is the restitution. The truth is the *reference*: the annulus solver of Maw,
-Barber & Fawcett (1976, 1981), extrapolated. Steps and nodes say how finely a law is resolved in time and across the
-contact.
+WORDS = """An impact is described by two numbers: **psi_1**, the angle of incidence (tangential over normal velocity of
+the contact point, times stiffness ratio over friction coefficient), and **chi**, which holds stiffness ratio and
+inertia (1.44 for a steel ball). The question is **psi_2**, the same angle after the bounce, between -psi_1 (the contact
+point reverses) and psi_1 (no friction); **e** is the restitution. The truth is the *reference*: the annulus solver of
+the paper, extrapolated. *Steps* and *nodes* say how finely a law is resolved in time and across the contact.
+"""
+
+REPEAT = """## How to repeat
+
+```sh
+python -m validation
+```
+
+measures all cases, at most 20 minutes on two cores, and writes `results/*.json`, the pictures, this page and the table
+in the README. Each case is saved as it ends; after an interruption `--resume` does only the others, as long as sources,
+versions and machine are the same. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to
+`quick/`; `-f NAME` runs one case, `--report` only writes this page and draws the pictures again. The command ends with
+1 if a limit is missed. Times are to be compared on a quiet machine. No number on this page is typed.
 """
 
 
@@ -26,13 +47,12 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     """Write report.md into a folder from its results; cases without a result are named as missing."""
     found = [(case, load(case.name, folder)) for case in cases]
     present = [(case, result) for case, result in found if result is not None]
-    parts = [HEAD, _summary(present)]
+    parts = [HEAD, *_cover(present, folder), WORDS, _missed(present), _summary(present), REPEAT]
     parts += [_chapter(case, result, folder) for case, result in present]
     missing = [case.name for case, result in found if result is None]
     if missing:
-        parts.append(
-            f"## Not measured yet\n\n{', '.join(missing)}: run `python -m validation -f '{'|'.join(missing)}'`.\n"
-        )
+        command = f"python -m validation -f '^({'|'.join(missing)})$'"
+        parts.append(f"## Not measured yet\n\n{', '.join(missing)}: run `{command}`.\n")
     path = folder / "report.md"
     path.write_text("\n".join(parts))
     return path
@@ -41,6 +61,21 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
 def number(value: float) -> str:
     """A figure as the tables show it: four significant digits, so that a narrow miss shows."""
     return f"{value:.4g}" if 1e-3 <= abs(value) < 1e5 or value == 0.0 else f"{value:.1e}"
+
+
+def with_unit(value: float, unit: str) -> str:
+    """A figure and its unit, if it has one."""
+    return f"{number(value)} {unit}" if unit else number(value)
+
+
+def asked(limit: dict[str, Any]) -> str:
+    """What a saved limit asks."""
+    return f"{'at least' if limit['at_least'] else 'at most'} {with_unit(limit['asked'], limit['unit'])}"
+
+
+def kept(limit: dict[str, Any]) -> str:
+    """Whether a saved limit is kept."""
+    return "kept" if limit["passed"] else "MISSED"
 
 
 def verdict(result: Result) -> str:
@@ -57,37 +92,69 @@ def limits_table(result: Result) -> Table:
     """Asked and reached."""
     table = Table(["limit", "asked", "reached", ""])
     for limit in result["limits"]:
-        sign = "at least" if limit["at_least"] else "at most"
-        unit = f" {limit['unit']}" if limit["unit"] else ""
-        table.rows.append(
-            [limit["name"], f"{sign} {number(limit['asked'])}{unit}", f"{number(limit['reached'])}{unit}",
-             "kept" if limit["passed"] else "MISSED"]
-        )  # fmt: skip
+        table.rows.append([limit["name"], asked(limit), with_unit(limit["reached"], limit["unit"]), kept(limit)])
     return table
 
 
-def _summary(present: list[tuple[Case, Result]]) -> str:
-    table = Table(["case", "limits", "took", "on"])
+def link(case: Case) -> str:
+    """The title, linked to the chapter: GitHub drops punctuation from the anchors of headings."""
+    anchor = re.sub(r"[^\w -]", "", case.title.lower()).replace(" ", "-")
+    return f"[{case.title}](#{anchor})"
+
+
+def markdown(table: Table) -> str:
+    """The table in Markdown."""
+    rows = [table.heads, ["---"] * len(table.heads), *table.rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
+
+
+def _cover(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
+    """The picture of the one case that says most."""
+    return [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
+
+
+def _missed(present: list[tuple[Case, Result]]) -> str:
+    """Every limit that is missed, by name, and every run that does not count."""
+    table = Table(["case", "limit", "asked", "reached"])
     for case, result in present:
+        table.rows.extend([link(case), f"**not sane**: {problem}", "", ""] for problem in result["problems"])
+        missed = (limit for limit in result["limits"] if not limit["passed"])
+        table.rows.extend(
+            [link(case), limit["name"], asked(limit), with_unit(limit["reached"], limit["unit"])] for limit in missed
+        )
+    text = markdown(table) if table.rows else "Nothing: every limit that was measured is kept."
+    return f"## What is missed\n\n{text}\n"
+
+
+def _summary(present: list[tuple[Case, Result]]) -> str:
+    """How many limits each case has, keeps and misses."""
+    table = Table(["case", "asked", "reached", "missed", "took", "on"])
+    all_asked = all_reached = 0
+    for case, result in present:
+        count, reached = len(result["limits"]), sum(limit["passed"] for limit in result["limits"])
+        all_asked, all_reached = all_asked + count, all_reached + reached
+        figures = [str(count), str(reached), f"**{count - reached}**" if count > reached else ""] if count else [""] * 3
+        if not result["sane"]:
+            figures[2] = "**NOT SANE**"
         quick = ", quick" if result["quick"] else ""
-        anchor = case.title.lower().replace(" ", "-")
-        table.rows.append(
-            [f"[{case.title}](#{anchor})", verdict(result), f"{result['seconds']:.0f} s{quick}",
-             result["machine"]["date"]]
-        )  # fmt: skip
-    sources = {result["machine"].get("contactlaw") for _, result in present}
-    mixed = (
-        "" if len(sources) < 2 else "\nThese results come from different versions of the code: run all cases anew.\n"
-    )
-    return f"{markdown(table)}\n{mixed}"
+        table.rows.append([link(case), *figures, f"{result['seconds']:.0f} s{quick}", result["machine"]["date"]])
+    minutes = sum(result["seconds"] for _, result in present) / 60.0
+    missed = all_asked - all_reached
+    totals = [str(all_asked), str(all_reached), str(missed) if missed else "", f"{minutes:.1f} min", ""]
+    table.rows.append([f"all {len(present)}", *totals])
+    lines = ["## All cases", "", "How many limits were asked, reached and missed.", "", markdown(table), ""]
+    if len({result["machine"].get("contactlaw") for _, result in present}) > 1:
+        lines += ["**These results come from different versions of the code: run all cases anew.**", ""]
+    return "\n".join(lines)
 
 
 def _chapter(case: Case, result: Result, folder: Path) -> str:
+    """A claim, its picture, its limits, its figures, and how to repeat it."""
     lines = [f"## {case.title}", "", case.claim, ""]
     if result["problems"]:
         lines += ["**This run is not sane, its figures do not count:** " + "; ".join(result["problems"]), ""]
-    if case.caption and (folder / "results" / f"{case.name}.png").exists():
-        lines += [f"![{case.title}](results/{case.name}.png)", "", f"*{case.caption}*", ""]
+    if _drawn(case, result, folder):
+        lines += [_picture(case), ""]
     if result["limits"]:
         lines += [markdown(limits_table(result)), ""]
     if result["data"]:
@@ -100,14 +167,18 @@ def _chapter(case: Case, result: Result, folder: Path) -> str:
     )
     quick = " --quick" if result["quick"] else ""
     lines += [
-        f"Repeat: `python -m validation{quick} -f {case.name}` ({result['seconds']:.0f} s). "
+        f"Repeat: `python -m validation{quick} -f '^{case.name}$'` ({result['seconds']:.0f} s). "
         f"Measured {stamp['date']} on {stamp['cpu']}, {stamp['cores']} cores; {versions}.",
         "",
     ]
     return "\n".join(lines)
 
 
-def markdown(table: Table) -> str:
-    """The table in Markdown."""
-    rows = [table.heads, ["---"] * len(table.heads), *table.rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
+def _drawn(case: Case, result: Result, folder: Path) -> bool:
+    """Whether there is a picture of this result."""
+    return bool(case.caption and result["data"] and (folder / "results" / f"{case.name}.png").exists())
+
+
+def _picture(case: Case) -> str:
+    """The picture and what it shows."""
+    return f"![{case.title}](results/{case.name}.png)\n\n*{case.caption}*"

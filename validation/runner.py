@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 
-from validation import report, store
-from validation.case import Case, Data, Outcome, Progress, find_cases
+from validation import readme, report, stamp, store
+from validation.case import Case, Outcome, Progress, find_cases
 from validation.measure import machine
 from validation.store import Result
+
+README = store.HERE.parent / "README.md"
 
 
 def missing_modules(case: Case) -> list[str]:
@@ -18,45 +19,84 @@ def missing_modules(case: Case) -> list[str]:
     return [name for name in case.needs if find_spec(name) is None]
 
 
+def how_to_install(case: Case) -> str:
+    """The command that installs all that a case needs and is missing."""
+    extras = sorted({case.extras.get(name, "all") for name in missing_modules(case)})
+    return f"pip install 'contactlaw[{','.join(extras)}]'"
+
+
+def quick_folder(folder: Path) -> Path:
+    """Where quick results go: into a folder of their own, which git ignores, beside the full ones."""
+    inner = folder / "quick"
+    inner.mkdir(parents=True, exist_ok=True)
+    (inner / ".gitignore").write_text("*\n")
+    return inner
+
+
+def finished(case: Case, folder: Path, *, quick: bool = False) -> Result | None:
+    """The saved result of a case, if a run now would be of the same sources, length, versions and machine; or None.
+
+    One that is not sane is none: what went wrong may have been the machine.
+    """
+    result = store.load(case.name, folder)
+    if result is None or not result["sane"] or result["quick"] != quick:
+        return None
+    if result.get("sources") != stamp.of_sources(case):
+        return None
+    return result if {**result["machine"], "date": ""} == {**machine(), "date": ""} else None
+
+
 def run_case(case: Case, folder: Path, *, quick: bool = False, progress: Progress = lambda part: None) -> Result:
-    """Run one case and save its result and picture.
+    """Run one case, draw its picture and save its result, in this order: what is saved is whole.
 
     A case that fails is saved as not sane, with the error, so that the others still run.
     """
+    sources = stamp.of_sources(case)
     start = perf_counter()
     try:
         outcome = case.run(quick, progress)
     except Exception as error:
         outcome = Outcome([], {}, [f"{type(error).__name__}: {error}"])
-    result = store.as_result(case, outcome, quick=quick, seconds=perf_counter() - start, machine=machine())
+    seconds = perf_counter() - start
+    result = store.as_result(case, outcome, quick=quick, seconds=seconds, machine=machine(), sources=sources)
+    try:
+        draw(case, result, folder)
+    except Exception as error:
+        result["problems"].append(f"no picture, {type(error).__name__}: {error}")
+        result["sane"] = result["passed"] = False
     store.save(result, folder)
-    if outcome.data:
-        draw(case, folder)
     return result
 
 
-def draw(case: Case, folder: Path) -> Path | None:
-    """Draw a case's saved result; None where it has no picture, no data, or matplotlib is not installed."""
-    result = store.load(case.name, folder)
-    if not case.caption or result is None or not result["data"] or find_spec("matplotlib") is None:
+def draw(case: Case, result: Result, folder: Path) -> Path | None:
+    """Draw a result; None where it has no picture, no data, or matplotlib is not installed."""
+    if not case.caption or not result["data"] or find_spec("matplotlib") is None:
         return None
     from validation.picture import styled
 
-    data: Data = result["data"]
     path = folder / "results" / f"{case.name}.png"
+    path.parent.mkdir(parents=True, exist_ok=True)
     with styled():
-        figure = case.draw(data)
+        figure = case.draw(result["data"])
         if figure is None:
             return None
-        figure.savefig(path)
+        figure.savefig(path, pil_kwargs={"optimize": True})
     return path
 
 
-def rewrite(folder: Path, *, pictures: bool = True, told: Callable[[str], None] = lambda text: None) -> Path:
-    """Write the report again from what is saved, and draw the pictures again."""
+def rewrite(folder: Path, *, pictures: bool = True) -> Path:
+    """Write the report from what is saved, and where that is the project's own, the README's table of results.
+
+    Args:
+        folder: Holds results/, is given report.md.
+        pictures: Draw the pictures again too.
+    """
     cases = list(find_cases().values())
     if pictures:
         for case in cases:
-            if draw(case, folder):
-                told(case.name)
-    return report.write(cases, folder)
+            if result := store.load(case.name, folder):
+                draw(case, result, folder)
+    path = report.write(cases, folder)
+    if folder.resolve() == store.HERE.resolve():
+        readme.write(README, folder)
+    return path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,21 @@ HERE = Path(__file__).parent
 Result = dict[str, Any]
 
 
-def as_result(case: Case, outcome: Outcome, *, quick: bool, seconds: float, machine: dict[str, Any]) -> Result:
-    """All that is known of a run."""
+def as_result(
+    case: Case, outcome: Outcome, *, quick: bool, seconds: float, machine: dict[str, Any], sources: str
+) -> Result:
+    """All that is known of a run, as it is saved: JSON types, floats to six significant digits.
+
+    Args:
+        case: What was run.
+        outcome: What it gave.
+        quick: Whether it was a quick run.
+        seconds: How long it took [s].
+        machine: Machine and versions, by name.
+        sources: A stamp of the sources.
+    """
     limits = [{**asdict(limit), "passed": limit.passed} for limit in outcome.limits]
-    return {
+    result = {
         "case": case.name,
         "claim": case.claim,
         "quick": quick,
@@ -26,15 +38,19 @@ def as_result(case: Case, outcome: Outcome, *, quick: bool, seconds: float, mach
         "limits": limits,
         "seconds": seconds,
         "machine": machine,
+        "sources": sources,
         "data": outcome.data,
     }
+    return _rounded(result)
 
 
 def save(result: Result, folder: Path) -> Path:
-    """Write results/<case>.json in a folder; floats to six significant digits."""
+    """Write results/<case>.json in a folder, whole or not at all."""
     path = folder / "results" / f"{result['case']}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(_text(_rounded(result)) + "\n")
+    draft = path.with_suffix(".part")
+    draft.write_text(_text(result) + "\n")
+    os.replace(draft, path)
     return path
 
 

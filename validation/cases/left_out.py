@@ -174,7 +174,7 @@ class LeftOut(Case):
         """Four panels."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(9.6, 7.4), layout="constrained")
+        figure = Figure(figsize=(8.8, 7.0), layout="constrained")
         (first, second), (third, fourth) = figure.subplots(2, 2)
         _draw_shape(first, data["shape"])
         _draw_waves(second, data["waves"])

@@ -1,0 +1,152 @@
+"""The README's table of results, made from the saved results and nothing else."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import inf, isfinite
+from pathlib import Path
+from typing import Any
+
+from validation.case import Table
+from validation.report import asked, kept, markdown, with_unit
+from validation.store import Result, load
+
+BEGIN, END = "<!-- results -->", "<!-- /results -->"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
+
+    Attributes:
+        text: What was measured, in words.
+        case: Whose result holds it.
+        limits: Regular expression for the names of limits; of several the worst is shown.
+        data: Or, for a figure without a limit, the keys that lead to it in the data.
+        unit: Of a figure from the data; a limit has its own.
+    """
+
+    text: str
+    case: str
+    limits: str = ""
+    data: tuple[str, ...] = ()
+    unit: str = ""
+
+
+ROWS = (
+    Row("An impact by `rebound`, chi 0.5 to 2: largest error in psi_2",
+        "law_accuracy", "^largest error of microslip, chi 0.5"),
+    Row("The force at any instant of an impact, over mu P_max: largest difference from the annuli",
+        "paper_figure_1", "^largest difference"),
+    Row("The paper's two methods, chi = 1.256: largest difference in psi_2",
+        "superposition", "^largest difference in psi_2"),
+    Row("A ball's bounce in MuJoCo and PyBullet, steps from 4 ms to 1 us: largest error in psi_2",
+        "any_step", "^error in .* at any step"),
+    Row("Energy that a random impact gains, at most",
+        "energy", "^largest gain of energy, microslip"),
+    Row("Energy at the top of an elastic ball's bounces, largest change, both engines",
+        "bouncing", "^energy of the elastic ball"),
+    Row("A ball at rest for a minute: jitter over the overlap, both engines",
+        "bouncing", "^jitter"),
+    Row("Stability map: runs that are not finite",
+        "stability_map", "^runs that are not finite"),
+    Row("Stability map: runs that gain more than 0.1 % of energy",
+        "stability_map", "^runs that gain"),
+    Row("Finite elements of others: rms difference of v_out/(mu v_n)",
+        "finite_elements", "^rms of microslip in v_out"),
+    Row("Alumina on glass (Kharaz and others), nothing fitted: rms difference of e_t",
+        "alumina_on_glass", "^rms of microslip in e_t"),
+    Row("A MuJoCo step with a bouncing ball, over the native contact",
+        "any_step_cost", "^bouncing, e = 1, over"),
+    Row("A MuJoCo step that resolves the contact, over the native contact",
+        "mujoco_cost", "^touching, microslip, over"),
+    Row("A PyBullet step with a bouncing ball, over the native contact",
+        "any_step_cost", "^PyBullet, bouncing, e = 1, over"),
+    Row("The same where bodies are left alone between the calls",
+        "any_step_cost", "^PyBullet, bouncing, left alone"),
+    Row("A PyBullet step with a bouncing ball as time, callback and engine together",
+        "any_step_cost", data=("microseconds", "PyBullet, bouncing, e = 1", "median"), unit="us"),
+    Row("A million impacts by `rebound` on two cores at most, error within 0.007",
+        "front_law", "^a million impacts, error .*, default"),
+)  # fmt: skip
+
+
+def block(folder: Path) -> str:
+    """The text between the markers, from the full results in a folder; what has none is said not to be measured.
+
+    Raises:
+        LookupError: A row names a limit or a figure that the result of its case does not have.
+    """
+    table = Table(["what", "asked", "reached", ""])
+    days: set[str] = set()
+    machines: set[str] = set()
+    for row in ROWS:
+        result = load(row.case, folder)
+        if result is None or result["quick"]:
+            cells = ["", "", "not measured"]
+        else:
+            cells = _cells(row, result)
+            days.add(result["machine"]["date"])
+            machines.add(f"{result['machine']['cpu']}, {result['machine']['cores']} cores")
+        table.rows.append([row.text, *cells])
+    days_text = " to ".join(sorted({min(days), max(days)})) if days else ""
+    measured = f" Measured {days_text} on {'; '.join(sorted(machines))}." if days else ""
+    return (
+        "## Results\n\nWhat is asked, and what `python -m validation` measured; of several figures the worst. The "
+        f"[report](validation/report.md)\nhas them all, with pictures, and begins with what is missed.{measured}\n\n"
+        f"{markdown(table)}"
+    )
+
+
+def write(readme: Path, folder: Path) -> None:
+    """Write the block between the markers of a README.
+
+    Raises:
+        ValueError: The README does not have each of the markers once, in order.
+    """
+    before, _, after = split(readme.read_text())
+    readme.write_text(f"{before}{BEGIN}\n{block(folder)}\n{END}{after}")
+
+
+def split(text: str) -> tuple[str, str, str]:
+    """What stands before, between and after the markers.
+
+    Raises:
+        ValueError: The text does not have each of the markers once, in order.
+    """
+    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
+        raise ValueError(f"README: must hold {BEGIN} and {END} once each, in this order")
+    before, rest = text.split(BEGIN)
+    between, after = rest.split(END)
+    return before, between.strip("\n"), after
+
+
+def _cells(row: Row, result: Result) -> list[str]:
+    """Asked, reached and the verdict."""
+    if not result["sane"]:
+        return ["", "", "NOT SANE"]
+    if row.data:
+        return ["", with_unit(_figure(row, result["data"]), row.unit), "measured"]
+    found = [limit for limit in result["limits"] if re.search(row.limits, limit["name"])]
+    if not found:
+        names = ", ".join(repr(limit["name"]) for limit in result["limits"])
+        raise LookupError(f"README row {row.text!r}: {row.limits!r} is no limit of {row.case}; there are {names}")
+    worst = max(found, key=_badness)
+    return [asked(worst), with_unit(worst["reached"], worst["unit"]), kept(worst)]
+
+
+def _figure(row: Row, data: Any) -> float:
+    for key in row.data:
+        if not isinstance(data, dict) or key not in data:
+            raise LookupError(f"README row {row.text!r}: the data of {row.case} has no {' / '.join(row.data)}")
+        data = data[key]
+    return float(data)
+
+
+def _badness(limit: dict[str, Any]) -> tuple[bool, float]:
+    """Missed before kept, then by how much of the limit is used up."""
+    high, low = (limit["asked"], limit["reached"]) if limit["at_least"] else (limit["reached"], limit["asked"])
+    if not isfinite(limit["reached"]):
+        return True, inf
+    return not limit["passed"], high / low if low > 0.0 else inf if high > low else high - low
