@@ -80,7 +80,12 @@ def draw(case: Case, result: Result, folder: Path) -> Path | None:
         figure = case.draw(result["data"])
         if figure is None:
             return None
-        figure.savefig(path, pil_kwargs={"optimize": True})
+        figure.savefig(path)
+    from PIL import Image
+
+    with Image.open(path) as image:  # drawings have few colours: a third of the bytes
+        few = image.convert("RGB").quantize(128)
+    few.save(path, optimize=True)
     return path
 
 

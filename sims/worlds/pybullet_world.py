@@ -64,7 +64,8 @@ class EngineWorld(World):
         return made
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
-        self._law = self._law or ContactCallback(self.client)
+        driven = any(body.path is not None for body in self.bodies)  # else nothing but gravity and the law moves them
+        self._law = self._law or ContactCallback(self.client, fixed_bodies_move=driven, left_alone=not driven)
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
         self._law.add_contact(first, second, pair, plane=plane)
         self._by_law |= {*ones, *twos}

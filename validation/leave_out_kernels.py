@@ -1,0 +1,51 @@
+"""What a call of the kernels costs with and without a term of the law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
+from validation.case import Data
+from validation.measure import interleaved, spread
+
+CHI, RESTITUTION = 1.256, 0.93  # the paper's chi, its steel
+IMPACTS = np.linspace(0.05, 4.0 * CHI - 1.05, 200)
+"""psi_1 of impacts that all stick at some time: those that slide throughout cost nothing."""
+PATH = 200  # points of a loop of force
+
+
+def kernel_times(repeats: int) -> Data:
+    """Times of calls, and ratios of those that differ by one term.
+
+    Returns:
+        microseconds: spread by the name of the call, for an impact or a path; ratios: spread by what was left out.
+    """
+    calls: dict[str, Callable[[], object]] = {
+        f"impact, {law}": (lambda law=law: rebound(IMPACTS, CHI, law)) for law in LAWS
+    }
+    calls["impact, microslip, e = 0.93"] = lambda: rebound(IMPACTS, CHI, "microslip", RESTITUTION)
+    calls["impact, microslip, e = 1"] = lambda: rebound(IMPACTS, CHI, "microslip", 1.0)
+    turn = np.linspace(0.0, 2.0 * np.pi, PATH)
+    approach = 1e-5 * (1.0 + 0.5 * np.sin(turn))
+    line = 1e-6 * np.sin(3.0 * turn)
+    plane = np.column_stack([line, np.zeros(PATH)])
+    for law in ("microslip", "mindlin", "coulomb"):
+        pair = ContactPair(MATERIALS["steel"], MATERIALS["steel"], 0.115, radius=0.0254, law=law)
+        calls[f"path, {law}, planar"] = lambda pair=pair: force_along_path(pair, approach, line)
+        calls[f"path, {law}, in space"] = lambda pair=pair: force_along_path(pair, approach, plane)
+    seconds = interleaved(calls, repeats)
+    parts = {name: IMPACTS.size if name.startswith("impact") else 1 for name in calls}
+    less = {
+        "planar over in space": ("path, microslip, planar", "path, microslip, in space"),
+        "mindlin over microslip": ("path, mindlin, planar", "path, microslip, planar"),
+        "coulomb over mindlin": ("path, coulomb, planar", "path, mindlin, planar"),
+        "an impact, mindlin over microslip": ("impact, mindlin", "impact, microslip"),
+        "an impact, coulomb over mindlin": ("impact, coulomb", "impact, mindlin"),
+        "an impact, e = 1 over e = 0.93": ("impact, microslip, e = 1", "impact, microslip, e = 0.93"),
+    }
+    return {
+        "microseconds": {name: spread(1e6 * taken / parts[name]) for name, taken in seconds.items()},
+        "ratios": {name: spread(seconds[one] / seconds[two]) for name, (one, two) in less.items()},
+    }
