@@ -35,11 +35,9 @@ class Lammps(Case):
     title = "A discrete-element code"
     claim = (
         "LAMMPS, on the same impacts of a steel sphere on a wall, is as far from the reference as the single-spring "
-        "rungs: `mindlin` is its mindlin/force, the same equations and the same rebound. `mindlin_rescaled` is its "
-        "mindlin_rescale/force, but for impacts that still slide when the contact begins to shrink: there LAMMPS "
-        "rescales the sliding force too, and sticks earlier. Kept as displacement, not as force (mindlin, "
-        "mindlin_rescale), the spring errs most where impacts start stuck. `microslip` is hundreds of times closer "
-        "than all four."
+        "rungs: `mindlin` is its mindlin/force and `mindlin_rescaled` its mindlin_rescale/force, the same equations "
+        "and the same rebound. Kept as displacement, not as force (mindlin, mindlin_rescale), the spring errs most "
+        "where impacts start stuck. `microslip` is hundreds of times closer than all four."
     )
     caption = (
         "psi_2 over the incidence, and how far it is from the reference, finest steps: LAMMPS's four models "

@@ -32,9 +32,9 @@ class PybulletCost(Case):
     place = 70
     title = "What a PyBullet step costs"
     claim = (
-        "PyBullet has no step callback of its own, so the law is Python code between two steps: in free flight it "
-        "costs one distance query a step, in contact reading the motion of both bodies and applying a force to each. "
-        "No limit is set."
+        "PyBullet has no step callback of its own, so the law is Python code between two steps: it reads where both "
+        "bodies are and how they move in every step, and in contact applies a force to each. Those calls are most of "
+        "its time. No limit is set here."
     )
     caption = "Time of one step (callback and stepSimulation) of a ball over a floor; whiskers: quartiles."
     needs = ("pybullet",)
