@@ -7,6 +7,9 @@
 # The wheel of mujoco describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
+# Not among the project's own extras: it brings much and asks for certain versions of MuJoCo.
+# pyright: reportMissingImports=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass
