@@ -25,6 +25,7 @@ TONES = {
 }
 """Colours of bodies by what moves them; dark and light differ in grey too."""
 GROUND, TABLE, FLOOR, NOTES = "#8c8c8c", "#cfcfcf", "#ececec", "#444444"
+NARROWEST = 2.4  # [in], of a panel
 MARGIN = np.array([0.03, 0.1])  # around what is shown, of its width and height
 MOST_WIDTH, MOST_HEIGHT = 9.0, 8.0  # of a figure [in]
 ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
@@ -83,6 +84,8 @@ def figure_for(panels: Sequence[Panel], bounds: Array) -> tuple[Figure, list[Axe
     stacked = width > 1.3 * height
     across, down = (1, count) if stacked else (count, 1)
     scale = min((MOST_WIDTH - 0.8) / (across * width), (MOST_HEIGHT - 0.6 - 0.4 * down) / (down * height))
+    room = max(NARROWEST / scale - width, 0.0)  # on both sides of what is shown, for a title over it
+    bounds, width = bounds + np.array([-0.5, 0.5, 0.0, 0.0]) * room, width + room
     figure = Figure(
         figsize=(across * width * scale + 0.8, down * (height * scale + 0.4) + 0.6), layout="constrained"
     )  # fmt: skip
