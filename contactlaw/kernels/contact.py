@@ -27,12 +27,14 @@ MASS = 2  # normal effective mass when the bodies touched [kg]
 TANGENTIAL_MASS = 3  # the tangential one [kg]
 SCALE = 4  # microslip: contact radius that the nodes span [m]; linear_spring: its normal stiffness [N/m]
 NORMAL = 5  # normal force [N]
-RATIO = 6  # normal force over the elastic one
+RATIO = 6  # of the tangential force over that of the springs, see `carried`
 TANGENTIAL = 7  # tangential force, two components [N]
-TANGENT = 9  # first tangent vector, world frame; the second is n x t
-DIRECTION = 12  # normal n, world frame
-HEADER = 15
+COURSE = 9  # of the damped normal motion: PRESSED, then EXPANDING, then, if the bodies do not part, LASTING
+TANGENT = 10  # first tangent vector, world frame; the second is n x t
+DIRECTION = 13  # normal n, world frame
+HEADER = 16
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
+PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
 
 PLANE_SLACK = 1e-6  # sine of the angle that a contact normal may make with its plane of motion
 # Steps per contact, times sqrt(chi): twice those at which a stuck contact, a leapfrog of frequency sqrt(2 chi), grows.
@@ -137,6 +139,10 @@ def step(p, h_io, overlap, before, closing, free, du, dv, dt, mass, tangential_m
                 regrid_history(p, h_io, span)
             h_io[SCALE] = span
     force, ratio = normal_force(p, h_io, overlap, closing, free, dt)
+    if h_io[COURSE] == PRESSED and ratio < 1.0:
+        h_io[COURSE] = EXPANDING
+    elif h_io[COURSE] == EXPANDING and ratio >= 1.0:
+        h_io[COURSE] = LASTING
     f, g = friction(p, h_io, overlap, before, du, dv, force, ratio, dt * dt / h_io[TANGENTIAL_MASS])
     return force, f, g
 
@@ -154,7 +160,7 @@ def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
     """Tangential force [N] for a given normal force; brings the history up to now.
 
     before: overlap at the start of the step, negative if the bodies were apart. ratio: normal force over the elastic
-    one. mobility: dt^2/m_T [m/N], what `coulomb` needs to stop a sliding contact and no more (0: no inertia).
+    one; kept is that of `carried`. mobility: dt^2/m_T [m/N], what `coulomb` needs to stop a sliding contact and no more (0: no inertia).
     """
     f, g = 0.0, 0.0
     if p[PLANAR] != 0.0:
@@ -178,6 +184,7 @@ def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
             f, g = microslip(p, h_io, q, flags, slid, overlap, before, du, dv)
         else:
             f, g = single_spring(p, h_io, q, flags, slid, overlap, before, du, dv)
+        ratio = carried(p, h_io, force, ratio, sqrt(f * f + g * g))
         f *= ratio
         g *= ratio
     h_io[OVERLAP] = overlap
@@ -186,6 +193,23 @@ def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
     h_io[TANGENTIAL] = f
     h_io[TANGENTIAL + 1] = g
     return f, g
+
+
+@jit
+def carried(p, h, force, ratio, pull):
+    """What of the springs' tangential force, pull [N], a contact gives; force [N], ratio: as for `friction`.
+
+    Friction carries the same share of the damper's force as of the elastic one while bodies bounce: the whole is then
+    on the friction limit where the springs are. In a contact that lasts this would not be passive: a force that is
+    stuck at F and grows with the closing speed v by c F/P v does the work c F/P v w at a sliding speed w, of either
+    sign, beside the damper's c v^2, and a ball wedged into a groove would begin to swing by itself. Once bodies that
+    have begun to part come together again, at v = 0 and a ratio of 1, friction has the springs' force alone, within
+    its limit.
+    """
+    if h[COURSE] != LASTING:
+        return ratio
+    limit = p[STATIC_FRICTION] * force
+    return limit / pull if pull > limit else 1.0
 
 
 @jit

@@ -16,6 +16,7 @@ from contactlaw.kernels.contact import (
     FRICTION,
     G_STAR,
     LAW,
+    LINEAR_SPRING,
     NORMAL,
     OPEN,
     OVERLAP,
@@ -24,6 +25,7 @@ from contactlaw.kernels.contact import (
     RADIUS,
     RATIO,
     TANGENTIAL,
+    ZETA,
     forget,
     friction,
     step,
@@ -53,10 +55,11 @@ from contactlaw.kernels.rows import (
     UNTIL,
     WORK,
 )
-from contactlaw.kernels.workspace import numbers
+from contactlaw.kernels.workspace import numbers, table
 
 CHUNK = 16  # substeps of one length; then the time scales are looked at again
-MOST_SUBSTEPS = 50_000  # in one engine step; what is left of it then passes without contact forces
+MOST_SUBSTEPS = 50_000  # in one engine step; for what is left of it then the contacts stand, see `stand`
+SWEEPS, ENOUGH = 200, 1e-12  # over the contacts that are to stand; of the speeds, what they may leave
 NEVER = 1e300
 # A contact with less than this share of its elastic energy in motion, and balanced as well, carries a load and swings.
 SWINGING, FEWEST = 0.1, 20.0
@@ -64,6 +67,8 @@ CALM = 0.3
 NO_MATTER = 1e-8  # of the friction limit: what a displacement must amount to for the law to be asked about it
 # The damper sets in as the fourth root of time; of such a force the trapezoidal rule leaves out -zeta(-1/4) of a step.
 STEEP = 0.3205
+# zeta(-3/2, s) - zeta(-3/2) less s^(3/2), over s, in powers of s on (0, 1], to 5e-5: see `parting`.
+PARTING = (-0.31173634, -0.54936033, -0.15511241, 0.01625482)
 
 
 @jit
@@ -222,6 +227,11 @@ def subcycle(
                     p, history, x[i], before, v[i, 0], acceleration[i, 0] + own[0] * old_p,
                     moved[1], moved[2], h, mass_of(own[0]), across(p, own),
                 )  # fmt: skip
+                if x[i] <= 0.0 and before > 0.0 and p[ZETA] == 0.0 and p[LAW] != LINEAR_SPRING:
+                    force[i, 0], force[i, 1], force[i, 2] = old_p, old_f, old_g
+                    share = parting(before / (before - x[i]), h)
+                    strike(first, i, share, 1.0 - now / dt, rows, start, index, blocks, force, v)
+                    force[i, 0], force[i, 1], force[i, 2] = 0.0, 0.0, 0.0
                 if calming and x[i] > 0.0:
                     calm(p, own, x[i], v[i], force[i])
                 closed = closed or x[i] > 0.0
@@ -249,9 +259,25 @@ def subcycle(
                     v[i, j] += weight * acceleration[i, j]
             if done:
                 break
-    if taken >= MOST_SUBSTEPS:
+    if now < dt:
         for i in range(n):
-            rows[first + i, SPENT] = 1.0
+            row = rows[first + i]
+            row[SPENT], row[FROM], row[UNTIL] = 1.0, min(row[FROM], now), dt
+        stand(first, last, rows, parameters, start, index, blocks, dt - now, 1.0 - now / dt, v, force, work_io)
+
+
+@jit
+def parting(s, h):
+    """Time [s] by which the force of an elastic contact, of its last moment, acted too long or too short.
+
+    A contact opens s substeps of h [s] after that moment. Near its ends P goes with time to the power 3/2, and of such
+    a force a sum over steps that end s of a step before the end is too much by zeta(-3/2, s) P(h) h (Euler-Maclaurin,
+    Hurwitz's zeta function). Contacts begin at the start of a substep, where that is zeta(-3/2, 1) P(h) h. With the
+    difference taken back an impact is as symmetric in time as the leapfrog within it, and the energy that it would gain
+    or lose, 1e-5 at 100 substeps, is a thousand times less.
+    """
+    rest = PARTING[0] + s * (PARTING[1] + s * (PARTING[2] + s * PARTING[3]))
+    return -h * (1.0 + rest / sqrt(s))
 
 
 @jit
@@ -268,6 +294,42 @@ def calm(p, own, x, v, force_io):
     pull, limit = sqrt(f * f + g * g), p[FRICTION] * force_io[0]
     share = limit / pull if pull > limit else 1.0
     force_io[1], force_io[2] = share * f, share * g
+
+
+@jit
+def stand(first, last, rows, parameters, start, index, blocks, time, left, v_io, impulse_out, work_io):
+    """Bring contacts to a stand for the rest of an engine step, time [s], that there are no substeps for.
+
+    As rigid bodies without bounce: impulses within the friction cones that leave nothing closing, at once for the
+    motion there is, and as a steady force for what else pushes. Energy is lost, never gained. left: as for `weigh`.
+    v_io: speeds (n, 3). impulse_out: room (n, 3).
+    """
+    n, given = last - first, table(work_io, last - first, 3)
+    for turn in range(2):
+        share = left if turn == 0 else 0.5 * left
+        for i in range(n):
+            for j in range(3):
+                given[i, j] = 0.0
+                if turn == 1:
+                    v_io[i, j] += time * rows[first + i, PUSH + j]
+        for _ in range(SWEEPS):
+            change, size = 0.0, 0.0
+            for i in range(n):
+                own, p = blocks[start[first + i]], parameters_of(rows[first + i], parameters)
+                pull, total = impulse_out[i], given[i]
+                pull[0] = max(v_io[i, 0] / max(own[0], 1e-300), -total[0])
+                limit = p[FRICTION] * (total[0] + pull[0])
+                f = total[1] + (v_io[i, 1] / own[4] if own[4] > 0.0 else 0.0)
+                g = total[2] + (v_io[i, 2] / own[8] if own[8] > 0.0 and p[PLANAR] == 0.0 else 0.0)
+                both = sqrt(f * f + g * g)
+                cut = limit / both if both > limit else 1.0
+                pull[1], pull[2] = cut * f - total[1], cut * g - total[2]
+                for j in range(3):
+                    total[j] += pull[j]
+                    change, size = max(change, abs(pull[j])), max(size, abs(total[j]))
+                strike(first, i, 1.0, share, rows, start, index, blocks, impulse_out, v_io)
+            if change <= ENOUGH * size:
+                break
 
 
 @jit

@@ -1,225 +1,187 @@
-"""Anything that may be asked of the law: soft and stiff, slow and fast, coarse and fine steps; nothing may blow up."""
-
-# pyright: reportAttributeAccessIssue=false
-# (pyright cannot see into the mujoco module)
+"""Contacts of any stiffness, a thousand times shorter or longer than the engine's step: which ways hold."""
 
 from __future__ import annotations
 
-import warnings
-from itertools import pairwise
-from math import inf, isfinite, isnan, nan, pi
+from itertools import pairwise, product
+from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from contactlaw import ContactPair, Material
-from validation.ball import half_step
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import panels
+from validation.stability import NOT_FINITE, on_all_cores, short, tally
+from validation.stability_trials import bounces
+from validation.stability_worlds import ENGINES, ONCE, STIFF, SUB_CYCLED, TITLES, WAYS
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+DURATIONS = [0.5 * n for n in range(-6, 7)]  # edges, log10 of contact duration over engine step
+MODULI = [float(n) for n in range(3, 13)]  # edges, log10 of E/Pa
+MASS_RATIOS = (-6.0, 6.0)  # log10
+SEEDS, SEEDS_OF_DEFAULT = 1, 5  # of a ball, and as many of a ball on a ball
+DEFAULT = "microslip"
+CONSERVED = 1e-3
+LOST = 0.01  # of the energy of an elastic ball without friction: more, and a cell is hatched
 
-RADIUS, DENSITY = 0.01, 7800.0  # [m], [kg/m^3]
-MASS = 4.0 / 3.0 * pi * RADIUS**3 * DENSITY  # [kg]
-DURATIONS = np.arange(-3.0, 3.1, 0.5)  # edges, log10 of contact duration over engine step
-MODULI = np.arange(3.0, 12.1, 1.0)  # edges, log10 of E / Pa
-RESTITUTIONS = [1.0, 0.5, 0.05]
-GAIN = 1e-3
-DEEPEST = 0.1  # overlap over radius
-LIVELY = 3.0  # what a light ball between two heavy ones may gain in speed
-ACCELERATION = 1e10  # [m/s^2] or [rad/s^2]; more, and MuJoCo resets the state
-REFUSED = "beyond the engine's range"
-FLIGHTS = 8
-LOOKS = 60
+SWING = 2.9432751843247047 * sqrt(1.875)  # omega T of small motions at the greatest overlap, omega^2 = k_N/m
+STIFFEST_ACROSS = sqrt(3.5)  # omega across over along, sqrt(2 chi), a solid ball with nu = 0
 
 
 @register
 class StabilityMap(Case):
-    """Bounces with random properties in every cell of a map."""
+    """Bounces with random properties in every cell of a map, for every law, both engines and their own contact."""
 
     name = "stability_map"
     place = 47
     title = "Where it is stable"
     claim = (
-        "Whatever is asked, contacts a thousand times shorter or longer than the engine's step, moduli from 1 kPa to "
-        "1 TPa, friction up to 10, mass ratios up to a million, 0.1 mm/s to 100 m/s, restitution from 1 to 0.05, no "
-        "state ever is not finite and no bouncing gains more than 0.1 % of energy, however far the balls go in a step."
+        "Contacts a thousand times shorter or longer than the engine's step, moduli from 1 kPa to 1 TPa, friction up "
+        "to 10, mass ratios up to a million, 0.1 mm/s to 100 m/s, restitution from 1 to 0.05: with sub-cycling no "
+        "bouncing by the default law ever gains 0.1 % of energy, in either engine. Evaluated once a step, as "
+        "discrete-element codes do, the same law holds only where the step resolves the contact; the engines' own "
+        "contact holds where it is soft or dead, and then does not bounce."
     )
     caption = (
-        "Largest gain of energy in a cell, log10 (white: less than 1e-7, or nothing); a cross marks a cell with a run "
-        "that fails. Each cell holds a ball on a floor, and a ball on a second one of another mass on a floor, with "
-        "friction, Poisson's ratio, speed, spin, heading and restitution at random."
+        "Shade: largest gain of energy in a cell. Cross: a run in it gains more than 0.1 %, or is not finite. Hatched: "
+        "an elastic ball without friction loses more than 1 % in two to eight flights. Broken lines: omega dt = 2, "
+        "along the normal (left) and across (right), at the greatest overlap; dotted: for the linear spring. Each cell "
+        "holds a ball on a floor, and a ball on a second one of another mass, with Poisson's ratio, friction, "
+        "restitution, speed, spin and heading at random, the same for all ways."
     )
-    needs = ("mujoco",)
+    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every cell."""
-        count = 1 if quick else 5
-        shape = (len(MODULI) - 1, len(DURATIONS) - 1)
-        gain, runs, skipped, refused = np.full(shape, -inf), 0, 0, 0
-        failures: list[Data] = []
-        kinds: dict[str, float] = {}
-        for cell in np.ndindex(shape):
-            for number in range(2 * count):
-                one = sample(cell, number)
-                if one is None:
-                    skipped += 1
-                    continue
-                grown, problem = bounce(one)
-                if problem == REFUSED:
-                    refused += 1
-                    continue
-                runs += 1
-                label = f"{'ball on ball on floor' if number % 2 else 'ball on floor'}, e = {one['restitution']:g}"
-                grown = inf if isnan(grown) else max(grown, -1.0)
-                kinds[label] = max(kinds.get(label, -1.0), grown)
-                gain[cell] = max(gain[cell], grown)
-                if problem or grown > GAIN:
-                    failures.append({"cell": list(cell), "number": number, "gain": grown if isfinite(grown) else None,
-                                     "problem": problem or "energy gained", **one})  # fmt: skip
-            progress((cell[0] * shape[1] + cell[1] + 1) / (shape[0] * shape[1]))
-        data = {
-            "runs": runs, "skipped": skipped, "refused": refused, "durations": DURATIONS, "moduli": MODULI,
-            "gain": np.clip(gain, -1.0, 1e300), "failures": failures[:40],
-            "failed": len(failures), "kinds": dict(sorted(kinds.items())),
-        }  # fmt: skip
-        infinite = sum(one["problem"] == "not finite" for one in failures)
-        limits = [
-            Limit("runs that are not finite", 0.0, float(infinite)),
-            Limit("runs that gain more than 0.1 % of energy", 0.0, float(len(failures) - infinite)),
-        ]
-        return Outcome(limits, data, [_named(one) for one in failures if one["problem"] == "not finite"])
+        """Every cell of every way."""
+        durations, moduli = (DURATIONS[::3], MODULI[::3]) if quick else (DURATIONS, MODULI)
+        columns, rows = list(pairwise(durations)), list(pairwise(moduli))
+        cells = list(product(range(len(rows)), range(len(columns))))
+        tasks = [
+            (engine, way, cell, columns[cell[1]], rows[cell[0]],
+             SEEDS_OF_DEFAULT if way == DEFAULT and not quick else SEEDS)
+            for engine, way, cell in product(ENGINES, WAYS, cells)
+        ]  # fmt: skip
+        found = iter(on_all_cores(cell_of, tasks, progress))
+        data: Data = {"durations": durations, "moduli": moduli, "engines": {}}
+        for engine, way in product(ENGINES, WAYS):
+            data["engines"].setdefault(engine, {})[way] = _map([next(found) for _ in cells], len(rows))
+        return Outcome(_limits(data), data)
 
     def table(self, data: Data) -> Table:
-        """What was run, and every cell that fails."""
-        table = Table(["scene", "largest gain of energy"])
-        for kind, gain in data["kinds"].items():
-            table.rows.append([kind, f"{gain:.1e}"])
-        table.rows.append(["runs", str(data["runs"])])
-        table.rows.append(["skipped: contact too deep at any speed", str(data["skipped"])])
-        table.rows.append(["skipped: accelerations beyond 1e10, which MuJoCo resets", str(data["refused"])])
-        for one in data["failures"]:
-            table.rows.append([f"FAILS: {_named(one)}", nan_or(one["gain"])])
+        """A row for each way, and below every cell that fails."""
+        table = Table(["way", "runs", "cells", "fail", "not finite", "largest gain", "lossless ball keeps, least",
+                       "median", "cells that fail: E, and T/dt from"])  # fmt: skip
+        for engine, way in product(ENGINES, WAYS):
+            one = data["engines"][engine][way]
+            kept = [value for row in one["kept"] for value in row if value is not None]
+            table.rows.append([
+                f"{way}, {TITLES[engine]}", str(one["runs"]), str(np.size(one["fails"])),
+                str(int(np.sum(one["fails"]))), str(one["infinite"]), short(float(np.max(one["gain"]))), f"{min(kept):.5f}", f"{np.median(kept):.5f}",
+                _named(one["fails"], data),
+            ])  # fmt: skip
+        for engine in ENGINES:
+            for failure in data["engines"][engine][DEFAULT]["failures"]:
+                table.rows.append([f"FAILS: {DEFAULT}, {TITLES[engine]}", *[""] * 4, short(failure["gain"]), "", "",
+                                   f"{failure['problem']}: {failure['trial']}"])  # fmt: skip
+        refused = sum(one["refused"] for ways in data["engines"].values() for one in ways.values())
+        table.rows.append(["beyond the accelerations that MuJoCo takes, not counted", str(refused), *[""] * 7])
         return table
 
     def draw(self, data: Data) -> Figure:
-        """The map."""
-        figure, (axes,) = panels(1, width=6.5)
-        gain = np.log10(np.clip(np.array(data["gain"]), 1e-7, 1.0))
-        edges = [10.0 ** np.array(data[key]) for key in ("durations", "moduli")]
-        mesh = axes.pcolormesh(*edges, gain, cmap="Greys",
-                               vmin=-7.0, vmax=-1.0, edgecolor="#bbbbbb", linewidth=0.3)  # fmt: skip
-        for one in data["failures"]:
-            row, column = one["cell"]
-            middle = 10.0 ** (data["durations"][column] + 0.25), 10.0 ** (data["moduli"][row] + 0.5)
-            axes.plot(*middle, "x", color="white", markersize=11, markeredgewidth=4)
-            axes.plot(*middle, "x", color="black", markersize=9, markeredgewidth=1.5)
-        axes.set(xscale="log", yscale="log", xlabel="contact duration over engine step [-]",
-                 ylabel="Young's modulus [Pa]")  # fmt: skip
-        axes.grid(visible=False)
-        bar = figure.colorbar(mesh, ax=axes)
-        bar.set_label("log10 of the largest gain of energy [-]")
+        """A map for each way."""
+        from matplotlib.figure import Figure
+
+        from validation.stability_picture import crosses, gains, hatched, scale_of_gains
+
+        figure = Figure(figsize=(13.2, 4.4), layout="constrained")
+        panels = figure.subplots(len(ENGINES), len(WAYS), sharex=True, sharey=True)
+        x, y = 10.0 ** np.array(data["durations"]), 10.0 ** np.array(data["moduli"])
+        mesh = None
+        for (engine, way), axes in zip(product(ENGINES, WAYS), panels.ravel(), strict=True):
+            one = data["engines"][engine][way]
+            mesh = gains(axes, x, y, one["gain"])
+            lossy = [(r, c) for r, row in enumerate(one["kept"]) for c, kept in enumerate(row)
+                     if kept is not None and kept < 1.0 - LOST]  # fmt: skip
+            hatched(axes, x, y, lossy)
+            crosses(axes, [(sqrt(x[c] * x[c + 1]), sqrt(y[r] * y[r + 1])) for r, c in np.argwhere(one["fails"])], 4.0)
+            _limit_of_theory(axes, way)
+            axes.set(xscale="log", yscale="log", xticks=[1e-3, 1.0, 1e3], yticks=[1e3, 1e6, 1e9, 1e12])
+            axes.minorticks_off()
+            axes.tick_params(labelsize=8)
+            if engine == ENGINES[0]:
+                axes.set_title(way.replace(", ", ",\n").replace("_", "\n_"), fontsize=9)
+            else:
+                axes.set_xlabel("T/dt [-]", fontsize=8)
+        for engine, axes in zip(ENGINES, panels[:, 0], strict=True):
+            axes.set_ylabel(f"{TITLES[engine]}\nE [Pa]", fontsize=9)
+        scale_of_gains(figure, mesh, panels)
         return figure
 
 
-def sample(cell: tuple[int, ...], number: int) -> Data | None:
-    """What a run is made of; None where no speed in the range keeps the contact small."""
-    random = np.random.default_rng([*cell, number])
-    (low, high), (short, long) = list(pairwise(MODULI))[cell[0]], list(pairwise(DURATIONS))[cell[1]]
-    one: Data = {
-        "modulus": float(10.0 ** random.uniform(low, high)),
-        "poisson": float(random.uniform(0.01, 0.4999)),
-        "friction": float(0.0 if random.uniform() < 0.1 else 10.0 ** random.uniform(-3.0, 1.0)),
-        "restitution": RESTITUTIONS[int(random.integers(len(RESTITUTIONS)))],
-        "ratio": float(10.0 ** random.uniform(-6.0, 6.0)) if number % 2 else 0.0,
-        "seed": [*cell, number],
-    }
-    pair, heavy = pair_of(one), MASS * max(1.0, one["ratio"])
-    unit = pair.greatest_overlap(heavy, LIVELY) / RADIUS  # at 1 m/s; grows with the power 4/5 of speed
-    fastest = np.log10((0.4 * DEEPEST / unit) ** 1.25)
-    if fastest < -4.0:
-        return None
-    one["speed"] = float(10.0 ** random.uniform(-4.0, min(2.0, fastest)))
-    mass = MASS * min(1.0, one["ratio"] or 1.0)
-    duration = pair.contact_duration(mass, one["speed"])
-    one["step"] = float(duration / 10.0 ** random.uniform(short, long))
-    one["flight"] = float(random.uniform(2.0, 6.0) * max(duration, one["step"]))
-    return one
+def cell_of(
+    task: tuple[str, str, tuple[int, int], tuple[float, float], tuple[float, float], int],
+) -> Data:
+    """One cell of one way: balls and balls on balls at random, and an elastic one without friction."""
+    engine, way, cell, steps, modulus, seeds = task
+    trials = []
+    for number in range(2 * seeds):
+        ratio = 0.0
+        if number % 2:
+            ratio = 10.0 ** np.random.default_rng([*cell, number, 1]).uniform(*MASS_RATIOS)
+        trials.append(bounces((*cell, number), steps, ratio=ratio, modulus=modulus))
+    lossless = bounces((*cell, 2 * seeds), steps, modulus=modulus, restitution=1.0, friction=0.0)
+    alone = tally(engine, way, [lossless])
+    found = tally(engine, way, [*trials, lossless])
+    return found | {"kept": alone["kept"]}
 
 
-def pair_of(one: Data) -> ContactPair:
-    """The contact of a run."""
-    material = Material(one["modulus"], one["poisson"], DENSITY)
-    return ContactPair(material, material, one["friction"], one["restitution"], radius=RADIUS)
+def _map(cells: list[Data], rows: int) -> Data:
+    def grid(key: str) -> list[list[float]]:
+        values = [cell[key] for cell in cells]
+        across = len(values) // rows
+        return [values[row * across : (row + 1) * across] for row in range(rows)]
+
+    failures = [failure for cell in cells for failure in cell["failures"]]
+    fails = [bool(cell["failures"]) for cell in cells]
+    across = len(cells) // rows
+    return {
+        "runs": sum(cell["runs"] for cell in cells), "refused": sum(cell["refused"] for cell in cells),
+        "gain": grid("gain"), "kept": grid("kept"),
+        "fails": [fails[row * across : (row + 1) * across] for row in range(rows)],
+        "infinite": sum(failure["problem"] == NOT_FINITE for failure in failures), "failures": failures[:40],
+    }  # fmt: skip
 
 
-def bounce(one: Data) -> tuple[float, str]:
-    """Largest gain of energy at any look with no contact open, over the first energy; and what is wrong, "" if nothing.
-
-    Gravity is such that a flight at the run's speed takes as long as sampled.
-    """
-    import mujoco
-
-    from contactlaw.mujoco_plugin import add_contact, contacts_of
-
-    random = np.random.default_rng([*one["seed"], 1])
-    gravity = 2.0 * one["speed"] / one["flight"]
-    spec = mujoco.MjSpec()
-    spec.option.timestep, spec.option.gravity = one["step"], [0.0, 0.0, -gravity]
-    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1])
-    lean = random.uniform(-0.5, 0.5, 2)
-    gap = random.uniform(0.1, 1.0) * one["speed"] * one["step"]
-    top = np.array([*lean, 1.0]) / np.linalg.norm([*lean, 1.0]) * (2.0 * RADIUS + gap)
-    place = np.array([0.0, 0.0, RADIUS + gap])
-    names = []
-    masses = [MASS, MASS * one["ratio"]] if one["ratio"] else [MASS]
-    for number, mass in enumerate(masses[::-1]):
-        body = spec.worldbody.add_body(pos=place + number * top)
-        body.add_freejoint()
-        names.append(f"ball{number}")
-        body.add_geom(name=names[-1], size=[RADIUS, 0.0, 0.0], mass=mass)
-    spec.compile()  # bodies are numbered
-    name = add_contact(spec, names, [*names, "floor"], pair_of(one), others=False)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    inertia = model.body_inertia[1:].ravel()
-    mass = model.body_mass[1:]
-    speeds = data.qvel.reshape(-1, 2, 3)
-    speeds[:, 0] = one["speed"] * random.uniform(-1.0, 1.0, (len(mass), 3))
-    speeds[:, 0, 2] = -one["speed"]
-    speeds[:, 1] = one["speed"] / RADIUS * random.uniform(-1.0, 1.0, (len(mass), 3))
-
-    def energy() -> float:
-        linear = speeds[:, 0] + half_step(model)
-        kinetic = 0.5 * mass @ (linear**2).sum(axis=1) + 0.5 * inertia @ speeds[:, 1].ravel() ** 2
-        return float(kinetic + gravity * mass @ (data.qpos.reshape(-1, 7)[:, 2] - RADIUS))
-
-    first, worst = energy(), -inf
-    steps = FLIGHTS * one["flight"] / one["step"]
-    steps = min(steps, max(200.0, 0.3 * steps))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        for _ in range(min(LOOKS, int(steps))):
-            fastest = max(float(np.abs(data.qvel).max()), one["speed"] / RADIUS)
-            mujoco.mj_step(model, data, max(1, int(steps / LOOKS)))
-            if data.warning.number.any():
-                return nan, REFUSED if fastest / one["step"] > 0.01 * ACCELERATION else "not finite"
-            if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
-                return nan, "not finite"
-            if not contacts_of(model, data, name):
-                worst = max(worst, energy() / first - 1.0)
-    return worst, ""
+def _limits(data: Data) -> list[Limit]:
+    limits = []
+    for engine, ways in data["engines"].items():
+        kept = [value for row in ways[DEFAULT]["kept"] for value in row if value is not None]
+        limits += [
+            Limit(f"cells that fail, {DEFAULT}, {TITLES[engine]}", 0.0, float(np.sum(ways[DEFAULT]["fails"]))),
+            Limit(f"energy that an elastic ball without friction loses, {DEFAULT}, {TITLES[engine]}", CONSERVED,
+                  1.0 - min(kept)),
+            Limit(f"runs that are not finite, all sub-cycled laws, {TITLES[engine]}", 0.0,
+                  float(sum(ways[way]["infinite"] for way in SUB_CYCLED))),
+        ]  # fmt: skip
+    return limits
 
 
-def nan_or(value: float | None) -> str:
-    """A gain as text."""
-    return "not finite" if value is None else f"{value:.1e}"
+def _named(fails: list[list[bool]], data: Data) -> str:
+    """The cells that fail, by their lower edges."""
+    rows = []
+    for row, modulus in zip(fails, data["moduli"], strict=False):
+        steps = [f"{10.0**low:.2g}" for fail, low in zip(row, data["durations"], strict=False) if fail]
+        if len(steps) == len(row):
+            steps = ["all"]
+        if steps:
+            rows.append(f"1e{modulus:.0f} Pa: {', '.join(steps)}")
+    return "; ".join(rows) or "none"
 
 
-def _named(one: Data) -> str:
-    facts = ("modulus", "poisson", "friction", "restitution", "ratio", "speed", "step")
-    return f"{one['problem']}, cell {one['cell']} run {one['number']}: " + ", ".join(f"{k} {one[k]:.3g}" for k in facts)
+def _limit_of_theory(axes: Axes, way: str) -> None:
+    if way == ONCE:
+        for turns in (SWING, SWING * STIFFEST_ACROSS):
+            axes.axvline(0.5 * turns, color="black", linewidth=1.0, linestyle=(0, (4, 2)))
+    elif way == STIFF:
+        axes.axvline(0.5 * pi, color="black", linewidth=1.0, linestyle=":")

@@ -1,0 +1,141 @@
+"""One thing at a time taken to its ends: Poisson's ratio, friction, inertia, incidence, masses, speed, rest."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.stability import NOT_FINITE, on_all_cores, short, tally
+from validation.stability_trials import EXTREMES, extreme
+from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+TRIALS, FEW_TRIALS = 12, 4  # of a level; half of them elastic, their steps spread from contact to contact
+DEFAULT = "microslip"
+
+
+@register
+class StabilityExtremes(Case):
+    """Levels of every extreme, for every law, both engines and their own contact."""
+
+    name = "stability_extremes"
+    place = 48
+    title = "Extreme cases"
+    claim = (
+        "Incompressible or not, without friction or with all of it, rings and compact cores, psi_1 from 1e-6 to 1000, "
+        "masses a million times apart, speeds from 1 um/s to 100 m/s, grazing incidence, a start inside each other, "
+        "rest on a floor or wedged into a groove, and hundreds of impacts in a step: by the default law nothing gains "
+        "0.1 % of energy, and what is to come to rest does."
+    )
+    caption = (
+        "Above: largest gain of energy of a way (rows) at a level of an extreme (columns); crosses: a run gains more "
+        "than 0.1 %, is not finite, or does not come to rest where it should. Below: median energy left by elastic "
+        "balls (friction may take some, the same for all ways): rows unlike those of the laws lose what they should "
+        "keep. Engine steps from a 300th of a contact to a thousand contacts, all else at random."
+    )
+    needs = ("mujoco", "pybullet")
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Every level of every extreme of every way."""
+        count = FEW_TRIALS if quick else TRIALS
+        levels = [(name, level) for name, one in EXTREMES.items() for level in range(len(one.levels))]
+        if quick:
+            levels = [(name, level) for name, level in levels if level in (0, len(EXTREMES[name].levels) - 1)]
+        tasks = [(engine, way, *level, count) for engine, way, level in product(ENGINES, WAYS, levels)]
+        cells = iter(on_all_cores(level_of, tasks, progress))
+        data: Data = {"levels": levels, "engines": {}}
+        for engine, way in product(ENGINES, WAYS):
+            data["engines"].setdefault(engine, {})[way] = [next(cells) for _ in levels]
+        limits = []
+        for engine, ways in data["engines"].items():
+            of_laws = [failure for way in SUB_CYCLED for cell in ways[way] for failure in cell["failures"]]
+            limits += [
+                Limit(f"levels that fail, {DEFAULT}, {TITLES[engine]}", 0.0,
+                      float(sum(bool(cell["failures"]) for cell in ways[DEFAULT]))),
+                Limit(f"runs that are not finite, all sub-cycled laws, {TITLES[engine]}", 0.0,
+                      float(sum(failure["problem"] == NOT_FINITE for failure in of_laws))),
+            ]  # fmt: skip
+        return Outcome(limits, data)
+
+    def table(self, data: Data) -> Table:
+        """A row for each way with all that fails, then every failure of the default."""
+        table = Table(["way", "runs", "levels", "fail", "not finite", "largest gain", "levels that fail"])
+        for engine, way in product(ENGINES, WAYS):
+            cells = data["engines"][engine][way]
+            failures = [failure for cell in cells for failure in cell["failures"]]
+            failing = {}
+            for (name, level), cell in zip(data["levels"], cells, strict=True):
+                if cell["failures"]:
+                    failing.setdefault(EXTREMES[name].plain, []).append(EXTREMES[name].words[level])
+            table.rows.append([
+                f"{way}, {TITLES[engine]}", str(sum(cell["runs"] for cell in cells)), str(len(cells)),
+                str(sum(bool(cell["failures"]) for cell in cells)),
+                str(sum(failure["problem"] == NOT_FINITE for failure in failures)),
+                short(max(cell["gain"] for cell in cells)),
+                "; ".join(f"{name}: {', '.join(words)}" for name, words in failing.items()) or "none",
+            ])  # fmt: skip
+        for engine in ENGINES:
+            for cell in data["engines"][engine][DEFAULT]:
+                for failure in cell["failures"]:
+                    table.rows.append([f"FAILS: {DEFAULT}, {TITLES[engine]}", *[""] * 4, short(failure["gain"]),
+                                       f"{failure['problem']}: {failure['trial']}"])  # fmt: skip
+        refused = sum(cell["refused"] for ways in data["engines"].values() for one in ways.values() for cell in one)
+        table.rows.append(["beyond the accelerations that MuJoCo takes, not counted", str(refused), *[""] * 5])
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Gain above, what is left below."""
+        from matplotlib.figure import Figure
+
+        from validation.stability_picture import crosses, gains, scale_of_gains
+
+        figure = Figure(figsize=(13.2, 8.2), layout="constrained")
+        above, below = figure.subplots(2, 1, sharex=True)
+        ways = list(product(ENGINES, WAYS))[::-1]
+        cells = [data["engines"][engine][way] for engine, way in ways]
+        x, y = np.arange(len(data["levels"]) + 1), np.arange(len(ways) + 1)
+        mesh = gains(above, x, y, [[cell["gain"] for cell in row] for row in cells])
+        crosses(above, [(c + 0.5, r + 0.5) for r, row in enumerate(cells) for c, cell in enumerate(row)
+                        if cell["failures"]], 4.0)  # fmt: skip
+        scale_of_gains(figure, mesh, above)
+        left = [[np.nan if cell["kept"] is None else cell["kept"] for cell in row] for row in cells]
+        shades = below.pcolormesh(x, y, np.clip(np.array(left, dtype=float), 0.0, 1.0), cmap="Greys_r", vmin=0.0,
+                                  vmax=1.0, edgecolor="#bbbbbb", linewidth=0.3)  # fmt: skip
+        below.set_facecolor("#f2d9c4")  # no elastic run
+        bar = figure.colorbar(shades, ax=below, fraction=0.02, pad=0.01)
+        bar.set_label("energy left, median [-]", fontsize=8)
+        for axes in (above, below):
+            axes.grid(visible=False)
+            axes.set_yticks(y[:-1] + 0.5, [f"{way}, {TITLES[engine]}" for engine, way in ways], fontsize=8)
+            axes.tick_params(length=0)
+            axes.axhline(len(WAYS), color="black", linewidth=1.2)
+        _heads(above, below, data["levels"])
+        return figure
+
+
+def level_of(task: tuple[str, str, str, int, int]) -> Data:
+    """One level of one way."""
+    engine, way, name, level, count = task
+    return tally(engine, way, [extreme(name, level, number, count) for number in range(count)])
+
+
+def _heads(above: Axes, below: Axes, levels: list[list]) -> None:
+    """Names over the columns of an extreme, levels under them."""
+    below.set_xticks(np.arange(len(levels)) + 0.5, [EXTREMES[name].words[level] for name, level in levels],
+                     rotation=90, fontsize=8)  # fmt: skip
+    above.tick_params(labelbottom=True)
+    above.set_xticks(below.get_xticks(), [label.get_text() for label in below.get_xticklabels()], rotation=90,
+                     fontsize=8)  # fmt: skip
+    names = [name for name, _ in levels]
+    for name in dict.fromkeys(names):
+        first, count = names.index(name), names.count(name)
+        for axes in (above, below):
+            axes.axvline(first, color="black", linewidth=1.2)
+            axes.annotate(EXTREMES[name].name, (first + 0.5 * count, 1.0), xycoords=("data", "axes fraction"),
+                          xytext=(0, 4), textcoords="offset points", ha="center", fontsize=8)  # fmt: skip

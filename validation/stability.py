@@ -1,0 +1,122 @@
+"""Whether a trial goes well: nothing that is not finite, no energy gained, rest where there is to be rest."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from math import inf, isfinite, isnan, nan
+from multiprocessing import get_context
+from os import cpu_count
+from typing import TypeVar
+
+import numpy as np
+
+from validation.case import Data
+from validation.stability_trials import Trial
+from validation.stability_worlds import World, world
+from validation.sweep import sweep
+
+GAIN = 1e-3  # of the energy at the start
+REST = 1e-3  # the same
+ACCELERATION = 1e10  # [m/s^2] or [rad/s^2]; more, and MuJoCo resets the state
+LOOKS = 60
+NOT_FINITE = "not finite"
+
+Input = TypeVar("Input")
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Of a trial.
+
+    Attributes:
+        gain: Greatest gain of energy at any look with all bodies apart, over the energy at the start; -inf: no such
+            look.
+        left: Energy at the last such look, or else at the end, over that at the start.
+        problem: What is wrong; "": nothing.
+        refused: Whether it asks for more than the engine takes, so that nothing can be said.
+    """
+
+    gain: float = -inf
+    left: float = nan
+    problem: str = ""
+    refused: bool = False
+
+
+def judged(engine: str, trial: Trial, way: str) -> Verdict:
+    """Run a trial to its end, or until it fails."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return _run(world(engine, trial, way), trial)
+
+
+def _run(one: World, trial: Trial) -> Verdict:
+    steps = max(1, round(trial.duration / trial.step))
+    first, worst, left, kinetic, energy = trial.first_energy, -inf, nan, inf, nan
+    for count in np.diff(np.unique(np.linspace(0, steps, LOOKS + 1).astype(int))):
+        one.step(int(count))
+        places, velocities, spins = one.motion()
+        kinetic = trial.kinetic(velocities, spins)
+        energy = kinetic + trial.potential(places)
+        if one.broken() or not isfinite(energy):
+            refused = one.broken() and trial.acceleration > 0.01 * ACCELERATION
+            return Verdict(problem=NOT_FINITE, refused=refused)
+        if trial.gaps(places).min() > 0.0:
+            left = energy / first
+            worst = max(worst, left - 1.0)
+    left = energy / first if isnan(left) else left
+    if worst > GAIN:
+        return Verdict(worst, left, "energy gained")
+    if trial.rests and kinetic > REST * first:
+        return Verdict(worst, left, "no rest")
+    return Verdict(worst, left)
+
+
+def tally(engine: str, way: str, trials: Sequence[Trial | None]) -> Data:
+    """What the trials of one cell of a map give.
+
+    Args:
+        engine, way: As `stability_worlds.world` has them.
+        trials: None: one that could not be drawn.
+
+    Returns:
+        runs, refused; gain: the greatest (not finite: 1e300; at least -1); failures: problem, gain and facts of each;
+        kept: median of the energy left by elastic trials, None without any.
+    """
+    verdicts = [(trial, judged(engine, trial, way)) for trial in trials if trial is not None]
+    counted = [(trial, verdict) for trial, verdict in verdicts if not verdict.refused]
+    kept = [
+        verdict.left for trial, verdict in counted if trial.made["restitution"] == 1.0 and isfinite(verdict.left)
+    ]  # fmt: skip
+    return {
+        "runs": len(counted),
+        "refused": len(verdicts) - len(counted),
+        "gain": max((_size(verdict) for _, verdict in counted), default=-1.0),
+        "kept": float(np.median(kept)) if kept else None,
+        "failures": [
+            {"problem": verdict.problem, "gain": _size(verdict), "trial": str(trial)}
+            for trial, verdict in counted if verdict.problem
+        ],
+    }  # fmt: skip
+
+
+def _size(verdict: Verdict) -> float:
+    return 1e300 if verdict.problem == NOT_FINITE else max(verdict.gain, -1.0)
+
+
+def short(gain: float) -> str:
+    """A gain as text."""
+    if gain >= 1e300:
+        return NOT_FINITE
+    return f"{gain:.0e}" if gain > 0.0 else "none"
+
+
+def on_all_cores(
+    function: Callable[[Input], Answer], inputs: Sequence[Input], progress: Callable[[float], None]
+) -> list[Answer]:
+    """A sweep on as many processes as there are cores."""
+    with ProcessPoolExecutor(cpu_count(), get_context("spawn")) as pool:
+        return sweep(function, inputs, pool, chunk=4, progress=progress)
