@@ -84,6 +84,8 @@ def advance(stack_io, top, s, overlap, root):
             top -= 1
         base, slope = stack_io[top, BASE], stack_io[top, SLOPE]
         put(stack_io, top, overlap, root, base + slope * overlap, base, slope)
+    if top + 1 == stack_io.shape[0]:
+        raise IndexError("more pieces of path than the stack has room for")
     rise, growth = s - stack_io[top, PLACE], overlap - stack_io[top, END]
     if abs(rise) <= growth:
         if growth > 0.0:
