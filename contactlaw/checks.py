@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+LARGEST = float(np.finfo(float).max)
+
 
 def number(name: str, value: Any, allowed: str, *, low: float, high: float, open_low: bool = False) -> float:
     """Return value as a float inside [low, high] (or (low, high]); infinities pass only where a bound is infinite."""
@@ -27,12 +29,12 @@ def number(name: str, value: Any, allowed: str, *, low: float, high: float, open
 
 def positive(name: str, value: Any) -> float:
     """Return value as a float that is finite and above zero."""
-    return number(name, value, "finite and > 0", low=0.0, high=np.finfo(float).max, open_low=True)
+    return number(name, value, "finite and > 0", low=0.0, high=LARGEST, open_low=True)
 
 
 def not_negative(name: str, value: Any) -> float:
     """Return value as a float that is finite and not below zero."""
-    return number(name, value, "finite and >= 0", low=0.0, high=np.finfo(float).max)
+    return number(name, value, "finite and >= 0", low=0.0, high=LARGEST)
 
 
 def restitution(name: str, value: Any) -> float:

@@ -143,6 +143,17 @@ def nodes_for(chi: float) -> int:
     return RESOLUTION[bisect_left(CHI_BOUNDS, chi)][0]
 
 
+def takes_all_springs(pair: ContactPair) -> bool:
+    """Whether on a line the pair takes all springs at once (`kernels.line`).
+
+    `microslip` does where it leaves the number of nodes open; not without friction, nor where a stuck place holds more
+    than a sliding one: a cap that falls as the spring lets go is no play operator.
+    """
+    law, mu = pair.law, pair.friction
+    open_count = isinstance(law, Microslip) and law.node_count is None
+    return open_count and mu > 0.0 and (pair.static_friction is None or pair.static_friction == mu)
+
+
 def check_steps(steps: int, chi: float) -> None:
     """Refuse fewer steps than an impact at this chi is stable with."""
     needed = ceil(contact.STABLE_STEPS * sqrt(chi))
@@ -182,8 +193,9 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
 
     Returns:
         Normal force [N], shape (n,), and tangential force [N], shaped as the displacement, positive along a first
-        positive displacement (it is the force that moves A; friction on A is its negative). Segments are divided
-        into at most 4096 parts, 256 to the greatest overlap. `linear_spring` takes its stiffness from that overlap.
+        positive displacement (it is the force that moves A; friction on A is its negative). On a line, `microslip`
+        with its number of nodes left open is exact (`kernels.line`). Otherwise segments are divided into at most 4096
+        parts, 256 to the greatest overlap. `linear_spring` takes its stiffness from that overlap.
 
     Raises:
         ValueError: Shapes that do not match, values not finite, no radius, or restitution below 1 (a slow path has no
@@ -198,10 +210,16 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
         raise ValueError(
             f"displacement: shape {motion.shape}; must be ({overlap.size},) or ({overlap.size}, 2) to match approach"
         )
-    p = pair.parameters(plane=LINE if motion.ndim == 1 else None)
-    warn_of_depth(float(overlap.max()), float(p[contact.RADIUS]))
     line = motion.ndim == 1
+    p = pair.parameters(plane=LINE if line else None)
+    warn_of_depth(float(overlap.max()), float(p[contact.RADIUS]))
+    normal = np.empty(overlap.size)
+    x, y = (1.0, 0.0) if line else paths.direction(motion)
+    if takes_all_springs(pair) and (x != 0.0 or y != 0.0):
+        pull = np.empty(overlap.size)
+        paths.path_on_line(p, overlap, motion if line else (motion - motion[0]) @ (x, y), normal, pull)
+        return normal, pull if line else np.outer(pull, (x, y))
     plane = np.column_stack([motion, np.zeros(motion.size)]) if line else np.ascontiguousarray(motion)
-    normal, tangential = np.empty(overlap.size), np.empty((overlap.size, 2))
+    tangential = np.empty((overlap.size, 2))
     paths.force_along_path(p, overlap, plane, pair.history(planar=line), normal, tangential)
     return normal, tangential[:, 0].copy() if line else tangential

@@ -86,8 +86,8 @@ class Microslip(Law):
     """Springs along the contact line, each with its own Coulomb cap: part of the contact slips while the rest sticks.
 
     Attributes:
-        node_count: Gauss-Legendre nodes on half the line; None: 16, or as many as chi asks for where it is known
-            (`rebound`).
+        node_count: Gauss-Legendre nodes on half the line. None: all springs at once where the motion is along a line
+            (`collide`, `force_along_path`); else 16, or as many as chi asks for where it is known (`rebound`).
     """
 
     name = "microslip"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import sqrt
 
 import numpy as np
@@ -76,19 +76,19 @@ class ContactPair:
                 stacklevel=3,
             )
 
-    @property
+    @cached_property
     def effective_modulus(self) -> float:
         """E* [Pa], 1/E* = sum of (1 - nu^2)/E."""
         return 1.0 / (self.a.normal_compliance + self.b.normal_compliance)
 
-    @property
+    @cached_property
     def effective_shear_modulus(self) -> float:
         """G* [Pa], 1/G* = sum of (2 - nu)/(4 G), or kappa E* where kappa is given."""
         if self.stiffness_ratio is not None:
             return self.stiffness_ratio * self.effective_modulus
         return 1.0 / (self.a.tangential_compliance + self.b.tangential_compliance)
 
-    @property
+    @cached_property
     def kappa(self) -> float:
         """Tangential over normal contact stiffness, k_T/k_N = G*/E*."""
         return self.effective_shear_modulus / self.effective_modulus
@@ -102,7 +102,7 @@ class ContactPair:
         (u, v), (p, r) = ((self.a.poissons_ratio, self.b.poissons_ratio), (self.a.shear_modulus, self.b.shear_modulus))
         return ((1 - 2 * u) / p - (1 - 2 * v) / r) / ((1 - u) / p + (1 - v) / r)
 
-    @property
+    @cached_property
     def damping_ratio(self) -> float:
         """zeta of the normal damper that gives the restitution; alpha of Tsuji et al. (1992) is sqrt(5) zeta."""
         return oscillator.damping_ratio(self.restitution)

@@ -286,7 +286,7 @@ def worst_cycle(law: object, shallowest: float, count: int = 150) -> float:
 @pytest.mark.heavy
 @pytest.mark.parametrize(
     ("law", "tolerance"),
-    [("linear_spring", 1e-9), ("mindlin_rescaled", 1e-9), ("microslip", 1e-3), (Microslip(64), 1e-5)],
+    [("linear_spring", 1e-9), ("mindlin_rescaled", 1e-9), (Microslip(16), 1e-3), (Microslip(64), 1e-5)],
 )
 def test_closed_cycles_take_energy(law: object, tolerance: float) -> None:
     """At overlaps from 12 % of the greatest on. Microslip leaks through the share that makes up for few nodes."""
@@ -294,9 +294,16 @@ def test_closed_cycles_take_energy(law: object, tolerance: float) -> None:
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("shallowest", [0.12, 1e-3])
+def test_all_springs_at_once_take_energy_in_any_cycle(shallowest: float) -> None:
+    """Down to a thousandth of the greatest overlap."""
+    assert worst_cycle("microslip", shallowest) > 0.0
+
+
+@pytest.mark.heavy
 @pytest.mark.xfail(strict=True, reason="16 nodes across the deepest contact: shallow cycles gain up to 3e-2 of mu P s")
 def test_shallow_cycles_after_a_deep_push_take_energy() -> None:
-    assert worst_cycle("microslip", 0.001) > -1e-3
+    assert worst_cycle(Microslip(16), 0.001) > -1e-3
 
 
 @pytest.mark.heavy

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 HISTORY_NODES = [8, 16, 32]
 HISTORY_STEPS = [50, 100, 200, 400, 800]
+ALL_SPRINGS_STEPS = [50, 100, 200, 800, 1600, 3200]  # of the law as it is by default, which takes COLLIDE_STEPS
 COLLIDE_STEPS = 400  # the default of `collide`
 PATH_NODES = [8, 16, 32, 64, 128]
 FINE = 16000  # steps of the superposition method that others are judged by
@@ -55,6 +56,8 @@ def histories(impacts: list[tuple[float, float]], repeats: int, quick: bool) -> 
     runs: dict[str, Callable[[], object]] = {}
     errors: dict[str, Array] = {}
     settings = laws(HISTORY_NODES, HISTORY_STEPS[1::2] if quick else HISTORY_STEPS)
+    some = ALL_SPRINGS_STEPS[1::2] if quick else ALL_SPRINGS_STEPS
+    settings |= {f"microslip, all springs, {steps} steps": (LAWS["microslip"], steps) for steps in some}
     for name, (law, steps) in settings.items():
         count = steps or COLLIDE_STEPS
         runs[name] = partial(whole, [thrown(law, *one) for one in impacts], count)

@@ -33,9 +33,12 @@ from contactlaw.kernels.contact import (
     friction,
     hertz_stiffness,
 )
+from contactlaw.kernels.ledger import DELTA, DROP, FORCE, RATIO, ROOT, STEP, note
+from contactlaw.kernels.line import advance, new_stack, spring_sum, stored
 
 SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
 MOST_SUBSTEPS = 4096  # per segment of the path
+ROUNDING = 1e-15  # of coordinates, over the largest
 
 
 @jit
@@ -74,27 +77,117 @@ def force_along_path(p, approach, displacement, history, normal_out, tangential_
 
 
 @jit
-def collide(p, tangential_mass, speed, overlap, force, ratio, impulse, dt, history, force_out, slide_out, elastic_out):
-    """One impact along a line with tabulated normal motion.
+def direction(displacement):
+    """Direction of the line on which a path (n, 2) runs but for rounding; (0, 0): on none."""
+    size, far = 0.0, 0
+    for j in range(displacement.shape[0]):
+        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
+        if u * u + v * v > size:
+            size, far = u * u + v * v, j
+    if size == 0.0:
+        return 1.0, 0.0
+    length = sqrt(size)
+    x, y = (displacement[far, 0] - displacement[0, 0]) / length, (displacement[far, 1] - displacement[0, 1]) / length
+    slack = ROUNDING * np.max(np.abs(displacement))
+    for j in range(displacement.shape[0]):
+        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
+        if abs(u * y - v * x) > slack:
+            return 0.0, 0.0
+    return x, y
 
-    tangential_mass: effective [kg]. speed: tangential velocity at the touch [m/s]. overlap [m], force [N], ratio (force
-    over the undamped one), impulse [N s]: at steps + 1 instants, the impulse that of the normal force from half a step
-    before the instant to half a step after. dt [s]: of the steps between. history: planar. force_out [N], elastic_out
-    [J]: at the instants. slide_out: displacement over each step [m]. Returns the tangential velocity after [m/s].
+
+@jit
+def path_on_line(p, approach, displacement, normal_out, tangential_out):
+    """The same for all springs of `microslip` at once (`line`), displacement (n,), mu > 0: exact."""
+    k, mu = hertz_stiffness(p), p[FRICTION]
+    scale = p[G_STAR] / (mu * p[E_STAR])
+    stack = new_stack(approach.size)
+    top, s, before, place = 0, 0.0, min(approach[0], 0.0), displacement[0]
+    for j in range(approach.size):
+        overlap = approach[j]
+        if overlap <= 0.0:
+            top = 0
+            normal_out[j] = 0.0
+            tangential_out[j] = 0.0
+        else:
+            slide = scale * (displacement[j] - place)
+            if before < 0.0:
+                slide *= overlap / (overlap - before)
+            root = sqrt(overlap)
+            top, s = advance(stack, top, s + slide if top > 0 else slide, overlap, root)
+            normal_out[j] = k * overlap * root
+            tangential_out[j] = 1.5 * mu * k * spring_sum(stack, top, s)
+        before, place = overlap, displacement[j]
+
+
+@jit
+def impact_on_line(
+    chi, mu, kappa, table, mass, approach, length, tangential_mass, speed, x, y, z, ledger_out, force_out
+):  # fmt: skip
+    """One impact of all springs of `microslip` at once, mu > 0; arguments as for `impact_by_steps` and `note`.
+
+    The tangential motion is marched in the scaled form of `rebound`: psi' = -2 chi F/mu.
     """
-    steps = dt.size
-    share = first_share(p, speed, overlap[1] / dt[0])
+    steps = table.shape[1] - 1
+    unit = mu * approach / kappa  # [m/s]
+    full, energy = mu * mass * approach * approach / length, 0.75 * mu * mu / kappa * mass * approach * approach
+    psi, after = speed / unit, speed
+    share, pull, work, elastic = min(psi, 1.0), 0.0, 0.0, 0.0
+    stack = new_stack(steps)
+    top, s, slide = 0, 0.0, 0.0
     for k in range(steps + 1):
+        last = pull
         if 0 < k < steps:
-            f, _ = friction(
-                p, history, overlap[k], overlap[k - 1], slide_out[k - 1], 0.0, force[k], ratio[k], dt[k] ** 2 /
-                tangential_mass
+            delta, root = table[DELTA, k], table[ROOT, k]
+            top, s = advance(stack, top, s + slide, delta, root)
+            share = 1.5 * spring_sum(stack, top, s) / (root * delta)
+            pull, elastic = full * share * table[FORCE, k], energy * stored(stack, top, s)
+        elif k == steps:
+            pull, elastic = 0.0, 0.0
+        before = after
+        work += 0.5 * (last + pull) * unit * slide * length / approach
+        psi -= 2.0 * chi * share * table[DROP, k]
+        slide = psi * table[STEP, k]
+        after = unit * psi
+        now = 0.5 * (before + after) if 0 < k < steps else before if k == 0 else after
+        note(table, k, mass, approach, length, tangential_mass, now, pull, elastic, work, x, y, z, ledger_out,
+             force_out)  # fmt: skip
+    return after
+
+
+@jit
+def impact_by_steps(
+    p, history, table, mass, approach, length, tangential_mass, speed, x, y, z, ledger_out, force_out
+):  # fmt: skip
+    """One impact along a line by any law.
+
+    p, history: of the pair, planar, its scale in place. table: normal motion (`ledger`). mass, tangential_mass:
+    effective [kg]. approach: speed [m/s]. length: of the scaled motion [m]. speed: tangential velocity at the touch
+    [m/s], along the direction x, y, z. Writes the ledger, returns the tangential velocity after [m/s].
+    """
+    steps = table.shape[1] - 1
+    unit, impulse = mass * approach * approach / length, mass * approach / tangential_mass
+    share = first_share(p, speed, approach * table[DELTA, 1] / table[STEP, 0])
+    pull, work, elastic, slide = 0.0, 0.0, 0.0, 0.0
+    for k in range(steps + 1):
+        last, before = pull, speed
+        if 0 < k < steps:
+            overlap, force = length * table[DELTA, k], unit * table[FORCE, k]
+            dt = length / approach * table[STEP, k]
+            pull, _ = friction(
+                p, history, overlap, length * table[DELTA, k - 1], slide, 0.0, force, table[RATIO, k],
+                dt * dt / tangential_mass,
             )  # fmt: skip
-            force_out[k], elastic_out[k] = f, elastic_energy(p, history)
-            share = f / force[k] if force[k] > 0.0 else 0.0
-        speed -= share * impulse[k] / tangential_mass
-        if k < steps:
-            slide_out[k] = speed * dt[k]
+            elastic = elastic_energy(p, history)
+            share = pull / force if force > 0.0 else 0.0
+        elif k == steps:
+            pull, elastic = 0.0, 0.0
+        work += 0.5 * (last + pull) * slide
+        speed -= share * impulse * table[DROP, k]
+        slide = speed * length / approach * table[STEP, k]
+        now = 0.5 * (before + speed) if 0 < k < steps else before if k == 0 else speed
+        note(table, k, mass, approach, length, tangential_mass, now, pull, elastic, work, x, y, z, ledger_out,
+             force_out)  # fmt: skip
     return speed
 
 

@@ -24,6 +24,7 @@ NODES = [4, 8, 16, 32, 64, 128, 256]
 OVERLAP = 1e-6  # [m]
 FRICTION = 0.3
 POINTS = 201  # on each branch
+ROUNDING = 1e-12
 
 
 @register
@@ -35,11 +36,12 @@ class MindlinLoop(Case):
     title = "The loop of a tangential load cycle"
     claim = (
         "Under constant normal force P the law follows the closed form of first loading, unloading and reloading: "
-        "within 1 % of mu P with the nodes it has by default, within 0.1 % with 64."
+        "to rounding with all springs at once, as `force_along_path` takes them by default; within 1 % of mu P with "
+        "16 nodes, the engines' default, within 0.1 % with 64."
     )
     caption = (
         f"Left: cycle between +-{SHOWN} mu P; displacement over the one at which all slips. Right: largest error of "
-        "the force over the nodes."
+        "the force over the nodes; without them it is rounding."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -47,7 +49,7 @@ class MindlinLoop(Case):
         amplitudes = [SHOWN] if quick else AMPLITUDES
         nodes = [16, 64] if quick else NODES
         laws: dict[str, Law] = {"default": LAWS["microslip"]} | {str(n): Microslip(node_count=n) for n in nodes}
-        data: Data = {"nodes": nodes, "default": LAWS["microslip"].nodes, "error": {}, "lost": {}}
+        data: Data = {"nodes": nodes, "error": {}, "lost": {}}
         curves: dict[str, Array] = {}
         for number, (name, law) in enumerate(laws.items()):
             data["error"][name], data["lost"][name] = {}, {}
@@ -66,7 +68,8 @@ class MindlinLoop(Case):
         reference = max(float(np.abs(_superposed(a) - mindlin_loop.cycle(a, POINTS).force).max()) for a in amplitudes)
         data["reference_error"] = reference
         limits = [
-            Limit("largest error of F/(mu P), default nodes", 1e-2, max(data["error"]["default"].values())),
+            Limit("largest error of F/(mu P), all springs at once", ROUNDING, max(data["error"]["default"].values())),
+            Limit("largest error of F/(mu P), 16 nodes", 1e-2, max(data["error"]["16"].values())),
             Limit("largest error of F/(mu P), 64 nodes", 1e-3, max(data["error"]["64"].values())),
         ]
         finite = all(np.isfinite(force).all() for force in curves.values())
@@ -76,7 +79,7 @@ class MindlinLoop(Case):
         """A row a number of nodes and an amplitude."""
         table = Table(["nodes", "force amplitude over mu P", "largest error of F/(mu P)", "work lost a cycle, error"])
         for name, errors in data["error"].items():
-            label = f"default ({data['default']})" if name == "default" else name
+            label = "all springs at once" if name == "default" else name
             for amplitude, error in errors.items():
                 table.rows.append([label, amplitude, f"{error:.1e}", f"{100 * data['lost'][name][amplitude]:+.2f} %"])
         table.rows.append(["(superposition reference)", "all", f"{data['reference_error']:.1e}", ""])
@@ -87,7 +90,7 @@ class MindlinLoop(Case):
         figure, (left, right) = panels(2)
         left.plot(data["displacement"], data["exact"], color="black", label="closed form")
         for style, (name, force), shift in zip(STYLES[1:], data["curve"].items(), (0, 12), strict=False):
-            label = f"microslip, {name} nodes" + (f" ({data['default']})" if name == "default" else "")
+            label = "microslip, " + ("all springs at once" if name == "default" else f"{name} nodes")
             left.plot(data["displacement"], force, **{**style, "linestyle": "none"}, markevery=(shift, 24),
                       fillstyle="none", label=label)  # fmt: skip
         left.set(xlabel="displacement / that of full slip [-]", ylabel=r"tangential force $F/(\mu P)$ [-]",
@@ -98,7 +101,7 @@ class MindlinLoop(Case):
             errors = [data["error"][str(n)][amplitude] for n in data["nodes"]]
             right.loglog(data["nodes"], errors, **style, label=rf"amplitude {amplitude} $\mu P$")
         right.set(xlabel="nodes [-]", ylabel=r"largest error of $F/(\mu P)$ [-]", title="finer is closer")
-        limit_line(right, 1e-2, f"asked of {data['default']} nodes (default)")
+        limit_line(right, 1e-2, "asked of 16 nodes (the engines' default)")
         limit_line(right, 1e-3, "asked of 64 nodes")
         plain_ticks(right, data["nodes"])
         right.legend(loc="lower left", fontsize=8)

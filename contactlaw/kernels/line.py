@@ -1,0 +1,123 @@
+"""All springs of the microslip law at once, for motion along a line: a play operator with moving ends, in closed form.
+
+By the method of dimensionality reduction (Popov & Hess 2015) the contact is a line of springs |x| <= a; the one at x
+enters at the overlap y = x^2/R. Let s be the tangential displacement and u = q/G* the deflection of a spring, both in
+units of sigma = mu E*/G*, which makes them lengths like delta, and v = s - u the place of the spring's foot. Coulomb's
+cap |q| <= mu p(x) reads |u| <= delta - y, or
+
+    s - delta + y <= v(y) <= s + delta - y                       0 <= y <= delta
+
+and v stays where it is unless an end of this window pushes it: a play operator (Krasnosel'skii & Pokrovskii, Systems
+with Hysteresis, 1989) whose ends move with s and delta. A spring that enters has no deflection, v = s; so has the one
+at the rim.
+
+Let s and delta run straight from one state to another. Then both ends move one way, or apart, or the windows are
+nested: in each case v afterwards is v before, clamped to the *last* window. Springs that entered on the way count with
+the s at which they entered. No substeps: the result is exact, however long the piece.
+
+The slope dv/dy never leaves [-1, 1]: springs that enter without slip have |ds| <= d(delta), the ends of the window have
+slopes +-1, and a clamp keeps the bound. Hence the distances of v from both ends fall with y, and a clamp changes only
+an outer part y > y*. So v is linear between breakpoints, kept as a stack from the centre to the rim. A straight piece
+of the path does this to it, ds being counted from v at the rim:
+
+    delta falls         first the stack is cut at the new delta
+    |ds| <= d(delta)    nothing slips; a piece of slope ds/d(delta) is added
+    otherwise           slip in the sense e = +-1 from the rim down to y*, where the clamp s - e (delta - y) meets v:
+                        what lay outside y* goes, and a piece of slope e is added
+
+At most one entry is added for a piece of the path: n of them never outgrow n + 1 rows, the centre's included. What is
+removed is removed once, so the work is O(1) a piece on average. Where the clamp does not meet v the whole contact
+slides; s is then counted afresh so that v(0) = 0. v(0) does not move otherwise: |s| <= delta at all times, and long
+slides cost no digits.
+
+With w = sqrt(y), dx = sqrt(R) dw, force and stored energy are polynomials of w on every piece,
+
+    F = 2 mu E* sqrt(R) (s w - I)                     energy = G* sigma^2 sqrt(R) (s^2 w - 2 s I + J)
+
+where I and J, the integrals of v dw and v^2 dw from the centre to the rim, are kept at every breakpoint. (Gross slip:
+s w - I = 2/3 delta^1.5, F = 4/3 mu E* sqrt(R) delta^1.5 = mu P.)
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from contactlaw.jit import jit
+
+# A row of the stack: outer end of a piece, its root w, v there; the piece itself, v = BASE + SLOPE y; I, J up to there.
+END, ROOT, PLACE, BASE, SLOPE, SUM, SUM_OF_SQUARES = range(7)
+ROW = 7
+
+
+@jit
+def new_stack(pieces):
+    """An empty stack with room for a path of so many straight pieces; row 0 is the centre of the contact."""
+    stack = np.empty((pieces + 1, ROW))
+    stack[0] = 0.0
+    return stack
+
+
+@jit
+def put(stack_io, top, end, root, place, base, slope):
+    """Write the piece v = base + slope y, from the end of the one before, into row top."""
+    inner, inner_root = stack_io[top - 1, END], stack_io[top - 1, ROOT]
+    width, product = root - inner_root, root * inner_root
+    cubic = (end + product + inner) / 3.0  # of (w^3 - w_0^3)/3, over the width
+    fifth = (end * (end + product + inner) + inner * (product + inner)) / 5.0
+    stack_io[top, END], stack_io[top, ROOT], stack_io[top, PLACE] = end, root, place
+    stack_io[top, BASE], stack_io[top, SLOPE] = base, slope
+    stack_io[top, SUM] = stack_io[top - 1, SUM] + width * (base + slope * cubic)
+    squares = base * (base + 2.0 * slope * cubic) + slope * slope * fifth
+    stack_io[top, SUM_OF_SQUARES] = stack_io[top - 1, SUM_OF_SQUARES] + width * squares
+
+
+@jit
+def advance(stack_io, top, s, overlap, root):
+    """Follow a straight piece of path to the displacement s and an overlap > 0, root its square root.
+
+    top: row of the rim; 0: the contact was open, and s counts from the touch. Returns the new top and s.
+    """
+    if stack_io[top, END] > overlap:
+        while stack_io[top - 1, END] >= overlap:
+            top -= 1
+        base, slope = stack_io[top, BASE], stack_io[top, SLOPE]
+        put(stack_io, top, overlap, root, base + slope * overlap, base, slope)
+    if top + 1 == stack_io.shape[0]:
+        raise IndexError("more pieces of path than the stack has room for")
+    rise, growth = s - stack_io[top, PLACE], overlap - stack_io[top, END]
+    if abs(rise) <= growth:
+        if growth > 0.0:
+            slope = rise / growth
+            top += 1
+            put(stack_io, top, overlap, root, s, s - slope * overlap, slope)
+        return top, s
+    sense = 1.0 if rise > 0.0 else -1.0
+    base = s - sense * overlap
+    while top > 0:
+        inner = top - 1
+        spare = sense * (stack_io[inner, PLACE] - base) - stack_io[inner, END]  # before the inner end would slip
+        turn = 1.0 - sense * stack_io[top, SLOPE]
+        if spare > 0.0 and turn > 0.0:
+            end = stack_io[inner, END] + spare / turn
+            if end < stack_io[top, END]:
+                own, slope = stack_io[top, BASE], stack_io[top, SLOPE]
+                put(stack_io, top, end, sqrt(end), own + slope * end, own, slope)
+            put(stack_io, top + 1, overlap, root, s, base, sense)
+            return top + 1, s
+        top = inner
+    put(stack_io, 1, overlap, root, sense * overlap, 0.0, sense)
+    return 1, sense * overlap
+
+
+@jit
+def spring_sum(stack, top, s):
+    """Integral of s - v over w [m^1.5]: F over 2 mu E* sqrt(R)."""
+    return s * stack[top, ROOT] - stack[top, SUM]
+
+
+@jit
+def stored(stack, top, s):
+    """Integral of (s - v)^2 over w [m^2.5]: energy over G* sigma^2 sqrt(R)."""
+    return max(s * (s * stack[top, ROOT] - 2.0 * stack[top, SUM]) + stack[top, SUM_OF_SQUARES], 0.0)
