@@ -397,8 +397,8 @@ def test_tangent_is_a_unit_vector_across_the_normal(angle: float, height: float,
 
 @pytest.mark.heavy
 def test_damped_contact_in_a_driven_cycle_gives_no_energy() -> None:
-    """Overlap and displacement swing together about a held shear: were F = F_el P/P_el, as while bodies bounce, more work
-    would come out (tangential) than goes in (normal damper)."""
+    """Overlap and displacement swing together about a held shear: were F = F_el P/P_el, as while bodies bounce, more
+    work would come out (tangential) than goes in (normal damper)."""
     pair, friction = ContactPair(STEEL, STEEL, 0.3, 0.2, RADIUS), 0.3
     p, h, out = pressed(pair)
     omega = 3.0 * np.sqrt(1.5 * contact.hertz_stiffness(p) * np.sqrt(OVERLAP) / MASS)

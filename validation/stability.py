@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf, isfinite, isnan, nan
 from multiprocessing import get_context
-from os import cpu_count
 from typing import TypeVar
 
 import numpy as np
@@ -48,9 +49,23 @@ class Verdict:
 
 def judged(engine: str, trial: Trial, way: str) -> Verdict:
     """Run a trial to its end, or until it fails."""
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), quiet(engine):
         warnings.simplefilter("ignore")
         return _run(world(engine, trial, way), trial)
+
+
+@contextmanager
+def quiet(engine: str) -> Iterator[None]:
+    """Within this, MuJoCo neither prints what goes wrong nor writes it to a file: the verdict says it."""
+    if engine == "mujoco":
+        import mujoco
+
+        mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        if engine == "mujoco":
+            mujoco.set_mju_user_warning(None)
 
 
 def _run(one: World, trial: Trial) -> Verdict:
@@ -118,5 +133,10 @@ def on_all_cores(
     function: Callable[[Input], Answer], inputs: Sequence[Input], progress: Callable[[float], None]
 ) -> list[Answer]:
     """A sweep on as many processes as there are cores."""
-    with ProcessPoolExecutor(cpu_count(), get_context("spawn")) as pool:
+    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), _say_nothing) as pool:
         return sweep(function, inputs, pool, chunk=4, progress=progress)
+
+
+def _say_nothing() -> None:
+    """Close this process's terminal: PyBullet greets when it is loaded."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

@@ -160,7 +160,8 @@ def friction(p, h_io, overlap, before, du, dv, force, ratio, mobility):
     """Tangential force [N] for a given normal force; brings the history up to now.
 
     before: overlap at the start of the step, negative if the bodies were apart. ratio: normal force over the elastic
-    one; kept is that of `carried`. mobility: dt^2/m_T [m/N], what `coulomb` needs to stop a sliding contact and no more (0: no inertia).
+    one; kept is that of `carried`. mobility: dt^2/m_T [m/N], what `coulomb` needs to stop a sliding contact and no
+    more (0: no inertia).
     """
     f, g = 0.0, 0.0
     if p[PLANAR] != 0.0:

@@ -72,7 +72,10 @@ def report(number: int, code: int, value: float) -> None:
     elif code == b.NOT_IN_PLANE:
         text = "the contact normal is not in the plane of motion that the contact was given: no force acts"
     elif code == b.SPENT_SUBSTEPS:
-        text = "the time step is so long that its substeps ran out: for the rest of the step the contacts stood, without bounce"
+        text = (
+            "the time step is so long that its substeps ran out: for its rest the contacts stood, without bounce; "
+            "shorten the step"
+        )
     elif code == b.RUNGE_KUTTA_JOINTS:
         text = (
             "a body with joints is struck under RK4, whose later stages do not see how it turns: it may gain energy; "

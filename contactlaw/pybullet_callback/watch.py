@@ -68,7 +68,9 @@ def look_over(layout: Layout, marks: Marks, losses: Losses) -> set[int]:
             )
         if flags & GAVE_UP and not couple.gave_up:
             couple.gave_up = True
-            _warn(f"{couple}: the substeps of a step ran out; for its rest they stood, without bounce; shorten the step")
+            _warn(
+                f"{couple}: the substeps of a step ran out; for its rest they stood, without bounce; shorten the step"
+            )
     return new
 
 

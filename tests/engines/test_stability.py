@@ -1,0 +1,155 @@
+"""The trials that stability is judged by, and what they found: contacts that last, run out of substeps, or part."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from contactlaw import rebound
+from contactlaw.kernels.subcycle import parting
+from validation.stability import NOT_FINITE, judged, tally
+from validation.stability_trials import EXTREMES, MASS, RADIUS, SOLID, Trial, bounces, chattering, extreme, resting
+from validation.stability_worlds import ENGINES, NATIVE, ONCE, STIFF, WAYS, world
+
+MADE = {"modulus": 1e9, "poisson": 0.3, "friction": 0.3, "restitution": 1.0}
+
+
+def oblique(steps: float, **made: float) -> Trial:
+    """A ball that is about to hit a floor at psi_1 = 1.2 without gravity, for two contacts of so many steps each."""
+    trial = bounces((1,), modulus=(9.0, 9.1))
+    assert trial is not None
+    made = MADE | made
+    contact = Trial(made, 1.0, 1.0, 1.0, *np.zeros((3, 1, 3))).pair().contact_duration(MASS, 1.0)
+    step = contact / steps
+    pair = Trial(made, 1.0, 1.0, 1.0, *np.zeros((3, 1, 3))).pair()
+    velocity = np.array([[1.2 * made["friction"] / pair.kappa, 0.0, -1.0]])
+    place = np.array([[0.0, 0.0, RADIUS + 0.4 * step]])
+    return Trial(made, step, 2.0 * contact + 2.0 * step, contact, place, velocity, np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("way", WAYS)
+def test_a_world_starts_as_its_trial_says(engine: str, way: str) -> None:
+    trial = bounces((2, 3), ratio=3.0)
+    assert trial is not None
+    for found, wanted in zip(world(engine, trial, way).motion(), (trial.places, trial.velocities, trial.spins),
+                             strict=True):  # fmt: skip
+        np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-15)
+    places, velocities, spins = trial.places, trial.velocities, trial.spins
+    assert trial.first_energy == pytest.approx(trial.kinetic(velocities, spins) + trial.potential(places), rel=1e-12)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_evaluated_once_a_step_the_law_is_right_where_the_step_resolves_it(engine: str) -> None:
+    """Of second order in the step, and against `rebound`."""
+    errors = []
+    for steps in (100.0, 400.0):
+        trial = oblique(steps)
+        one = world(engine, trial, ONCE)
+        one.step(round(trial.duration / trial.step))
+        _, velocity, spin = one.motion()
+        pair = trial.pair()
+        sliding = velocity[0, 0] - RADIUS * spin[0, 1]
+        wanted = float(rebound(1.2, pair.chi(MASS, MASS / (1.0 + 1.0 / SOLID))))
+        errors.append(abs(pair.kappa / MADE["friction"] * sliding - wanted))
+        assert velocity[0, 2] == pytest.approx(1.0, rel=1e-2)
+    assert errors[0] < 2e-2
+    assert errors[1] < 4e-3
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_theory_says_where_once_a_step_holds(engine: str) -> None:
+    """A ball pressed into a floor by its weight, stuck: omega dt just below and above 2 across the normal.
+
+    The engine keeps the velocity of half a step before, zero: weight and contact are in balance.
+    """
+    for turn, grows in ((1.9, False), (2.1, True)):
+        trial = resting((0, 0), 0.1)
+        trial.made["restitution"] = 1.0
+        trial.made["friction"] = 1e3
+        deep = float(trial.places[0, 2] - trial.datum[0, 2])
+        stiffness = 2.0 * trial.pair().effective_shear_modulus * sqrt(RADIUS * deep)
+        step = turn / sqrt(stiffness * (1.0 + 1.0 / SOLID) / MASS)
+        nudged = Trial(
+            trial.made, step, 400.0 * step, trial.contact, trial.datum - [0.0, 0.0, deep],
+            np.array([[1e-9 * deep / step, 0.0, 0.5 * step * trial.gravity[2]]]), np.zeros((1, 3)),
+            gravity=trial.gravity, datum=trial.datum,
+        )  # fmt: skip
+        one = world(engine, nudged, ONCE)
+        one.step(60)
+        moved = abs(one.motion()[2][0, 1]) * RADIUS * step / deep
+        assert (moved > 1e-3) == grows, (turn, moved)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("turn", [0.3, 30.0, 1e3])
+@pytest.mark.parametrize("number", range(2, 12, 4))
+def test_a_damped_ball_wedged_into_a_groove_comes_to_rest(engine: str, turn: float, number: int) -> None:
+    verdict = judged(engine, resting((8, 3, number), turn), "microslip")
+    assert not verdict.problem
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_contact_that_runs_out_of_substeps_stands(engine: str) -> None:
+    """A compact core: chi about 4000, hundreds of contact durations in a step."""
+    trial = bounces((3, 1), (-3.0, -2.8), gyration=1e-4, restitution=0.5, friction=0.1)
+    assert trial is not None
+    one = world(engine, trial, "microslip")
+    for number in range(20):
+        with pytest.warns(UserWarning, match="without bounce") if number == 0 else nullcontext():
+            one.step(10)
+        places, velocities, spins = one.motion()
+        assert trial.kinetic(velocities, spins) + trial.potential(places) < trial.first_energy * (1.0 + 1e-6)
+        assert trial.gaps(places).min() > -0.1 * RADIUS
+
+
+def test_parting_takes_back_what_a_sum_over_steps_has_too_much() -> None:
+    """Euler-Maclaurin: the sum of (s + j)^1.5 less its integral, s steps from the end, less the same at one."""
+
+    def excess(s: float) -> float:
+        n = 200
+        t = s + np.arange(n)
+        end = s + n
+        return float((t**1.5).sum() - end**2.5 / 2.5 + 0.5 * end**1.5 - 0.125 * sqrt(end))
+
+    for s in np.linspace(0.02, 1.0, 50):
+        assert -parting(s, 1.0) * s**1.5 == pytest.approx(excess(float(s)) - excess(1.0), abs=1e-4)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_elastic_chatter_keeps_its_energy(engine: str) -> None:
+    """Sixty impacts between two walls, three in each step; a sum over steps to their very end gains 1e-5 in each."""
+    for number in range(3):
+        trial = chattering((5, number), 3.0, 1.0)
+        trial.made["friction"] = 0.0
+        assert judged(engine, trial, "microslip").left == pytest.approx(1.0, abs=1.2e-4)
+
+
+def test_trials_are_what_their_names_say() -> None:
+    for level, value in enumerate(EXTREMES["psi_1"].levels):
+        trial = extreme("psi_1", level, 3, 12)
+        assert trial is not None
+        sliding = trial.velocities[0] - RADIUS * np.cross(trial.spins[0], [0.0, 0.0, 1.0])
+        if trial.made["friction"] > 0.0:
+            across = float(np.hypot(*sliding[:2]))
+            assert trial.pair().psi(across, -float(trial.velocities[0, 2])) == pytest.approx(value, rel=1e-9)
+    for level, value in enumerate(EXTREMES["overlap"].levels):
+        trial = extreme("overlap", level, 2, 12)
+        assert trial is not None
+        assert -trial.gaps(trial.places).min() / RADIUS == pytest.approx(value, rel=1e-6)
+    assert extreme("ratio", 0, 1, 12).masses.tolist() == pytest.approx([MASS, 1e6 * MASS])  # type: ignore[union-attr]
+
+
+def test_a_tally_names_what_fails() -> None:
+    """Stiff springs in steps longer than the contact: MuJoCo's explode, and say so."""
+    trials = [bounces((4, number), (-2.0, -1.0), restitution=1.0) for number in range(4)]
+    found = tally("mujoco", STIFF, [*trials, None])
+    assert found["runs"] == 4
+    assert found["failures"]
+    assert found["gain"] > 1e-3
+    assert all(one["problem"] in ("energy gained", NOT_FINITE) and "modulus" in one["trial"]
+               for one in found["failures"])  # fmt: skip
+    assert tally("mujoco", NATIVE, trials)["kept"] < 0.9
