@@ -128,10 +128,10 @@ def test_shipped_scenes_are_read_not_assumed() -> None:
 
 def test_ingredients_are_those_of_the_scene_and_the_engine() -> None:
     scenes = subjects()
-    in_mujoco, in_pybullet = (ingredients_of("puck", scenes["puck"], one) for one in ("mujoco", "pybullet"))
+    in_mujoco, in_pybullet = (ingredients_of(scenes["puck"], one) for one in ("mujoco", "pybullet"))
     assert "other geoms" in in_mujoco and "pushes from outside" not in in_mujoco and "gravity" not in in_mujoco
     assert "other geoms" not in in_pybullet and "pushes from outside" in in_pybullet
-    assert "other couples" in ingredients_of("cradle", scenes["cradle"], "mujoco")
+    assert "other couples" in ingredients_of(scenes["cradle"], "mujoco")
 
 
 def test_planar_contact_does_not_evaluate_the_second_component() -> None:

@@ -56,7 +56,7 @@ class LeaveOut(Case):
         for engine, some in names.items():
             data["engines"][engine] = {}
             for name in some:
-                found = judge(name, known[name], engine, QUICK_BUDGET if quick else BUDGET)
+                found = judge(known[name], engine, QUICK_BUDGET if quick else BUDGET)
                 if name == "puck":
                     found["cells"][TABLE] = table_of_puck(engine, 10 if quick else 30)
                 found["sub_cycling"] = None if quick else sub_cycling(known[name], engine)
