@@ -75,7 +75,8 @@ def test_another_motion_is_no_number() -> None:
 def test_together_leaves_out_each_and_the_simplest_law() -> None:
     build = without(["tangential history", "microslip nodes", "ledger"])
     assert build == replace(FULL, law="coulomb", ledger=False)
-    assert left_out_by(build, INGREDIENTS) == ["tangential history", "ledger"]
+    assert left_out_by(build, INGREDIENTS) == ["tangential history", "microslip nodes", "ledger"]
+    assert left_out_by(replace(FULL, law="mindlin"), INGREDIENTS) == ["microslip nodes"]
     assert left_out_by(FULL, INGREDIENTS) == []
 
 
@@ -123,14 +124,21 @@ def test_shipped_scenes_are_read_not_assumed() -> None:
     puck, cradle = subjects()["puck"], subjects()["cradle"]
     found = shipped(puck, "mujoco")
     assert found.planar and not found.gravity and not found.others and not found.ledger and not found.elastic
-    assert shipped(cradle, "pybullet").elastic
+    in_line = shipped(cradle, "pybullet")
+    assert in_line.elastic and in_line.planar and in_line.law == "coulomb" and in_line.couples == "neighbours"
+    assert in_line.left_alone and not in_line.static and not in_line.others
+    superball = shipped(subjects()["superball"], "pybullet")
+    assert superball.law == "microslip" and superball.planar and not superball.elastic and superball.gravity
+    golf = shipped(subjects()["golf"], "pybullet")
+    assert golf.fixed_bodies_move and not golf.left_alone, "its heads move"
 
 
 def test_ingredients_are_those_of_the_scene_and_the_engine() -> None:
     scenes = subjects()
     in_mujoco, in_pybullet = (ingredients_of(scenes["puck"], one) for one in ("mujoco", "pybullet"))
-    assert "other geoms" in in_mujoco and "pushes from outside" not in in_mujoco and "gravity" not in in_mujoco
-    assert "other geoms" not in in_pybullet and "pushes from outside" in in_pybullet
+    assert "native contact" in in_mujoco and "pushes from outside" not in in_mujoco and "gravity" not in in_mujoco
+    assert "native contact" in in_pybullet and "pushes from outside" in in_pybullet
+    assert "other couples" not in in_mujoco
     assert "other couples" in ingredients_of(scenes["cradle"], "mujoco")
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from contactlaw import LAWS
 from sims.puck import ENGINES, Puck
 from validation.case import Data
 from validation.leave_out_scenes import FULL, RESOLVED, Build, Subject, Trims, difference, held, run, shipped, subjects
@@ -25,14 +26,15 @@ INGREDIENTS: dict[str, dict[str, Any]] = {
     "gravity": {"gravity": False},
     "half the substeps": {"substeps": 50},
     "ledger": {"ledger": False},
-    "other geoms": {"others": False},
+    "native contact": {"others": False},
     "fixed bodies move": {"fixed_bodies_move": False},
     "pushes from outside": {"left_alone": True},
     "other couples": {"couples": "neighbours"},
 }
 """What can be left out, by its name in the table, and the fields of `Build` without it."""
+LADDER = list(LAWS)  # from the simplest law on
 SUB_CYCLING = "sub-cycling"
-ENGINE_OF = {"other geoms": "mujoco", "fixed bodies move": "pybullet", "pushes from outside": "pybullet"}
+ENGINE_OF = {"fixed bodies move": "pybullet", "pushes from outside": "pybullet"}
 """Ingredients that one engine alone has."""
 LAW_ERROR = 4e-4
 """Largest error in psi_2 of an impact by the law, chi 0.5 to 2 (`law_accuracy`), rounded up."""
@@ -104,8 +106,13 @@ def without(whats: Iterable[str]) -> Build:
 
 
 def left_out_by(build: Build, whats: Iterable[str]) -> list[str]:
-    """Which of these ingredients a build has not."""
-    return [what for what in whats if all(getattr(build, key) == value for key, value in INGREDIENTS[what].items())]
+    """Which of these ingredients a build has not; a law without history has no nodes either."""
+
+    def has_not(key: str, value: Any) -> bool:
+        own = getattr(build, key)
+        return LADDER.index(own) <= LADDER.index(value) if key == "law" else own == value
+
+    return [what for what in whats if all(has_not(key, value) for key, value in INGREDIENTS[what].items())]
 
 
 def judge(subject: Subject, engine: str, budget: float) -> Data:

@@ -50,7 +50,8 @@ class Build:
         gravity: Whether there is any.
         ledger: Whether account is kept.
         substeps: Least number of the law's steps in a contact.
-        others: MuJoCo: whether the geoms may touch any other natively.
+        others: Whether the bodies may touch any other natively, so that the engine detects the native contact of the
+            same bodies, too, only to leave it out.
         fixed_bodies_move, left_alone: PyBullet: as `ContactCallback` has them.
         couples: Which couples of a row of bodies are told of: "all", "all, a call each", or "neighbours", which are
             those that the scene tells of.
@@ -217,11 +218,15 @@ def subjects() -> dict[str, Subject]:
     """All of them, by the names of the table."""
     scenes = find_scenes()
     no_table = "would fall along the block's face: has gravity only with the air table"
+    no_tee = "would fall before it is struck: stands on a tee, which is not there"
     return {
         "puck": Subject(scenes["puck"], _puck, UP, weightless=no_table),
         "rubber experiment": Subject(scenes["rubber_experiment"], _rubber, UP, weightless=no_table),
         "superball": Subject(scenes["superball"], _superball),
+        "under a table": Subject(scenes["under_table"], _under_table),
         "table tennis": Subject(scenes["table_tennis"], _table_tennis),
+        "golf": Subject(scenes["golf"], _golf, weightless=no_tee),
+        "billiards": Subject(scenes["billiards"], _billiards),
         "cradle": Subject(scenes["cradle"], _cradle, pull=(0.0, 0.0, -ball.GRAVITY), row=True),
         "rolling, incline": Subject(scenes["incline"], _incline, options={"speed": 0.25}),
         "resting ball": Subject(Resting(), lambda recording: list(Resting().measure(recording).values())),
@@ -269,6 +274,32 @@ def _table_tennis(recording: Recording) -> list[float]:
 
     found = [bounce for name in STROKES for bounce in bounces_of(recording, name)[:1]]
     return [value for one in found for value in _after(one, pair_of(), RADIUS)]
+
+
+def _under_table(recording: Recording) -> list[float]:
+    from sims.scenes.under_table import BOUNCES
+    from sims.superball import RADIUS, pair_of
+
+    pair = pair_of(Settings())
+    found = bounces_of(recording, "ball", ceiling=recording.facts["clearance"])[:BOUNCES]
+    return [value for one in found for value in _after(one, pair, RADIUS)] if len(found) == BOUNCES else []
+
+
+def _golf(recording: Recording) -> list[float]:
+    from sims.scenes.golf import LOFTS, RADIUS, axes, pair_of
+
+    pair, speed, out = pair_of(recording.facts["friction"]), recording.facts["speed"], []
+    for loft in LOFTS:
+        (face, up), track = axes(loft), recording.track(f"ball{loft}")
+        after = contact_velocity(track.velocities[-1], track.spins[-1], face, RADIUS) - [speed, 0.0, 0.0]
+        approach = speed * float(face[0])
+        out += [pair.psi(float(after @ up), approach), float(after @ face) / approach]
+    return out
+
+
+def _billiards(recording: Recording) -> list[float]:
+    balls = find_scenes()["billiards"].measure(recording)["balls"].values()
+    return [one[key] for one in balls for key in ("psi2", "restitution", "slip_on_the_table")]
 
 
 def _cradle(recording: Recording) -> list[float]:
