@@ -12,10 +12,11 @@ import pytest
 
 from contactlaw import MATERIALS, ContactPair, impact, rebound
 from contactlaw.kernels import paths
-from validation.cases.leave_out import _largest, _limits, _number
+from validation.cases.leave_out import _branches, _largest, _limits, _number
 from validation.leave_out_measure import (
     ALLOWED,
     INGREDIENTS,
+    LAW_ERROR,
     NEEDED,
     NOTHING,
     OUT,
@@ -83,10 +84,30 @@ def test_together_leaves_out_each_and_the_simplest_law() -> None:
 def test_a_limit_is_missed_where_shipped_scenes_leave_out_too_much() -> None:
     """The limits are not true by their making."""
     scene = {"cells": {}, "together": {"change": 2e-3}, "shipped": {"change": None}}
-    kernels = {what: {"median": 0.5} for what in
-               ("planar over in space", "mindlin over microslip", "coulomb over mindlin")}  # fmt: skip
-    data = {"engines": {"mujoco": {"one": scene}}, "grouping": {"mujoco": 1e-9}, "kernels": {"ratios": kernels}}
-    assert [limit.passed for limit in _limits(data)] == [True, False, False, False, True, True, True]
+    scene |= {"microseconds": {"median": 100.0}}
+    scene["shipped"] |= {"saved": {"part": 0.5}}
+    less = ("planar over in space", "mindlin over microslip", "coulomb over mindlin")
+    ratios = {what: {"median": 0.5} for what in (*less, "one friction over static friction too")}
+    ratios["a substep, microslip, e = 1: branching over one law alone"] = {"median": 1.2}
+    times = {kind: {"median": time} for kind, time in (("branching", 0.09), ("one law alone", 0.08))}
+    kernels = {"ratios": ratios, "microseconds": {f"substep, coulomb, e = 1, {kind}": one for kind, one in times.items()}}
+    data = {"engines": {"pybullet": {"one": scene}}, "grouping": {"mujoco": 1e-9}, "kernels": kernels,
+            "entered": {"one": {"steps": {"coulomb": 1000}}}}  # fmt: skip
+    assert _branches(data["entered"]["one"], data, "one") == pytest.approx(1000 * 0.01 / (0.5 * 100.0))
+    assert [limit.passed for limit in _limits(data)] == [True, *[False] * 3, *[True] * 4, *[False] * 2]
+
+
+def test_what_may_change_is_below_the_error_of_the_law() -> None:
+    """The bound follows the error of the default law as it is, here of elastic and damped impacts of steel."""
+    from validation.reference.annulus import rebound_extrapolated
+
+    psi_1, worst = np.linspace(0.2, 4.6, 23), 0.0
+    for chi in (0.5, 1.256, 2.0):
+        for e in (1.0, 0.86):
+            exact = [rebound_extrapolated(float(psi), chi, e)[0] for psi in psi_1]
+            worst = max(worst, float(np.abs(rebound(psi_1, chi, "microslip", e) - exact).max()))
+    assert 0.5 * LAW_ERROR <= worst <= LAW_ERROR
+    assert ALLOWED == LAW_ERROR / 4
 
 
 def test_build_reaches_mujoco() -> None:

@@ -27,7 +27,7 @@ STEPS = 100  # of an impact
 IMPACTS = 20  # in a call that is timed
 BRANCHING, ALONE = "branching", "one law alone"
 TIMED = {"microslip, e = 0.93": ("microslip", 0.93), "microslip, e = 1": ("microslip", 1.0),
-         "coulomb, e = 1": ("coulomb", 1.0)}  # fmt: skip
+         "mindlin, e = 1": ("mindlin", 1.0), "coulomb, e = 1": ("coulomb", 1.0)}  # fmt: skip
 
 
 def contact_for(constants: Mapping[str, str]) -> ModuleType:

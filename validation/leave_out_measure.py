@@ -110,7 +110,9 @@ def left_out_by(build: Build, whats: Iterable[str]) -> list[str]:
 
     def has_not(key: str, value: Any) -> bool:
         own = getattr(build, key)
-        return LADDER.index(own) <= LADDER.index(value) if key == "law" else own == value
+        if key == "law":
+            return max(LADDER.index(law) for law in own.split(" and ")) <= LADDER.index(value)
+        return own == value
 
     return [what for what in whats if all(has_not(key, value) for key, value in INGREDIENTS[what].items())]
 

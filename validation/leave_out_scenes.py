@@ -34,7 +34,6 @@ BARELY = 1.0 + 1e-9
 RESOLVED = 200
 """Engine steps in a contact where the engine's step, instead of the law's own, has to resolve it."""
 RESTING = 0.4  # how long a ball rests [s]
-COULOMB = next(iter(LAWS))  # the simplest law
 BOUNCES = 3  # of the superball that count: the error of one is the throw of the next
 
 
@@ -43,7 +42,7 @@ class Build:
     """What a scene is built with. The default has every ingredient in.
 
     Attributes:
-        law: Name in `contactlaw.LAWS`.
+        law: Name in `contactlaw.LAWS`, or the names of the pairs' own, where these are several, as `World.law` has them.
         planar: Whether the normal of the plane of motion is told, so that tractions have one component.
         elastic: Whether there is no damper: restitution 1.
         static: Whether there is static friction.
@@ -122,7 +121,7 @@ class Trims(World):
         self.subject, self.build, self.hold = subject, build, hold
         self.steps = 0
         self.contact_time = np.inf
-        self.asked = Build(COULOMB, gravity=bool(asked.any()), planar=True, elastic=True, static=False)
+        self.asked = Build("", gravity=bool(asked.any()), planar=True, elastic=True, static=False)
         """What the scene itself asks for; the rest is for the world to say."""
         self._couples: set[frozenset[str]] = set()
         self._all_told = False
@@ -148,12 +147,12 @@ class Trims(World):
                 super().contact(one, two, told, plane=normal, speed=speed)
 
     def _listen(self, ones: str | list[str], twos: str | list[str], pair: ContactPair, plane: ArrayLike | None) -> None:
-        """Add to what the scene asks for; of several laws the fullest."""
+        """Add to what the scene asks for."""
         asked, (first, second) = self.asked, ([one] if isinstance(one, str) else one for one in (ones, twos))
         self._couples |= {frozenset((one, two)) for one in first for two in second if one != two}
         count = len(self.bodies)
         self.asked = replace(
-            asked, law=max(asked.law, law_of(pair.law).name, key=list(LAWS).index),
+            asked, law=" and ".join(dict.fromkeys([*filter(None, asked.law.split(" and ")), law_of(pair.law).name])),
             planar=asked.planar and plane is not None, elastic=asked.elastic and pair.restitution == 1.0,
             static=asked.static or (pair.static_friction or 0.0) > pair.friction,
             couples="neighbours" if self.subject.row and len(self._couples) < count * (count - 1) / 2 else "all",
@@ -322,14 +321,19 @@ def difference(one: list[float], two: list[float]) -> float | None:
 def run(subject: Subject, engine: str, build: Build, timestep: float | None = None) -> Recording:
     """Run the scene to its end."""
     with _trimmed(subject, build, hold=False):
-        return subject.scene.run(Settings(engine, build.law, timestep=timestep, options=subject.options))
+        return subject.scene.run(_settings(subject, engine, build, timestep))
+
+
+def _settings(subject: Subject, engine: str, build: Build, timestep: float | None = None) -> Settings:
+    law = build.law if build.law in LAWS else None  # of several each pair has its own
+    return Settings(engine, law, timestep=timestep, options=subject.options)
 
 
 def held(subject: Subject, engine: str, build: Build) -> Trims:
     """The scene built and started, not stepped; close it."""
     with _trimmed(subject, build, hold=True):
         try:
-            subject.scene.run(Settings(engine, build.law, options=subject.options))
+            subject.scene.run(_settings(subject, engine, build))
         except Held as built:
             return built.world
     raise ValueError(f"scene = {subject.scene.name!r}: must record its world")
