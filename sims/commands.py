@@ -76,8 +76,8 @@ def _run(scene: Scene, values: Mapping[str, Any]) -> None:
 
 
 def settings_of(
-    scene: Scene, engine: str, law: str | None, material: str | None, timestep: float | None, options: Mapping[str, float],
-    view: bool,
+    scene: Scene, engine: str, law: str | None, material: str | None, timestep: float | None,
+    options: Mapping[str, float], view: bool,
 ) -> Settings:  # fmt: skip
     """What the command line asks of a scene.
 

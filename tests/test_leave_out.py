@@ -90,7 +90,8 @@ def test_a_limit_is_missed_where_shipped_scenes_leave_out_too_much() -> None:
     ratios = {what: {"median": 0.5} for what in (*less, "one friction over static friction too")}
     ratios["a substep, microslip, e = 1: branching over one law alone"] = {"median": 1.2}
     times = {kind: {"median": time} for kind, time in (("branching", 0.09), ("one law alone", 0.08))}
-    kernels = {"ratios": ratios, "microseconds": {f"substep, coulomb, e = 1, {kind}": one for kind, one in times.items()}}
+    substeps = {f"substep, coulomb, e = 1, {kind}": one for kind, one in times.items()}
+    kernels = {"ratios": ratios, "microseconds": substeps}
     data = {"engines": {"pybullet": {"one": scene}}, "grouping": {"mujoco": 1e-9}, "kernels": kernels,
             "entered": {"one": {"steps": {"coulomb": 1000}}}}  # fmt: skip
     assert _branches(data["entered"]["one"], data, "one") == pytest.approx(1000 * 0.01 / (0.5 * 100.0))
@@ -98,14 +99,13 @@ def test_a_limit_is_missed_where_shipped_scenes_leave_out_too_much() -> None:
 
 
 def test_what_may_change_is_below_the_error_of_the_law() -> None:
-    """The bound follows the error of the default law as it is, here of elastic and damped impacts of steel."""
+    """The bound follows the error of the default law as it is, here of a steel puck and at the largest chi."""
     from validation.reference.annulus import rebound_extrapolated
 
-    psi_1, worst = np.linspace(0.2, 4.6, 23), 0.0
-    for chi in (0.5, 1.256, 2.0):
-        for e in (1.0, 0.86):
-            exact = [rebound_extrapolated(float(psi), chi, e)[0] for psi in psi_1]
-            worst = max(worst, float(np.abs(rebound(psi_1, chi, "microslip", e) - exact).max()))
+    psi_1, worst = np.linspace(0.2, 4.6, 12), 0.0
+    for chi in (1.256, 2.0):
+        exact = [rebound_extrapolated(float(psi), chi)[0] for psi in psi_1]
+        worst = max(worst, float(np.abs(rebound(psi_1, chi) - exact).max()))
     assert 0.5 * LAW_ERROR <= worst <= LAW_ERROR
     assert ALLOWED == LAW_ERROR / 4
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Any
 from unittest.mock import patch
 
-import pybullet as p
-
 from contactlaw import ContactPair
 from contactlaw.pybullet_callback import ContactCallback
 from sims.scene import Scene, Settings
@@ -14,6 +12,7 @@ from sims.worlds import pybullet_world
 from sims.worlds.world import Array
 from validation.leave_out_scenes import Trims
 
+p = pybullet_world.p
 DYNAMIC, STATIC, ALL = 1, 2, -1  # Bullet's own collision groups of bodies that move and of others, and the mask of all
 
 

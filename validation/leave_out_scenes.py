@@ -42,7 +42,7 @@ class Build:
     """What a scene is built with. The default has every ingredient in.
 
     Attributes:
-        law: Name in `contactlaw.LAWS`, or the names of the pairs' own, where these are several, as `World.law` has them.
+        law: Name in `contactlaw.LAWS`, or the names of the pairs' own where these are several, as `World.law` has them.
         planar: Whether the normal of the plane of motion is told, so that tractions have one component.
         elastic: Whether there is no damper: restitution 1.
         static: Whether there is static friction.

@@ -7,8 +7,8 @@ motion is closed form, with d the acceleration of the centre down the slope and 
     slips    d = g (sin(angle) - mu cos(angle))        s = 5/2 mu g cos(angle)
 
 so that a ball sent up at speed v turns at the height v^2 sin(angle)/(2 d) and comes back with v; for the one that rolls
-that is 7/10 v^2/g, at any angle. Any law of friction gives these motions, so that rigid friction, the simplest, will do.
-(By the laws with springs the balls are put down without traction, which takes some 0.1 ms of slip to build up: 1e-4 of
+that is 7/10 v^2/g, at any angle. All laws of friction give these motions, so that rigid friction, the simplest, will
+do. (By those with springs the balls are put down without traction, which takes some 0.1 ms of slip to build up: 1e-4 of
 the speed on a slope of 25 degrees.) Source: any textbook of mechanics; I = 2/5 m R^2, Coulomb friction.
 """
 

@@ -67,7 +67,8 @@ class Paddle(Scene):
         centres = leaning @ setup.centre
         paddle = Track("paddle", "box", HALF, centres, leaning, np.cross(turning, centres), turning, BLADE,
                        tuple((setup.moments + [0.0, ARMATURE, 0.0]).tolist()))  # fmt: skip
-        facts = {"engine": settings.engine, "law": law_of(setup.pair.law).name, "timestep": settings.step, "gravity": [0.0] * 3}
+        law = law_of(setup.pair.law).name
+        facts = {"engine": settings.engine, "law": law, "timestep": settings.step, "gravity": [0.0] * 3}
         hinge = line([0.0, -HALF[1], 0.0], [0.0, HALF[1], 0.0], name="hinge")
         times = np.linspace(0.0, settings.step * count, count + 1)
         return Recording(times, [ball, paddle], [hinge], facts=facts | {"hinge_inertia": setup.hinge_inertia})

@@ -33,20 +33,21 @@ class LeaveOut(Case):
     claim = (
         "Each scene is built with every ingredient of the law, then with one left out: what its result (psi_2, or a "
         "velocity after over one before, the largest change) changes by, and the part of the time that is saved. What "
-        "changes it by at most 1e-4, a quarter of the law's own error, is what the scene has no use for, and can be left "
-        "out; that must also hold of all such ingredients together, and of what the scenes as shipped leave out. Fewer "
-        "substeps are accuracy given away, and change more. A saving counts from 2 % on, and where it is twice what two "
-        "runs of the same build differ by. Static friction is in where the table says 'with everything', just above the "
-        "kinetic one; no scene as shipped has it. The engines' kernels are compiled once and branch, since compiling takes "
-        "longer than any scene: a scene's kernel runs only its terms (rows 'terms', counted with the compiler off), and "
-        "what the branches cost is measured against the same kernel compiled for one law alone."
+        "changes it by at most 1e-4, a quarter of the law's own error, is what the scene has no use for, and can be "
+        "left out; that must also hold of all such ingredients together, and of what the scenes as shipped leave out. "
+        "Fewer substeps are accuracy given away, and change more. A saving counts from 2 % on, and where it is twice "
+        "what two runs of the same build differ by. Static friction is in where the table says 'with everything', just "
+        "above the kinetic one; no scene as shipped has it. The engines' kernels are compiled once and branch, since "
+        "compiling takes longer than any scene: a scene's kernel runs only its terms (rows 'terms', counted with the "
+        "compiler off), and what the branches cost is measured against the same kernel compiled for one law alone. "
+        "(The paddle, a body with a joint, is built by hand and not varied.)"
     )
     caption = (
         "Change of a scene's result without an ingredient (above; 'other': another motion altogether) and the time "
         "saved without it (below; sub-cycling: how many times longer the run takes with steps of a 200th of the "
-        "contact instead). Darker: larger change. Framed: can be left out, and saves time. The puck's gravity comes with "
-        "its air table, whose own contact is the engine's. Native contact: the engine's own between the same bodies, "
-        "detected to be left out."
+        "contact instead). Darker: larger change. Framed: can be left out, and saves time. The puck's gravity comes "
+        "with its air table, whose own contact is the engine's. Native contact: the engine's own between the same "
+        "bodies, detected to be left out."
     )
     needs = ("mujoco", "pybullet", "scipy")
 
