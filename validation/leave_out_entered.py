@@ -19,19 +19,21 @@ from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any
+from unittest.mock import patch
 
 from contactlaw.kernels import contact
 from contactlaw.laws import LAWS
 from sims.scene import Settings
 from sims.superball import MASS, RADIUS, pair_of
-from sims.worlds import new_world
+from sims.worlds import World, new_world
 from validation.leave_out_scenes import subjects
 
 KERNELS = str(Path(contact.__file__).parent)
 FAR = "far"
 Entered = dict[str, Any]
 """calls: how often each function of the kernels was entered, by `module.name`; damper: how often the damper was
-evaluated; steps: those of contacts, by law; histories: numbers that a contact holds beside the header, by law the most.
+evaluated; steps: those of contacts, by law; histories: numbers that a contact has room for beside the header, by law the most
+(contacts that share a callback have the room of the widest).
 """
 
 
@@ -45,7 +47,7 @@ def seen(names: list[str]) -> dict[str, Entered]:
 
 
 def entered(run: Callable[[], object]) -> Entered:
-    """What a run of anything enters.
+    """What is entered while the worlds step that are made in a run.
 
     Raises:
         RuntimeError: The kernels are compiled.
@@ -73,11 +75,17 @@ def entered(run: Callable[[], object]) -> Entered:
             histories[law] = max(histories.get(law, 0), frame.f_locals["h_io"].size - contact.HEADER)
         return line_of if code is contact.normal_force.__code__ else None
 
-    sys.settrace(call_of)
-    try:
+    step = World._step
+
+    def traced(world: World, count: int) -> None:
+        sys.settrace(call_of)
+        try:
+            step(world, count)
+        finally:
+            sys.settrace(None)
+
+    with patch.object(World, "_step", traced):
         run()
-    finally:
-        sys.settrace(None)
     return {"calls": dict(calls), "damper": damper[0], "steps": dict(steps), "histories": histories}
 
 

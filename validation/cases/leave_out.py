@@ -147,10 +147,12 @@ def _terms(entered: Data, data: Data, name: str) -> str:
         "damper": entered["damper"],
         "intervals": calls.get("intervals.march", 0),
     }
+    has = ", ".join(f"{what} {count}" for what, count in terms.items() if count) or "none of the terms"
+    never = ", ".join(what for what, count in terms.items() if not count)
     held = ", ".join(f"{size}" for size in entered["histories"].values())
     return (
-        f"{most}; of these {', '.join(f'{what} {count}' for what, count in terms.items())}; numbers that a contact "
-        f"remembers: {held}; branches: {100.0 * _branches(entered, data, name):.1f} % of its time"
+        f"{most}: {has}; never {never}; room in a history: {held} numbers; branches: "
+        f"{100.0 * _branches(entered, data, name):.1f} % of its time"
     )
 
 
