@@ -32,8 +32,8 @@ KERNELS = str(Path(contact.__file__).parent)
 FAR = "far"
 Entered = dict[str, Any]
 """calls: how often each function of the kernels was entered, by `module.name`; damper: how often the damper was
-evaluated; steps: those of contacts, by law; histories: numbers that a contact has room for beside the header, by law the most
-(contacts that share a callback have the room of the widest).
+evaluated; steps: those of contacts, by law; histories: numbers that a contact has room for beside the header, by law
+the most (contacts that share a callback have the room of the widest).
 """
 
 

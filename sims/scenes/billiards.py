@@ -20,7 +20,7 @@ from math import cos, radians, sin
 import numpy as np
 
 from contactlaw import MATERIALS, ContactPair, Material, checks
-from sims.contact_point import contact_velocity, rebound_of
+from sims.contact_point import contact_velocity, rebound_of, static_overlap
 from sims.recording import Recording
 from sims.scene import Check, Measured, Scene, Settings, register
 from sims.worlds import new_world
@@ -58,7 +58,7 @@ class Billiards(Scene):
         pair = cushion(friction, settings.material)
         velocity = speed * np.array([cos(angle), sin(angle), 0.0])
         roll = np.array([-velocity[1], velocity[0], 0.0]) / RADIUS
-        sunk = (MASS * GRAVITY / (4.0 / 3.0 * TABLE.effective_modulus * RADIUS**0.5)) ** (2.0 / 3.0)
+        sunk = static_overlap(TABLE, MASS * GRAVITY, RADIUS)
 
         world = new_world(settings, gravity=(0.0, 0.0, -GRAVITY))
         world.plane("table")
@@ -87,7 +87,7 @@ class Billiards(Scene):
         begin = WAY / facts["speed"]
         end = begin + 1.5 * pair.contact_duration(MASS, facts["speed"] * cos(facts["angle"]))
         before, after = (int(np.searchsorted(recording.times, time)) for time in (begin, end))
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "wall_time")}
+        out: Measured = recording.told()
         out |= {"chi": pair.chi(MASS, MASS / 3.5), "balls": {}}
         for name in LANES:
             track = recording.track(name)

@@ -69,7 +69,7 @@ class Cradle(Scene):
         after = np.array([track.velocities[-1] for track in recording.tracks])
         mass, speed = recording.tracks[0].mass, facts["speed"]
         energy = np.sum([track.energy() for track in recording.tracks], axis=0)
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "material", "wall_time")}
+        out: Measured = recording.told("material")
         return out | {
             "velocities": after[:, 0].tolist(),
             "velocities_chain": hertz_chain(pair, mass, len(after), facts["strikers"], speed, facts["gap"]).tolist(),

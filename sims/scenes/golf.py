@@ -87,7 +87,7 @@ class Golf(Scene):
                  "impulse_ratio": float(abs(launch @ up) / abs(launch @ face)) if launch.any() else 0.0}
                 | rebound_of(pair, chi, before, after, face) | limits_of_rigid_bodies(loft, speed, facts["friction"])
             )  # fmt: skip
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "wall_time")}
+        out: Measured = recording.told()
         depth = pair.greatest_overlap(MASS, speed * cos(radians(min(LOFTS)))) / RADIUS
         return out | {"friction": facts["friction"], "chi": chi, "overlap_over_radius": depth, "shots": shots}
 

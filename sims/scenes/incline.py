@@ -19,7 +19,7 @@ from math import cos, pi, radians, sin, tan
 import numpy as np
 
 from contactlaw import MATERIALS, ContactPair, checks
-from sims.contact_point import Array, contact_velocity
+from sims.contact_point import Array, contact_velocity, static_overlap
 from sims.recording import Recording
 from sims.scene import NATIVE, Check, Measured, Scene, Settings, register
 from sims.worlds import new_world
@@ -59,9 +59,8 @@ class Incline(Scene):
         world.plane("slope", normal=normal)
         for name, friction in frictions.items():
             pair = ContactPair(material, material, friction, RESTITUTION, law="coulomb")
-            stiffness = 4.0 / 3.0 * pair.effective_modulus * RADIUS**0.5
-            overlap = (mass * GRAVITY * cos(angle) / stiffness) ** (2.0 / 3.0)
-            start = (RADIUS - overlap) * normal + [0.0, LANES[name], 0.0]
+            sunk = static_overlap(pair, mass * GRAVITY * cos(angle), RADIUS)
+            start = (RADIUS - sunk) * normal + [0.0, LANES[name], 0.0]
             world.ball(name, RADIUS, mass, start, speed * uphill, [0.0, speed / RADIUS, 0.0])
             world.contact(name, "slope", pair, plane=[0.0, 1.0, 0.0])
         slowest = min(acceleration(angle, friction)[0] for friction in frictions.values())
@@ -72,7 +71,7 @@ class Incline(Scene):
         facts, times = recording.facts, recording.times
         angle, speed = facts["angle"], facts["speed"]
         uphill, normal = np.array([cos(angle), 0.0, sin(angle)]), np.array([-sin(angle), 0.0, cos(angle)])
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "wall_time")}
+        out: Measured = recording.told()
         out |= {"angle_degrees": float(np.degrees(angle)), "balls": {}}
         for name, friction in facts["frictions"].items():
             track = recording.track(name)

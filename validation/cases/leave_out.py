@@ -39,8 +39,8 @@ class LeaveOut(Case):
         "what two runs of the same build differ by. Static friction is in where the table says 'with everything', just "
         "above the kinetic one; no scene as shipped has it. The engines' kernels are compiled once and branch, since "
         "compiling takes longer than any scene: a scene's kernel runs only its terms (rows 'terms', counted with the "
-        "compiler off), and what the branches cost is measured against the same kernel compiled for one law alone. "
-        "(The paddle, a body with a joint, is built by hand and not varied.)"
+        "compiler off), and what the branches cost is measured against the same kernel compiled for one law alone. The "
+        "paddle, a body with a joint, is built by hand and not varied."
     )
     caption = (
         "Change of a scene's result without an ingredient (above; 'other': another motion altogether) and the time "
