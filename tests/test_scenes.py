@@ -72,7 +72,7 @@ def test_the_laws_of_several_pairs_are_all_told():
     for number, law in enumerate(("coulomb", "mindlin", "coulomb")):
         world.ball(f"ball{number}", 0.02, 0.1, [0.1 * number, 0.0, 0.05])
         world.contact(f"ball{number}", "floor", ContactPair(steel, steel, 0.1, law=law))
-    assert world.law == "coulomb and mindlin"
+    assert world.record(0.01).facts["law"] == "coulomb and mindlin"
 
 
 @pytest.mark.parametrize("name", SCENES)
