@@ -22,6 +22,7 @@ PLOT, GIF, VIEW = (
     "Moving picture, .gif.",
     "Watch it in the engine's own window.",
 )
+LAW = "native: the engine's own contact; default: the simplest by which the scene is the same"
 STEPS = ", ".join(f"{engine} {step:.4g}" for engine, step in OWN_STEP.items())
 
 
@@ -36,7 +37,7 @@ def add_scene(app: typer.Typer, scene: Scene) -> None:
 
     options: dict[str, tuple[Any, Any, Any]] = {
         "engine": (str, scene.engines[0], typer.Option(help="|".join(scene.engines))),
-        "law": (str, "microslip", typer.Option(help="|".join([*LAWS, NATIVE]) + "; native: the engine's own contact")),
+        "law": (str | None, None, typer.Option(help="|".join([*LAWS, NATIVE]) + f"; {LAW}")),
         "material": (str | None, None, typer.Option(help="|".join(MATERIALS) + "; default: the scene's own")),
         "timestep": (float | None, None, typer.Option(help=f"Engine step in s; default: the engine's own, {STEPS}.")),
         "as_json": (bool, False, typer.Option("--json", help="Print one JSON object.")),
@@ -75,8 +76,8 @@ def _run(scene: Scene, values: Mapping[str, Any]) -> None:
 
 
 def settings_of(
-    scene: Scene, engine: str, law: str, material: str | None, timestep: float | None, options: Mapping[str, float],
-    view: bool,
+    scene: Scene, engine: str, law: str | None, material: str | None, timestep: float | None,
+    options: Mapping[str, float], view: bool,
 ) -> Settings:  # fmt: skip
     """What the command line asks of a scene.
 

@@ -26,6 +26,11 @@ def contact_velocity(velocity: ArrayLike, spin: ArrayLike, normal: ArrayLike, ra
     return np.asarray(velocity, dtype=float) - radius * np.cross(turning, up)
 
 
+def static_overlap(pair: ContactPair, load: float, radius: float) -> float:
+    """Overlap [m] of a Hertz contact of effective radius [m] under a load [N]."""
+    return (load / (4.0 / 3.0 * pair.effective_modulus * radius**0.5)) ** (2.0 / 3.0)
+
+
 def rebound_of(pair: ContactPair, chi: float, before: ArrayLike, after: ArrayLike, normal: ArrayLike) -> dict[str, Any]:
     """psi before and after an impact, and the reference's.
 

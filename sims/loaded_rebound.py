@@ -19,8 +19,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import sqrt
 
 import numpy as np
+
+from contactlaw import ContactPair
 
 SAMPLES = 1000  # of the normal motion; straight lines between them
 ANNULI = 20  # and twice as many, to extrapolate
@@ -40,6 +43,21 @@ class LoadedRebound:
     psi_2: float
     restitution: float
     duration: float
+
+
+def scaled_load(pair: ContactPair, mass: float, approach: float, pull: float) -> float:
+    """The load of a body that is pulled into the surface.
+
+    Args:
+        pair: The contact, with its radius.
+        mass: Of the body [kg].
+        approach: Normal speed before the impact [m/s].
+        pull: Acceleration into the surface [m/s^2].
+    """
+    if pair.radius is None:
+        raise ValueError("radius = None: must be given")
+    length = (mass * approach**2 / (pair.effective_modulus * sqrt(pair.radius))) ** 0.4
+    return pull * length / approach**2
 
 
 @lru_cache(maxsize=512)

@@ -53,7 +53,7 @@ class Panel:
 def panel_of(scene: Scene, recording: Recording) -> Panel:
     """The panel of a scene's recording, titled by engine and law."""
     engine, law = ENGINE_NAMES[recording.facts["engine"]], recording.facts["law"]
-    title = f"contactlaw in {engine}" + ("" if law == "microslip" else f", law {law}")
+    title = f"contactlaw in {engine}" + ("" if "microslip" in law else f", law {law}")
     if law == NATIVE:
         title = f"{engine}'s own contact"
     kind = "native" if law == NATIVE else "law"

@@ -113,6 +113,10 @@ class Recording:
                 return one
         raise ValueError(f"name = {name!r}: must be one of {[one.name for one in self.tracks]}")
 
+    def told(self, *more: str) -> dict[str, Any]:
+        """What every scene tells of its run, with more of the facts: engine, law, step [s], wall time [s]."""
+        return {key: self.facts[key] for key in ("engine", "law", "timestep", *more, "wall_time")}
+
     def save(self, path: Path) -> Path:
         """Write everything to a npz file; returns its path."""
         arrays: dict[str, Any] = {"times": self.times}

@@ -7,11 +7,11 @@ import math
 import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar
 
-from contactlaw import MATERIALS, checks
+from contactlaw import MATERIALS, ContactPair, checks
 from contactlaw.laws import LAWS
 from sims.recording import Recording
 
@@ -34,7 +34,7 @@ class Settings:
 
     Attributes:
         engine: "mujoco" or "pybullet".
-        law: Name in `contactlaw.LAWS`, or "native" for the engine's own contact.
+        law: Name in `contactlaw.LAWS`, or "native" for the engine's own contact; None: that of the scene's pairs.
         material: Name in `contactlaw.MATERIALS`; None: the scene's own.
         timestep: Engine step [s]; None: the engine's own.
         options: The scene's own numbers, by name; what is not given has the scene's default.
@@ -46,7 +46,7 @@ class Settings:
     """
 
     engine: str = "mujoco"
-    law: str = "microslip"
+    law: str | None = None
     material: str | None = None
     timestep: float | None = None
     options: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
@@ -55,7 +55,8 @@ class Settings:
 
     def __post_init__(self) -> None:
         checks.one_of("engine", self.engine, ENGINES)
-        checks.one_of("law", self.law, [*LAWS, NATIVE])
+        if self.law is not None:
+            checks.one_of("law", self.law, [*LAWS, NATIVE])
         if self.material is not None:
             checks.one_of("material", self.material, MATERIALS)
         if self.timestep is not None:
@@ -68,6 +69,10 @@ class Settings:
     def step(self) -> float:
         """Engine step [s]."""
         return OWN_STEP[self.engine] if self.timestep is None else self.timestep
+
+    def by_law(self, pair: ContactPair) -> ContactPair:
+        """A pair by the law asked for, or by its own."""
+        return pair if self.law is None else replace(pair, law=self.law)
 
 
 @dataclass(frozen=True)
@@ -104,7 +109,9 @@ class Scene(ABC):
       2. `engines`, and in `unable` the reason for each engine that cannot do it;
       3. `shown`, `exposure`, `slow` where the usual ones do not make a good picture;
       4. `options`: its own numbers, name -> (default, help); each becomes an option of its command;
-      5. `run`: build it with `sims.worlds.new_world`, throw, and return what was recorded;
+      5. `run`: build it with `sims.worlds.new_world`, throw, and return what was recorded; its pairs have the simplest
+         law that it can do with, and where all motion is in a plane its contacts are told so (`leave_out` in validation
+         measures what that saves and changes);
       6. `measure`: what came out, from the recording alone; `check`: what must hold of it.
     """
 

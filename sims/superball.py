@@ -21,7 +21,7 @@ import numpy as np
 
 from contactlaw import MATERIALS, RIGID, ContactPair
 from sims.bounces import Bounce
-from sims.loaded_rebound import loaded_rebound
+from sims.loaded_rebound import loaded_rebound, scaled_load
 from sims.recording import Array, Recording, Track
 from sims.scene import Check, Measured, Settings
 
@@ -49,8 +49,7 @@ def by_reference(pair: ContactPair) -> Rule:
 
     def rule(velocity: Array, spin: Array, normal: Array) -> tuple[Array, Array]:
         approach = -float(velocity @ normal)
-        length = (MASS * approach**2 / (pair.effective_modulus * sqrt(RADIUS))) ** 0.4
-        load = GRAVITY * float(normal[2]) * length / approach**2
+        load = scaled_load(pair, MASS, approach, GRAVITY * float(normal[2]))
         point = velocity - RADIUS * np.cross(spin, normal)
         sliding = point + approach * normal
         speed = float(np.linalg.norm(sliding))
@@ -177,7 +176,7 @@ def _spin_error(one: Measured) -> float:
 
 def settled(recording: Recording, pair: ContactPair, bounces: list[Bounce], **more: Any) -> Measured:
     """The figures that the superball scenes share."""
-    facts = {key: recording.facts[key] for key in ("engine", "law", "timestep", "wall_time")}
+    facts = recording.told()
     contact = {"material": pair.a.name, "mu": pair.friction, "kappa": pair.kappa, "restitution": pair.restitution}
     shared = {"chi": pair.chi(MASS, MASS / 3.5), "turns_a_second": abs(bounces[0].spin_before[1]) / (2.0 * pi)}
     return facts | contact | (shared if bounces else {}) | {"bounces": [describe(b, pair) for b in bounces]} | more

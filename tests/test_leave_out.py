@@ -12,10 +12,11 @@ import pytest
 
 from contactlaw import MATERIALS, ContactPair, impact, rebound
 from contactlaw.kernels import paths
-from validation.cases.leave_out import _largest, _limits, _number
+from validation.cases.leave_out import _branches, _largest, _limits, _number
 from validation.leave_out_measure import (
     ALLOWED,
     INGREDIENTS,
+    LAW_ERROR,
     NEEDED,
     NOTHING,
     OUT,
@@ -75,17 +76,38 @@ def test_another_motion_is_no_number() -> None:
 def test_together_leaves_out_each_and_the_simplest_law() -> None:
     build = without(["tangential history", "microslip nodes", "ledger"])
     assert build == replace(FULL, law="coulomb", ledger=False)
-    assert left_out_by(build, INGREDIENTS) == ["tangential history", "ledger"]
+    assert left_out_by(build, INGREDIENTS) == ["tangential history", "microslip nodes", "ledger"]
+    assert left_out_by(replace(FULL, law="mindlin"), INGREDIENTS) == ["microslip nodes"]
     assert left_out_by(FULL, INGREDIENTS) == []
 
 
 def test_a_limit_is_missed_where_shipped_scenes_leave_out_too_much() -> None:
     """The limits are not true by their making."""
     scene = {"cells": {}, "together": {"change": 2e-3}, "shipped": {"change": None}}
-    kernels = {what: {"median": 0.5} for what in
-               ("planar over in space", "mindlin over microslip", "coulomb over mindlin")}  # fmt: skip
-    data = {"engines": {"mujoco": {"one": scene}}, "grouping": {"mujoco": 1e-9}, "kernels": {"ratios": kernels}}
-    assert [limit.passed for limit in _limits(data)] == [True, False, False, False, True, True, True]
+    scene |= {"microseconds": {"median": 100.0}}
+    scene["shipped"] |= {"saved": {"part": 0.5}}
+    less = ("planar over in space", "mindlin over microslip", "coulomb over mindlin")
+    ratios = {what: {"median": 0.5} for what in (*less, "one friction over static friction too")}
+    ratios["a substep, microslip, e = 1: branching over one law alone"] = {"median": 1.2}
+    times = {kind: {"median": time} for kind, time in (("branching", 0.09), ("one law alone", 0.08))}
+    substeps = {f"substep, coulomb, e = 1, {kind}": one for kind, one in times.items()}
+    kernels = {"ratios": ratios, "microseconds": substeps}
+    data = {"engines": {"pybullet": {"one": scene}}, "grouping": {"mujoco": 1e-9}, "kernels": kernels,
+            "entered": {"one": {"steps": {"coulomb": 1000}}}}  # fmt: skip
+    assert _branches(data["entered"]["one"], data, "one") == pytest.approx(1000 * 0.01 / (0.5 * 100.0))
+    assert [limit.passed for limit in _limits(data)] == [True, *[False] * 3, *[True] * 4, *[False] * 2]
+
+
+def test_what_may_change_is_below_the_error_of_the_law() -> None:
+    """The bound follows the error of the default law as it is, here of a steel puck and at the largest chi."""
+    from validation.reference.annulus import rebound_extrapolated
+
+    psi_1, worst = np.linspace(0.2, 4.6, 12), 0.0
+    for chi in (1.256, 2.0):
+        exact = [rebound_extrapolated(float(psi), chi)[0] for psi in psi_1]
+        worst = max(worst, float(np.abs(rebound(psi_1, chi) - exact).max()))
+    assert 0.5 * LAW_ERROR <= worst <= LAW_ERROR
+    assert ALLOWED == LAW_ERROR / 4
 
 
 def test_build_reaches_mujoco() -> None:
@@ -123,15 +145,22 @@ def test_shipped_scenes_are_read_not_assumed() -> None:
     puck, cradle = subjects()["puck"], subjects()["cradle"]
     found = shipped(puck, "mujoco")
     assert found.planar and not found.gravity and not found.others and not found.ledger and not found.elastic
-    assert shipped(cradle, "pybullet").elastic
+    in_line = shipped(cradle, "pybullet")
+    assert in_line.elastic and in_line.planar and in_line.law == "coulomb" and in_line.couples == "neighbours"
+    assert in_line.left_alone and not in_line.static and not in_line.others
+    superball = shipped(subjects()["superball"], "pybullet")
+    assert superball.law == "microslip" and superball.planar and not superball.elastic and superball.gravity
+    golf = shipped(subjects()["golf"], "pybullet")
+    assert golf.fixed_bodies_move and not golf.left_alone, "its heads move"
 
 
 def test_ingredients_are_those_of_the_scene_and_the_engine() -> None:
     scenes = subjects()
-    in_mujoco, in_pybullet = (ingredients_of("puck", scenes["puck"], one) for one in ("mujoco", "pybullet"))
-    assert "other geoms" in in_mujoco and "pushes from outside" not in in_mujoco and "gravity" not in in_mujoco
-    assert "other geoms" not in in_pybullet and "pushes from outside" in in_pybullet
-    assert "other couples" in ingredients_of("cradle", scenes["cradle"], "mujoco")
+    in_mujoco, in_pybullet = (ingredients_of(scenes["puck"], one) for one in ("mujoco", "pybullet"))
+    assert "native contact" in in_mujoco and "pushes from outside" not in in_mujoco and "gravity" not in in_mujoco
+    assert "native contact" in in_pybullet and "pushes from outside" in in_pybullet
+    assert "other couples" not in in_mujoco
+    assert "other couples" in ingredients_of(scenes["cradle"], "mujoco")
 
 
 def test_planar_contact_does_not_evaluate_the_second_component() -> None:

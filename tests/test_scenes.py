@@ -6,19 +6,22 @@ import math
 import numba
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 pytest.importorskip("scipy")
 
 from contactlaw import MATERIALS, RIGID, ContactPair
+from sims.cli import app
 from sims.contact_point import contact_velocity, rebound_of
 from sims.scene import ENGINES, Settings, find_scenes
+from sims.worlds import new_world
 
 SCENES = find_scenes()
 
 pytestmark = pytest.mark.heavy
 
 
-def measured(name, engine, law="microslip", timestep=None, **options):
+def measured(name, engine, law=None, timestep=None, **options):
     pytest.importorskip(engine)
     if engine == "mujoco" and numba.config.DISABLE_JIT:
         pytest.skip("the MuJoCo plugin needs compiled callbacks")
@@ -39,6 +42,37 @@ def test_a_scene_holds_what_it_checks(name, engine):
     assert SCENES[name].check(values)
     assert failed(name, values) == []
     assert json.loads(json.dumps(values)) == values  # JSON types only
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("name", "own"), [("cradle", "coulomb"), ("incline", "coulomb"), ("superball", "microslip")])
+def test_a_scene_has_a_law_of_its_own_and_runs_by_another_on_demand(name, own, engine):
+    assert measured(name, engine)["law"] == own
+    for law in ("microslip", "mindlin"):
+        values = measured(name, engine, law)
+        assert values["law"] == law
+        assert failed(name, values) == []
+
+
+@pytest.mark.parametrize("law", [None, "microslip"])
+def test_the_command_runs_the_law_that_it_is_told(law):
+    pytest.importorskip("pybullet")
+    asked = ["--law", law] if law else []
+    finished = CliRunner().invoke(app, ["cradle", "--engine", "pybullet", "--json", *asked])
+    assert finished.exit_code == 0, finished.output
+    assert json.loads(finished.stdout)["law"] == (law or "coulomb")
+
+
+def test_the_laws_of_several_pairs_are_all_told():
+    pytest.importorskip("pybullet")
+    steel = MATERIALS["steel"]
+    world = new_world(Settings("pybullet"))
+    world.plane("floor")
+    assert world.law == "none"
+    for number, law in enumerate(("coulomb", "mindlin", "coulomb")):
+        world.ball(f"ball{number}", 0.02, 0.1, [0.1 * number, 0.0, 0.05])
+        world.contact(f"ball{number}", "floor", ContactPair(steel, steel, 0.1, law=law))
+    assert world.record(0.01).facts["law"] == "coulomb and mindlin"
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -289,6 +289,8 @@ def test_what_is_wrong_with_a_world_is_said():
         world.ball("floor", 0.1, 1.0, [0, 0, 1])
     with pytest.raises(ValueError, match="name = 'bal'"):
         world.contact("bal", "floor", ContactPair(MATERIALS["steel"], MATERIALS["steel"], 0.2))
+    world.ball("ball", 0.1, 1.0, [0, 0, 1])
+    world.record(0.01)  # and let go of the engine
     with pytest.raises(ValueError, match="bounces = 99"):
         SCENES["superball"].run(Settings("pybullet", options={"bounces": 99}))
     with pytest.raises(ValueError, match="option = 'bounce'"):

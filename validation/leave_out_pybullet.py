@@ -9,11 +9,22 @@ from contactlaw import ContactPair
 from contactlaw.pybullet_callback import ContactCallback
 from sims.scene import Scene, Settings
 from sims.worlds import pybullet_world
+from sims.worlds.world import Array
 from validation.leave_out_scenes import Trims
+
+p = pybullet_world.p
+DYNAMIC, STATIC, ALL = 1, 2, -1  # Bullet's own collision groups of bodies that move and of others, and the mask of all
 
 
 class TrimmedWorld(Trims, pybullet_world.EngineWorld):
     """PyBullet's world, with what the build says."""
+
+    def _put(self, name: str, mass: float, shape: int, position: Array, rotation: Array) -> int:
+        made = super()._put(name, mass, shape, position, rotation)
+        if self.build.others:
+            group, mask = (DYNAMIC, ALL) if mass else (STATIC, ALL ^ STATIC)
+            p.setCollisionFilterGroupMask(made, -1, group, mask, physicsClientId=self.client)
+        return made
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
         build = self.build
@@ -43,6 +54,11 @@ def said_by(scene: Scene) -> dict[str, Any]:
             seen.update({name: value for name, value in told.items() if name in names})
             return super().add_contact(*args, **told)
 
-    with patch.object(pybullet_world, "ContactCallback", Listening):
+    with (
+        patch.object(pybullet_world, "ContactCallback", Listening),
+        patch.object(p, "createMultiBody", wraps=p.createMultiBody) as make,
+        patch.object(p, "setCollisionFilterGroupMask", wraps=p.setCollisionFilterGroupMask) as touches,
+    ):
         scene.run(Settings("pybullet"))
-    return seen
+    silent = {call.args[0] for call in touches.call_args_list if call.args[1:4] == (-1, 0, 0)}
+    return seen | {"others": len(silent) < make.call_count}

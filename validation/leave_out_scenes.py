@@ -7,13 +7,14 @@ import sys
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from itertools import combinations, pairwise
+from itertools import combinations
 from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contactlaw import ContactPair
+from contactlaw import LAWS, ContactPair
+from contactlaw.laws import law_of
 from sims.bounces import Bounce, bounces_of
 from sims.contact_point import contact_velocity
 from sims.puck import Puck
@@ -28,6 +29,8 @@ Array = NDArray[np.float64]
 UP, ACROSS, NO_PULL = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.0)
 ALMOST = 1.0 - 1e-6
 """Restitution with which a contact that is meant to be elastic has its damper in."""
+BARELY = 1.0 + 1e-9
+"""Static friction over the kinetic one where there is to be some, with its flags, that does not count."""
 RESOLVED = 200
 """Engine steps in a contact where the engine's step, instead of the law's own, has to resolve it."""
 RESTING = 0.4  # how long a ball rests [s]
@@ -39,20 +42,24 @@ class Build:
     """What a scene is built with. The default has every ingredient in.
 
     Attributes:
-        law: Name in `contactlaw.LAWS`.
+        law: Name in `contactlaw.LAWS`, or the names of the pairs' own where these are several, as `World.law` has them.
         planar: Whether the normal of the plane of motion is told, so that tractions have one component.
         elastic: Whether there is no damper: restitution 1.
+        static: Whether there is static friction.
         gravity: Whether there is any.
         ledger: Whether account is kept.
         substeps: Least number of the law's steps in a contact.
-        others: MuJoCo: whether the geoms may touch any other natively.
+        others: Whether the bodies may touch any other natively, so that the engine detects the native contact of the
+            same bodies, too, only to leave it out.
         fixed_bodies_move, left_alone: PyBullet: as `ContactCallback` has them.
-        couples: Which couples of a row of bodies are told of: "all", "all, a call each", or "neighbours".
+        couples: Which couples of a row of bodies are told of: "all", "all, a call each", or "neighbours", which are
+            those that the scene tells of.
     """
 
     law: str = "microslip"
     planar: bool = False
     elastic: bool = False
+    static: bool = True
     gravity: bool = True
     ledger: bool = True
     substeps: int = 100
@@ -75,6 +82,7 @@ class Subject:
         normal: Of the plane of motion.
         pull: Gravity [m/s^2], shape (3,), that it could have though the scene as shipped has none.
         weightless: Why it cannot have gravity; "": it can.
+        row: Whether its bodies are in a row: the couples that never meet can be told of, too.
         options: Of the scene, where its own make it longer than need be.
     """
 
@@ -83,6 +91,7 @@ class Subject:
     normal: tuple[float, float, float] = ACROSS
     pull: tuple[float, float, float] = NO_PULL
     weightless: str = ""
+    row: bool = False
     options: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -112,29 +121,42 @@ class Trims(World):
         self.subject, self.build, self.hold = subject, build, hold
         self.steps = 0
         self.contact_time = np.inf
-        self.asked = Build(gravity=bool(asked.any()), planar=True, elastic=True)
+        self.asked = Build("", gravity=bool(asked.any()), planar=True, elastic=True, static=False)
         """What the scene itself asks for; the rest is for the world to say."""
+        self._couples: set[frozenset[str]] = set()
+        self._all_told = False
 
     def contact(
         self, ones: str | list[str], twos: str | list[str], pair: ContactPair, *,
         plane: ArrayLike | None = None, speed: float = 1.0,
     ) -> None:  # fmt: skip
-        """As `World.contact`, with restitution and plane of the build."""
-        asked = self.asked
-        self.asked = replace(
-            asked, planar=asked.planar and plane is not None, elastic=asked.elastic and pair.restitution == 1.0
-        )
+        """As `World.contact`, with restitution, static friction and plane of the build."""
+        self._listen(ones, twos, pair, plane)
         self.contact_time = min(self.contact_time, self._contact_time(ones, twos, pair, speed))
         e = 1.0 if self.build.elastic else min(pair.restitution, ALMOST)
         normal = self.subject.normal if self.build.planar else None
-        told = replace(pair, restitution=e)
-        if self.build.couples == "all":
+        static = (pair.static_friction or BARELY * pair.friction) if self.build.static else None
+        told = replace(pair, restitution=e, static_friction=static)
+        if not self.subject.row or self.build.couples == "neighbours":
             super().contact(ones, twos, told, plane=normal, speed=speed)
-            return
-        row = [ones] if isinstance(ones, str) else list(ones)
-        couples = combinations(row, 2) if self.build.couples == "all, a call each" else pairwise(row)
-        for one, two in couples:
-            super().contact(one, two, told, plane=normal, speed=speed)
+        elif not self._all_told:
+            self._all_told = True
+            row = [body.name for body in self.bodies]
+            couples = combinations(row, 2) if self.build.couples == "all, a call each" else [(row, row)]
+            for one, two in couples:
+                super().contact(one, two, told, plane=normal, speed=speed)
+
+    def _listen(self, ones: str | list[str], twos: str | list[str], pair: ContactPair, plane: ArrayLike | None) -> None:
+        """Add to what the scene asks for."""
+        asked, (first, second) = self.asked, ([one] if isinstance(one, str) else one for one in (ones, twos))
+        self._couples |= {frozenset((one, two)) for one in first for two in second if one != two}
+        count = len(self.bodies)
+        self.asked = replace(
+            asked, law=" and ".join(dict.fromkeys([*filter(None, asked.law.split(" and ")), law_of(pair.law).name])),
+            planar=asked.planar and plane is not None, elastic=asked.elastic and pair.restitution == 1.0,
+            static=asked.static or (pair.static_friction or 0.0) > pair.friction,
+            couples="neighbours" if self.subject.row and len(self._couples) < count * (count - 1) / 2 else "all",
+        )  # fmt: skip
 
     def _contact_time(self, ones: str | list[str], twos: str | list[str], pair: ContactPair, speed: float) -> float:
         """Duration of the impact of the first two at a speed [s]."""
@@ -195,12 +217,16 @@ def subjects() -> dict[str, Subject]:
     """All of them, by the names of the table."""
     scenes = find_scenes()
     no_table = "would fall along the block's face: has gravity only with the air table"
+    no_tee = "would fall before it is struck: stands on a tee, which is not there"
     return {
         "puck": Subject(scenes["puck"], _puck, UP, weightless=no_table),
         "rubber experiment": Subject(scenes["rubber_experiment"], _rubber, UP, weightless=no_table),
         "superball": Subject(scenes["superball"], _superball),
+        "under a table": Subject(scenes["under_table"], _under_table),
         "table tennis": Subject(scenes["table_tennis"], _table_tennis),
-        "cradle": Subject(scenes["cradle"], _cradle, pull=(0.0, 0.0, -ball.GRAVITY)),
+        "golf": Subject(scenes["golf"], _golf, weightless=no_tee),
+        "billiards": Subject(scenes["billiards"], _billiards),
+        "cradle": Subject(scenes["cradle"], _cradle, pull=(0.0, 0.0, -ball.GRAVITY), row=True),
         "rolling, incline": Subject(scenes["incline"], _incline, options={"speed": 0.25}),
         "resting ball": Subject(Resting(), lambda recording: list(Resting().measure(recording).values())),
     }
@@ -249,6 +275,32 @@ def _table_tennis(recording: Recording) -> list[float]:
     return [value for one in found for value in _after(one, pair_of(), RADIUS)]
 
 
+def _under_table(recording: Recording) -> list[float]:
+    from sims.scenes.under_table import BOUNCES
+    from sims.superball import RADIUS, pair_of
+
+    pair = pair_of(Settings())
+    found = bounces_of(recording, "ball", ceiling=recording.facts["clearance"])[:BOUNCES]
+    return [value for one in found for value in _after(one, pair, RADIUS)] if len(found) == BOUNCES else []
+
+
+def _golf(recording: Recording) -> list[float]:
+    from sims.scenes.golf import LOFTS, RADIUS, axes, pair_of
+
+    pair, speed, out = pair_of(recording.facts["friction"]), recording.facts["speed"], []
+    for loft in LOFTS:
+        (face, up), track = axes(loft), recording.track(f"ball{loft}")
+        after = contact_velocity(track.velocities[-1], track.spins[-1], face, RADIUS) - [speed, 0.0, 0.0]
+        approach = speed * float(face[0])
+        out += [pair.psi(float(after @ up), approach), float(after @ face) / approach]
+    return out
+
+
+def _billiards(recording: Recording) -> list[float]:
+    balls = find_scenes()["billiards"].measure(recording)["balls"].values()
+    return [one[key] for one in balls for key in ("psi2", "restitution", "slip_on_the_table")]
+
+
 def _cradle(recording: Recording) -> list[float]:
     return [float(track.velocities[-1, 0]) / recording.facts["speed"] for track in recording.tracks]
 
@@ -269,14 +321,19 @@ def difference(one: list[float], two: list[float]) -> float | None:
 def run(subject: Subject, engine: str, build: Build, timestep: float | None = None) -> Recording:
     """Run the scene to its end."""
     with _trimmed(subject, build, hold=False):
-        return subject.scene.run(Settings(engine, build.law, timestep=timestep, options=subject.options))
+        return subject.scene.run(_settings(subject, engine, build, timestep))
+
+
+def _settings(subject: Subject, engine: str, build: Build, timestep: float | None = None) -> Settings:
+    law = build.law if build.law in LAWS else None  # of several each pair has its own
+    return Settings(engine, law, timestep=timestep, options=subject.options)
 
 
 def held(subject: Subject, engine: str, build: Build) -> Trims:
     """The scene built and started, not stepped; close it."""
     with _trimmed(subject, build, hold=True):
         try:
-            subject.scene.run(Settings(engine, build.law, options=subject.options))
+            subject.scene.run(_settings(subject, engine, build))
         except Held as built:
             return built.world
     raise ValueError(f"scene = {subject.scene.name!r}: must record its world")

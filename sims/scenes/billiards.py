@@ -3,7 +3,8 @@
 It touches table and cushion at once. The cushion here is an upright elastic wall: the point of the ball that it meets
 moves along it by the ball's travel and side spin, and down it by its roll. Friction acts against both together, so that
 the impact is that of the annulus solver along one oblique direction, and it lifts the ball off the table. The wall is
-hard: of a soft one gravity, which acts while the ball touches, could not be left out. (Real cushions meet the ball
+hard: of a soft one gravity, which acts while the ball touches, could not be left out. On the table the ball rolls: what
+slips within that contact does not matter, and one spring will do for it. (Real cushions meet the ball
 above its centre, at 7/5 of its radius, to keep it down: they press it onto the table, and the impact is then one of two
 contacts that no closed form has.)
 
@@ -19,14 +20,14 @@ from math import cos, radians, sin
 import numpy as np
 
 from contactlaw import MATERIALS, ContactPair, Material, checks
-from sims.contact_point import contact_velocity, rebound_of
+from sims.contact_point import contact_velocity, rebound_of, static_overlap
 from sims.recording import Recording
 from sims.scene import Check, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 RADIUS, MASS, GRAVITY = 0.02625, 0.1406, 9.81  # [m], [kg], [m/s^2]
 PHENOLIC = Material(5.84e9, 0.34, name="phenolic resin")
-TABLE = ContactPair(PHENOLIC, PHENOLIC, friction=0.212, restitution=0.5, radius=RADIUS)
+TABLE = ContactPair(PHENOLIC, PHENOLIC, friction=0.212, restitution=0.5, radius=RADIUS, law="mindlin")
 CUSHION_RESTITUTION = 0.98
 NORMAL = np.array([-1.0, 0.0, 0.0])  # of the cushion
 LANES = ("running", "plain", "reverse")
@@ -57,7 +58,7 @@ class Billiards(Scene):
         pair = cushion(friction, settings.material)
         velocity = speed * np.array([cos(angle), sin(angle), 0.0])
         roll = np.array([-velocity[1], velocity[0], 0.0]) / RADIUS
-        sunk = (MASS * GRAVITY / (4.0 / 3.0 * TABLE.effective_modulus * RADIUS**0.5)) ** (2.0 / 3.0)
+        sunk = static_overlap(TABLE, MASS * GRAVITY, RADIUS)
 
         world = new_world(settings, gravity=(0.0, 0.0, -GRAVITY))
         world.plane("table")
@@ -86,7 +87,7 @@ class Billiards(Scene):
         begin = WAY / facts["speed"]
         end = begin + 1.5 * pair.contact_duration(MASS, facts["speed"] * cos(facts["angle"]))
         before, after = (int(np.searchsorted(recording.times, time)) for time in (begin, end))
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "wall_time")}
+        out: Measured = recording.told()
         out |= {"chi": pair.chi(MASS, MASS / 3.5), "balls": {}}
         for name in LANES:
             track = recording.track(name)
@@ -108,7 +109,7 @@ class Billiards(Scene):
 
     def check(self, measured: Measured) -> list[Check]:
         """Against the annulus solver; rolling until then."""
-        if measured["law"] != "microslip":
+        if "microslip" not in measured["law"]:
             return []
         out = []
         for name, ball in measured["balls"].items():

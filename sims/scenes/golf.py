@@ -61,7 +61,7 @@ class Golf(Scene):
                 f"head{loft}", HEAD, partial(head_at, tee - (RADIUS + HEAD[2]) * face, speed),
                 rotation=np.column_stack([-up, [0.0, 1.0, 0.0], face]),
             )  # fmt: skip
-            world.contact(f"ball{loft}", f"head{loft}", pair, speed=speed * cos(radians(loft)))
+            world.contact(f"ball{loft}", f"head{loft}", pair, plane=[0.0, 1.0, 0.0], speed=speed * cos(radians(loft)))
         return world.record(LEAD + AFTER, speed=speed, friction=friction)
 
     def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
@@ -87,7 +87,7 @@ class Golf(Scene):
                  "impulse_ratio": float(abs(launch @ up) / abs(launch @ face)) if launch.any() else 0.0}
                 | rebound_of(pair, chi, before, after, face) | limits_of_rigid_bodies(loft, speed, facts["friction"])
             )  # fmt: skip
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "wall_time")}
+        out: Measured = recording.told()
         depth = pair.greatest_overlap(MASS, speed * cos(radians(min(LOFTS)))) / RADIUS
         return out | {"friction": facts["friction"], "chi": chi, "overlap_over_radius": depth, "shots": shots}
 

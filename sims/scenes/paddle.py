@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from contactlaw import checks
+from contactlaw.laws import law_of
 from sims.contact_point import contact_velocity, rebound_of
 from sims.hinged_paddle import ENGINES, Setup
 from sims.recording import Recording, Track, line
@@ -50,7 +51,7 @@ class Paddle(Scene):
         speed = checks.positive("speed", self.option(settings, "speed"))
         velocity = np.array([-speed, 0.0, self.option(settings, "up")])
         setup = Setup(
-            pair=replace(PAIR, law=settings.law), radius=RADIUS, mass=MASS, inertia=GYRATION * MASS * RADIUS**2,
+            pair=settings.by_law(PAIR), radius=RADIUS, mass=MASS, inertia=GYRATION * MASS * RADIUS**2,
             position=np.array([RADIUS, 0.0, HEIGHT]) - LEAD * velocity, velocity=velocity,
             spin=np.array([0.0, -self.option(settings, "topspin") / RADIUS, 0.0]), half_sizes=HALF, height=HEIGHT,
             paddle_mass=BLADE, armature=ARMATURE, timestep=settings.step,
@@ -66,7 +67,8 @@ class Paddle(Scene):
         centres = leaning @ setup.centre
         paddle = Track("paddle", "box", HALF, centres, leaning, np.cross(turning, centres), turning, BLADE,
                        tuple((setup.moments + [0.0, ARMATURE, 0.0]).tolist()))  # fmt: skip
-        facts = {"engine": settings.engine, "law": settings.law, "timestep": settings.step, "gravity": [0.0] * 3}
+        law = law_of(setup.pair.law).name
+        facts = {"engine": settings.engine, "law": law, "timestep": settings.step, "gravity": [0.0] * 3}
         hinge = line([0.0, -HALF[1], 0.0], [0.0, HALF[1], 0.0], name="hinge")
         times = np.linspace(0.0, settings.step * count, count + 1)
         return Recording(times, [ball, paddle], [hinge], facts=facts | {"hinge_inertia": setup.hinge_inertia})

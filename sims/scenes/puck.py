@@ -38,7 +38,7 @@ class OnBlock(Scene):
             "launch": "spin" if self.option(settings, "spin") else "oblique",
             "timestep": settings.step,
         }
-        puck = Puck(law=settings.law, **throw)
+        puck = Puck(law=settings.law or Puck.law, **throw)
         velocity, spin = puck.start_motion
         world = new_world(settings, gravity=(0.0, 0.0, 0.0))
         start = puck.radius * puck.normal - LEAD * velocity

@@ -71,7 +71,7 @@ class RubberExperiment(Scene):
         facts, track = recording.facts, recording.track("puck")
         puck = Puck(facts["material"])
         between = int(np.searchsorted(recording.times, facts["apart"]))
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "material", "wall_time")}
+        out: Measured = recording.told("material")
         out |= {"angle_degrees": facts["angle"], "spin_between": float(track.spins[between, 2])}
         for name, normal, ends in (("first", FIRST, [0, between]), ("second", facts["second"], [between, -1])):
             before, after = contact_velocity(track.velocities[ends], track.spins[ends], normal, track.size[0])

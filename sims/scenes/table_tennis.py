@@ -22,7 +22,7 @@ import numpy as np
 
 from contactlaw import RIGID, ContactPair, Material, checks
 from sims.bounces import bounces_of
-from sims.loaded_rebound import loaded_rebound
+from sims.loaded_rebound import loaded_rebound, scaled_load
 from sims.recording import Recording
 from sims.scene import Check, Measured, Scene, Settings, register
 from sims.worlds import new_world
@@ -59,7 +59,7 @@ class TableTennis(Scene):
             world.ball(
                 name, RADIUS, MASS, start, velocity, [0.0, turning / RADIUS, 0.0], inertia=GYRATION * MASS * RADIUS**2
             )
-        world.contact(list(STROKES), "table", pair_of(), speed=down)
+        world.contact(list(STROKES), "table", pair_of(), plane=[0.0, 1.0, 0.0], speed=down)
         return world.record(FALL + AFTER)
 
     def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
@@ -69,18 +69,18 @@ class TableTennis(Scene):
 
     def measure(self, recording: Recording) -> Measured:
         """Every stroke's bounce, the annulus solver's, and that of a ball that slides to the end."""
-        pair, facts = pair_of(), recording.facts
+        pair = pair_of()
         chi = pair.chi(MASS, MASS / (1.0 + 1.0 / GYRATION))
-        out: Measured = {key: facts[key] for key in ("engine", "law", "timestep", "wall_time")}
+        out: Measured = recording.told()
         out |= {"chi": chi, "contact_duration": pair.contact_duration(MASS, DOWN), "strokes": {}}
         for name in STROKES:
             bounce = next(iter(bounces_of(recording, name)), None)
             if bounce is None:
                 continue
             before, after = bounce.sliding(RADIUS)
-            length = (MASS * bounce.approach**2 / (pair.effective_modulus * sqrt(RADIUS))) ** 0.4
             psi1 = pair.psi(before, bounce.approach)
-            expected = loaded_rebound(abs(psi1), chi, RESTITUTION, GRAVITY * length / bounce.approach**2)
+            load = scaled_load(pair, MASS, bounce.approach, GRAVITY)
+            expected = loaded_rebound(abs(psi1), chi, RESTITUTION, load)
             slid = FRICTION * (1.0 + RESTITUTION) * bounce.approach * np.sign(before)
             (came, left), (spun, spins) = (
                 [float(one[axis]) for one in pair_] for axis, pair_ in (

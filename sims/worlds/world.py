@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter, sleep
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import ContactPair, checks
+from contactlaw.laws import law_of
 from sims.recording import Outline, Recording, Track, block, plane
 from sims.scene import NATIVE, Settings
 
@@ -55,6 +56,12 @@ class World(ABC):
         self.bodies: list[Body] = []
         self.scenery: list[Outline] = []
         self._fixed: list[str] = []
+        self._laws: list[str] = []
+
+    @property
+    def law(self) -> str:
+        """By which its bodies touch: that of the settings, else those of its pairs."""
+        return self.settings.law or " and ".join(dict.fromkeys(self._laws)) or "none"
 
     # ---- what there is
 
@@ -122,11 +129,11 @@ class World(ABC):
         self, ones: str | Sequence[str], twos: str | Sequence[str], pair: ContactPair, *,
         plane: ArrayLike | None = None, speed: float = 1.0,
     ) -> None:  # fmt: skip
-        """Let bodies touch, each of the first with each of the second: by the law of the settings or natively.
+        """Let bodies touch, each of the first with each of the second: by the law of settings or pair, or natively.
 
         Args:
             ones, twos: Names; a name may be in both.
-            pair: Materials, friction and restitution; its law is that of the settings.
+            pair: Materials, friction and restitution; its law is that of the settings, where they have one.
             plane: Normal of the plane of all motion where it is planar.
             speed: Approach speed [m/s] for which MuJoCo's own contact is made as stiff as the law's.
         """
@@ -137,7 +144,9 @@ class World(ABC):
         if self.settings.law == NATIVE:
             self._touch_natively(first, second, pair, speed)
         else:
-            self._touch_by_law(first, second, replace(pair, law=self.settings.law), plane)
+            told = self.settings.by_law(pair)
+            self._laws.append(law_of(told.law).name)
+            self._touch_by_law(first, second, told, plane)
 
     # ---- what happens
 
@@ -175,7 +184,7 @@ class World(ABC):
             for i, body in enumerate(self.bodies)
         ]  # fmt: skip
         own = {
-            "engine": self.settings.engine, "law": self.settings.law, "timestep": self.timestep,
+            "engine": self.settings.engine, "law": self.law, "timestep": self.timestep,
             "steps": stride * count, "wall_time": wall_time, "gravity": self.gravity.tolist(),
         }  # fmt: skip
         times = np.arange(count + 1, dtype=np.float64) * (self.timestep * stride)
