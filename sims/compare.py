@@ -59,7 +59,7 @@ def main_job(console: Console, out: Path) -> int:
     if importlib.util.find_spec("matplotlib"):
         from sims.draw import draw_rebounds
 
-        console.print(f"picture: {draw_rebounds(drawn, FINE_PSI_1, curves, out / 'puck.png')}")
+        console.print(f"picture: {draw_rebounds(drawn, FINE_PSI_1, curves, out / 'rebounds.png')}")
     else:
         console.print("[yellow]matplotlib is not installed: no picture (pip install 'contactlaw\\[plot]')[/]")
     failed = [message for result in results if (message := _failure(result))]

@@ -1,5 +1,8 @@
 """Whether a trial goes well: nothing that is not finite, no energy gained, rest where there is to be rest."""
 
+# pyright: reportAttributeAccessIssue=false
+# (pyright cannot see into the mujoco module)
+
 from __future__ import annotations
 
 import os
@@ -51,7 +54,7 @@ def judged(engine: str, trial: Trial, way: str) -> Verdict:
     """Run a trial to its end, or until it fails."""
     with warnings.catch_warnings(), quiet(engine):
         warnings.simplefilter("ignore")
-        return _run(world(engine, trial, way), trial)
+        return _run(world(engine, trial, way), trial, trial.first_energy(way))
 
 
 @contextmanager
@@ -68,9 +71,9 @@ def quiet(engine: str) -> Iterator[None]:
             mujoco.set_mju_user_warning(None)
 
 
-def _run(one: World, trial: Trial) -> Verdict:
+def _run(one: World, trial: Trial, first: float) -> Verdict:
     steps = max(1, round(trial.duration / trial.step))
-    first, worst, left, kinetic, energy = trial.first_energy, -inf, nan, inf, nan
+    worst, left, kinetic, energy = -inf, nan, inf, nan
     for count in np.diff(np.unique(np.linspace(0, steps, LOOKS + 1).astype(int))):
         one.step(int(count))
         places, velocities, spins = one.motion()

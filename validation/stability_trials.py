@@ -12,6 +12,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from contactlaw import ContactPair, Material
+from contactlaw.kernels.contact import LINEAR_STIFFNESS
 from contactlaw.laws import Law
 
 Array = NDArray[np.float64]
@@ -85,11 +86,11 @@ class Trial:
         """Of gravity [J]."""
         return -float(self.masses @ ((places - self.datum) @ self.gravity))
 
-    @property
-    def first_energy(self) -> float:
-        """At the start [J], with what contacts hold that overlap then."""
-        stiffness = self.pair().effective_modulus * sqrt(RADIUS)
-        held = 8.0 / 15.0 * stiffness * float((np.maximum(-self.gaps(self.places), 0.0) ** 2.5).sum())
+    def first_energy(self, law: str = "microslip") -> float:
+        """At the start [J], with what contacts by a law hold that overlap then."""
+        k = 4.0 / 3.0 * self.pair().effective_modulus * sqrt(RADIUS)
+        part = 0.5 * LINEAR_STIFFNESS if law == "linear_spring" else 0.4
+        held = part * k * float((np.maximum(-self.gaps(self.places), 0.0) ** 2.5).sum())
         return self.kinetic(self.velocities, self.spins) + self.potential(self.places) + held
 
     @property
@@ -102,7 +103,8 @@ class Trial:
     def __str__(self) -> str:
         made = ", ".join(f"{name} {value:.4g}" for name, value in self.made.items())
         ratio = f", mass ratio {self.masses.max() / self.masses.min():.3g}" if len(self.masses) > 1 else ""
-        return f"{made}{ratio}, step {self.step:.3g} s, {self.contact / self.step:.3g} steps a contact"
+        seed = ".".join(map(str, self.seed))
+        return f"{made}{ratio}, step {self.step:.3g} s, {self.contact / self.step:.3g} steps a contact, seed {seed}"
 
 
 def pair_of(made: Mapping[str, float], law: str | Law = "microslip") -> ContactPair:
