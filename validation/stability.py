@@ -1,4 +1,4 @@
-"""Whether a trial goes well: nothing that is not finite, no energy gained, rest where there is to be rest."""
+"""Whether a trial goes well: all finite, no energy gained, nothing gone through, rest where there is to be rest."""
 
 # pyright: reportAttributeAccessIssue=false
 # (pyright cannot see into the mujoco module)
@@ -18,7 +18,7 @@ from typing import TypeVar
 import numpy as np
 
 from validation.case import Data
-from validation.stability_trials import Trial
+from validation.stability_trials import RADIUS, Trial
 from validation.stability_worlds import World, world
 from validation.sweep import sweep
 
@@ -73,7 +73,7 @@ def quiet(engine: str) -> Iterator[None]:
 
 def _run(one: World, trial: Trial, first: float) -> Verdict:
     steps = max(1, round(trial.duration / trial.step))
-    worst, left, kinetic, energy = -inf, nan, inf, nan
+    worst, left, kinetic, energy, through = -inf, nan, inf, nan, False
     for count in np.diff(np.unique(np.linspace(0, steps, LOOKS + 1).astype(int))):
         one.step(int(count))
         places, velocities, spins = one.motion()
@@ -82,12 +82,16 @@ def _run(one: World, trial: Trial, first: float) -> Verdict:
         if one.broken() or not isfinite(energy):
             refused = one.broken() and trial.acceleration > 0.01 * ACCELERATION
             return Verdict(problem=NOT_FINITE, refused=refused)
-        if trial.gaps(places).min() > 0.0:
+        gap = trial.gaps(places).min()
+        through = through or gap < -RADIUS
+        if gap > 0.0:
             left = energy / first
             worst = max(worst, left - 1.0)
     left = energy / first if isnan(left) else left
     if worst > GAIN:
         return Verdict(worst, left, "energy gained")
+    if through:
+        return Verdict(worst, left, "went through")
     if trial.rests and kinetic > REST * first:
         return Verdict(worst, left, "no rest")
     return Verdict(worst, left)

@@ -291,7 +291,7 @@ class Extreme:
     @property
     def plain(self) -> str:
         """The name where mathematics cannot be set."""
-        return self.name.replace("$", "").replace("\\", "")
+        return self.name.replace("$", "").replace("\\,", " ").replace("\\", "")
 
 
 EXTREMES = {

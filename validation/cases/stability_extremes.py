@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import NOT_FINITE, on_all_cores, short, tally
+from validation.stability import GAIN, NOT_FINITE, on_all_cores, short, tally
 from validation.stability_trials import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS
 
@@ -35,9 +35,11 @@ class StabilityExtremes(Case):
     )
     caption = (
         "Above: largest gain of energy of a way (rows) at a level of an extreme (columns); crosses: a run gains more "
-        "than 0.1 %, is not finite, or does not come to rest where it should. Below: median energy left by elastic "
-        "balls (friction may take some, the same for all ways): rows unlike those of the laws lose what they should "
-        "keep. Engine steps from a 300th of a contact to a thousand contacts, all else at random."
+        "than 0.1 %, is not finite, goes through by more than a radius, or does not come to rest where it should, "
+        "within 20 periods of the law's contact and 200 steps. Below: median energy left by elastic balls (friction "
+        "may take some, the same for all ways; crossed: more than at the start; coloured: no run to judge by): rows "
+        "unlike those of the laws lose what they should keep. Engine steps from a 300th of a contact to a thousand "
+        "contacts, all else at random. Where a ball starts inside the floor it has the energy of the law's contact."
     )
     needs = ("mujoco", "pybullet")
 
@@ -108,6 +110,8 @@ class StabilityExtremes(Case):
         shades = below.pcolormesh(x, y, np.clip(np.array(left, dtype=float), 0.0, 1.0), cmap="Greys_r", vmin=0.0,
                                   vmax=1.0, edgecolor="#bbbbbb", linewidth=0.3)  # fmt: skip
         below.set_facecolor("#f2d9c4")  # no elastic run
+        crosses(below, [(c + 0.5, r + 0.5) for r, row in enumerate(left) for c, kept in enumerate(row)
+                        if kept > 1.0 + GAIN], 4.0)  # fmt: skip
         bar = figure.colorbar(shades, ax=below, fraction=0.02, pad=0.01)
         bar.set_label("energy left, median [-]", fontsize=8)
         for axes in (above, below):
