@@ -105,24 +105,32 @@ def tally(engine: str, way: str, trials: Sequence[Trial | None]) -> Data:
         trials: None: one that could not be drawn.
 
     Returns:
-        runs, refused; gain: the greatest (not finite: 1e300; at least -1); failures: problem, gain and facts of each;
-        kept: median of the energy left by elastic trials, None without any.
+        runs, refused, failed, infinite: how many of each; gain: the greatest (not finite: 1e300; at least -1);
+        failures: problem, gain and facts of those that fail; kept: median of the energy left by elastic trials, None
+        without any.
     """
     verdicts = [(trial, judged(engine, trial, way)) for trial in trials if trial is not None]
     counted = [(trial, verdict) for trial, verdict in verdicts if not verdict.refused]
     kept = [
         verdict.left for trial, verdict in counted if trial.made["restitution"] == 1.0 and isfinite(verdict.left)
     ]  # fmt: skip
+    failing = [(trial, verdict) for trial, verdict in counted if verdict.problem]
     return {
         "runs": len(counted),
         "refused": len(verdicts) - len(counted),
+        "failed": len(failing),
+        "infinite": sum(verdict.problem == NOT_FINITE for _, verdict in failing),
         "gain": max((_size(verdict) for _, verdict in counted), default=-1.0),
         "kept": float(np.median(kept)) if kept else None,
         "failures": [
-            {"problem": verdict.problem, "gain": _size(verdict), "trial": str(trial)}
-            for trial, verdict in counted if verdict.problem
+            {"problem": verdict.problem, "gain": _size(verdict), "trial": str(trial)} for trial, verdict in failing
         ],
-    }  # fmt: skip
+    }
+
+
+def without_names(cell: Data) -> Data:
+    """A tally that does not tell the trials that fail: of ways that fail everywhere."""
+    return {key: value for key, value in cell.items() if key != "failures"}
 
 
 def _size(verdict: Verdict) -> float:

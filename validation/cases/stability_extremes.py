@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import GAIN, NOT_FINITE, on_all_cores, short, tally
+from validation.stability import GAIN, on_all_cores, short, tally, without_names
 from validation.stability_trials import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS
 
@@ -53,15 +53,15 @@ class StabilityExtremes(Case):
         cells = iter(on_all_cores(level_of, tasks, progress))
         data: Data = {"levels": levels, "engines": {}}
         for engine, way in product(ENGINES, WAYS):
-            data["engines"].setdefault(engine, {})[way] = [next(cells) for _ in levels]
+            found = [next(cells) for _ in levels]
+            data["engines"].setdefault(engine, {})[way] = found if way == DEFAULT else [*map(without_names, found)]
         limits = []
         for engine, ways in data["engines"].items():
-            of_laws = [failure for way in SUB_CYCLED for cell in ways[way] for failure in cell["failures"]]
+            infinite = sum(cell["infinite"] for way in SUB_CYCLED for cell in ways[way])
             limits += [
                 Limit(f"levels that fail, {DEFAULT}, {TITLES[engine]}", 0.0,
-                      float(sum(bool(cell["failures"]) for cell in ways[DEFAULT]))),
-                Limit(f"runs that are not finite, all sub-cycled laws, {TITLES[engine]}", 0.0,
-                      float(sum(failure["problem"] == NOT_FINITE for failure in of_laws))),
+                      float(sum(cell["failed"] > 0 for cell in ways[DEFAULT]))),
+                Limit(f"runs that are not finite, all sub-cycled laws, {TITLES[engine]}", 0.0, float(infinite)),
             ]  # fmt: skip
         return Outcome(limits, data)
 
@@ -70,15 +70,13 @@ class StabilityExtremes(Case):
         table = Table(["way", "runs", "levels", "fail", "not finite", "largest gain", "levels that fail"])
         for engine, way in product(ENGINES, WAYS):
             cells = data["engines"][engine][way]
-            failures = [failure for cell in cells for failure in cell["failures"]]
             failing = {}
             for (name, level), cell in zip(data["levels"], cells, strict=True):
-                if cell["failures"]:
+                if cell["failed"]:
                     failing.setdefault(EXTREMES[name].plain, []).append(EXTREMES[name].words[level])
             table.rows.append([
                 f"{way}, {TITLES[engine]}", str(sum(cell["runs"] for cell in cells)), str(len(cells)),
-                str(sum(bool(cell["failures"]) for cell in cells)),
-                str(sum(failure["problem"] == NOT_FINITE for failure in failures)),
+                str(sum(cell["failed"] > 0 for cell in cells)), str(sum(cell["infinite"] for cell in cells)),
                 short(max(cell["gain"] for cell in cells)),
                 "; ".join(f"{name}: {', '.join(words)}" for name, words in failing.items()) or "none",
             ])  # fmt: skip
@@ -104,7 +102,7 @@ class StabilityExtremes(Case):
         x, y = np.arange(len(data["levels"]) + 1), np.arange(len(ways) + 1)
         mesh = gains(above, x, y, [[cell["gain"] for cell in row] for row in cells])
         crosses(above, [(c + 0.5, r + 0.5) for r, row in enumerate(cells) for c, cell in enumerate(row)
-                        if cell["failures"]], 4.0)  # fmt: skip
+                        if cell["failed"]], 4.0)  # fmt: skip
         scale_of_gains(figure, mesh, above)
         left = [[np.nan if cell["kept"] is None else cell["kept"] for cell in row] for row in cells]
         shades = below.pcolormesh(x, y, np.clip(np.array(left, dtype=float), 0.0, 1.0), cmap="Greys_r", vmin=0.0,

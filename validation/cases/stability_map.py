@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import NOT_FINITE, on_all_cores, short, tally
+from validation.stability import on_all_cores, short, tally, without_names
 from validation.stability_trials import bounces
 from validation.stability_worlds import ENGINES, ONCE, STIFF, SUB_CYCLED, TITLES, WAYS
 
@@ -67,7 +67,8 @@ class StabilityMap(Case):
         found = iter(on_all_cores(cell_of, tasks, progress))
         data: Data = {"durations": durations, "moduli": moduli, "engines": {}}
         for engine, way in product(ENGINES, WAYS):
-            data["engines"].setdefault(engine, {})[way] = _map([next(found) for _ in cells], len(rows))
+            one = _map([next(found) for _ in cells], len(rows))
+            data["engines"].setdefault(engine, {})[way] = one if way == DEFAULT else without_names(one)
         return Outcome(_limits(data), data)
 
     def table(self, data: Data) -> Table:
@@ -134,7 +135,7 @@ def cell_of(
         trials.append(bounces((*cell, number), steps, ratio=ratio, modulus=modulus))
     lossless = bounces((*cell, 2 * seeds), steps, modulus=modulus, restitution=1.0, friction=0.0)
     found, alone = tally(engine, way, trials), tally(engine, way, [lossless])
-    both = {key: found[key] + alone[key] for key in ("runs", "refused", "failures")}
+    both = {key: found[key] + alone[key] for key in ("runs", "refused", "failed", "infinite", "failures")}
     return both | {"gain": max(found["gain"], alone["gain"]), "kept": alone["kept"]}
 
 
@@ -144,14 +145,13 @@ def _map(cells: list[Data], rows: int) -> Data:
         across = len(values) // rows
         return [values[row * across : (row + 1) * across] for row in range(rows)]
 
-    failures = [failure for cell in cells for failure in cell["failures"]]
-    fails = [bool(cell["failures"]) for cell in cells]
+    fails = [cell["failed"] > 0 for cell in cells]
     across = len(cells) // rows
     return {
-        "runs": sum(cell["runs"] for cell in cells), "refused": sum(cell["refused"] for cell in cells),
+        **{key: sum(cell[key] for cell in cells) for key in ("runs", "refused", "failed", "infinite")},
         "gain": grid("gain"), "kept": grid("kept"),
         "fails": [fails[row * across : (row + 1) * across] for row in range(rows)],
-        "infinite": sum(failure["problem"] == NOT_FINITE for failure in failures), "failures": failures[:40],
+        "failures": [failure for cell in cells for failure in cell["failures"]],
     }  # fmt: skip
 
 
