@@ -40,9 +40,7 @@ class OnceAStep:
         )
         self.points = np.array([point for point, _ in trial.planes], dtype=float)
         self.normals = np.array([normal for _, normal in trial.planes], dtype=float)
-        # a couple of balls has half the radius of curvature
-        self.wall, self.round = pair.parameters(RADIUS), pair.parameters(RADIUS)
-        self.round[contact.RADIUS] = 0.5 * RADIUS
+        self.parameters = pair.parameters()
         self.histories = np.array([pair.history() for _ in self.couples])
         self.overlaps = np.full(len(self.couples), -inf)
         self.inverse = np.column_stack([1.0 / trial.masses, 1.0 / trial.inertias])
@@ -57,7 +55,7 @@ class OnceAStep:
         """
         out = np.zeros((len(places), 6))
         _push(
-            self.couples, self.points, self.normals, self.wall, self.round, self.histories, self.overlaps,
+            self.couples, self.points, self.normals, self.parameters, self.histories, self.overlaps,
             self.inverse, self.gravity, self.step, places, velocities, spins, np.zeros(ROW), out,
         )  # fmt: skip
         return out
@@ -65,7 +63,7 @@ class OnceAStep:
 
 @jit
 def _push(
-    couples, points, normals, wall, round_, histories, overlaps, inverse, gravity, dt, places, velocities, spins, row,
+    couples, points, normals, p, histories, overlaps, inverse, gravity, dt, places, velocities, spins, row,
     out,
 ):  # fmt: skip
     for number in range(couples.shape[0]):
@@ -73,7 +71,7 @@ def _push(
         h = histories[number]
         arm = RADIUS
         if b < 0:
-            p, normal = wall, normals[-1 - b]
+            normal = normals[-1 - b]
             overlap = RADIUS - np.sum((places[a] - points[-1 - b]) * normal)
             velocity = velocities[a] - RADIUS * np.cross(spins[a], normal)
             free = -np.sum(gravity * normal)
@@ -81,7 +79,6 @@ def _push(
             normal_mobility = inverse[a, 0]
             turning = RADIUS**2 * inverse[a, 1]
         else:
-            p = round_
             between = places[a] - places[b]
             distance = sqrt(np.sum(between * between))
             normal = between / distance

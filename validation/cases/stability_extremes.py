@@ -9,7 +9,7 @@ import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.stability import GAIN, on_all_cores, short, tally, without_names
-from validation.stability_trials import EXTREMES, extreme
+from validation.stability_levels import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS
 
 if TYPE_CHECKING:

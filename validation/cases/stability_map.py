@@ -10,7 +10,7 @@ import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.stability import on_all_cores, short, tally, without_names
-from validation.stability_trials import bounces
+from validation.stability_draws import bounces
 from validation.stability_worlds import ENGINES, ONCE, STIFF, SUB_CYCLED, TITLES, WAYS
 
 if TYPE_CHECKING:

@@ -1,0 +1,179 @@
+"""Trials with properties at random: bounces, a start in overlap, rest, chatter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import log10, pi, sqrt
+
+import numpy as np
+from numpy.random import Generator
+
+from validation.stability_trials import FLOOR, LIVELY, MASS, RADIUS, SOLID, Trial, pair_of
+
+RESTITUTIONS = (1.0, 0.5, 0.05)
+DEEPEST = 0.1  # overlap over radius of a Hertz contact
+SHALLOW = 0.8  # of that, at most, in the first impact
+SLOWEST, FASTEST = -4.0, 2.0  # log10 of speed [m/s], unless an extreme asks for others
+SOFTEST, STIFFEST = 3.0, 12.0  # log10 of E/Pa
+STEPS = (-3.0, 2.5)  # log10 of contact duration over engine step
+
+
+def drawn(random: Generator, restitution: float | None = None, **given: float) -> dict[str, float]:
+    """What things are made of, at random but for what is given."""
+    made = {
+        "modulus": 10.0 ** random.uniform(SOFTEST, STIFFEST),
+        "poisson": random.uniform(0.01, 0.4999),
+        "friction": 0.0 if random.uniform() < 0.1 else 10.0 ** random.uniform(-3.0, 1.0),
+        "restitution": RESTITUTIONS[int(random.integers(len(RESTITUTIONS)))] if restitution is None else restitution,
+    }
+    return {name: float(value) for name, value in (made | given).items()}
+
+
+def softest(made: Mapping[str, float], mass: float, speed: float) -> float:
+    """E [Pa] from which on a ball of this mass [kg] keeps its contacts shallow at a speed [m/s]."""
+    deepest = pair_of(made).greatest_overlap(mass, speed)  # goes with E to the power -2/5
+    return made["modulus"] * (deepest / (SHALLOW * DEEPEST * RADIUS)) ** 2.5
+
+
+def fastest(made: Mapping[str, float], mass: float) -> float:
+    """Speed [m/s] up to which a ball of this mass [kg] keeps its contacts shallow."""
+    return (made["modulus"] / softest(made, mass, 1.0)) ** 0.5
+
+
+def bounces(
+    seed: Sequence[int],
+    steps: tuple[float, float] = STEPS,
+    *,
+    ratio: float = 0.0,
+    speed: float | None = None,
+    psi_1: float | None = None,
+    across: float | None = None,
+    gyration: float = SOLID,
+    flights: int = 8,
+    restitution: float | None = None,
+    modulus: tuple[float, float] | None = None,
+    **given: float,
+) -> Trial | None:
+    """A ball that bounces on a floor, or with one on top of it; None where no speed keeps the contact shallow.
+
+    Gravity is such that a flight takes two to six steps or contacts, whichever is longer.
+
+    Args:
+        seed: Of everything at random.
+        steps: Bounds of log10 of contact duration over engine step.
+        ratio: Mass of the lower ball over the upper one's; 0: there is no upper one. The lighter has `MASS`.
+        speed: Downwards [m/s]; None: at random.
+        psi_1, across: Slide of the contact point, scaled as psi_1 is or over the speed downwards; None: motion
+            across and spin at random.
+        gyration: I/(M R^2).
+        flights: How many, about.
+        restitution: None: at random.
+        modulus: Bounds of log10 of E/Pa; None: all that keep the contact shallow.
+        given: Of what `drawn` draws.
+    """
+    random = np.random.default_rng(list(seed))
+    ratios = [ratio, 1.0] if ratio else [1.0]
+    masses = MASS * np.array(ratios) / min(ratios)
+    made, lively = drawn(random, restitution, **given), LIVELY if ratio else 1.0
+    if modulus is None:  # such that the slowest contact is shallow
+        least = log10(softest(made, float(masses.max()), lively * (speed or 10.0**SLOWEST)))
+        if least > STIFFEST:
+            return None
+        modulus = max(least, SOFTEST), STIFFEST
+    made["modulus"] = 10.0 ** random.uniform(*modulus)
+    fast = log10(fastest(made, float(masses.max())) / lively)
+    if speed is None and fast < SLOWEST:
+        return None
+    down = speed or 10.0 ** random.uniform(SLOWEST, min(FASTEST, fast))
+    contact = pair_of(made).contact_duration(float(masses.min()), down)
+    step = contact / 10.0 ** random.uniform(*steps)
+    flight = random.uniform(2.0, 6.0) * max(contact, step)
+    lean = np.array([*random.uniform(-0.5, 0.5, 2), 1.0])
+    gap = random.uniform(0.1, 1.0) * down * step
+    top = lean / np.linalg.norm(lean) * (2.0 * RADIUS + gap)
+    places = np.array([0.0, 0.0, RADIUS + gap]) + np.arange(len(masses))[:, None] * top
+    velocities = down * random.uniform(-1.0, 1.0, places.shape)
+    spins = down / RADIUS * random.uniform(-1.0, 1.0, places.shape)
+    if psi_1 is not None:
+        across = psi_1 * made["friction"] / pair_of(made).kappa
+    if across is not None:  # half of it by moving, half by spinning
+        turn = random.uniform(0.0, 2.0 * pi)
+        along = np.array([np.cos(turn), np.sin(turn), 0.0])
+        velocities[0] = 0.5 * across * down * along
+        spins[0] = 0.5 * across * down / RADIUS * np.array([along[1], -along[0], 0.0])
+    velocities[:, 2] = -down
+    wanted = flights * flight
+    duration = min(wanted, max(200.0 * step, 0.3 * wanted))
+    return Trial(
+        made, step, duration, contact, places, velocities, spins, masses, gyration,
+        np.array([0.0, 0.0, -2.0 * down / flight]), places * [1.0, 1.0, 0.0] + [0.0, 0.0, RADIUS],
+        seed=tuple(seed),
+    )  # fmt: skip
+
+
+def overlapping(seed: Sequence[int], depth: float, steps: tuple[float, float], restitution: float) -> Trial:
+    """A ball that begins inside the floor, at rest or sliding; depth: over the radius."""
+    random = np.random.default_rng(list(seed))
+    made = drawn(random, restitution)
+    deep = depth * RADIUS
+    # the speed whose impact would go as deep
+    speed = float(sqrt(16.0 / 15.0 * pair_of(made).effective_modulus * sqrt(RADIUS) * deep**2.5 / MASS))
+    contact = pair_of(made).contact_duration(MASS, speed)
+    step = contact / 10.0 ** random.uniform(*steps)
+    sliding = 0.0 if random.uniform() < 0.5 else 2.0 * speed
+    place = np.array([[0.0, 0.0, RADIUS - deep]])
+    velocity = sliding * np.array([[*random.uniform(-1.0, 1.0, 2), 0.0]])
+    spin = sliding / RADIUS * random.uniform(-1.0, 1.0, (1, 3))
+    return Trial(made, step, 20.0 * max(contact, step), contact, place, velocity, spin, seed=tuple(seed))
+
+
+def resting(seed: Sequence[int], turn: float) -> Trial:
+    """A ball let go just above a floor, or above a groove that it wedges into; it is to come to rest.
+
+    Args:
+        seed: Of everything at random.
+        turn: omega dt of the contact at rest, omega^2 = k_N/M.
+    """
+    random = np.random.default_rng(list(seed))
+    made = drawn(random, 0.5 if seed[-1] % 2 else 0.2, friction=10.0 ** random.uniform(-1.0, 0.5))
+    pull = 10.0 ** random.uniform(0.0, 2.0)
+    k = 4.0 / 3.0 * pair_of(made).effective_modulus * sqrt(RADIUS)
+    deep = (MASS * pull / k) ** (2.0 / 3.0)
+    if deep > SHALLOW * DEEPEST * RADIUS:
+        made["modulus"] *= (deep / (SHALLOW * DEEPEST * RADIUS)) ** 1.5
+        deep = SHALLOW * DEEPEST * RADIUS
+    period = 2.0 * pi * sqrt(deep / (1.5 * pull))
+    step = turn * period / (2.0 * pi)
+    planes, height = (FLOOR,), RADIUS
+    if seed[-1] % 4 >= 2:
+        half = sqrt(0.5)
+        planes = tuple(((0.0, 0.0, 0.0), (side * half, 0.0, half)) for side in (1.0, -1.0))
+        height = RADIUS / half
+    datum = np.array([[0.0, 0.0, height]])
+    return Trial(
+        made, step, max(20.0 * period, 200.0 * step), 0.5 * period, datum + [0.0, 0.0, deep], np.zeros((1, 3)),
+        np.zeros((1, 3)), gravity=np.array([0.0, 0.0, -pull]), datum=datum, planes=planes, rests=True,
+        seed=tuple(seed),
+    )  # fmt: skip
+
+
+def chattering(seed: Sequence[int], impacts: float, restitution: float) -> Trial:
+    """A ball between two walls that are hardly further apart than it is thick; impacts: in an engine step."""
+    random = np.random.default_rng(list(seed))
+    while True:
+        made = drawn(random, restitution)
+        if (limit := fastest(made, MASS)) > 10.0**SLOWEST:
+            break
+    speed = 10.0 ** random.uniform(SLOWEST, min(FASTEST, log10(limit)))
+    contact = pair_of(made).contact_duration(MASS, speed)
+    gap = contact * speed * 10.0 ** random.uniform(-1.0, 1.0)
+    between = contact + gap / speed
+    step = impacts * between
+    place = np.array([[0.0, 0.0, RADIUS + gap * random.uniform(0.1, 0.9)]])
+    velocity = speed * np.array([[*random.uniform(-1.0, 1.0, 2), 1.0]])
+    planes = (FLOOR, ((0.0, 0.0, 2.0 * RADIUS + gap), (0.0, 0.0, -1.0)))
+    count = max(60.0, 20.0 * impacts)
+    return Trial(
+        made, step, count * between, contact, place, velocity, speed / RADIUS * random.uniform(-1.0, 1.0, (1, 3)),
+        planes=planes, seed=tuple(seed),
+    )  # fmt: skip
