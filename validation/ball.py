@@ -99,6 +99,12 @@ def true_velocity(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     return velocity
 
 
+def linear_spring(duration: float, restitution: float) -> tuple[float, float]:
+    """Stiffness and damping over mass [1/s^2], [1/s] of a linear contact of this duration [s] and restitution."""
+    stiffness, rate = (math.pi / duration) ** 2, -math.log(restitution)
+    return stiffness, 2.0 * stiffness**0.5 * rate / (rate**2 + math.pi**2) ** 0.5
+
+
 def half_step(model: mujoco.MjModel) -> np.ndarray:
     """What gravity adds to a velocity in half a step [m/s], shape (3,); zero where the engine's is not behind."""
     import mujoco

@@ -8,11 +8,11 @@ from math import log10, pi, sqrt
 import numpy as np
 from numpy.random import Generator
 
+from contactlaw.pair import DEEPEST
 from validation.stability_trials import FLOOR, LIVELY, MASS, RADIUS, SOLID, Trial, pair_of
 
 RESTITUTIONS = (1.0, 0.5, 0.05)
-DEEPEST = 0.1  # overlap over radius of a Hertz contact
-SHALLOW = 0.8  # of that, at most, in the first impact
+SHALLOW = 0.8  # overlap in the first impact, at most, over the deepest of a Hertz contact
 SLOWEST, FASTEST = -4.0, 2.0  # log10 of speed [m/s], unless an extreme asks for others
 SOFTEST, STIFFEST = 3.0, 12.0  # log10 of E/Pa
 STEPS = (-3.0, 2.5)  # log10 of contact duration over engine step

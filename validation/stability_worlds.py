@@ -6,20 +6,20 @@
 from __future__ import annotations
 
 from functools import cache
-from math import log, pi, sqrt
+from math import sqrt
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import LAWS
-from validation.ball import true_velocity
+from sims.panel import ENGINE_NAMES as TITLES
+from validation.ball import linear_spring, true_velocity
 from validation.once_a_step import OnceAStep
 from validation.stability_trials import MASS, RADIUS, Trial
 
 Array = NDArray[np.float64]
 
-TITLES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
 ENGINES = tuple(TITLES)
 SUB_CYCLED = tuple(LAWS)[::-1]
 ONCE, NATIVE, STIFF = "microslip, once a step", "native", "native, as stiff"
@@ -53,12 +53,6 @@ def world(engine: str, trial: Trial, way: str) -> World:
 def kept(trial: Trial) -> Array:
     """Velocities as semi-implicit engines keep them, of half a step before the places [m/s], shape (n, 3)."""
     return trial.velocities - 0.5 * trial.step * trial.gravity
-
-
-def spring_of(trial: Trial) -> tuple[float, float]:
-    """Stiffness and damping over mass [1/s^2], [1/s] of a linear contact of the trial's duration and restitution."""
-    stiffness, rate = (pi / trial.contact) ** 2, -log(trial.made["restitution"])
-    return stiffness, 2.0 * sqrt(stiffness) * rate / sqrt(rate**2 + pi**2)
 
 
 class MujocoWorld:
@@ -95,7 +89,7 @@ class MujocoWorld:
                 if way == ONCE:
                     geom.contype = geom.conaffinity = 0
                 if way == STIFF:
-                    geom.solref = [-value for value in spring_of(trial)]
+                    geom.solref = [-value for value in linear_spring(trial.contact, trial.made["restitution"])]
             self.once = OnceAStep(trial) if way == ONCE else None
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
@@ -150,7 +144,7 @@ class BulletWorld:
         # Bullet multiplies friction and restitution of two bodies
         native = {"lateralFriction": sqrt(trial.made["friction"]), "restitution": sqrt(trial.made["restitution"])}
         if way == STIFF:
-            stiffness, damping = (MASS * value for value in spring_of(trial))
+            stiffness, damping = (MASS * value for value in linear_spring(trial.contact, trial.made["restitution"]))
             native = {"lateralFriction": native["lateralFriction"], "contactStiffness": stiffness,
                       "contactDamping": damping}  # fmt: skip
         for body in [*planes, *self.balls]:

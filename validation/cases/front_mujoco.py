@@ -6,13 +6,12 @@
 from __future__ import annotations
 
 from functools import partial
-from math import log, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from validation import front_engine
-from validation.ball import RADIUS, RESTITUTION, mujoco_ball, steel_pair, true_velocity
+from validation.ball import RADIUS, RESTITUTION, linear_spring, mujoco_ball, steel_pair, true_velocity
 from validation.case import Case, Data, Outcome, Progress, Table, register
 from validation.front_engine import DURATION, PATIENCE, PLANE, Way
 
@@ -113,6 +112,5 @@ def _native(dt: float, solref: list[float]) -> MujocoBall:
 
 
 def _bouncing(duration: float) -> list[float]:
-    """solref of a contact of this duration [s], damped to the restitution by the formula for a linear spring."""
-    stiffness, rate = (pi / duration) ** 2, -log(RESTITUTION)
-    return [-stiffness, -2.0 * stiffness**0.5 * rate / (rate**2 + pi**2) ** 0.5]
+    """solref of a contact of this duration [s] and the ball's restitution."""
+    return [-value for value in linear_spring(duration, RESTITUTION)]

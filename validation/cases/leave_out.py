@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sims.panel import ENGINE_NAMES
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.leave_out_branches import ALONE, BRANCHING
 from validation.picture import SETTINGS
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TRACED = "pybullet"  # which runs without the compiler, too
-ENGINES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
 QUICK = {"mujoco": ("puck", "superball", "cradle"), "pybullet": ("table tennis",)}
 BUDGET, QUICK_BUDGET = 1.4, 0.1  # for the interleaved rounds of a scene [s]
 TABLE = "gravity and the air table's own contact"  # of the puck: stands in the column of gravity
@@ -60,7 +60,7 @@ class LeaveOut(Case):
 
         data: Data = {"engines": {}, "grouping": {}, "kernels": kernel_times(15 if quick else 100)}
         known = subjects()
-        names = {engine: QUICK[engine] if quick else tuple(known) for engine in ENGINES}
+        names = {engine: QUICK[engine] if quick else tuple(known) for engine in ENGINE_NAMES}
         done, total = 0, sum(len(some) for some in names.values())
         for engine, some in names.items():
             data["engines"][engine] = {}
@@ -82,15 +82,15 @@ class LeaveOut(Case):
                        "all that can be, together", "as shipped"])  # fmt: skip
         for engine, scenes in data["engines"].items():
             for name, found in scenes.items():
-                table.rows.append([f"{name}, {ENGINES[engine]}", *_row(found)])
+                table.rows.append([f"{name}, {ENGINE_NAMES[engine]}", *_row(found)])
         for what, change in data["grouping"].items():
             table.rows.append([
-                f"grouping of contacts, {ENGINES[what]}", "", "cannot be turned off: contacts that share bodies are "
-                "integrated together, whichever call added them", "", "",
+                f"grouping of contacts, {ENGINE_NAMES[what]}", "", "cannot be turned off: contacts that share bodies "
+                "are integrated together, whichever call added them", "", "",
                 f"cradle with a call for each couple: changes {_number(change)}", "",
             ])  # fmt: skip
         for name, one in data["entered"].items():
-            table.rows.append([f"terms, {name}, {ENGINES[TRACED]}", "", "", "", "", "", _terms(one, data, name)])
+            table.rows.append([f"terms, {name}, {ENGINE_NAMES[TRACED]}", "", "", "", "", "", _terms(one, data, name)])
         for what, ratio in data["kernels"]["ratios"].items():
             said = f"{ratio['median']:.2f} ({ratio['low']:.2f} to {ratio['high']:.2f}) of the time"
             if BRANCHING in what:
@@ -253,4 +253,4 @@ def _draw_map(axes: Axes, engine: str, scenes: Data) -> None:
     axes.set_yticks(range(len(scenes)), list(scenes))
     axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False, bottom=False)
     axes.grid(visible=False)
-    axes.set_title(f"{ENGINES[engine]}: change without it, and time saved", fontsize=10)
+    axes.set_title(f"{ENGINE_NAMES[engine]}: change without it, and time saved", fontsize=10)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactlaw.kernels.contact import HERTZ_DURATION
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.stability import on_all_cores, short, tally, without_names
 from validation.stability_draws import bounces
@@ -27,7 +28,7 @@ DEFAULT = "microslip"
 CONSERVED = 1e-3
 LOST = 0.01  # of the energy of an elastic ball without friction: more, and a cell is hatched
 
-SWING = 2.9432751843247047 * sqrt(1.875)  # omega T of small motions at the greatest overlap, omega^2 = k_N/m
+SWING = HERTZ_DURATION * sqrt(1.875)  # omega T of small motions at the greatest overlap, omega^2 = k_N/m
 STIFFEST_ACROSS = sqrt(3.5)  # omega across over along, sqrt(2 chi), a solid ball with nu = 0
 
 
@@ -169,19 +170,18 @@ def _drawn(
 
 
 def _map(cells: list[Data], rows: int) -> Data:
-    def grid(key: str) -> list[list[float]]:
-        values = [cell[key] for cell in cells]
-        across = len(values) // rows
-        return [values[row * across : (row + 1) * across] for row in range(rows)]
+    """Cells in the order of `product(rows, columns)`, as sums and grids."""
 
-    fails = [cell["failed"] > 0 for cell in cells]
-    across = len(cells) // rows
+    def grid(key: str) -> list[list[float]]:
+        return [[cell[key] for cell in row] for row in np.array(cells, dtype=object).reshape(rows, -1).tolist()]
+
     return {
         **{key: sum(cell[key] for cell in cells) for key in ("runs", "refused", "failed", "infinite")},
-        "gain": grid("gain"), "kept": grid("kept"),
-        "fails": [fails[row * across : (row + 1) * across] for row in range(rows)],
+        "gain": grid("gain"),
+        "kept": grid("kept"),
+        "fails": [[failed > 0 for failed in row] for row in grid("failed")],
         "failures": [failure for cell in cells for failure in cell["failures"]],
-    }  # fmt: skip
+    }
 
 
 def _limits(data: Data) -> list[Limit]:
