@@ -6,6 +6,7 @@ The numbers of a pair are a row as well: `laws.record.PAIR`, then the law's own.
 from __future__ import annotations
 
 from contactlaw.jit import jit
+from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import CONTACT, CONTACT_SIZE, PAIR, PAIR_SIZE, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import advance, ask
 
@@ -48,8 +49,10 @@ def displace(p, h_io, overlap, du, dv, force, dt):
     dt: step [s], 0 where time does not matter.
     """
     contact = contact_of(h_io)
+    pair = pair_of(p)
     contact.before, contact.overlap, contact.force = contact.overlap, overlap, force
-    ask(contact, pair_of(p), p[PAIR_SIZE:], h_io[HEADER:], du, dv, dt)
+    contact.elastic = elastic_force(contact, pair.linear != 0.0, overlap)
+    ask(contact, pair, p[PAIR_SIZE:], h_io[HEADER:], du, dv, dt)
     return contact.f, contact.g
 
 

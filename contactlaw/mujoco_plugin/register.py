@@ -11,8 +11,10 @@ import llvmlite.binding
 import mujoco
 from numba.core import config as numba_config
 
+from contactlaw.jit import compiling
 from contactlaw.mujoco_plugin import config, layout
 
+COMPILE_TIME = 40  # [s]
 OLDEST, NEWEST = (4, 0), (4, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",
@@ -50,7 +52,8 @@ def register() -> _Plugin:
     library = layout.library()
     for name in ("mj_solveM", "mj_rne", "mj_factorM", "mj_fwdActuation", "mj_applyFT", "mj_geomDistance", "mju_free"):
         llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
-    from contactlaw.mujoco_plugin import callbacks, instance  # compiled against the symbols just added
+    with compiling("the MuJoCo plugin", COMPILE_TIME):
+        from contactlaw.mujoco_plugin import callbacks, instance  # compiled against the symbols just added
 
     plugin = _Plugin()
     library.mjp_defaultPlugin(ctypes.byref(plugin))

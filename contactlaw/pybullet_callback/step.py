@@ -11,7 +11,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit
+from contactlaw.jit import compile_now, compiling, jit
 from contactlaw.kernels.contact import PHASE
 from contactlaw.kernels.coupling import add_cross, couple
 from contactlaw.kernels.cutting import needs_cutting
@@ -93,6 +93,7 @@ NOTHING, ACT, LOOK, LEDGERS, ENDED, PUSHES = 0, 1, 2, 4, 8, 16
 NOT_FINITE, NO_ROOM, DIVERGED = -1, -2, -3
 
 MOST_APART = 1000.0  # steps that are foreseen
+COMPILE_TIME = 15  # [s]
 CLAMP = 100.0  # Bullet's default limit of each velocity component [m/s], [rad/s]
 
 
@@ -111,6 +112,12 @@ def advance(lent):
         return NOTHING
     memory[APART] = 0.0
     return act(memory, tables, near, ways)
+
+
+def prepare() -> None:
+    """Compile what a step needs."""
+    with compiling("the PyBullet callback", COMPILE_TIME):
+        compile_now(advance, types.float64[::1])
 
 
 @jit

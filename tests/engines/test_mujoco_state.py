@@ -13,7 +13,8 @@ if numba.config.DISABLE_JIT:
 
 from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
 
-from contactlaw.kernels.contact import NORMAL, OPEN, OVERLAP, PHASE, TANGENTIAL  # noqa: E402
+from contactlaw.kernels.contact import NORMAL, OVERLAP, PHASE, TANGENTIAL  # noqa: E402
+from contactlaw.laws.record import OPEN  # noqa: E402
 from contactlaw.mujoco_plugin import contact_history  # noqa: E402
 
 

@@ -134,14 +134,6 @@ def test_a_pair_is_added_once(client: int) -> None:
         ContactCallback(77)
 
 
-def test_motion_out_of_the_plane_is_refused(client: int) -> None:
-    floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -1.0])
-    callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of(), plane=(0.0, 0.6, 0.8))
-    with pytest.raises(ValueError, match="plane = "):
-        run(client, callback, 3)
-
-
 def test_a_body_that_has_gone_is_an_error_until_its_contact_goes(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, 1.0])
     callback = ContactCallback(client)
