@@ -73,10 +73,11 @@ def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
         callback = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
         _cache(callback, key)
         callback.compile()
-        _CALLBACKS.append(callback)
+        CALLBACKS.append(callback)
         return int(callback.address or 0)
 
     return compile_now
 
 
-_CALLBACKS: list[CFunc] = []
+CALLBACKS: list[CFunc] = []
+"""All that `c_callback` has compiled."""

@@ -201,10 +201,10 @@ def act(memory, tables, near, ways):
 @jit
 def look_around(memory, tables):
     """Pairs that may touch, and the way that each shape may go, as `near_pairs`."""
-    bodies, shapes, places, pairs, _, records, _, count = tables
+    bodies, shapes, places, pairs, parameters, records, _, count = tables
     work = workspace(memory)
     clear(work)
-    return near_pairs(pairs, shapes, places, bodies, records, count, memory[DT], work)
+    return near_pairs(pairs, shapes, places, bodies, parameters, records, count, memory[DT], work)
 
 
 @jit
