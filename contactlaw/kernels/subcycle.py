@@ -183,33 +183,34 @@ def subcycle(
     """
     n = last - first
     moved = numbers(work_io, 3)
-    left, taken = dt, 0  # of the step [s]: what is taken off as a whole leaves exactly nothing, whatever is rounded
-    while left > 0.0 and taken < MOST_SUBSTEPS:
+    now, taken = 0.0, 0
+    while now < dt and taken < MOST_SUBSTEPS:
         closed = False
         for i in range(n):
             closed = closed or x[i] > 0.0
         if not closed:
-            soonest, which = left, -1
+            soonest, which = dt - now, -1
             for i in range(n):
                 wait = next_touch(x[i], v[i, 0], acceleration[i, 0])
                 if wait < soonest:
                     soonest, which = wait, i
             drift(first, rows, x, v, acceleration, soonest)
-            left -= soonest
-            if which < 0:
+            if which < 0:  # now + (dt - now) may be rounded to less
+                now = dt
                 break
+            now += soonest
             x[which] = 0.0
-        h, horizon = substep(first, last, rows, parameters, blocks, start, x, v, force, acceleration, left)
+        h, horizon = substep(first, last, rows, parameters, blocks, start, x, v, force, acceleration, dt - now)
         pieces = ceil(min(horizon / h, 1e9))
-        after = left - horizon
+        end = dt if horizon == dt - now else now + horizon
         h = horizon / pieces
         count = min(pieces, CHUNK)
-        weigh(first, rows, force, 0.5 * h, left / dt)
+        weigh(first, rows, force, 0.5 * h, 1.0 - now / dt)
         for i in range(n):
             for j in range(3):
                 v[i, j] += 0.5 * h * acceleration[i, j]
         for s in range(count):
-            left = after if s + 1 == pieces else left - h
+            now = end if s + 1 == pieces else now + h
             closed, opened = False, False
             for i in range(n):
                 row, own, history = rows[first + i], blocks[start[first + i]], histories[first + i]
@@ -230,7 +231,7 @@ def subcycle(
                 if x[i] <= 0.0 and before > 0.0 and p[ZETA] == 0.0:
                     force[i, 0], force[i, 1], force[i, 2] = old_p, old_f, old_g
                     share = parting(p, before / (before - x[i]), h)
-                    strike(first, i, share, left / dt, rows, start, index, blocks, force, v)
+                    strike(first, i, share, 1.0 - now / dt, rows, start, index, blocks, force, v)
                     force[i, 0], force[i, 1], force[i, 2] = 0.0, 0.0, 0.0
                 if calming and x[i] > 0.0:
                     calm(p, own, x[i], v[i], force[i])
@@ -238,12 +239,12 @@ def subcycle(
                 opened = opened or was_open
                 if was_open and x[i] > 0.0:
                     row[BEGUN] += 1.0
-                    row[CLOSED] = left + h
+                    row[CLOSED] = dt - now + h
                     if before == 0.0 and history[RATIO] > 1.0:
                         share = STEEP * h * (1.0 - 1.0 / history[RATIO])
-                        strike(first, i, share, left / dt, rows, start, index, blocks, force, v)
+                        strike(first, i, share, 1.0 - now / dt, rows, start, index, blocks, force, v)
                 row[DEEPEST] = max(row[DEEPEST], x[i])
-                row[FROM], row[UNTIL] = min(row[FROM], dt - left - h), dt - left
+                row[FROM], row[UNTIL] = min(row[FROM], now - h), now
                 if row[LEDGER] != 0.0:
                     row[STRONGEST] = max(row[STRONGEST], force[i, 0])
                     row[TOUCHING] += h
@@ -253,17 +254,17 @@ def subcycle(
             taken += 1
             done = s + 1 == count or not closed or (opened and n > 1)
             weight = 0.5 * h if done else h
-            weigh(first, rows, force, weight, left / dt)
+            weigh(first, rows, force, weight, 1.0 - now / dt)
             for i in range(n):
                 for j in range(3):
                     v[i, j] += weight * acceleration[i, j]
             if done:
                 break
-    if left > 0.0:
+    if now < dt:
         for i in range(n):
             row = rows[first + i]
-            row[SPENT], row[FROM], row[UNTIL] = 1.0, min(row[FROM], dt - left), dt
-        stand(first, last, rows, parameters, start, index, blocks, left, left / dt, v, force, work_io)
+            row[SPENT], row[FROM], row[UNTIL] = 1.0, min(row[FROM], now), dt
+        stand(first, last, rows, parameters, start, index, blocks, dt - now, 1.0 - now / dt, v, force, work_io)
 
 
 @jit

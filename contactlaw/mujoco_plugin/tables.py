@@ -140,7 +140,13 @@ def is_sound(record, before, first, last, pairs):
     if int(key) % MOST_SLOTS >= pairs[int(first) + int(key) // MOST_SLOTS, SLOTS]:
         return False
     for i in range(record.size):
-        if not abs(record[i]) <= LARGEST and not (i in (FORESEEN, FORESEEN + 1) and record[i] == NEVER):
+        if i in (HISTORY + MASS, HISTORY + TANGENTIAL_MASS):  # what cannot move has a mass near the greatest number
+            most = NEVER
+        elif i in (FORESEEN, FORESEEN + 1) and record[i] == NEVER:
+            continue
+        else:
+            most = LARGEST
+        if not abs(record[i]) <= most:
             return False
     normal, tangent, across = 0.0, 0.0, 0.0
     for i in range(3):
