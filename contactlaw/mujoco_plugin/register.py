@@ -21,7 +21,9 @@ _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",
     "actuator_act_dot", "sdf_distance", "sdf_gradient", "sdf_staticdistance", "sdf_attribute", "sdf_aabb",
 )  # fmt: skip
-REGISTERED = "_contactlaw_registered"  # in sys.modules: what has been registered, also where contactlaw is imported anew
+REGISTERED = (
+    "_contactlaw_registered"  # in sys.modules: what has been registered, also where contactlaw is imported anew
+)
 
 
 class _Plugin(ctypes.Structure):

@@ -101,8 +101,8 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
 
 
 SERVED = (
-    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules on planes, boxes, spheres and each "
-    "other; let this pair keep the engine's own contact, or put spheres or capsules in its place"
+    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules on planes, boxes, spheres and "
+    "each other; let this pair keep the engine's own contact, or put spheres or capsules in its place"
 )
 
 

@@ -37,8 +37,8 @@ def add_contact(
 
     The native contact of these pairs is turned off, that of each geom with every other one stays unless told otherwise.
     Balls and the ends of capsules may touch planes, the faces of boxes and each other. With `pair.radius` a ball may
-    touch any shape, and so may a capsule if neither has a free joint. Two others, a box on a plane say, are refused: they
-    touch in more than one point. Contacts that share bodies are integrated together, whichever call added them.
+    touch any shape, and so may a capsule if neither has a free joint. Two others, a box on a plane say, are refused:
+    they touch in more than one point. Contacts that share bodies are integrated together, whichever call added them.
 
     What the plugin notices while a model runs (an overlap too deep, an edge) is said once for each `MjData` as a
     `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, the reason on stderr.

@@ -57,9 +57,10 @@ class ContactCallback:
         every call and must not change between the call and stepSimulation.
       * An impulse late in a step acts in part in the next one: between the two, PyBullet's own velocities lack that
         part. `owed` and `velocity` tell it.
-      * Radii come from spheres, capsule ends, planes and box faces; anything else needs `pair.radius`, and then the
-        deepest point found acts alone. Without `pair.radius` a box edge or a capsule side is an error when the bodies
-        touch. A capsule that lies on a plane or a box does so with both ends.
+      * Radii come from spheres, capsule ends, planes and box faces. With `pair.radius` a sphere may touch any shape,
+        and a capsule any if neither is a body of its own without joints; the deepest point found acts alone. Two others, a
+        box on a plane say, are refused: they touch in more than one point. Without `pair.radius` a box edge or a
+        capsule side is an error when the bodies touch. A capsule that lies on a plane or a box does so with both ends.
       * Of what moves bodies between the contacts, gravity alone is foreseen, and of bodies with links no Coriolis or
         centrifugal accelerations. Forces applied by the user, motors, joint limits, constraints and native contacts act
         all the same, but an impact within the step does not know of them.
@@ -131,7 +132,8 @@ class ContactCallback:
             A handle for the other methods.
 
         Raises:
-            ValueError: Unknown ids, the same body twice, two bodies added already, no radius to be had, substeps.
+            ValueError: Unknown ids, the same body twice, two bodies added already, shapes that touch in more than one
+                point, no radius to be had, substeps.
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")

@@ -188,17 +188,17 @@ def check_served(a: Side, b: Side, free: bool) -> None:
         if other.shape in FLAT or not free:
             return
         raise ValueError(
-            f"{what}, one of them free: a capsule that tumbles touches a {other.shape} in more than one point; {SERVED} "
-            "(a capsule on other shapes if neither is a body of its own without joints)"
+            f"{what}, one of them free: a capsule that tumbles touches a {other.shape} in more than one point; "
+            f"{SERVED} (a capsule on other shapes if neither is a body of its own without joints)"
         )
     raise ValueError(f"{what} touch along a face or edge, not in one point; {SERVED}")
 
 
 def effective_radius(pair: ContactPair, a: Side, b: Side) -> float:
-    """R [m]: the pair's, or from the shapes, 1/R = 1/R_A + 1/R_B.
+    """R [m]: the pair's, or from the shapes, of which one is round: 1/R = 1/R_A + 1/R_B.
 
     Raises:
-        ValueError: A shape has no radius of its own, or both are flat, and the pair gives none.
+        ValueError: A shape has no radius of its own, and the pair gives none.
     """
     if pair.radius is not None:
         return pair.radius
@@ -210,10 +210,6 @@ def effective_radius(pair: ContactPair, a: Side, b: Side) -> float:
                 f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
             )
         total += side.curvature
-    if total == 0.0:
-        raise ValueError(
-            f"radius = None: {a} ({a.shape}) and {b} ({b.shape}) are both flat; give the pair an effective radius [m]"
-        )
     return 1.0 / total
 
 
