@@ -58,7 +58,7 @@ class ContactCallback:
       * An impulse late in a step acts in part in the next one: between the two, PyBullet's own velocities lack that
         part. `owed` and `velocity` tell it.
       * Radii come from spheres, capsule ends, planes and box faces. With `pair.radius` a sphere may touch any shape,
-        and a capsule any if neither is a body of its own without joints; the deepest point found acts alone. Two others, a
+        and a capsule any if neither is a body of its own without joints; the deepest point found acts alone. Others, a
         box on a plane say, are refused: they touch in more than one point. Without `pair.radius` a box edge or a
         capsule side is an error when the bodies touch. A capsule that lies on a plane or a box does so with both ends.
       * Of what moves bodies between the contacts, gravity alone is foreseen, and of bodies with links no Coriolis or
