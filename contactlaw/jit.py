@@ -108,10 +108,10 @@ jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil
 Several threads may be in one at once."""
 
 
-def compile_now(function: Callable[..., Any], *kinds: Any) -> None:
-    """Compile a jitted function for these types of its arguments, where there is a compiler."""
-    if isinstance(function, numba.core.registry.CPUDispatcher):
-        function.compile(kinds)
+def compile_now(function: Any, *kinds: Any) -> Any:
+    """Compile a jitted function for these types of its arguments; returns the type of its result."""
+    function.compile(kinds)
+    return function.overloads[function.signatures[-1]].signature.return_type
 
 
 class _Compiled(CFunc):
@@ -133,7 +133,7 @@ def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours
     if ours:
         _cache(compiled, key)
     compiled.compile()
-    _CALLBACKS.append(compiled)
+    CALLBACKS.append(compiled)
     return int(compiled.address or 0)
 
 
@@ -142,4 +142,5 @@ def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
     return lambda function: address_of(function, signature, key)
 
 
-_CALLBACKS: list[CFunc] = []
+CALLBACKS: list[CFunc] = []
+"""All that `address_of` has compiled."""

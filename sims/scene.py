@@ -42,7 +42,7 @@ class Settings:
 
     Attributes:
         engine: "mujoco" or "pybullet".
-        law: As `contactlaw.laws.law_of` has it, or "native" for the engine's own contact; None: that of the scene's pairs.
+        law: As `contactlaw.laws.law_of` has it, or "native" for the engine's own contact; None: that of the pairs.
         material: Name in `contactlaw.MATERIALS`; None: the scene's own.
         timestep: Engine step [s]; None: the engine's own.
         options: The scene's own numbers, by name; what is not given has the scene's default.

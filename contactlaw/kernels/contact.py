@@ -16,7 +16,9 @@ E_STAR, G_STAR, RADIUS, FRICTION, ZETA, LINEAR = (
     _PLACE[name] for name in ("e_star", "g_star", "radius", "friction", "zeta", "linear")
 )
 PHASE, OVERLAP, NORMAL, RATIO, TANGENTIAL = (_PLACE[name] for name in ("state", "overlap", "force", "ratio", "f"))
-STIFFNESS, CLOSING = _PLACE["stiffness"], _PLACE["closing"]
+STIFFNESS, CLOSING, MASS, TANGENTIAL_MASS = (
+    _PLACE[name] for name in ("stiffness", "closing", "mass", "tangential_mass")
+)
 TANGENT = CONTACT_SIZE  # first tangent vector, world frame; the second is n x t
 DIRECTION = TANGENT + 3  # normal n, world frame
 HEADER = DIRECTION + 3

@@ -59,7 +59,7 @@ def sliding_direction(contact):
 
 @jit
 def held(contact, f, g):
-    """Share of the springs' tangential force (f, g) [N] that the contact can hold: mu times the elastic P, at most 1."""
+    """Share of the springs' tangential force (f, g) [N] that a contact holds: mu times the elastic P, at most 1."""
     pull, limit = sqrt(f * f + g * g), contact.friction * contact.elastic
     return limit / pull if pull > limit else 1.0
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 import numpy as np
+from numba import config, types
 
 from contactlaw.jit import compile_now, compiling, jit
 from contactlaw.kernels.contact import PHASE
@@ -116,8 +117,9 @@ def advance(lent):
 
 def prepare() -> None:
     """Compile what a step needs."""
-    with compiling("the PyBullet callback", COMPILE_TIME):
-        compile_now(advance, types.float64[::1])
+    if not config.DISABLE_JIT:
+        with compiling("the PyBullet callback", COMPILE_TIME):
+            compile_now(advance, types.float64[::1])
 
 
 @jit
@@ -208,10 +210,10 @@ def act(memory, tables, near, ways):
 @jit
 def look_around(memory, tables):
     """Pairs that may touch, and the way that each shape may go, as `near_pairs`."""
-    bodies, shapes, places, pairs, _, records, _, count = tables
+    bodies, shapes, places, pairs, parameters, records, _, count = tables
     work = workspace(memory)
     clear(work)
-    return near_pairs(pairs, shapes, places, bodies, records, count, memory[DT], work)
+    return near_pairs(pairs, shapes, places, bodies, parameters, records, count, memory[DT], work)
 
 
 @jit

@@ -138,7 +138,7 @@ def shapes_spec():
     [
         ({"geom2": "flor"}, "geom2 = 'flor': must be one of .*did you mean 'floor'"),
         ({"geom1": 3}, "geom1 = 3"),
-        ({"geom1": "can"}, "cylinder 'can' on plane 'floor' has no one clear radius"),
+        ({"geom1": "can"}, "cylinder 'can' on plane 'floor': they touch along a face"),
         ({"geom2": "ball"}, "another geom"),
         ({"pair": 0.1}, "pair = 0.1"),
         ({"spec": shapes_spec().compile()}, "before the model is compiled"),
