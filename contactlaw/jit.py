@@ -18,6 +18,7 @@ import numba
 from numba.core import event
 from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
+from numba.core.types import unliteral
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -47,13 +48,26 @@ def _cache(compiled: Any, key: str) -> None:
         compiled._cache.disable()
 
 
-def jit_for(key: str, fastmath: bool | set[str] = False, nogil: bool = False) -> Callable[[Function], Function]:
+def _take_any_value(dispatcher: Any) -> None:
+    """Let numba compile a function once for each type of its arguments, not anew for each literal that it is given."""
+    template_of = dispatcher.get_call_template
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        return template_of(tuple(map(unliteral, args)), {name: unliteral(kind) for name, kind in kws.items()})
+
+    dispatcher.get_call_template = get_call_template
+
+
+def jit_for(
+    key: str, fastmath: bool | set[str] = False, nogil: bool = False, inline: bool = False
+) -> Callable[[Function], Function]:
     """`jit` for code that depends on something outside too, named by the key; may use fast math and threads."""
 
     def compile_lazily(function: Function) -> Function:
-        dispatcher = numba.njit(error_model="numpy", fastmath=fastmath, nogil=nogil)(function)
+        dispatcher = numba.njit(error_model="numpy", fastmath=fastmath, nogil=nogil, forceinline=inline)(function)
         if dispatcher is not function:
             _cache(dispatcher, key)
+            _take_any_value(dispatcher)
         return dispatcher  # type: ignore[return-value]
 
     return compile_lazily
@@ -100,6 +114,10 @@ def compiling(what: str, seconds: int) -> Iterator[None]:
 
 jit = jit_for("")
 """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
+
+
+jit_inline = jit_for("", inline=True)
+"""`jit` for what is small and called at every substep: copied into whoever calls it."""
 
 
 jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil=True)
