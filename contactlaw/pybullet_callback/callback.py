@@ -18,13 +18,11 @@ from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, 
 from contactlaw.pybullet_callback.couples import couples_of
 from contactlaw.pybullet_callback.layout import Layout
 from contactlaw.pybullet_callback.linked import Linked
-from contactlaw.pybullet_callback.losses import Losses
 from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.shapes import BASE, engine_parameters, read_sides
 from contactlaw.pybullet_callback.step import (
     ACT,
     DIVERGED,
-    ENDED,
     LEDGERS,
     LOOK,
     NO_ROOM,
@@ -66,9 +64,7 @@ class ContactCallback:
         centrifugal accelerations. Forces applied by the user, motors, joint limits, constraints and native contacts act
         all the same, but an impact within the step does not know of them.
       * Masses and inertias are those at the touch.
-      * Bullet's default damping and its clamp of velocities at 100 m/s and 100 rad/s eat energy and cannot be read.
-        They are recognised by what they do, and warned of once per body: the default damping in the first steps of
-        free flight of a body without links, the clamp when a base in touch moves at exactly 100. Set
+      * Bullet's default damping and its clamp of velocities at 100 m/s and 100 rad/s eat energy and cannot be read. Set
         changeDynamics(body, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6).
       * Removing a contact turns the native response of its pairs on, whatever collision groups say: what
         setCollisionFilterPair said before cannot be read.
@@ -103,7 +99,6 @@ class ContactCallback:
         self._marks = Marks(self._client)
         self._body_count = -1
         self._dt = 0.0
-        self._losses = Losses(self._client)
         self._layout = Layout(self._client, {})
 
     def add_contact(
@@ -152,8 +147,7 @@ class ContactCallback:
         for couple in couples:
             one, two = couple.a, couple.b
             p.setCollisionFilterPair(one.body, two.body, one.link, two.link, 0, self._client)
-        for body in self._marks.put({side.body for couple in couples for side in couple.sides}):
-            self._losses.adopt(body)
+        self._marks.put({side.body for couple in couples for side in couple.sides})
         return handle
 
     def remove_contact(self, handle: int) -> None:
@@ -167,7 +161,6 @@ class ContactCallback:
         used = {side.body for other in self._contacts.values() for couple in other.couples for side in couple.sides}
         for body in {side.body for couple in contact.couples for side in couple.sides} - used:
             self._marks.take(body)
-            self._losses.release(body)
         self._layout = Layout(self._client, self._contacts, self._layout, fixed_bodies_move=self._moves)
         self.look()
 
@@ -271,14 +264,12 @@ class ContactCallback:
                 layout.widen()
             elif result < 0:
                 self._refuse(result)
-            elif not layout.bodies.refresh(look_over(layout, self._marks, self._losses), layout.tables):
+            elif not layout.bodies.refresh(look_over(layout, self._marks), layout.tables):
                 break
             result = self._advance()
         if result != NOTHING:
             self._act(result, parameters)
-        elif self._losses.flying:
-            self._losses.watch(set(), parameters)
-        if self._alone and layout.plain and not self._losses.flying:
+        if self._alone and layout.plain:
             memory = layout.tables.memory
             self._unseen = LOOK_AGAIN if memory[STILL] else int(memory[APART])
 
@@ -298,17 +289,12 @@ class ContactCallback:
         layout, tables = self._layout, self._layout.tables
         self._push(result)
         self._dt = parameters["fixedTimeStep"]
-        if result % PUSHES == ACT and not self._losses.flying:
+        if result % PUSHES == ACT:
             return
         if result & LEDGERS:
             layout.enter(self._dt)
-        if self._losses.flying:
-            self._losses.watch(layout.bodies_near(), parameters)
         if result % PUSHES != ACT:
-            ended = layout.ended() if result & ENDED else set()
             tables.commit()
-            for body in ended:
-                self._losses.take_off(body)
 
     def _push(self, result: int) -> None:
         """Apply the forces and torques that a step came to."""

@@ -167,18 +167,6 @@ class Layout:
             if ledger is not None:
                 ledger.add(told, dt)
 
-    def ended(self) -> set[int]:
-        """Bodies of contacts that were in force and will not be after this step."""
-        tables = self.tables
-        old, new = set(tables.records[:, KEY].tolist()), set(tables.coming[:, KEY].tolist())
-        pairs = {int(key) // MOST_SLOTS for key in old - new}
-        return {side.body for pair in pairs for side in self.couples[pair][2].sides}
-
-    def bodies_near(self) -> set[int]:
-        """Bodies of the contacts that a step tells of."""
-        told = self.tables.tellings[: int(self.tables.memory[TOLD]), TOLD_PAIR].astype(int)
-        return {side.body for pair in told for side in self.couples[pair][2].sides}
-
 
 def _hidden(couple: Couple, which: int) -> bool:
     """Whether a shape that the kernels know must be measured all the same: they know none on which it would be A."""

@@ -20,13 +20,12 @@ class Marks:
         self._name = f"contactlaw {next(_NAMES)}"
         self._marked: set[int] = set()
 
-    def put(self, bodies: Iterable[int]) -> set[int]:
-        """Mark bodies; returns those that were not marked yet."""
+    def put(self, bodies: Iterable[int]) -> None:
+        """Mark bodies."""
         new = set(bodies) - self._marked
         for body in new:
             p.addUserData(body, self._name, "", physicsClientId=self._client)
         self._marked |= new
-        return new
 
     def take(self, body: int) -> None:
         """Take the mark off a body, which may be gone."""

@@ -53,7 +53,6 @@ from contactlaw.pybullet_callback.tables import (
     APART,
     BAD,
     BY_SHAPE,
-    CLAMPED,
     COUNT,
     DEEP,
     DT,
@@ -64,7 +63,6 @@ from contactlaw.pybullet_callback.tables import (
     KEPT,
     NEW,
     POSITION,
-    READ,
     READING,
     SLACK,
     STILL,
@@ -80,7 +78,6 @@ from contactlaw.pybullet_callback.tables import (
     TOLD_WORK,
     TOO_DEEP,
     UNCLEAR,
-    VELOCITY,
     WIDTH,
     outputs,
     views,
@@ -95,7 +92,6 @@ NOT_FINITE, NO_ROOM, DIVERGED = -1, -2, -3
 
 MOST_APART = 1000.0  # steps that are foreseen
 COMPILE_TIME = 15  # [s]
-CLAMP = 100.0  # Bullet's default limit of each velocity component [m/s], [rad/s]
 
 
 @jit
@@ -282,9 +278,6 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
                 push[3 + j] += twist[i, side, j]
             add_cross(arms[i, side], now[i], sign, push[3:6])
             sign = -1.0
-            for j in range(VELOCITY, READ):
-                if touched and abs(bodies[k, j]) == CLAMP:
-                    flags |= CLAMPED
         if touched:
             if pair[BY_SHAPE] != 0.0 and found[i, CLEAR] == 0.0:
                 flags |= UNCLEAR

@@ -1,36 +1,30 @@
-"""What a step must be looked over for before its forces act: shapes, bodies that have gone, depth, losses."""
+"""What a step must be looked over for before its forces act: shapes, bodies that have gone, depth."""
 
 from __future__ import annotations
 
 import warnings
 from math import inf
 
-import numpy as np
-
 from contactlaw.kernels.touch import SIDE
 from contactlaw.pair import ContactWarning
 from contactlaw.pybullet_callback.contact import Couple
 from contactlaw.pybullet_callback.layout import Layout
-from contactlaw.pybullet_callback.losses import Losses
 from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.tables import (
-    CLAMPED,
     DEEP,
     FLAGS,
     GAVE_UP,
     NEW,
-    READ,
     TOLD,
     TOLD_DEEPEST,
     TOLD_PAIR,
     TOLD_SLOT,
     TOO_DEEP,
     UNCLEAR,
-    VELOCITY,
 )
 
 
-def look_over(layout: Layout, marks: Marks, losses: Losses) -> set[int]:
+def look_over(layout: Layout, marks: Marks) -> set[int]:
     """Check the contacts that a step flags.
 
     Returns:
@@ -53,9 +47,6 @@ def look_over(layout: Layout, marks: Marks, losses: Losses) -> set[int]:
     for row in told:
         flags, pair = int(row[FLAGS]), int(row[TOLD_PAIR])
         _, _, couple = layout.couples[pair]
-        if flags & CLAMPED:
-            for side in couple.sides:
-                losses.warn_of_clamp(side.key, np.abs(tables.bodies[layout.bodies.row[side.key], VELOCITY:READ]))
         if flags & TOO_DEEP:
             couple.deep = tables.pairs[pair, DEEP] = inf
             _warn(

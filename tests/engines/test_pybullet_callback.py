@@ -169,25 +169,6 @@ def test_contacts_may_go_after_their_bodies(client: int, moves: bool) -> None:
     callback()
 
 
-def test_damping_and_clamp_are_warned_of_once(client: int) -> None:
-    floor = plane(client)
-    damped = ball(client, [0, 0, 1.0], [1, 0, 0], [0, 0, 5.0])
-    p.changeDynamics(damped, -1, linearDamping=0.04, angularDamping=0.04, physicsClientId=client)
-    clamped = ball(client, [1, 0, RADIUS], [0, 0, -1.0], [0, 150.0, 0])
-    p.changeDynamics(clamped, -1, maxJointVelocity=100, physicsClientId=client)
-    p.setTimeStep(1e-6, client)
-    callback = ContactCallback(client)
-    for body in (damped, clamped):
-        callback.add_contact(body, floor, pair_of())
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        run(client, callback, 20)
-    messages = [str(w.message) for w in caught if issubclass(w.category, ContactWarning)]
-    assert len(messages) == 2
-    assert f"body {clamped}: moves at 100.0" in messages[0] + messages[1]
-    assert f"body {damped}: loses speed in free flight, linearDamping = angularDamping = 0.04" in "".join(messages)
-
-
 def test_clean_bodies_raise_no_warning(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-6], [0.1, 0, -1.0], [0, 0, 5.0])
     p.setGravity(0, 0, -9.81, client)
