@@ -205,6 +205,11 @@ def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64
     return 0.5 * (x + 1.0), 0.5 * w
 
 
+def scaled_duration(zeta: float) -> float:
+    """Duration of a damped impact, times its speed, over the greatest overlap that it would have undamped."""
+    return _scaled_impact(zeta)[0]
+
+
 @lru_cache(maxsize=64)
 def _scaled_impact(zeta: float) -> tuple[float, float, float]:
     """Of a damped impact: duration times speed, greatest overlap and force, over those overlap and force undamped."""

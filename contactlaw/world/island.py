@@ -1,0 +1,170 @@
+"""The bodies and contacts of one island through one window: fly to the first touch, step while anything is closed.
+
+A substep is a leapfrog: all bodies drift, then each contact looks where its bodies are and asks its law, then all
+bodies are kicked. The force at the end of a window is where the next one begins.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+from contactlaw.jit import jit
+from contactlaw.world.geometry import meet
+from contactlaw.world.motion import drift, fly, settle
+from contactlaw.world.pace import look, substep, touch_time
+from contactlaw.world.records import NEVER
+from contactlaw.world.sleep import fall_asleep
+from contactlaw.world.touch import TOUCHING, advance, close, open_up, strike
+from contactlaw.world.window import radius_of
+
+BLOCK = 16  # substeps of one length; then the paces are looked at anew
+TRIES = 30  # looks on the way to a touch; after them it is stepped towards
+AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
+
+
+@jit
+def integrate(w, root, now, until):
+    """Move an island from one time of the step to another [s]."""
+    bodies, pairs = members(w, root)
+    t = now
+    while t < until:
+        t = approach(w, bodies, pairs, t, until)
+        if t < until:
+            t = run(w, bodies, pairs, t, until)
+    for i in range(bodies):
+        b = w.bodies[w.own[i]]
+        b.time = until
+        settle(b)
+        b.moved = 1
+    fall_asleep(w, bodies, pairs)
+
+
+@jit
+def members(w, root):
+    """List the bodies and the near pairs of an island; returns how many."""
+    bodies, pairs = 0, 0
+    i = root
+    while i >= 0:
+        if w.bodies[i].still == 0:
+            w.own[bodies] = i
+            bodies += 1
+        i = w.bodies[i].link
+    k = w.bodies[root].head
+    while k >= 0:
+        w.mine[pairs] = k
+        pairs += 1
+        k = w.near[k].link
+    return bodies, pairs
+
+
+@jit
+def approach(w, bodies, pairs, t, until):
+    """While nothing is closed, fly all bodies together until the first two touch; returns when they do [s]."""
+    soon = AT_ONCE * (until - t)
+    for _ in range(TRIES):
+        closed, first = False, NEVER
+        for i in range(pairs):
+            p = w.near[w.mine[i]]
+            if p.closed == 0:
+                look(p, w.shapes, w.bodies, t, w.state[0].step - t)
+                w.state[0].looks += 1
+                first = min(first, p.look)
+                if p.look <= t + soon and p.gap <= TOUCHING * radius_of(w, p) and close(w, w.mine[i], -p.gap):
+                    closed = True
+            else:
+                closed = True
+        if closed:
+            return t
+        t = min(max(first, t + 1e-3 * soon), until)
+        for i in range(bodies):
+            fly(w.bodies[w.own[i]], t)
+        if t == until:
+            return t
+    return t
+
+
+@jit
+def run(w, bodies, pairs, t, until):
+    """Step an island until nothing of it is closed, or to the end; returns when [s]."""
+    h = length(w, pairs, t, until)
+    for i in range(pairs):
+        p = w.near[w.mine[i]]
+        if p.closed != 0:
+            strike(w.contacts[p.slot], w.bodies[p.body_a], w.bodies[p.body_b], 0.5 * h)
+    start, done, going = t, 0, True
+    while going:
+        done += 1
+        last = abs(until - start - done * h) < 0.5 * h
+        t = until if last else start + done * h
+        for i in range(bodies):
+            drift(w.bodies[w.own[i]], h)
+        closed, news = forces(w, pairs, h)
+        following = h
+        going = closed > 0 and not last
+        if not going:
+            following = 0.0
+        elif news or done == BLOCK:
+            following = length(w, pairs, t, until)
+            start, done = t, 0
+        for i in range(pairs):
+            p = w.near[w.mine[i]]
+            if p.closed == 0:
+                continue
+            c = w.contacts[p.slot]
+            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+            if c.touch.overlap > 0.0:
+                strike(c, a, b, 0.5 * (h + following) + c.share * h)
+            else:
+                strike(c, a, b, c.share * h)
+                open_up(p, c)
+        w.state[0].kicks += closed
+        h = following
+    return t
+
+
+@jit
+def forces(w, pairs, h):
+    """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched."""
+    closed, news = 0, False
+    for i in range(pairs):
+        p = w.near[w.mine[i]]
+        a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+        if p.closed == 0:
+            if p.watched == 0:
+                continue
+            overlap, _, _, _ = meet(w.shapes[p.a], a, w.shapes[p.b], b)
+            before = -p.gap
+            p.gap = -overlap
+            if overlap <= 0.0 or not close(w, w.mine[i], min(before, 0.0)):
+                continue
+            news = True
+        c = w.contacts[p.slot]
+        advance(c, w.memory[p.slot], w.nodes, w.shapes, a, b, h)
+        if c.touch.overlap > 0.0:
+            closed += 1
+    return closed, news
+
+
+@jit
+def length(w, pairs, t, until):
+    """Length [s] of the next substeps, a whole number of which leads to the end of the window."""
+    state, closed, h = w.state[0], 0, until - t
+    for i in range(pairs):
+        closed += w.near[w.mine[i]].closed
+    count = state.substeps if closed <= state.crowd else state.crowd_substeps
+    for i in range(pairs):
+        p = w.near[w.mine[i]]
+        if p.closed != 0:
+            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+            h = min(h, substep(w.contacts[p.slot], w.pairs[p.pair], a, b, count))
+    for i in range(pairs):
+        p = w.near[w.mine[i]]
+        if p.closed == 0:
+            look(p, w.shapes, w.bodies, t, state.step - t)
+            state.looks += 1
+            speed = max(p.closing, 0.0) + w.bodies[p.body_a].stir + w.bodies[p.body_b].stir
+            block = BLOCK * h
+            p.watched = 1 if p.gap < block * (speed + 0.5 * block * max(p.push, 0.0)) else 0
+            if p.watched != 0 and p.gap < 2.0 * block * max(p.closing, 0.0):
+                h = min(h, touch_time(p, w.pairs[p.pair], radius_of(w, p), w.bodies) / count)
+    return (until - t) / ceil((until - t) / h - 1e-9)

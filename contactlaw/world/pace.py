@@ -1,0 +1,125 @@
+"""How fast contacts go: when an open one could close, and how long a substep of a closed one may be."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit
+from contactlaw.world.geometry import centre, meet
+from contactlaw.world.law import stiffness
+from contactlaw.world.motion import acceleration_at, mobility, velocity_at
+from contactlaw.world.records import NEVER, SPHERE
+from contactlaw.world.vec import add, cross, dot, load, norm, sub
+
+FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
+WIDEST_LOOK = 0.2  # [rad] that a body with shapes off its centre may turn between two looks
+
+
+@jit
+def impact_time(k, duration, mass, overlap, closing, push):
+    """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration.
+
+    k: of P = k delta^1.5. duration: of an impact, times speed, over the greatest overlap. A contact that is pressed
+    together is as fast as its overlap at rest makes it, however slowly it began.
+    """
+    square = closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass
+    if push > 0.0:
+        square += 2.0 * push * (mass * push / k) ** (2.0 / 3.0)
+    if square == 0.0:
+        return NEVER
+    return duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
+
+
+@jit
+def time_to_close(gap, closing, push):
+    """Time [s] until a gap [m] >= 0 closes, at a closing speed [m/s] and acceleration [m/s^2]."""
+    square = closing * closing + 2.0 * push * gap
+    if square < 0.0:
+        return NEVER
+    if closing > 0.0:
+        return 2.0 * gap / (closing + sqrt(square))
+    return (sqrt(square) - closing) / push if push > 0.0 else NEVER
+
+
+@jit
+def look(p, shapes, bodies, now, left):
+    """See how near two shapes are now, a time [s] of the step, and when they could close in the `left` [s] after it.
+
+    The time is never too late: what the closing acceleration leaves out, the line of centres that turns, opens the gap;
+    that of shapes off their body's centre, which changes as the body turns, is bounded.
+    """
+    sa, sb, a, b = shapes[p.a], shapes[p.b], bodies[p.body_a], bodies[p.body_b]
+    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
+    p.gap = -overlap
+    p.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
+    rest = sub(load(a.acceleration), load(b.acceleration))
+    p.push = norm(rest) if sb.kind == SPHERE else -dot(rest, n)
+    p.look = now
+    if overlap > 0.0:
+        return
+    slack, horizon = 0.0, left
+    if a.oriented != 0 or b.oriented != 0:
+        from_a, from_b = centre(sa, a), centre(sb, b)
+        turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
+        p.push -= dot(sub(turning, rest), n)
+        w = norm(load(a.spin)) + norm(load(b.spin))
+        across = norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
+        speed = w * (norm(arm_a) + norm(arm_b)) + across
+        twist = torque_bound(a, from_a) + torque_bound(b, arm_b) + 2.0 * norm(load(b.spin)) * across
+        for _ in range(2):
+            if w * horizon > WIDEST_LOOK:
+                horizon = WIDEST_LOOK / w
+            slack = w * w * speed * horizon * horizon + twist * horizon
+            horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.push, 0.0)))
+    wait = time_to_close(p.gap, p.closing + slack, p.push)
+    p.look = now + min(wait, horizon) if wait < left or horizon < left else NEVER
+
+
+@jit
+def torque_bound(b, arm):
+    """Acceleration [m/s^2] of a point by torques, the gyroscopic one included, at most."""
+    if b.isotropic != 0:
+        return norm(load(b.torque)) * b.inverse_inertia[0] * norm(arm)
+    i = b.inverse_inertia
+    moment = norm(load(b.torque)) + norm(cross(load(b.spin), load(b.momentum)))
+    return moment * max(i[0], max(i[1], i[2])) * norm(arm)
+
+
+@jit
+def touch_time(p, pair, radius, bodies):
+    """Duration [s] of the impact that two near shapes are about to have."""
+    mass = 1.0 / (bodies[p.body_a].inverse_mass + bodies[p.body_b].inverse_mass)
+    push = max(p.push, 0.0)
+    closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
+    k = 4.0 / 3.0 * pair.material.e_star * sqrt(radius)
+    return impact_time(k, pair.duration, mass, max(-p.gap, 0.0), closing, push)
+
+
+@jit
+def contact_time(c, pair, a, b):
+    """Duration [s] of the impact that a closed contact is in."""
+    t = c.touch
+    pull = sub(load(a.acceleration), load(b.acceleration))
+    return impact_time(stiffness(t), pair.duration, t.mass, max(t.overlap, 0.0), t.closing, norm(pull))
+
+
+@jit
+def substep(c, pair, a, b, substeps):
+    """Longest substep [s] for a closed contact; substeps: of an impact."""
+    t = c.touch
+    own = t.force / t.mass
+    chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
+    if t.overlap > 0.0 and t.closing * t.closing < 0.1 * own * t.overlap and abs(c.hastening) < 0.3 * own:
+        substeps = max(substeps / FEW, 20.0)
+    return contact_time(c, pair, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+
+
+@jit
+def masses(c, a, b):
+    """Effective masses [kg] along the normal and across, the mean of both tangents, at the touch."""
+    n, e = load(c.normal), load(c.tangent)
+    arm_a, arm_b = load(c.arm_a), load(c.arm_b)
+    c.touch.mass = 1.0 / (mobility(a, arm_a, n) + mobility(b, arm_b, n))
+    t = cross(n, e)
+    both = mobility(a, arm_a, e) + mobility(b, arm_b, e) + mobility(a, arm_a, t) + mobility(b, arm_b, t)
+    c.touch.tangential_mass = 2.0 / both

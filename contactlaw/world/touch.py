@@ -1,0 +1,200 @@
+"""A contact from its touch to its parting: its slot, its frame, its force, and the ends of an impact.
+
+The force is summed over substeps as the trapezoidal rule does. At both ends of an impact it goes with a power p of time
+and the first or last point of the sum lies s substeps inside: the sum is then too much by zeta(-p, s) times what the
+force grows to in one substep (Euler-Maclaurin; zeta is Hurwitz's). Elastic force begins and ends with p = 3/2; the
+damper sets in with p = 1/4.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit
+from contactlaw.world import law
+from contactlaw.world.geometry import effective_radius, meet
+from contactlaw.world.motion import kick, moved_at
+from contactlaw.world.pace import masses
+from contactlaw.world.records import CLOSED, FREE, PARTED
+from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub, tangent
+
+# (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
+ELASTIC_END = (-0.31178923, -0.5489945, -0.15573116, 0.01654819)
+DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
+
+TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
+
+
+@jit
+def cubic(a, s):
+    """A polynomial of third degree."""
+    return a[0] + s * (a[1] + s * (a[2] + s * a[3]))
+
+
+@jit
+def elastic_end(s):
+    """By how many substeps the force at the first or last point acted too short; s in (0, 1]: see the module.
+
+    Counted from an end on a point, s = 1, so that impacts which begin on a point are as symmetric in time as they are.
+    """
+    s = max(s, 1e-6)
+    return -(1.0 + cubic(ELASTIC_END, s) / sqrt(s))
+
+
+@jit
+def damped_end(s):
+    """The same of the damper's force at the touch, not counted from anything."""
+    s = max(s, 1e-6)
+    return -(1.0 + cubic(DAMPED_END, s) / sqrt(sqrt(s)))
+
+
+@jit
+def close(w, k, overlap):
+    """Close near pair k: it has a contact from now on. Returns whether there was room for it.
+
+    overlap [m]: when it was last open, zero or less; more where it is found closed.
+    """
+    q, state = w.near[k], w.state[0]
+    if q.slot < 0:
+        if state.spares == 0:
+            state.lost += 1
+            return False
+        state.spares -= 1
+        q.slot = w.spare[state.spares]
+        clear(w.contacts[q.slot])
+    q.closed = 1
+    c = w.contacts[q.slot]
+    c.phase = CLOSED
+    c.near = k
+    c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
+    c.touches += 1
+    made_of(c.touch, w.pairs[q.pair], effective_radius(w.shapes[q.a], w.shapes[q.b]))
+    a, b = w.bodies[q.body_a], w.bodies[q.body_b]
+    _, n, arm_a, arm_b = meet(w.shapes[q.a], a, w.shapes[q.b], b)
+    store(c.normal, n)
+    store(c.tangent, tangent(n))
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    store(c.push, (0.0, 0.0, 0.0))
+    c.interval = 0.0
+    c.hastening = 0.0
+    c.share = 0.0
+    masses(c, a, b)
+    t = c.touch
+    law.begin(t)
+    t.overlap = overlap
+    t.before = overlap
+    t.closing = q.closing
+    if overlap > TOUCHING * t.radius:
+        state.late += 1
+        state.latest = max(state.latest, overlap)
+        law.advance_contact(t, w.memory[q.slot], w.nodes, 0.0, 0.0, 0.0, 0.0)
+        store(c.push, scale(t.force, n))
+    return True
+
+
+@jit
+def clear(c):
+    """Begin the ledger of a contact."""
+    c.touches = 0
+    c.deepest = 0.0
+    c.strongest = 0.0
+    c.duration = 0.0
+    c.normal_work = 0.0
+    c.friction_work = 0.0
+    store(c.impulse, (0.0, 0.0, 0.0))
+
+
+@jit
+def made_of(t, pair, radius):
+    """Tell a law what a contact is made of; radius [m]: of the shapes."""
+    t.e_star = pair.material.e_star
+    t.g_star = pair.material.g_star
+    t.friction = pair.material.friction
+    t.zeta = pair.material.zeta
+    t.radius = pair.radius if pair.radius > 0.0 else radius
+
+
+@jit
+def open_up(q, c):
+    """A contact has opened; its slot is kept until the next step."""
+    q.closed = 0
+    c.phase = PARTED
+    store(c.push, (0.0, 0.0, 0.0))
+    law.begin(c.touch)
+
+
+@jit
+def release(w, slot):
+    """Make the slot of a contact free."""
+    state = w.state[0]
+    w.contacts[slot].phase = FREE
+    w.spare[state.spares] = slot
+    state.spares += 1
+
+
+@jit
+def turn_frame(c, n, twist):
+    """Turn the tangent with the normal, without twist, then about it [rad]."""
+    old = load(c.normal)
+    e = load(c.tangent)
+    e = axpy(-dot(e, n) / max(1.0 + dot(n, old), 1e-300), add(n, old), e)
+    e = axpy(twist, cross(n, e), e)
+    e = axpy(-dot(e, n), n, e)
+    store(c.tangent, scale(1.5 - 0.5 * dot(e, e), e))
+    store(c.normal, n)
+
+
+@jit
+def advance(c, memory, nodes, shapes, a, b, h):
+    """Advance a contact whose bodies have just drifted for h [s]: new are its force `push` and its extra `share`."""
+    overlap, n, arm_a, arm_b = meet(shapes[c.shape_a], a, shapes[c.shape_b], b)
+    t = c.touch
+    mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
+    moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
+    turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    before = t.overlap
+    t.before = before
+    t.overlap = overlap
+    c.share = 0.0
+    if overlap <= 0.0:
+        if before > 0.0 and t.zeta == 0.0 and c.interval > 0.0:
+            c.share = elastic_end(before / (before - overlap))
+        return
+    e = load(c.tangent)
+    f = cross(n, e)
+    du, dv = dot(moved, e), dot(moved, f)
+    closing = (overlap - before) / h
+    own = t.force / t.mass
+    if c.interval > 0.0:
+        c.hastening = (closing - t.closing) / (0.5 * (h + c.interval))
+    else:
+        c.hastening = -dot(sub(load(a.acceleration), load(b.acceleration)), n) - own
+    t.closing = closing
+    opening = t.force == 0.0 and c.interval == 0.0
+    old_force, old_f, old_g = t.force, t.f, t.g
+    law.advance_contact(t, memory, nodes, du, dv, h, c.hastening + own)
+    if opening:
+        inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
+        if t.zeta > 0.0 and t.ratio > 1.0:
+            c.share = damped_end(inside) * (1.0 - 1.0 / t.ratio) + elastic_end(inside) / t.ratio
+        else:
+            c.share = elastic_end(inside)
+    store(c.push, axpy(t.force, n, axpy(-t.f, e, scale(-t.g, f))))
+    c.interval = h
+    c.deepest = max(c.deepest, overlap)
+    c.strongest = max(c.strongest, t.force)
+    c.duration += h
+    c.normal_work -= 0.5 * (old_force + t.force) * (overlap - max(before, 0.0))
+    c.friction_work -= 0.5 * ((old_f + t.f) * du + (old_g + t.g) * dv)
+
+
+@jit
+def strike(c, a, b, time):
+    """Kick both bodies with the force of a contact for a time [s], equal and opposite, at one point."""
+    impulse = scale(time, load(c.push))
+    kick(a, load(c.arm_a), impulse)
+    kick(b, load(c.arm_b), scale(-1.0, impulse))
+    store(c.impulse, add(load(c.impulse), impulse))

@@ -1,0 +1,165 @@
+"""Which contacts are stepped in a window of time, and which bodies they join into islands.
+
+A window is as long as the shortest impact that is going on, so that hardly anything else happens in it. Contacts are
+taken in that are closed, or that can close within the window: by the motion there is, and by what impacts may make of
+it. All other bodies fly, in closed form, whenever somebody looks at them next.
+"""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit
+from contactlaw.world.geometry import effective_radius
+from contactlaw.world.motion import fly
+from contactlaw.world.pace import contact_time, look, touch_time
+from contactlaw.world.records import NEVER
+
+REBOUND = 2.5  # of the speed of an impact, by which it may change that of a body's surface
+
+
+@jit
+def survey(w, now, step):
+    """Look at all open pairs whose bodies have changed course or that could close now.
+
+    Returns when the next one could close [s], and the duration [s] of the shortest impact that is going on.
+    """
+    first, shortest = NEVER, NEVER
+    state = w.state[0]
+    for k in range(state.nears):
+        p = w.near[k]
+        a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+        if a.still != 0 and b.still != 0:
+            continue
+        if p.closed != 0:
+            shortest = min(shortest, contact_time(w.contacts[p.slot], w.pairs[p.pair], a, b))
+            continue
+        if a.moved != 0 or b.moved != 0 or p.look <= now:
+            fly(a, now)
+            fly(b, now)
+            look(p, w.shapes, w.bodies, now, step - now)
+            state.looks += 1
+        if p.look < step:
+            first = min(first, p.look)
+    for i in range(w.bodies.shape[0]):
+        w.bodies[i].moved = 0
+    return first, shortest
+
+
+@jit
+def next_impact(w, now):
+    """Duration [s] of the shortest impact that may begin now."""
+    shortest = NEVER
+    for k in range(w.state[0].nears):
+        p = w.near[k]
+        if p.closed == 0 and p.look <= now and not (w.bodies[p.body_a].still != 0 and w.bodies[p.body_b].still != 0):
+            shortest = min(shortest, touch_time(p, w.pairs[p.pair], radius_of(w, p), w.bodies))
+    return shortest
+
+
+@jit
+def radius_of(w, p):
+    """Effective radius [m] of a near pair."""
+    own = w.pairs[p.pair].radius
+    return own if own > 0.0 else effective_radius(w.shapes[p.a], w.shapes[p.b])
+
+
+@jit
+def gather(w, now, until):
+    """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
+    state = w.state[0]
+    length = until - now
+    for i in range(w.bodies.shape[0]):
+        b = w.bodies[i]
+        b.stir = 0.0
+        b.island = i
+        b.head = -1
+        b.link = -1
+    sleeper = False
+    found = True
+    first = True
+    while found:
+        found = False
+        for k in range(state.nears):
+            p = w.near[k]
+            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+            if first:
+                p.active = 0
+            if p.active != 0 or (a.still != 0 and b.still != 0):
+                continue
+            if p.closed == 0 and (not first or p.look > until):
+                if a.stir == 0.0 and b.stir == 0.0:
+                    continue
+                fly(a, now)
+                fly(b, now)
+                look(p, w.shapes, w.bodies, now, state.step - now)
+                state.looks += 1
+                reach = (max(p.closing, 0.0) + a.stir + b.stir + 0.5 * max(p.push, 0.0) * length) * length
+                if p.gap > reach:
+                    continue
+            p.active = 1
+            found = True
+            fly(a, now)
+            fly(b, now)
+            sleeper = sleeper or a.asleep != 0 or b.asleep != 0
+            stir(w, p, a, b, length)
+            join(w.bodies, p.body_a, p.body_b)
+        first = False
+    return sleeper
+
+
+@jit
+def stir(w, p, a, b, length):
+    """How much the velocities of two bodies may change by their contact, from the energy that is in it."""
+    closing, push = max(p.closing, 0.0), max(p.push, 0.0)
+    square = (closing + push * length) ** 2
+    if p.closed != 0:
+        t = w.contacts[p.slot].touch
+        x = max(t.overlap, 0.0)
+        square = t.closing * t.closing + 0.8 * t.force * x / t.mass
+    both = a.inverse_mass + b.inverse_mass
+    speed = REBOUND * square**0.5
+    a.stir = max(a.stir, speed * a.inverse_mass / both)
+    b.stir = max(b.stir, speed * b.inverse_mass / both)
+
+
+@jit
+def root_of(bodies, i):
+    """First body of the island that a body is in."""
+    while bodies[i].island != i:
+        bodies[i].island = bodies[bodies[i].island].island
+        i = bodies[i].island
+    return i
+
+
+@jit
+def join(bodies, i, j):
+    """Make two bodies members of one island; those that nothing moves are in none."""
+    if bodies[i].still != 0 and bodies[i].asleep == 0:
+        i = j
+    if bodies[j].still != 0 and bodies[j].asleep == 0:
+        j = i
+    i, j = root_of(bodies, i), root_of(bodies, j)
+    bodies[max(i, j)].island = min(i, j)
+
+
+@jit
+def link(w):
+    """String up the near pairs and the bodies of each island."""
+    state = w.state[0]
+    state.islands = 0
+    for k in range(state.nears - 1, -1, -1):
+        p = w.near[k]
+        if p.active == 0:
+            continue
+        own = p.body_a if w.bodies[p.body_a].still == 0 else p.body_b
+        root = root_of(w.bodies, own)
+        r = w.bodies[root]
+        if r.head < 0:
+            w.roots[state.islands] = root
+            state.islands += 1
+        p.link = r.head
+        r.head = k
+    for i in range(w.bodies.shape[0] - 1, -1, -1):
+        root = root_of(w.bodies, i)
+        if root != i and w.bodies[root].head >= 0:
+            w.bodies[i].link = w.bodies[root].link
+            w.bodies[root].link = i
