@@ -6,27 +6,27 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, STATE, Array, Arrays
+from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, WORLD, Array, Arrays
 
 LEAST = 64  # near pairs and contacts that there is room for from the start
 
 
 def empty(nodes: Array) -> Arrays:
     """A world without bodies but itself; nodes: of its law, shape (2, count)."""
-    world = Arrays(
+    made = Arrays(
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
         contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 2, nodes.shape[1])), nodes=nodes,
         groups=np.full((1, 1), -1), spare=np.arange(LEAST)[::-1].copy(), roots=np.zeros(1, np.int64),
-        own=np.zeros(1, np.int64), mine=np.zeros(LEAST, np.int64), grid=np.zeros(4, np.int64), state=np.zeros(1, STATE),
+        own=np.zeros(1, np.int64), mine=np.zeros(LEAST, np.int64), grid=np.zeros(4, np.int64), world=np.zeros(1, WORLD),
     )  # fmt: skip
-    body = world.bodies[0]
+    body = made.bodies[0]
     body["quaternion"][0] = 1.0
     body["axes"] = np.eye(3).ravel()
     body["isotropic"] = 1
     body["oriented"] = 1  # planes of the world have places
-    world.state["spares"] = LEAST
-    world.state["stale"] = 1
-    return world
+    made.world["spares"] = LEAST
+    made.world["stale"] = 1
+    return made
 
 
 def longer(array: Array, count: int) -> Array:
@@ -34,35 +34,35 @@ def longer(array: Array, count: int) -> Array:
     return np.concatenate([array, np.zeros((count, *array.shape[1:]), array.dtype)])
 
 
-def with_body(world: Arrays, **fields: Any) -> Arrays:
+def with_body(one: Arrays, **fields: Any) -> Arrays:
     """The world and one more body."""
-    bodies = longer(world.bodies, 1)
+    bodies = longer(one.bodies, 1)
     for name, value in fields.items():
         bodies[name][-1] = value
     room = np.zeros(bodies.size, np.int64)
-    return world._replace(bodies=bodies, roots=room, own=room.copy())
+    return one._replace(bodies=bodies, roots=room, own=room.copy())
 
 
-def with_shape(world: Arrays, **fields: Any) -> Arrays:
+def with_shape(one: Arrays, **fields: Any) -> Arrays:
     """The world and one more shape."""
-    shapes = longer(world.shapes, 1)
+    shapes = longer(one.shapes, 1)
     for name, value in fields.items():
         shapes[name][-1] = value
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
-    world.state["stale"] = 1
-    return world._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))
+    one.world["stale"] = 1
+    return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))
 
 
-def with_more_room(world: Arrays) -> Arrays:
+def with_more_room(one: Arrays) -> Arrays:
     """The world with room for twice as many near pairs and contacts."""
-    more = world.contacts.size
-    spares = int(world.state["spares"][0])
+    more = one.contacts.size
+    spares = int(one.world["spares"][0])
     new = np.arange(2 * more - 1, more - 1, -1)
-    world.state["spares"] += more
-    world.state["lost"] = 0
-    world.state["stale"] = 1
-    return world._replace(
-        near=longer(world.near, world.near.size), mine=np.zeros(2 * world.near.size, np.int64),
-        contacts=longer(world.contacts, more), memory=longer(world.memory, more),
-        spare=np.concatenate([new, world.spare[:spares], np.zeros(more - spares, np.int64)]),
+    one.world["spares"] += more
+    one.world["lost"] = 0
+    one.world["stale"] = 1
+    return one._replace(
+        near=longer(one.near, one.near.size), mine=np.zeros(2 * one.near.size, np.int64),
+        contacts=longer(one.contacts, more), memory=longer(one.memory, more),
+        spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip

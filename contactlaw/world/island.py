@@ -9,13 +9,13 @@ from __future__ import annotations
 from math import ceil
 
 from contactlaw.jit import jit
+from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, settle
-from contactlaw.world.pace import look, substep, touch_time
+from contactlaw.world.pace import look, radius_of, substep, touch_time
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, close, open_up, strike
-from contactlaw.world.window import radius_of
 
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 TRIES = 30  # looks on the way to a touch; after them it is stepped towards
@@ -32,7 +32,7 @@ def integrate(w, root, now, until):
         if t < until:
             t = run(w, bodies, pairs, t, until)
     for i in range(bodies):
-        b = w.bodies[w.own[i]]
+        b = body_at(w.bodies, whole_at(w.own, i))
         b.time = until
         settle(b)
         b.moved = 1
@@ -45,15 +45,15 @@ def members(w, root):
     bodies, pairs = 0, 0
     i = root
     while i >= 0:
-        if w.bodies[i].still == 0:
-            w.own[bodies] = i
+        if body_at(w.bodies, i).still == 0:
+            set_whole(w.own, bodies, i)
             bodies += 1
-        i = w.bodies[i].link
-    k = w.bodies[root].head
+        i = body_at(w.bodies, i).link
+    k = body_at(w.bodies, root).head
     while k >= 0:
-        w.mine[pairs] = k
+        set_whole(w.mine, pairs, k)
         pairs += 1
-        k = w.near[k].link
+        k = near_at(w.near, k).link
     return bodies, pairs
 
 
@@ -64,12 +64,12 @@ def approach(w, bodies, pairs, t, until):
     for _ in range(TRIES):
         closed, first = False, NEVER
         for i in range(pairs):
-            p = w.near[w.mine[i]]
+            p = near_at(w.near, whole_at(w.mine, i))
             if p.closed == 0:
-                look(p, w.shapes, w.bodies, t, w.state[0].step - t)
-                w.state[0].looks += 1
+                look(w, p, t, w.step - t)
+                w.looks += 1
                 first = min(first, p.look)
-                if p.look <= t + soon and p.gap <= TOUCHING * radius_of(w, p) and close(w, w.mine[i], -p.gap):
+                if p.look <= t + soon and p.gap <= TOUCHING * radius_of(w, p) and close(w, whole_at(w.mine, i), -p.gap):
                     closed = True
             else:
                 closed = True
@@ -77,7 +77,7 @@ def approach(w, bodies, pairs, t, until):
             return t
         t = min(max(first, t + 1e-3 * soon), until)
         for i in range(bodies):
-            fly(w.bodies[w.own[i]], t)
+            fly(body_at(w.bodies, whole_at(w.own, i)), t)
         if t == until:
             return t
     return t
@@ -88,16 +88,16 @@ def run(w, bodies, pairs, t, until):
     """Step an island until nothing of it is closed, or to the end; returns when [s]."""
     h = length(w, pairs, t, until)
     for i in range(pairs):
-        p = w.near[w.mine[i]]
+        p = near_at(w.near, whole_at(w.mine, i))
         if p.closed != 0:
-            strike(w.contacts[p.slot], w.bodies[p.body_a], w.bodies[p.body_b], 0.5 * h)
+            strike(contact_at(w.contacts, p.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), 0.5 * h)
     start, done, going = t, 0, True
     while going:
         done += 1
         last = abs(until - start - done * h) < 0.5 * h
         t = until if last else start + done * h
         for i in range(bodies):
-            drift(w.bodies[w.own[i]], h)
+            drift(body_at(w.bodies, whole_at(w.own, i)), h)
         closed, news = forces(w, pairs, h)
         following = h
         going = closed > 0 and not last
@@ -107,17 +107,17 @@ def run(w, bodies, pairs, t, until):
             following = length(w, pairs, t, until)
             start, done = t, 0
         for i in range(pairs):
-            p = w.near[w.mine[i]]
+            p = near_at(w.near, whole_at(w.mine, i))
             if p.closed == 0:
                 continue
-            c = w.contacts[p.slot]
-            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+            c = contact_at(w.contacts, p.slot)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if c.touch.overlap > 0.0:
                 strike(c, a, b, 0.5 * (h + following) + c.share * h)
             else:
                 strike(c, a, b, c.share * h)
                 open_up(p, c)
-        w.state[0].kicks += closed
+        w.kicks += closed
         h = following
     return t
 
@@ -127,19 +127,19 @@ def forces(w, pairs, h):
     """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched."""
     closed, news = 0, False
     for i in range(pairs):
-        p = w.near[w.mine[i]]
-        a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+        p = near_at(w.near, whole_at(w.mine, i))
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed == 0:
             if p.watched == 0:
                 continue
-            overlap, _, _, _ = meet(w.shapes[p.a], a, w.shapes[p.b], b)
+            overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
             before = -p.gap
             p.gap = -overlap
-            if overlap <= 0.0 or not close(w, w.mine[i], min(before, 0.0)):
+            if overlap <= 0.0 or not close(w, whole_at(w.mine, i), min(before, 0.0)):
                 continue
             news = True
-        c = w.contacts[p.slot]
-        advance(c, w.memory[p.slot], w.nodes, w.shapes, a, b, h)
+        c = contact_at(w.contacts, p.slot)
+        advance(w, c, p.slot, a, b, h)
         if c.touch.overlap > 0.0:
             closed += 1
     return closed, news
@@ -148,23 +148,23 @@ def forces(w, pairs, h):
 @jit
 def length(w, pairs, t, until):
     """Length [s] of the next substeps, a whole number of which leads to the end of the window."""
-    state, closed, h = w.state[0], 0, until - t
+    closed, h = 0, until - t
     for i in range(pairs):
-        closed += w.near[w.mine[i]].closed
-    count = state.substeps if closed <= state.crowd else state.crowd_substeps
+        closed += near_at(w.near, whole_at(w.mine, i)).closed
+    count = w.substeps if closed <= w.crowd else w.crowd_substeps
     for i in range(pairs):
-        p = w.near[w.mine[i]]
+        p = near_at(w.near, whole_at(w.mine, i))
         if p.closed != 0:
-            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
-            h = min(h, substep(w.contacts[p.slot], w.pairs[p.pair], a, b, count))
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            h = min(h, substep(contact_at(w.contacts, p.slot), pair_at(w.pairs, p.pair), a, b, count))
     for i in range(pairs):
-        p = w.near[w.mine[i]]
+        p = near_at(w.near, whole_at(w.mine, i))
         if p.closed == 0:
-            look(p, w.shapes, w.bodies, t, state.step - t)
-            state.looks += 1
-            speed = max(p.closing, 0.0) + w.bodies[p.body_a].stir + w.bodies[p.body_b].stir
+            look(w, p, t, w.step - t)
+            w.looks += 1
+            speed = max(p.closing, 0.0) + body_at(w.bodies, p.body_a).stir + body_at(w.bodies, p.body_b).stir
             block = BLOCK * h
             p.watched = 1 if p.gap < block * (speed + 0.5 * block * max(p.push, 0.0)) else 0
             if p.watched != 0 and p.gap < 2.0 * block * max(p.closing, 0.0):
-                h = min(h, touch_time(p, w.pairs[p.pair], radius_of(w, p), w.bodies) / count)
+                h = min(h, touch_time(w, p) / count)
     return (until - t) / ceil((until - t) / h - 1e-9)

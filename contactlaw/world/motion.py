@@ -10,7 +10,21 @@ from __future__ import annotations
 from math import ceil, sqrt
 
 from contactlaw.jit import jit
-from contactlaw.world.vec import add, axpy, cross, dot, half_turn, load, norm, rotate, scale, store, sub, to_body, to_world
+from contactlaw.world.vec import (
+    add,
+    axpy,
+    cross,
+    dot,
+    half_turn,
+    load,
+    norm,
+    rotate,
+    scale,
+    store,
+    sub,
+    to_body,
+    to_world,
+)
 
 LARGEST_TURN = 0.1  # [rad] a step of the rotation of a body that is not isotropic
 EXACT = 1e-31  # relative change of a spin, squared, at which it counts as found

@@ -10,6 +10,7 @@ from __future__ import annotations
 from math import ceil, floor, log2
 
 from contactlaw.jit import jit
+from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import centre, meet
 from contactlaw.world.motion import fly
 from contactlaw.world.records import CLOSED, FREE, NEVER, PLANE, SPHERE
@@ -37,86 +38,85 @@ def surface_speed(b, time):
 @jit
 def list_near(w, now):
     """Make the list of near pairs anew; contacts keep what they remember."""
-    state = w.state[0]
     smallest = mark(w, now)
-    shapes = w.shapes.shape[0]
-    cells = w.grid.shape[0] - 3 * shapes  # heads of the cells' lists; then of each shape: next, cell's level, contacts
+    shapes = w.shape_count
+    cells = w.cells  # first in the grid's room: heads of the cells' lists; then of each shape: next, level, contacts
     for i in range(cells):
-        w.grid[i] = -1
+        set_whole(w.grid, i, -1)
     keep_contacts(w, cells + 2 * shapes)
-    state.nears = 0
+    w.nears = 0
     levels = 0
     for i in range(shapes):
-        if w.shapes[i].kind == SPHERE:
+        if shape_at(w.shapes, i).kind == SPHERE:
             level = level_of(w, i, smallest)
             levels |= 1 << level
-            w.grid[cells + shapes + i] = level
+            set_whole(w.grid, cells + shapes + i, level)
             cell = hashed(cell_of(w, i, smallest * 2.0**level), level, cells)
-            w.grid[cells + i] = w.grid[cell]
-            w.grid[cell] = i
+            set_whole(w.grid, cells + i, whole_at(w.grid, cell))
+            set_whole(w.grid, cell, i)
     for i in range(shapes):
-        if w.shapes[i].kind == PLANE:
+        if shape_at(w.shapes, i).kind == PLANE:
             for j in range(shapes):
-                if w.shapes[j].kind == SPHERE:
+                if shape_at(w.shapes, j).kind == SPHERE:
                     consider(w, j, i, cells + 2 * shapes)
             continue
-        own = w.grid[cells + shapes + i]
+        own = whole_at(w.grid, cells + shapes + i)
         for level in range(own, 63):
             if levels >> level == 0:
                 break
             if (levels >> level) & 1:
                 around(w, i, level, smallest * 2.0**level, cells)
-    for slot in range(w.contacts.shape[0]):
-        if w.contacts[slot].phase != FREE and w.contacts[slot].near < 0:
+    for slot in range(w.contact_room):
+        if contact_at(w.contacts, slot).phase != FREE and contact_at(w.contacts, slot).near < 0:
             release(w, slot)
-    state.lists += 1
-    state.stale = 0
+    w.lists += 1
+    w.stale = 0
 
 
 @jit
 def mark(w, now):
     """Give all bodies new margins; returns the width [m] of the smallest sphere with its margin."""
-    for i in range(w.bodies.shape[0]):
-        b = w.bodies[i]
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
         fly(b, now)
         store(b.mark, load(b.position))
         b.turned = 0.0
-        time = STEPS * w.state[0].step
+        time = STEPS * w.step
         b.margin = SLACK * b.size + (0.0 if b.still != 0 else time * surface_speed(b, time))
     smallest = NEVER
-    for i in range(w.shapes.shape[0]):
-        s = w.shapes[i]
+    for i in range(w.shape_count):
+        s = shape_at(w.shapes, i)
         if s.kind == SPHERE:
-            smallest = min(smallest, 2.0 * (s.radius + w.bodies[s.body].margin))
+            smallest = min(smallest, 2.0 * (s.radius + body_at(w.bodies, s.body).margin))
     return smallest
 
 
 @jit
 def keep_contacts(w, heads):
     """String up the contacts of each shape that is their A, from the heads on in the grid's room."""
-    for i in range(w.shapes.shape[0]):
-        w.grid[heads + i] = -1
-    for slot in range(w.contacts.shape[0]):
-        c = w.contacts[slot]
+    for i in range(w.shape_count):
+        set_whole(w.grid, heads + i, -1)
+    for slot in range(w.contact_room):
+        c = contact_at(w.contacts, slot)
         if c.phase != FREE:
             c.near = -1
-            c.link = w.grid[heads + c.shape_a]
-            w.grid[heads + c.shape_a] = slot
+            c.link = whole_at(w.grid, heads + c.shape_a)
+            set_whole(w.grid, heads + c.shape_a, slot)
 
 
 @jit
 def level_of(w, i, smallest):
     """Level of the grid that a sphere lies in."""
-    s = w.shapes[i]
-    return max(int(ceil(log2((s.radius + w.bodies[s.body].margin) * 2.0 / smallest) - 1e-9)), 0)
+    s = shape_at(w.shapes, i)
+    return max(ceil(log2((s.radius + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
 
 
 @jit
 def cell_of(w, i, width):
     """Indices of the cell that a sphere's centre lies in."""
-    b = w.bodies[w.shapes[i].body]
-    at = add(load(b.position), centre(w.shapes[i], b))
-    return int(floor(at[0] / width)), int(floor(at[1] / width)), int(floor(at[2] / width))
+    b = body_at(w.bodies, shape_at(w.shapes, i).body)
+    at = add(load(b.position), centre(shape_at(w.shapes, i), b))
+    return floor(at[0] / width), floor(at[1] / width), floor(at[2] / width)
 
 
 @jit
@@ -128,28 +128,28 @@ def hashed(cell, level, cells):
 @jit
 def around(w, i, level, width, cells):
     """Consider a sphere with all of a level in the cells around it; those of its own level once."""
-    shapes = w.shapes.shape[0]
-    own = w.grid[cells + shapes + i]
+    shapes = w.shape_count
+    own = whole_at(w.grid, cells + shapes + i)
     x, y, z = cell_of(w, i, width)
     for dx in range(-1, 2):
         for dy in range(-1, 2):
             for dz in range(-1, 2):
                 cell = (x + dx, y + dy, z + dz)
-                j = w.grid[hashed(cell, level, cells)]
+                j = whole_at(w.grid, hashed(cell, level, cells))
                 while j >= 0:
-                    if w.grid[cells + shapes + j] == level and (level > own or j < i):
+                    if whole_at(w.grid, cells + shapes + j) == level and (level > own or j < i):
                         at = cell_of(w, j, width)
                         if at[0] == cell[0] and at[1] == cell[1] and at[2] == cell[2]:
                             consider(w, max(i, j), min(i, j), cells + 2 * shapes)
-                    j = w.grid[cells + j]
+                    j = whole_at(w.grid, cells + j)
 
 
 @jit
 def consider(w, i, j, heads):
     """List two shapes if they make a pair and are near; A is a sphere."""
-    sa, sb, state = w.shapes[i], w.shapes[j], w.state[0]
-    pair = w.groups[sa.group, sb.group]
-    a, b = w.bodies[sa.body], w.bodies[sb.body]
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    pair = whole_at(w.groups, sa.group * w.group_count + sb.group)
+    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     if pair < 0 or sa.body == sb.body or (a.inverse_mass == 0.0 and b.inverse_mass == 0.0):
         return
     margin = a.margin + b.margin
@@ -162,22 +162,22 @@ def consider(w, i, j, heads):
         overlap, _, _, _ = meet(sa, a, sb, b)
         if overlap < -margin:
             return
-    if state.nears == w.near.shape[0]:
-        state.lost += 1
+    if w.nears == w.near_room:
+        w.lost += 1
         return
-    p = w.near[state.nears]
+    p = near_at(w.near, w.nears)
     p.a, p.b, p.body_a, p.body_b, p.pair = i, j, sa.body, sb.body, pair
     p.slot = -1
     p.closed = 0
     p.active = 0
     p.watched = 0
     p.look = 0.0
-    slot = w.grid[heads + i]
+    slot = whole_at(w.grid, heads + i)
     while slot >= 0:
-        c = w.contacts[slot]
+        c = contact_at(w.contacts, slot)
         if c.shape_b == j:
             p.slot = slot
             p.closed = 1 if c.phase == CLOSED else 0
-            c.near = state.nears
+            c.near = w.nears
         slot = c.link
-    state.nears += 1
+    w.nears += 1

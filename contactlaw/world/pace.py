@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit
-from contactlaw.world.geometry import centre, meet
+from contactlaw.world.access import body_at, pair_at, shape_at
+from contactlaw.world.geometry import centre, effective_radius, meet
 from contactlaw.world.law import stiffness
 from contactlaw.world.motion import acceleration_at, mobility, velocity_at
 from contactlaw.world.records import NEVER, SPHERE
@@ -42,13 +43,18 @@ def time_to_close(gap, closing, push):
 
 
 @jit
-def look(p, shapes, bodies, now, left):
+def look(w, p, now, left):
     """See how near two shapes are now, a time [s] of the step, and when they could close in the `left` [s] after it.
 
     The time is never too late: what the closing acceleration leaves out, the line of centres that turns, opens the gap;
     that of shapes off their body's centre, which changes as the body turns, is bounded.
     """
-    sa, sb, a, b = shapes[p.a], shapes[p.b], bodies[p.body_a], bodies[p.body_b]
+    sa, sb, a, b = (
+        shape_at(w.shapes, p.a),
+        shape_at(w.shapes, p.b),
+        body_at(w.bodies, p.body_a),
+        body_at(w.bodies, p.body_b),
+    )
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
     p.gap = -overlap
     p.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
@@ -59,7 +65,7 @@ def look(p, shapes, bodies, now, left):
         return
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:
-        from_a, from_b = centre(sa, a), centre(sb, b)
+        from_a = centre(sa, a)
         turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
         p.push -= dot(sub(turning, rest), n)
         w = norm(load(a.spin)) + norm(load(b.spin))
@@ -86,12 +92,20 @@ def torque_bound(b, arm):
 
 
 @jit
-def touch_time(p, pair, radius, bodies):
+def radius_of(w, p):
+    """Effective radius [m] of a near pair."""
+    own = pair_at(w.pairs, p.pair).radius
+    return own if own > 0.0 else effective_radius(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
+
+
+@jit
+def touch_time(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
-    mass = 1.0 / (bodies[p.body_a].inverse_mass + bodies[p.body_b].inverse_mass)
+    pair = pair_at(w.pairs, p.pair)
+    mass = 1.0 / (body_at(w.bodies, p.body_a).inverse_mass + body_at(w.bodies, p.body_b).inverse_mass)
     push = max(p.push, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
-    k = 4.0 / 3.0 * pair.material.e_star * sqrt(radius)
+    k = 4.0 / 3.0 * pair.material.e_star * sqrt(radius_of(w, p))
     return impact_time(k, pair.duration, mass, max(-p.gap, 0.0), closing, push)
 
 

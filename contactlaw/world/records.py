@@ -104,9 +104,13 @@ CONTACT = record(
 )  # fmt: skip
 """A contact; what its law knows of it comes first."""
 
-STATE = record(
+WORLD = record(
+    # addresses of the arrays, see `Arrays`, and how many of each there are
+    bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", nodes="u8", groups="u8", spare="u8",
+    roots="u8", own="u8", mine="u8", grid="u8",
+    body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", node_count="i8", group_count="i8",
+    cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
-    now="f8", until="f8",  # the window: [s] since the step began
     substeps="f8",  # of an impact between few bodies
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than this
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
@@ -117,24 +121,24 @@ STATE = record(
     lost="i8",  # contacts and pairs that there was no room for
     slept="f8",  # energy of motion of bodies when they fell asleep [J]
 )  # fmt: skip
-"""Of a world as a whole."""
+"""A world as a whole: what compiled code is given."""
 
 Array = NDArray[Any]
 
 
 class Arrays(NamedTuple):
-    """A world, array by array: what `step` reads and writes.
+    """A world, array by array.
 
     Attributes:
         bodies, shapes, pairs, near, contacts: Records. The list of near pairs and the contacts are room, of which
-            `state` says how much is used.
+            `world` says how much is used.
         memory: What the law remembers of each contact, shape (contacts, 2, count).
-        nodes: Of the law, see there.
+        nodes: Of the law, see there, shape (2, count).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
         roots, own, mine: Room for the islands of a window, the bodies of one, and the near pairs of one.
         grid: Room for the broad phase.
-        state: One record.
+        world: One record.
     """
 
     bodies: Array
@@ -150,4 +154,15 @@ class Arrays(NamedTuple):
     own: Array
     mine: Array
     grid: Array
-    state: Array
+    world: Array
+
+    def bound(self) -> Arrays:
+        """Write the addresses and sizes of the arrays into the record; returns itself."""
+        one = self.world
+        for name, array in zip(self._fields[:-1], self[:-1], strict=True):
+            one[name] = array.ctypes.data
+        one["body_count"], one["shape_count"] = self.bodies.size, self.shapes.size
+        one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
+        one["node_count"], one["group_count"] = self.nodes.shape[1], self.groups.shape[0]
+        one["cells"] = self.grid.size - 3 * self.shapes.size
+        return self

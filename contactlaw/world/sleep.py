@@ -8,6 +8,7 @@ when somebody changes the velocity or the acceleration of one of its bodies.
 from __future__ import annotations
 
 from contactlaw.jit import jit
+from contactlaw.world.access import body_at, contact_at, near_at, pair_at, whole_at
 from contactlaw.world.motion import give
 from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
@@ -18,28 +19,27 @@ ZERO = (0.0, 0.0, 0.0)
 @jit
 def fall_asleep(w, bodies, pairs):
     """Put an island to sleep if it hardly moves and is in balance."""
-    state = w.state[0]
-    if state.stillness == 0.0 or not slow(w, pairs, state.stillness):
+    if w.stillness == 0.0 or not slow(w, pairs, w.stillness):
         return
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
-        b = w.bodies[w.own[i]]
+        b = body_at(w.bodies, whole_at(w.own, i))
         store(b.shift, load(b.acceleration))
         store(b.twist, give(b, load(b.torque)))
         b.active = 0
     for i in range(pairs):
-        p = w.near[w.mine[i]]
+        p = near_at(w.near, whole_at(w.mine, i))
         if p.closed != 0:
-            c = w.contacts[p.slot]
-            press(w.bodies[p.body_a], load(c.arm_a), load(c.push))
-            press(w.bodies[p.body_b], load(c.arm_b), scale(-1.0, load(c.push)))
-    if not balanced(w, pairs, state.stillness):
+            c = contact_at(w.contacts, p.slot)
+            press(body_at(w.bodies, p.body_a), load(c.arm_a), load(c.push))
+            press(body_at(w.bodies, p.body_b), load(c.arm_b), scale(-1.0, load(c.push)))
+    if not balanced(w, pairs, w.stillness):
         return
     for i in range(bodies):
-        if w.bodies[w.own[i]].active == 0:
+        if body_at(w.bodies, whole_at(w.own, i)).active == 0:
             return
     for i in range(bodies):
-        b = w.bodies[w.own[i]]
-        state.slept += 0.5 * dot(load(b.velocity), load(b.velocity)) / b.inverse_mass
+        b = body_at(w.bodies, whole_at(w.own, i))
+        w.slept += 0.5 * dot(load(b.velocity), load(b.velocity)) / b.inverse_mass
         store(b.held, load(b.acceleration))
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
@@ -53,14 +53,14 @@ def slow(w, pairs, part):
     """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time."""
     some = False
     for i in range(pairs):
-        p = w.near[w.mine[i]]
+        p = near_at(w.near, whole_at(w.mine, i))
         if p.closed != 0:
             some = True
-            c = w.contacts[p.slot]
-            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+            c = contact_at(w.contacts, p.slot)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             speed = norm(load(a.velocity)) + norm(load(b.velocity))
             speed += norm(load(a.spin)) * norm(load(c.arm_a)) + norm(load(b.spin)) * norm(load(c.arm_b))
-            if speed * contact_time(c, w.pairs[p.pair], a, b) > part * c.touch.overlap:
+            if speed * contact_time(c, pair_at(w.pairs, p.pair), a, b) > part * c.touch.overlap:
                 return False
     return some
 
@@ -78,11 +78,11 @@ def press(b, arm, force):
 def balanced(w, pairs, part):
     """Whether the accelerations too, in `shift` and `twist`, would move the contacts by less."""
     for i in range(pairs):
-        p = w.near[w.mine[i]]
+        p = near_at(w.near, whole_at(w.mine, i))
         if p.closed != 0:
-            c = w.contacts[p.slot]
-            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
-            time = contact_time(c, w.pairs[p.pair], a, b)
+            c = contact_at(w.contacts, p.slot)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            time = contact_time(c, pair_at(w.pairs, p.pair), a, b)
             rate = norm(load(a.shift)) + norm(load(a.twist)) * norm(load(c.arm_a))
             rate += norm(load(b.shift)) + norm(load(b.twist)) * norm(load(c.arm_b))
             if rate * time * time > part * c.touch.overlap:
@@ -93,11 +93,11 @@ def balanced(w, pairs, part):
 @jit
 def wake(w, now):
     """Wake all bodies that sleep in pairs taken into the window that begins now."""
-    for k in range(w.state[0].nears):
-        p = w.near[k]
+    for k in range(w.nears):
+        p = near_at(w.near, k)
         if p.active != 0:
             for i in (p.body_a, p.body_b):
-                b = w.bodies[i]
+                b = body_at(w.bodies, i)
                 if b.asleep != 0:
                     rouse(b, now)
 

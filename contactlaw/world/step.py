@@ -1,21 +1,21 @@
 """One step of a world: the sequence that engines and `World` share.
 
-    begin       what the step starts from; lists of near pairs where bodies have gone far
-    survey      when could the next pair close, how long does the shortest impact take
-    gather      what is closed or could close in such a window, and the islands that it makes
-    integrate   each island through the window
-    ...         and so on, from window to window; where nothing is closed, to the next touch at once
-    fly         all bodies to the end of the step
+begin       what the step starts from; lists of near pairs where bodies have gone far
+survey      when could the next pair close, how long does the shortest impact take
+gather      what is closed or could close in such a window, and the islands that it makes
+integrate   each island through the window
+...         and so on, from window to window; where nothing is closed, to the next touch at once
+fly         all bodies to the end of the step
 """
 
 from __future__ import annotations
 
 from contactlaw.jit import jit
-from contactlaw.world.bare import bare
+from contactlaw.world.access import body_at, near_at, whole_at
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give
 from contactlaw.world.near import list_near, strayed
-from contactlaw.world.records import NEVER, Arrays
+from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import disturbed, rouse, wake
 from contactlaw.world.touch import release
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
@@ -25,29 +25,19 @@ REMNANT = 0.01  # of a window: what would be left of the step after it is taken 
 
 
 @jit
-def step(arrays, dt, count):
+def step(world, dt, count):
     """Move a world by a number of steps of dt [s]; stops before a step for which there may not be room enough.
 
     Between two steps anybody may change positions, velocities and accelerations. Returns how many steps were made.
     """
-    w = without_owners(arrays)
+    w = world[0]
     for i in range(count):
         begin(w, dt)
-        state = w.state[0]
-        if 2 * state.nears > w.near.shape[0] or 2 * state.spares < w.contacts.shape[0] or state.lost > 0:
-            state.stale = 1
+        if 2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0:
+            w.stale = 1
             return i
         through(w, dt)
     return count
-
-
-@jit
-def without_owners(w):
-    """The arrays of a world without their counts of references."""
-    return Arrays(
-        bare(w.bodies), bare(w.shapes), bare(w.pairs), bare(w.near), bare(w.contacts), bare(w.memory), bare(w.nodes),
-        bare(w.groups), bare(w.spare), bare(w.roots), bare(w.own), bare(w.mine), bare(w.grid), bare(w.state),
-    )  # fmt: skip
 
 
 @jit
@@ -55,7 +45,7 @@ def through(w, dt):
     """All windows of a step that has begun."""
     now = 0.0
     while now < dt:
-        if w.state[0].stale != 0:
+        if w.stale != 0:
             list_near(w, now)
         first, shortest = survey(w, now, dt)
         if shortest == NEVER:
@@ -69,22 +59,21 @@ def through(w, dt):
         while gather(w, now, until):
             wake(w, now)
         link(w)
-        for i in range(w.state[0].islands):
-            integrate(w, w.roots[i], now, until)
-        w.state[0].windows += 1
+        for i in range(w.islands):
+            integrate(w, whole_at(w.roots, i), now, until)
+        w.windows += 1
         now = until
         watch(w, dt - now)
-    for i in range(w.bodies.shape[0]):
-        fly(w.bodies[i], dt)
+    for i in range(w.body_count):
+        fly(body_at(w.bodies, i), dt)
 
 
 @jit
 def begin(w, dt):
     """What a step starts from."""
-    state = w.state[0]
-    state.step = dt
-    for i in range(w.bodies.shape[0]):
-        b = w.bodies[i]
+    w.step = dt
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
         b.time = 0.0
         b.moved = 1
         store(b.shift, (0.0, 0.0, 0.0))
@@ -95,13 +84,13 @@ def begin(w, dt):
         moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
         if strayed(b, dt):
-            state.stale = 1
-    for k in range(state.nears):
-        p = w.near[k]
+            w.stale = 1
+    for k in range(w.nears):
+        p = near_at(w.near, k)
         if p.slot >= 0 and p.closed == 0:
             release(w, p.slot)
             p.slot = -1
-    if state.stale != 0:
+    if w.stale != 0:
         list_near(w, 0.0)
 
 
@@ -118,7 +107,7 @@ def follow(b):
 @jit
 def watch(w, left):
     """See whether a body could leave its margin in what is left of the step."""
-    for i in range(w.bodies.shape[0]):
-        b = w.bodies[i]
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
         if b.moved != 0 and strayed(b, left):
-            w.state[0].stale = 1
+            w.stale = 1

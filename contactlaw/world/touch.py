@@ -12,6 +12,17 @@ from math import sqrt
 
 from contactlaw.jit import jit
 from contactlaw.world import law
+from contactlaw.world.access import (
+    body_at,
+    contact_at,
+    memory_of,
+    near_at,
+    nodes_of,
+    pair_at,
+    set_whole,
+    shape_at,
+    whole_at,
+)
 from contactlaw.world.geometry import effective_radius, meet
 from contactlaw.world.motion import kick, moved_at
 from contactlaw.world.pace import masses
@@ -54,23 +65,23 @@ def close(w, k, overlap):
 
     overlap [m]: when it was last open, zero or less; more where it is found closed.
     """
-    q, state = w.near[k], w.state[0]
+    q = near_at(w.near, k)
     if q.slot < 0:
-        if state.spares == 0:
-            state.lost += 1
+        if w.spares == 0:
+            w.lost += 1
             return False
-        state.spares -= 1
-        q.slot = w.spare[state.spares]
-        clear(w.contacts[q.slot])
+        w.spares -= 1
+        q.slot = whole_at(w.spare, w.spares)
+        clear(contact_at(w.contacts, q.slot))
     q.closed = 1
-    c = w.contacts[q.slot]
+    c = contact_at(w.contacts, q.slot)
     c.phase = CLOSED
     c.near = k
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
-    made_of(c.touch, w.pairs[q.pair], effective_radius(w.shapes[q.a], w.shapes[q.b]))
-    a, b = w.bodies[q.body_a], w.bodies[q.body_b]
-    _, n, arm_a, arm_b = meet(w.shapes[q.a], a, w.shapes[q.b], b)
+    made_of(c.touch, pair_at(w.pairs, q.pair), effective_radius(shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)))
+    a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
+    _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
     store(c.tangent, tangent(n))
     store(c.arm_a, arm_a)
@@ -86,9 +97,9 @@ def close(w, k, overlap):
     t.before = overlap
     t.closing = q.closing
     if overlap > TOUCHING * t.radius:
-        state.late += 1
-        state.latest = max(state.latest, overlap)
-        law.advance_contact(t, w.memory[q.slot], w.nodes, 0.0, 0.0, 0.0, 0.0)
+        w.late += 1
+        w.latest = max(w.latest, overlap)
+        law.advance_contact(t, memory_of(w, q.slot), nodes_of(w), 0.0, 0.0, 0.0, 0.0)
         store(c.push, scale(t.force, n))
     return True
 
@@ -127,10 +138,9 @@ def open_up(q, c):
 @jit
 def release(w, slot):
     """Make the slot of a contact free."""
-    state = w.state[0]
-    w.contacts[slot].phase = FREE
-    w.spare[state.spares] = slot
-    state.spares += 1
+    contact_at(w.contacts, slot).phase = FREE
+    set_whole(w.spare, w.spares, slot)
+    w.spares += 1
 
 
 @jit
@@ -146,9 +156,9 @@ def turn_frame(c, n, twist):
 
 
 @jit
-def advance(c, memory, nodes, shapes, a, b, h):
-    """Advance a contact whose bodies have just drifted for h [s]: new are its force `push` and its extra `share`."""
-    overlap, n, arm_a, arm_b = meet(shapes[c.shape_a], a, shapes[c.shape_b], b)
+def advance(w, c, slot, a, b, h):
+    """Advance a contact, in a slot, whose bodies have just drifted for h [s]: new are its `push` and its `share`."""
+    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
@@ -175,7 +185,7 @@ def advance(c, memory, nodes, shapes, a, b, h):
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
     old_force, old_f, old_g = t.force, t.f, t.g
-    law.advance_contact(t, memory, nodes, du, dv, h, c.hastening + own)
+    law.advance_contact(t, memory_of(w, slot), nodes_of(w), du, dv, h, c.hastening + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         if t.zeta > 0.0 and t.ratio > 1.0:

@@ -8,7 +8,7 @@ it. All other bodies fly, in closed form, whenever somebody looks at them next.
 from __future__ import annotations
 
 from contactlaw.jit import jit
-from contactlaw.world.geometry import effective_radius
+from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole
 from contactlaw.world.motion import fly
 from contactlaw.world.pace import contact_time, look, touch_time
 from contactlaw.world.records import NEVER
@@ -23,24 +23,23 @@ def survey(w, now, step):
     Returns when the next one could close [s], and the duration [s] of the shortest impact that is going on.
     """
     first, shortest = NEVER, NEVER
-    state = w.state[0]
-    for k in range(state.nears):
-        p = w.near[k]
-        a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if a.still != 0 and b.still != 0:
             continue
         if p.closed != 0:
-            shortest = min(shortest, contact_time(w.contacts[p.slot], w.pairs[p.pair], a, b))
+            shortest = min(shortest, contact_time(contact_at(w.contacts, p.slot), pair_at(w.pairs, p.pair), a, b))
             continue
         if a.moved != 0 or b.moved != 0 or p.look <= now:
             fly(a, now)
             fly(b, now)
-            look(p, w.shapes, w.bodies, now, step - now)
-            state.looks += 1
+            look(w, p, now, step - now)
+            w.looks += 1
         if p.look < step:
             first = min(first, p.look)
-    for i in range(w.bodies.shape[0]):
-        w.bodies[i].moved = 0
+    for i in range(w.body_count):
+        body_at(w.bodies, i).moved = 0
     return first, shortest
 
 
@@ -48,27 +47,23 @@ def survey(w, now, step):
 def next_impact(w, now):
     """Duration [s] of the shortest impact that may begin now."""
     shortest = NEVER
-    for k in range(w.state[0].nears):
-        p = w.near[k]
-        if p.closed == 0 and p.look <= now and not (w.bodies[p.body_a].still != 0 and w.bodies[p.body_b].still != 0):
-            shortest = min(shortest, touch_time(p, w.pairs[p.pair], radius_of(w, p), w.bodies))
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if (
+            p.closed == 0
+            and p.look <= now
+            and not (body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0)
+        ):
+            shortest = min(shortest, touch_time(w, p))
     return shortest
-
-
-@jit
-def radius_of(w, p):
-    """Effective radius [m] of a near pair."""
-    own = w.pairs[p.pair].radius
-    return own if own > 0.0 else effective_radius(w.shapes[p.a], w.shapes[p.b])
 
 
 @jit
 def gather(w, now, until):
     """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
-    state = w.state[0]
     length = until - now
-    for i in range(w.bodies.shape[0]):
-        b = w.bodies[i]
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
         b.stir = 0.0
         b.island = i
         b.head = -1
@@ -78,9 +73,9 @@ def gather(w, now, until):
     first = True
     while found:
         found = False
-        for k in range(state.nears):
-            p = w.near[k]
-            a, b = w.bodies[p.body_a], w.bodies[p.body_b]
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if first:
                 p.active = 0
             if p.active != 0 or (a.still != 0 and b.still != 0):
@@ -90,8 +85,8 @@ def gather(w, now, until):
                     continue
                 fly(a, now)
                 fly(b, now)
-                look(p, w.shapes, w.bodies, now, state.step - now)
-                state.looks += 1
+                look(w, p, now, w.step - now)
+                w.looks += 1
                 reach = (max(p.closing, 0.0) + a.stir + b.stir + 0.5 * max(p.push, 0.0) * length) * length
                 if p.gap > reach:
                     continue
@@ -101,7 +96,7 @@ def gather(w, now, until):
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
             stir(w, p, a, b, length)
-            join(w.bodies, p.body_a, p.body_b)
+            join(w, p.body_a, p.body_b)
         first = False
     return sleeper
 
@@ -112,7 +107,7 @@ def stir(w, p, a, b, length):
     closing, push = max(p.closing, 0.0), max(p.push, 0.0)
     square = (closing + push * length) ** 2
     if p.closed != 0:
-        t = w.contacts[p.slot].touch
+        t = contact_at(w.contacts, p.slot).touch
         x = max(t.overlap, 0.0)
         square = t.closing * t.closing + 0.8 * t.force * x / t.mass
     both = a.inverse_mass + b.inverse_mass
@@ -122,44 +117,49 @@ def stir(w, p, a, b, length):
 
 
 @jit
-def root_of(bodies, i):
+def root_of(w, i):
     """First body of the island that a body is in."""
-    while bodies[i].island != i:
-        bodies[i].island = bodies[bodies[i].island].island
-        i = bodies[i].island
+    b = body_at(w.bodies, i)
+    while b.island != i:
+        b.island = body_at(w.bodies, b.island).island
+        i = b.island
+        b = body_at(w.bodies, i)
     return i
 
 
 @jit
-def join(bodies, i, j):
+def join(w, i, j):
     """Make two bodies members of one island; those that nothing moves are in none."""
-    if bodies[i].still != 0 and bodies[i].asleep == 0:
-        i = j
-    if bodies[j].still != 0 and bodies[j].asleep == 0:
-        j = i
-    i, j = root_of(bodies, i), root_of(bodies, j)
-    bodies[max(i, j)].island = min(i, j)
+    if fixed(body_at(w.bodies, i)) or fixed(body_at(w.bodies, j)):
+        return
+    i, j = root_of(w, i), root_of(w, j)
+    body_at(w.bodies, max(i, j)).island = min(i, j)
+
+
+@jit
+def fixed(b):
+    """Whether nothing can move a body."""
+    return b.still != 0 and b.asleep == 0
 
 
 @jit
 def link(w):
     """String up the near pairs and the bodies of each island."""
-    state = w.state[0]
-    state.islands = 0
-    for k in range(state.nears - 1, -1, -1):
-        p = w.near[k]
+    w.islands = 0
+    for k in range(w.nears - 1, -1, -1):
+        p = near_at(w.near, k)
         if p.active == 0:
             continue
-        own = p.body_a if w.bodies[p.body_a].still == 0 else p.body_b
-        root = root_of(w.bodies, own)
-        r = w.bodies[root]
+        own = p.body_a if body_at(w.bodies, p.body_a).still == 0 else p.body_b
+        root = root_of(w, own)
+        r = body_at(w.bodies, root)
         if r.head < 0:
-            w.roots[state.islands] = root
-            state.islands += 1
+            set_whole(w.roots, w.islands, root)
+            w.islands += 1
         p.link = r.head
         r.head = k
-    for i in range(w.bodies.shape[0] - 1, -1, -1):
-        root = root_of(w.bodies, i)
-        if root != i and w.bodies[root].head >= 0:
-            w.bodies[i].link = w.bodies[root].link
-            w.bodies[root].link = i
+    for i in range(w.body_count - 1, -1, -1):
+        root = root_of(w, i)
+        if root != i and body_at(w.bodies, root).head >= 0:
+            body_at(w.bodies, i).link = body_at(w.bodies, root).link
+            body_at(w.bodies, root).link = i

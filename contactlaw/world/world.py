@@ -13,7 +13,7 @@ from contactlaw.pair import ContactPair, half_line_nodes, scaled_duration
 from contactlaw.world import readout
 from contactlaw.world.arrays import empty, longer, with_body, with_more_room, with_shape
 from contactlaw.world.frames import matrix_of, principal, product, quaternion
-from contactlaw.world.records import PAIR, PLANE, SPHERE, Array, Arrays
+from contactlaw.world.records import PLANE, SPHERE, Array, Arrays
 from contactlaw.world.step import step
 
 FAR = 1e3  # [m] that a plane on a body that moves may reach
@@ -56,7 +56,7 @@ class World:
         self.gravity = checks.vector("gravity", pull)
         self.timestep = checks.positive("timestep", timestep)
         self.arrays = empty(np.array(half_line_nodes(checks.count("nodes", nodes, 2))))
-        state = self.arrays.state
+        state = self.arrays.world
         state["substeps"] = checks.number("substeps", substeps, "at least 10", low=10.0, high=1e6)
         state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "at least 10", low=10.0, high=1e6)
         state["crowd"] = checks.count("crowd", crowd, 0)
@@ -112,7 +112,7 @@ class World:
             axes = b["axes"].reshape(3, 3)
             b["momentum"] = axes @ ((axes.T @ b["spin"]) / b["inverse_inertia"])
         b["held"] = np.nan  # differs from any acceleration: wakes
-        self.arrays.state["stale"] = 1
+        self.arrays.world["stale"] = 1
 
     def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
         """Fix a sphere to a body; returns the shape's number.
@@ -183,10 +183,10 @@ class World:
         """
         left = checks.count("n", n, 0)
         while left > 0:
-            left -= step(self.arrays, self.timestep, left)
+            left -= step(self.arrays.bound().world, self.timestep, left)
             if left > 0:
                 self.arrays = with_more_room(self.arrays)
-        if self.arrays.state["lost"][0] > 0:
+        if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
 
     @property
@@ -208,7 +208,9 @@ class World:
     def quaternion(self) -> Array:
         """Of the bodies' axes, scalar first, shape (bodies, 4)."""
         own = self.arrays.bodies["quaternion"][1:]
-        return np.array([product(q, f * [1, -1, -1, -1]) for q, f in zip(own, self._frames, strict=True)]).reshape(-1, 4)
+        return np.array([product(q, f * [1, -1, -1, -1]) for q, f in zip(own, self._frames, strict=True)]).reshape(
+            -1, 4
+        )
 
     @property
     def asleep(self) -> Array:
@@ -271,7 +273,7 @@ class World:
             for second, j in kinds.items():
                 both = [one // 2 for one in first if one ^ 1 in second]
                 table[i, j] = max(both, default=-1)
-        self.arrays.state["stale"] = 1
+        self.arrays.world["stale"] = 1
         return table
 
 
