@@ -18,6 +18,7 @@ from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, close, open_up, strike
 
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
+LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 TRIES = 30  # looks on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
@@ -104,7 +105,9 @@ def run(w, bodies, pairs, t, until):
         if not going:
             following = 0.0
         elif news or done == BLOCK:
-            following = length(w, pairs, t, until)
+            target = length(w, pairs, t, until)
+            if not h * LEAST_CHANGE < target < h / LEAST_CHANGE:
+                following = target
             start, done = t, 0
         for i in range(pairs):
             p = near_at(w.near, whole_at(w.mine, i))

@@ -172,6 +172,7 @@ def advance(w, c, slot, a, b, h):
     if overlap <= 0.0:
         if before > 0.0 and t.zeta == 0.0 and c.interval > 0.0:
             c.share = elastic_end(before / (before - overlap))
+            store(c.push, force_of(c))
         return
     e = load(c.tangent)
     f = cross(n, e)
@@ -192,13 +193,20 @@ def advance(w, c, slot, a, b, h):
             c.share = damped_end(inside) * (1.0 - 1.0 / t.ratio) + elastic_end(inside) / t.ratio
         else:
             c.share = elastic_end(inside)
-    store(c.push, axpy(t.force, n, axpy(-t.f, e, scale(-t.g, f))))
+    store(c.push, force_of(c))
     c.interval = h
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
     c.duration += h
     c.normal_work -= 0.5 * (old_force + t.force) * (overlap - max(before, 0.0))
     c.friction_work -= 0.5 * ((old_f + t.f) * du + (old_g + t.g) * dv)
+
+
+@jit
+def force_of(c):
+    """Force on A [N], in the frame that the contact has now."""
+    t, n, e = c.touch, load(c.normal), load(c.tangent)
+    return axpy(t.force, n, axpy(-t.f, e, scale(-t.g, cross(n, e))))
 
 
 @jit

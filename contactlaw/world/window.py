@@ -7,13 +7,16 @@ it. All other bodies fly, in closed form, whenever somebody looks at them next.
 
 from __future__ import annotations
 
+from math import sqrt
+
 from contactlaw.jit import jit
 from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole
 from contactlaw.world.motion import fly
 from contactlaw.world.pace import contact_time, look, touch_time
 from contactlaw.world.records import NEVER
 
-REBOUND = 2.5  # of the speed of an impact, by which it may change that of a body's surface
+REBOUND = 2.2  # of the velocity that two bodies have in common, what an impact may give to one of them
+GROWN = 1.1  # a stir that has grown by less is not handed on
 
 
 @jit
@@ -78,7 +81,10 @@ def gather(w, now, until):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if first:
                 p.active = 0
-            if p.active != 0 or (a.still != 0 and b.still != 0):
+            if a.still != 0 and b.still != 0:
+                continue
+            if p.active != 0:
+                found = stir(w, p, a, b, length) or found
                 continue
             if p.closed == 0 and (not first or p.look > until):
                 if a.stir == 0.0 and b.stir == 0.0:
@@ -103,7 +109,10 @@ def gather(w, now, until):
 
 @jit
 def stir(w, p, a, b, length):
-    """How much the velocities of two bodies may change by their contact, from the energy that is in it."""
+    """How much two bodies' velocities may change by their contact, or by what the other one may be given.
+
+    Returns whether this is clearly more than known before.
+    """
     closing, push = max(p.closing, 0.0), max(p.push, 0.0)
     square = (closing + push * length) ** 2
     if p.closed != 0:
@@ -111,9 +120,13 @@ def stir(w, p, a, b, length):
         x = max(t.overlap, 0.0)
         square = t.closing * t.closing + 0.8 * t.force * x / t.mass
     both = a.inverse_mass + b.inverse_mass
-    speed = REBOUND * square**0.5
-    a.stir = max(a.stir, speed * a.inverse_mass / both)
-    b.stir = max(b.stir, speed * b.inverse_mass / both)
+    speed = sqrt(square)
+    for_a = REBOUND * (speed + b.stir) * a.inverse_mass / both
+    for_b = REBOUND * (speed + a.stir) * b.inverse_mass / both
+    more = for_a > GROWN * a.stir or for_b > GROWN * b.stir
+    a.stir = max(a.stir, for_a)
+    b.stir = max(b.stir, for_b)
+    return more
 
 
 @jit
