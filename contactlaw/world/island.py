@@ -6,7 +6,7 @@ bodies are kicked. The force at the end of a window is where the next one begins
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, floor
 
 from contactlaw.jit import jit
 from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
@@ -19,6 +19,7 @@ from contactlaw.world.touch import TOUCHING, advance, close, open_up, strike
 
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
+SHORTEST = 1e-6  # of a substep, a remainder that is none
 TRIES = 30  # looks on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
@@ -31,7 +32,7 @@ def integrate(w, root, now, until):
     while t < until:
         t = approach(w, bodies, pairs, t, until)
         if t < until:
-            t = run(w, bodies, pairs, t, until)
+            t = run(w, bodies, pairs, t, now, until)
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.own, i))
         b.time = until
@@ -85,30 +86,41 @@ def approach(w, bodies, pairs, t, until):
 
 
 @jit
-def run(w, bodies, pairs, t, until):
-    """Step an island until nothing of it is closed, or to the end; returns when [s]."""
+def run(w, bodies, pairs, t, now, until):
+    """Step an island until nothing of it is closed, or to the end of the window; returns when [s].
+
+    The window is a whole number of substeps, so that those of windows of one length are alike. What is left of it from
+    a touch on is not: the first substep is the remainder, as long as there is hardly any force.
+    """
+    whole = until - now
     h = length(w, pairs, t, until)
+    h = whole / ceil(whole / kept(w, pairs, h) - 1e-9)
+    count = floor((until - t) / h + 1e-9)
+    following = h
+    h = until - t - count * h
+    if h < SHORTEST * following:
+        h = following
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.mine, i))
         if p.closed != 0:
             strike(contact_at(w.contacts, p.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), 0.5 * h)
-    start, done, going = t, 0, True
+    done, going = 0, True
     while going:
         done += 1
-        last = abs(until - start - done * h) < 0.5 * h
-        t = until if last else start + done * h
+        left = until - t - h
+        last = left < 0.5 * following
+        t = until if last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.own, i)), h)
         closed, news = forces(w, pairs, h)
-        following = h
         going = closed > 0 and not last
         if not going:
             following = 0.0
         elif news or done == BLOCK:
             target = length(w, pairs, t, until)
-            if not h * LEAST_CHANGE < target < h / LEAST_CHANGE:
-                following = target
-            start, done = t, 0
+            if not alike(target, following):
+                following = left / ceil(left / target - 1e-9)
+            done = 0
         for i in range(pairs):
             p = near_at(w.near, whole_at(w.mine, i))
             if p.closed == 0:
@@ -150,7 +162,7 @@ def forces(w, pairs, h):
 
 @jit
 def length(w, pairs, t, until):
-    """Length [s] of the next substeps, a whole number of which leads to the end of the window."""
+    """Length [s] that the next substeps should have, at most that of what is left of the window."""
     closed, h = 0, until - t
     for i in range(pairs):
         closed += near_at(w.near, whole_at(w.mine, i)).closed
@@ -170,4 +182,23 @@ def length(w, pairs, t, until):
             p.watched = 1 if p.gap < block * (speed + 0.5 * block * max(p.push, 0.0)) else 0
             if p.watched != 0 and p.gap < 2.0 * block * max(p.closing, 0.0):
                 h = min(h, touch_time(w, p) / count)
-    return (until - t) / ceil((until - t) / h - 1e-9)
+    return h
+
+
+@jit
+def kept(w, pairs, target):
+    """The length of substeps [s] that closed contacts had before the window, if it may stay; else the target."""
+    last = NEVER
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.mine, i))
+        if p.closed != 0:
+            c = contact_at(w.contacts, p.slot)
+            if c.touch.force > 0.0:
+                last = min(last, c.interval)
+    return last if alike(target, last) else target
+
+
+@jit
+def alike(target, length):
+    """Whether substeps may keep their length though they should have another."""
+    return LEAST_CHANGE * length < target < length / LEAST_CHANGE
