@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from math import hypot, inf, isfinite, isinf, nan, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlaw import checks
-from contactlaw.impact import LINE, check_steps, nodes_for, takes_all_springs
-from contactlaw.kernels import contact, paths
-from contactlaw.kernels.ledger import DELTA, LEDGER_ROWS, motion_table
-from contactlaw.kernels.rebound import SCALED_DEEPEST
-from contactlaw.laws import law_of
+from contactlaw.impact import check_steps, nodes_for
+from contactlaw.laws.hertz import LINEAR_STIFFNESS
+from contactlaw.laws.normal_motion import SCALED_DEEPEST
 from contactlaw.pair import ContactPair, warn_of_depth
+from contactlaw.single import paths
+from contactlaw.single.ledger import TRACK, Motion, Scale, ledger, motion_of
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -119,9 +118,9 @@ def collide(
 
     Returns:
         Velocities after, force history and energy ledger. The restitution is exact. `microslip` with its number of
-        nodes left open takes all springs at once (`kernels.line`): no error across the contact, and one in time that
-        falls with the square of 1/steps. With 400 of them and chi up to 2 psi_2 is within 1e-4 and F within 3e-5 of
-        mu P_max; with chi 4.5, 3e-4 and 7e-5.
+        nodes left open takes all springs at once (`laws.microslip_line`): no error across the contact, and one in time
+        that falls with the square of 1/steps. With 400 of them and chi up to 2 psi_2 is within 1e-4 and F within 3e-5
+        of mu P_max; with chi 4.5, 3e-4 and 7e-5.
 
     Raises:
         ValueError: The bodies do not approach, or a value is outside its range.
@@ -151,17 +150,18 @@ def collide(
     steps = int(steps)
     check_steps(steps, chi)
     scale = pair.kappa / (pair.friction * approach) if pair.friction > 0.0 else nan
-    ledger, force = np.empty((LEDGER_ROWS, steps + 1)), np.empty((steps + 1, 3))
-    table, deepest, length, stiffness = _normal_motion(pair, radius, mass, approach, steps)
-    warn_of_depth(length * deepest, radius)
-    impact = table, mass, approach, length, tangential_mass, speed, along[0], along[1], along[2], ledger, force
-    if takes_all_springs(pair) and isfinite(scale * speed):
-        after = paths.impact_on_line(chi, pair.friction, pair.kappa, *impact)
+    motion, length, deepest = _normal_motion(pair, radius, mass, approach, steps)
+    warn_of_depth(length * float(motion.delta.max()), radius)
+    track, law = np.empty((TRACK, steps + 1)), pair.rule
+    if law.on_line is not None and isfinite(scale * speed):
+        rate = 1.0 / scale  # mu V_z1/kappa [m/s], the unit of psi
+        unit = pair.friction * mass * approach**2 / length, rate**2 * pair.kappa * mass, rate
+        after = rate * law.on_line.impact(motion, chi, unit, speed / rate, track)
     else:
-        nodes = 2 * nodes_for(chi)  # forces during an impact need more of them than the rebound does
-        p, history = pair.parameters(radius, LINE, nodes), pair.history(planar=True, nodes=nodes)
-        history[contact.SCALE] = stiffness or sqrt(radius * length * deepest)
-        after = paths.impact_by_steps(p, history, *impact)
+        law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more of them than the rebound does
+        p, scales = pair.parameters(radius, law.memory), Scale(mass, approach, length, tangential_mass)
+        after = paths.impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
+    force = np.outer(track[0], (-along[0], -along[1], -along[2]))
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
     impulse = push * x + pull * along[0], push * y + pull * along[1], push * z + pull * along[2]
@@ -172,7 +172,7 @@ def collide(
             _plus(v_b, -in_b, impulse), _plus(w_b, -arm_b * turn_b, turn),
         ]
     )  # fmt: skip
-    time, overlap, normal_force, *energies = ledger
+    time, overlap, normal_force, *energies = ledger(motion, Scale(mass, approach, length, tangential_mass), track)
     return Impact(
         velocity_a, spin_a, velocity_b, spin_b, chi, scale * speed, scale * after,
         time, overlap, normal_force, force, *energies,
@@ -181,23 +181,16 @@ def collide(
 
 def _normal_motion(
     pair: ContactPair, radius: float, mass: float, approach: float, steps: int
-) -> tuple[Array, float, float, float]:
-    """Table of the scaled motion and its greatest overlap, its length [m], stiffness of linear springs [N/m] or 0."""
-    linear = law_of(pair.law).code == contact.LINEAR_SPRING
-    table, greatest = _table(pair.damping_ratio, steps, linear)
+) -> tuple[Motion, float, float]:
+    """The scaled motion, its length [m], and the greatest overlap that the law is told of [m]."""
+    linear = pair.rule.linear
+    motion = motion_of(pair.damping_ratio, steps, linear)
     k = 4.0 / 3.0 * pair.effective_modulus * sqrt(radius)
     deepest = (1.25 * mass * approach * approach / k) ** 0.4  # without damping
     if linear:
-        stiffness = contact.LINEAR_STIFFNESS * k * sqrt(deepest)
-        return table, greatest, approach * sqrt(mass / stiffness), stiffness
-    return table, greatest, deepest / SCALED_DEEPEST, 0.0
-
-
-@lru_cache(maxsize=64)
-def _table(zeta: float, steps: int, linear: bool) -> tuple[Array, float]:
-    """`kernels.ledger.motion_table`, kept, and its greatest overlap."""
-    table = motion_table(zeta, steps, linear)
-    return table, float(table[DELTA].max())
+        return motion, approach * sqrt(mass / (LINEAR_STIFFNESS * k * sqrt(deepest))), deepest
+    length = deepest / SCALED_DEEPEST
+    return motion, length, length * float(motion.delta.max())
 
 
 def _cross(a: Sequence[float], b: Sequence[float]) -> Vector:

@@ -5,27 +5,28 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
-from math import ceil, copysign, inf, isfinite, sqrt
-from typing import Any
+from functools import lru_cache, partial
+from math import ceil, inf, isfinite, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.kernels import contact, oscillator, paths
-from contactlaw.kernels import rebound as kernel
-from contactlaw.laws import Law, Microslip, law_of
-from contactlaw.pair import ContactPair, half_line_nodes, warn_of_depth
-
-Array = NDArray[np.float64]
-
-LINE = (0.0, 0.0, 1.0)  # motion along a line asks for some plane; which one does not matter here
+from contactlaw.laws import Law, law_of, oscillator
+from contactlaw.laws.base import Array, Impacts
+from contactlaw.laws.hertz import LINEAR_STIFFNESS
+from contactlaw.laws.record import PAIR
+from contactlaw.pair import ContactPair, warn_of_depth
+from contactlaw.single import paths
+from contactlaw.single.ledger import motion_of
 
 # Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
 # the finer its traces across the contact.
 CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
 PART = 8192  # impacts that a thread takes at a time
+RADIUS_AT = (PAIR.names or ()).index("radius")
+STABLE_STEPS = 4.5  # per contact, times sqrt(chi): twice those at which a stuck contact, a leapfrog, grows
+SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 and kappa = mu = 1
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
 
 
@@ -43,7 +44,8 @@ def rebound(
     Args:
         psi_1: (kappa/mu) V_x/V_z1 before, any sign. The arrays broadcast.
         chi: (kappa/2) m_N/m_T, > 0.
-        law: Name in `LAWS`, or a law.
+        law: Name in `LAWS`, or a law. One with numbers in SI units sees the scaled impact, m = V_z1 = 1 and P =
+            delta^1.5.
         restitution: e, in (0, 1].
         steps: Steps per impact; None: from chi, 128 to 1024. `coulomb` takes none.
         threads: How many threads share a large batch, >= 1; the results do not depend on it.
@@ -73,10 +75,7 @@ def rebound(
         raise ValueError(f"chi = {c[c <= 0.0].flat[0]}: must be > 0")
     if ((e <= 0.0) | (e > 1.0)).any():
         raise ValueError(f"restitution = {e[(e <= 0.0) | (e > 1.0)].flat[0]}: must be in (0, 1]")
-    if rule.code == contact.COULOMB:
-        out = np.sign(psi) * np.maximum(np.abs(psi) - 2.0 * c * (1.0 + e), 0.0)
-    else:
-        out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps, threads).reshape(psi.shape)
+    out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps, threads).reshape(psi.shape)
     return out if psi.ndim else float(out)
 
 
@@ -88,8 +87,6 @@ def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int |
         raise ValueError(f"chi = {chi}: must be finite and > 0")
     if not 0.0 < restitution <= 1.0:
         raise ValueError(f"restitution = {restitution}: must be in (0, 1]")
-    if law.code == contact.COULOMB:
-        return copysign(max(abs(psi_1) - 2.0 * chi * (1.0 + restitution), 0.0), psi_1)
     chi_class = bisect_left(CHI_BOUNDS, chi)
     return float(_group(np.array([psi_1]), np.array([chi]), restitution, chi_class, law, steps)[0])
 
@@ -113,20 +110,22 @@ def _group(
     nodes, default_steps = RESOLUTION[chi_class]
     count = steps or default_steps
     check_steps(count, float(chi.max()))
-    zeta, out = _damping_ratio(restitution), np.empty(psi.size)
-    if isinstance(law, Microslip):
-        rebound_microslip: Any = kernel.rebound_microslip
-        tables = _microslip_tables(zeta, count, law.node_count or nodes)
-        _share(lambda part: rebound_microslip(psi[part], chi[part], zeta, *tables, out[part]), psi.size, threads)
-    elif law.code not in (contact.LINEAR_SPRING, contact.MINDLIN, contact.MINDLIN_RESCALED):
-        raise ValueError(f"law = {law.name!r}: has no kernel for whole impacts; `collide` and the engines take it")
-    else:
-        linear, rescaled = law.code == contact.LINEAR_SPRING, law.code == contact.MINDLIN_RESCALED
-        theta, delta, _, _, v_mid, dt = normal_table(zeta, count, linear)
-        rebound_spring: Any = kernel.rebound_single_spring
-        arguments = zeta, linear, rescaled, theta, delta, v_mid, dt
-        _share(lambda part: rebound_spring(psi[part], chi[part], *arguments, out[part]), psi.size, threads)
+    run, out = _impacts(law.with_nodes(nodes), _damping_ratio(restitution), count), np.empty(psi.size)
+    _share(lambda part: run(psi[part], chi[part], out[part]), psi.size, threads)
     return out
+
+
+@lru_cache(maxsize=64)
+def _impacts(law: Law, zeta: float, steps: int) -> Impacts:
+    """Whole impacts by a law: by its own way, or in steps."""
+    return law.impacts(zeta, steps) or partial(_by_steps, law, zeta, steps)
+
+
+def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Array) -> None:
+    """Whole impacts in steps, scaled so that m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
+    motion = motion_of(zeta, steps, law.linear)
+    deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # the former: P = delta
+    paths.impacts_by_steps(law.with_pair(*SCALED, zeta, 1.0), *law.new_contact(), motion, deepest, psi, chi, out)
 
 
 def _share(run: Callable[[slice], object], size: int, threads: int) -> None:
@@ -143,41 +142,14 @@ def nodes_for(chi: float) -> int:
     return RESOLUTION[bisect_left(CHI_BOUNDS, chi)][0]
 
 
-def takes_all_springs(pair: ContactPair) -> bool:
-    """Whether on a line the pair takes all springs at once (`kernels.line`).
-
-    `microslip` does where it leaves the number of nodes open; not without friction, nor where a stuck place holds more
-    than a sliding one: a cap that falls as the spring lets go is no play operator.
-    """
-    law, mu = pair.law, pair.friction
-    open_count = isinstance(law, Microslip) and law.node_count is None
-    return open_count and mu > 0.0 and (pair.static_friction is None or pair.static_friction == mu)
-
-
 def check_steps(steps: int, chi: float) -> None:
     """Refuse fewer steps than an impact at this chi is stable with."""
-    needed = ceil(contact.STABLE_STEPS * sqrt(chi))
+    needed = ceil(STABLE_STEPS * sqrt(chi))
     if steps < needed:
         raise ValueError(f"chi = {chi:g}: needs steps >= {needed} to be stable, and several times that to be exact")
 
 
 _damping_ratio = lru_cache(maxsize=256)(oscillator.damping_ratio)
-
-
-@lru_cache(maxsize=64)
-def normal_table(zeta: float, steps: int, linear: bool) -> tuple[Array, ...]:
-    """`kernels.rebound.normal_table`, kept."""
-    return kernel.normal_table(zeta, steps, linear)
-
-
-@lru_cache(maxsize=64)
-def _microslip_tables(zeta: float, steps: int, nodes: int) -> tuple[Array, ...]:
-    """Arguments of the kernel between zeta and the output."""
-    theta, delta, _, _, v_mid, dt = normal_table(zeta, steps, False)
-    x, w = half_line_nodes(nodes)
-    span = sqrt(float(delta.max()))
-    x, w = x * span, 1.5 * w * span
-    return x, w, theta, delta, v_mid, dt, *kernel.node_table(delta, x, w)
 
 
 def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: ArrayLike) -> tuple[Array, Array]:
@@ -194,8 +166,8 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
     Returns:
         Normal force [N], shape (n,), and tangential force [N], shaped as the displacement, positive along a first
         positive displacement (it is the force that moves A; friction on A is its negative). On a line, `microslip`
-        with its number of nodes left open is exact (`kernels.line`). Otherwise segments are divided into at most 4096
-        parts, 256 to the greatest overlap. `linear_spring` takes its stiffness from that overlap.
+        with its number of nodes left open is exact (`laws.microslip_line`). Otherwise segments are divided into at most
+        4096 parts, 256 to the greatest overlap. `linear_spring` takes its stiffness from that overlap.
 
     Raises:
         ValueError: Shapes that do not match, values not finite, no radius, or restitution below 1 (a slow path has no
@@ -210,16 +182,16 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
         raise ValueError(
             f"displacement: shape {motion.shape}; must be ({overlap.size},) or ({overlap.size}, 2) to match approach"
         )
-    line = motion.ndim == 1
-    p = pair.parameters(plane=LINE if line else None)
-    warn_of_depth(float(overlap.max()), float(p[contact.RADIUS]))
+    line, law = motion.ndim == 1, pair.rule
+    p = pair.parameters()
+    warn_of_depth(float(overlap.max()), float(p[RADIUS_AT]))
     normal = np.empty(overlap.size)
     x, y = (1.0, 0.0) if line else paths.direction(motion)
-    if takes_all_springs(pair) and (x != 0.0 or y != 0.0):
+    if law.on_line is not None and pair.friction > 0.0 and (x != 0.0 or y != 0.0):
         pull = np.empty(overlap.size)
-        paths.path_on_line(p, overlap, motion if line else (motion - motion[0]) @ (x, y), normal, pull)
+        law.on_line.force_along_path(p, overlap, motion if line else (motion - motion[0]) @ (x, y), normal, pull)
         return normal, pull if line else np.outer(pull, (x, y))
     plane = np.column_stack([motion, np.zeros(motion.size)]) if line else np.ascontiguousarray(motion)
     tangential = np.empty((overlap.size, 2))
-    paths.force_along_path(p, overlap, plane, pair.history(planar=line), normal, tangential)
+    paths.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
     return normal, tangential[:, 0].copy() if line else tangential

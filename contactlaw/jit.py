@@ -8,7 +8,8 @@ of every kernel source together, so an edit anywhere recompiles everything that 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -56,6 +57,11 @@ def jit_for(key: str, fastmath: bool | set[str] = False, nogil: bool = False) ->
     return compile_lazily
 
 
+@contextmanager
+def _telling(module: str) -> Iterator[None]:
+    yield
+
+
 jit = jit_for("")
 """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
 
@@ -66,17 +72,31 @@ jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil
 Several threads may be in one at once."""
 
 
+class _Compiled(CFunc):
+    """A C function that says when it is compiled rather than read from the cache."""
+
+    def _compile_uncached(self) -> Any:
+        with _telling(self._pyfunc.__module__):
+            return super()._compile_uncached()
+
+
+def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours: bool = True) -> int:
+    """Address of a function compiled for a signature, as C code is called; it lives for good.
+
+    ours: whether it stands in this package, whose sources key the cache; others are compiled anew in each process, a
+    second or less, lest what they import change unseen.
+    """
+    compiled = _Compiled(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
+    if ours:
+        _cache(compiled, key)
+    compiled.compile()
+    _CALLBACKS.append(compiled)
+    return int(compiled.address or 0)
+
+
 def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
-    """`numba.cfunc` with the same cache; returns the address of the compiled function, which lives for good."""
-
-    def compile_now(function: Callable[..., Any]) -> int:
-        callback = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
-        _cache(callback, key)
-        callback.compile()
-        _CALLBACKS.append(callback)
-        return int(callback.address or 0)
-
-    return compile_now
+    """`address_of` as a decorator; key: what outside of the package the function depends on."""
+    return lambda function: address_of(function, signature, key)
 
 
 _CALLBACKS: list[CFunc] = []

@@ -8,11 +8,10 @@ from functools import cached_property, lru_cache
 from math import sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from contactlaw import checks
-from contactlaw.kernels import contact, oscillator, rebound
-from contactlaw.laws import Law, law_of
+from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator
 from contactlaw.material import Material
 
 COUPLING_TO_MENTION = 0.2
@@ -32,9 +31,8 @@ class ContactPair:
         friction: Coulomb coefficient mu, >= 0.
         restitution: e, in (0, 1], the same at any speed.
         radius: Effective radius R [m], 1/R = 1/R_A + 1/R_B; None: read from the geoms.
-        law: Name in `LAWS`, or a law.
+        law: Name in `LAWS`, with fields after it where they are not the defaults ("microslip node_count=32"), or a law.
         stiffness_ratio: kappa = k_T/k_N; None: from the materials, G*/E*.
-        static_friction: Coefficient above which a stuck place starts to slip, >= friction; None: the same.
 
     Raises:
         ValueError: A value outside its range; the message names it.
@@ -47,7 +45,6 @@ class ContactPair:
     radius: float | None = None
     law: str | Law = "microslip"
     stiffness_ratio: float | None = None
-    static_friction: float | None = None
 
     def __post_init__(self) -> None:
         for name, material in (("a", self.a), ("b", self.b)):
@@ -63,11 +60,6 @@ class ContactPair:
         object.__setattr__(self, "law", law_of(self.law))
         if self.stiffness_ratio is not None:
             object.__setattr__(self, "stiffness_ratio", checks.positive("stiffness_ratio", self.stiffness_ratio))
-        if self.static_friction is not None:
-            static = checks.not_negative("static_friction", self.static_friction)
-            if static < mu:
-                raise ValueError(f"static_friction = {static!r}: must be None or >= friction = {mu!r}")
-            object.__setattr__(self, "static_friction", static)
         if abs(self.coupling) > COUPLING_TO_MENTION:
             warnings.warn(
                 f"{self.a.name or 'a'} on {self.b.name or 'b'}: normal and tangential motion are coupled by "
@@ -138,7 +130,7 @@ class ContactPair:
     def _deepest(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] without damping."""
         m, v = checks.positive("mass", mass), checks.positive("speed", speed)
-        return contact.greatest_overlap(self._stiffness(), m, 0.0, v)
+        return hertz.greatest_overlap(self._stiffness(), m, 0.0, v)
 
     def _stiffness(self) -> float:
         """k of P = k delta^1.5 [N/m^1.5]."""
@@ -149,41 +141,32 @@ class ContactPair:
             raise ValueError("radius = None: give the pair an effective radius [m] for this figure")
         return self.radius
 
-    def parameters(
-        self, radius: float | None = None, plane: ArrayLike | None = None, nodes: int | None = None
-    ) -> NDArray[np.float64]:
-        """The pair as the kernels read it (`kernels.contact`).
+    @property
+    def rule(self) -> Law:
+        """The law itself."""
+        return law_of(self.law)
+
+    @property
+    def memory_size(self) -> int:
+        """Numbers that the law remembers of a contact in an engine."""
+        return 2 * self.rule.with_nodes(None).memory  # type: ignore[operator]
+
+    def parameters(self, radius: float | None = None, nodes: int | None = None) -> NDArray[np.float64]:
+        """The pair as the kernels read it: `laws.record.PAIR`, then the law's own numbers.
 
         Args:
             radius: Effective radius [m] where the pair has none.
-            plane: Normal of the plane in which all motion happens, a unit vector; None: motion in space.
-            nodes: For a microslip law that leaves their number open; None: 16.
+            nodes: For a law that leaves their number open.
         """
-        law = law_of(self.law)
-        n = law.nodes_or(nodes)
-        p = np.zeros(contact.PARAMETERS + 2 * n)
-        p[contact.E_STAR] = self.effective_modulus
-        p[contact.G_STAR] = self.effective_shear_modulus
         given = self.radius is not None or radius is None
-        p[contact.RADIUS] = self._radius() if given else checks.positive("radius", radius)
-        p[contact.FRICTION] = self.friction
-        p[contact.STATIC_FRICTION] = self.friction if self.static_friction is None else self.static_friction
-        p[contact.ZETA] = self.damping_ratio
-        p[contact.DURATION] = _scaled_impact(self.damping_ratio)[0]
-        p[contact.LAW] = law.code
-        p[contact.NODES] = n
-        if plane is not None:
-            p[contact.PLANAR] = 1.0
-            p[contact.AXIS : contact.AXIS + 3] = checks.unit_vector("plane", plane)
-        if n > 1:
-            p[contact.PARAMETERS :] = np.concatenate(half_line_nodes(n))
-        return p
-
-    def history(self, *, planar: bool = False, nodes: int | None = None) -> NDArray[np.float64]:
-        """An empty history of one contact, as `kernels.contact` lays it out; arguments as for `parameters`."""
-        n = law_of(self.law).nodes_or(nodes)
-        flags = n if self.static_friction is not None and self.static_friction > self.friction else 0
-        return np.zeros(contact.HEADER + n * (1 if planar else 2) + flags)
+        return self.rule.with_nodes(nodes).with_pair(
+            self.effective_modulus,
+            self.effective_shear_modulus,
+            self._radius() if given else checks.positive("radius", radius),
+            self.friction,
+            self.damping_ratio,
+            _scaled_impact(self.damping_ratio)[0],
+        )
 
 
 def warn_of_depth(overlap: float, radius: float) -> bool:
@@ -199,20 +182,8 @@ def warn_of_depth(overlap: float, radius: float) -> bool:
 
 
 @lru_cache(maxsize=64)
-def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss-Legendre abscissae and weights on [0, 1]."""
-    x, w = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (x + 1.0), 0.5 * w
-
-
-def scaled_duration(zeta: float) -> float:
-    """Duration of a damped impact, times its speed, over the greatest overlap that it would have undamped."""
-    return _scaled_impact(zeta)[0]
-
-
-@lru_cache(maxsize=64)
 def _scaled_impact(zeta: float) -> tuple[float, float, float]:
     """Of a damped impact: duration times speed, greatest overlap and force, over those overlap and force undamped."""
-    _, delta, force, _, _, dt = rebound.normal_table(zeta, 2000, False)
-    deepest = rebound.SCALED_DEEPEST
+    _, delta, force, _, _, dt = normal_motion.normal_table(zeta, 2000, False)
+    deepest = normal_motion.SCALED_DEEPEST
     return float(dt.sum() / deepest), float(delta.max() / deepest), float(force.max() / deepest**1.5)

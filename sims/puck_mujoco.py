@@ -54,8 +54,7 @@ def build(puck: Puck) -> mujoco.MjSpec:
     if puck.law == "native":
         _use_native(puck, spec)
     else:
-        plane = None if puck.table else [0.0, 0.0, 1.0]
-        mujoco_plugin.add_contact(spec, ball, block, puck.pair, plane=plane, others=False)
+        mujoco_plugin.add_contact(spec, ball, block, puck.pair, others=False)
     return spec
 
 

@@ -25,8 +25,8 @@ def simulate(puck: Puck) -> Outcome:
         body, block = _build(puck, client)
         before_step = _use_native(puck, client, body, block) if puck.law == "native" else ContactCallback(client)
         if isinstance(before_step, ContactCallback):
-            rim, plane = (RIM, None) if puck.table else (-1, [0.0, 0.0, 1.0])
-            before_step.add_contact(body, block, puck.pair, link_a=rim, plane=plane)
+            rim = RIM if puck.table else -1
+            before_step.add_contact(body, block, puck.pair, link_a=rim)
         velocity, spin = puck.start_motion
         pybullet.resetBaseVelocity(body, velocity.tolist(), [0.0, 0.0, spin], physicsClientId=client)
         begin = perf_counter()

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contactlaw import LAWS, MATERIALS, Body, ContactPair, Impact, collide, rebound
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 
 STEEL = MATERIALS["steel"]
 COMPONENT = st.floats(-3.0, 3.0)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 
 STEEL = MATERIALS["steel"]
 DEEP = 1e-6  # [m]

@@ -77,7 +77,7 @@ def test_stamp_changes_with_a_new_or_renamed_source(copy_of_package: Path) -> No
 def test_cached_machine_code_notices_an_edit_in_another_file(copy_of_package: Path) -> None:
     """time_of_phases stands in rebound.py and calls phase_point of oscillator.py: twice the y is 2^-0.2 of the time."""
     code = (
-        "from contactlaw.kernels.rebound import time_of_phases as t;"
+        "from contactlaw.laws.normal_motion import time_of_phases as t;"
         "print(t(0.5, 0.6, 0.0), sum(t.stats.cache_hits.values()), t.py_func.__code__.co_filename)"
     )
     first, hits, path = run_python(code, copy_of_package).split()

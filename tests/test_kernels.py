@@ -12,7 +12,7 @@ from contactlaw import LAWS, MATERIALS, ContactPair, rebound
 from contactlaw.kernels import contact
 from contactlaw.kernels.frame import tangent, turn_frame
 from contactlaw.kernels.rows import FRAME, ROW
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 
 STEEL = MATERIALS["steel"]
 MASS, RADIUS, MU = 0.5, 0.02, 0.1

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from contactlaw import rebound
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 from validation.reference.annulus import rebound_extrapolated
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="the reference takes minutes uncompiled")  # type: ignore[attr-defined]

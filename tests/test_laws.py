@@ -6,7 +6,8 @@ import pytest
 
 from contactlaw import LAWS, MATERIALS, ContactPair, Law, rebound
 from contactlaw.kernels import contact
-from contactlaw.laws import Microslip, law_of
+from contactlaw.laws import law_of
+from contactlaw.laws.microslip import Microslip
 
 
 def test_registry_holds_the_ladder_in_order() -> None:

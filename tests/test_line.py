@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from contactlaw import MATERIALS, Body, ContactPair, collide, force_along_path
 from contactlaw.kernels import line
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 from validation.front_ways import thrown
 from validation.reference import superposition
 

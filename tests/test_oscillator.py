@@ -12,7 +12,7 @@ from scipy.integrate import quad, solve_ivp
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.kernels import oscillator
-from contactlaw.kernels.rebound import time_of_phases
+from contactlaw.laws.normal_motion import time_of_phases
 
 STEEL = MATERIALS["steel"]
 DAMPING = [0.0, 0.02, 0.1, 0.3, 0.7, 0.999, 1.001, 1.5, 4.0]

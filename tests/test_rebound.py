@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contactlaw import LAWS, rebound
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 
 PSI_1 = np.array([0.25, 0.50, 1.00, 1.20, 2.00, 3.00, 4.00, 5.00])
 PSI_2 = np.array([-0.0161, -0.0755, -0.3052, -0.4608, -1.0935, -1.4256, -1.0235, -0.0240])  # chi = 1.256, error < 1e-4

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import LAWS
-from contactlaw.laws import Law, Microslip
+from contactlaw.laws import Law
+from contactlaw.laws.microslip import Microslip
 from validation import front
 from validation.ball import FRICTION, MASS, RADIUS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, energy_of, steel_pair
 from validation.case import Data, Limit, Table

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import LAWS, Body, ContactPair, collide, force_along_path
-from contactlaw.laws import Law, Microslip
+from contactlaw.laws import Law
+from contactlaw.laws.microslip import Microslip
 from validation.front import Rung
 from validation.front_ways import ANNULI, DEFAULT, FEW_ANNULI, FRICTION, STEEL, SUPERPOSITION, laws, rungs, thrown
 from validation.reference import annulus, superposition

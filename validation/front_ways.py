@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, Body, ContactPair
-from contactlaw.laws import Law, Microslip
+from contactlaw.laws import Law
+from contactlaw.laws.microslip import Microslip
 from validation.front import Rung
 from validation.measure import interleaved
 

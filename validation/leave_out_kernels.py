@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 from validation.case import Data
 from validation.leave_out_branches import ALONE, BRANCHING, IMPACTS, STEPS, TIMED, kernels_of
 from validation.leave_out_scenes import BARELY

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import rebound
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 from validation import front
 from validation.case import Data
 from validation.measure import interleaved, spread

@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.impact import rebound
-from contactlaw.laws import Microslip
 
 Array = NDArray[np.float64]
 
-LAW, STEPS = Microslip(32), 256  # one resolution for every chi, lest the curve jump where the default changes
+LAW, STEPS = (
+    "microslip node_count=32",
+    256,
+)  # one resolution for every chi, lest the curve jump where the default changes
 KAPPA_RANGE = (0.3, 2.0)  # where kappa is sought; G*/E* of elastic materials is 2/3 to 4/3
 KAPPA_GRID = np.geomspace(*KAPPA_RANGE, 25)
 FRICTION_GRID = np.geomspace(0.4, 25.0, 84)  # in units of the greatest impulse ratio

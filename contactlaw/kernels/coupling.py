@@ -67,7 +67,7 @@ def integrate(first, last, rows, histories, parameters, start, index, blocks, dt
         p, own = parameters_of(row, parameters), blocks[start[first + i]]
         resume(row, p, histories[first + i], own, force[i])
     accelerate(first, last, rows, start, index, blocks, force, acceleration)
-    quiet = how_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration)
+    quiet = how_quiet(first, last, rows, histories, parameters, start, blocks, dt, x, v, force, acceleration)
     if quiet == RESTING:
         held = table(work_io, n, 3)
         copy(force.ravel(), held.ravel())

@@ -15,7 +15,7 @@ from math import sqrt
 import numpy as np
 
 from contactlaw.jit import jit
-from contactlaw.kernels.contact import OPEN, PHASE
+from contactlaw.kernels.contact import PHASE
 from contactlaw.kernels.coupling import add_cross, copy, count_trees, couple, on_a
 from contactlaw.kernels.cutting import too_far
 from contactlaw.kernels.meeting import meet, near_pairs
@@ -53,19 +53,20 @@ from contactlaw.kernels.subcycle import NEVER
 from contactlaw.kernels.touch import FOUND, PLACE, STAYS_A, STAYS_B
 from contactlaw.kernels.transport import advance
 from contactlaw.kernels.workspace import USED
+from contactlaw.laws.record import OPEN
 
 MOST_INTERVALS = 1024.0
 
 
 @jit
 def march(
-    cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies, parameters, records,
+    cut, who, times, found, trees, rows, histories, arms, pairs, shapes, places, bodies, parameters, records,
     known, dt, moves, width, room, work_io,
 ):  # fmt: skip
     """Redo a step by intervals for the groups that `needs_cutting` names.
 
     Arguments as `meet` and `describe` take and return them; room: contacts at most. Returns who, times, found, trees,
-    rows, histories, arms and crooked of all contacts, sorted: those that were cut anew, the others as they were.
+    rows, histories and arms of all contacts, sorted: those that were cut anew, the others as they were.
     """
     trees_cut = np.zeros(count_trees(trees), dtype=np.bool_)
     for i in range(who.shape[0]):
@@ -80,7 +81,7 @@ def march(
             copy(records[i], old[count])
             count += 1
     sums, keys, points, ends = np.zeros((room, ROW)), np.empty(room), np.empty((room, FOUND)), np.empty((room, 2, 3))
-    whose, when, bad = np.empty((room, 2), dtype=np.int64), np.empty(room), np.zeros(room)
+    whose, when = np.empty((room, 2), dtype=np.int64), np.empty(room)
     total, early, measured = np.zeros((room, 3)), np.zeros((room, 3)), np.empty((0, 1 + FOUND))
     early_turns = np.zeros((room, 2, 3))
     now, interval, met, used = 0.0, 0.5 * dt, 0, work_io[USED]
@@ -89,7 +90,7 @@ def march(
         near, ways = near_pairs(pairs, shapes, places, bodies, old, count, h, work_io)
         near = near[: keep_cut(near, pairs, shapes, bodies, trees_cut)]
         w, t, f, tr = meet(near, ways, pairs, shapes, places, bodies, measured, h, work_io)
-        r, hs, ar, pulls, answers, cr = describe(
+        r, hs, ar, pulls, answers = describe(
             w, t, f, pairs, shapes, places, bodies, parameters, old, count, h, no, width, work_io
         )
         couple(r, hs, parameters, tr, pulls, answers, h, work_io)
@@ -112,7 +113,7 @@ def march(
                 met += 1
                 keys[at], when[at], sums[at, FASTEST], sums[at, FROM] = key, now + max(t[i], 0.0), NEVER, NEVER
                 whose[at] = tr[i]
-            points[at], ends[at], bad[at] = f[i], ar[i], max(bad[at], cr[i])
+            points[at], ends[at] = f[i], ar[i]
             add_up(r[i], ar[i], turned[i], now, h, dt, sums[at], total[at], early[at], early_turns[at])
         advance(w, r, tr, ar, turned, pairs, shapes, h, bodies, places)
         now = dt if h >= dt - now else now + h
@@ -136,13 +137,13 @@ def march(
     order = np.empty(n, dtype=np.int64)
     merge(keys[:met], who, cut, order)
     who_out, times_out, found_out = np.empty((n, 2), dtype=np.int64), np.empty(n), np.empty((n, FOUND))
-    trees_out, rows_out, crooked_out = np.empty((n, 2), dtype=np.int64), np.empty((n, ROW)), np.empty(n)
+    trees_out, rows_out = np.empty((n, 2), dtype=np.int64), np.empty((n, ROW))
     histories_out, arms_out = np.empty((n, histories.shape[1])), np.empty((n, 2, 3))
     for k in range(n):
         i = order[k]
         if i < met:
             who_out[k, 0], who_out[k, 1] = int(keys[i]) // MOST_SLOTS, int(keys[i]) % MOST_SLOTS
-            times_out[k], crooked_out[k] = when[i], bad[i]
+            times_out[k] = when[i]
             take(
                 points[i],
                 whose[i],
@@ -158,10 +159,10 @@ def march(
             )
         else:
             i -= met
-            who_out[k, 0], who_out[k, 1], times_out[k], crooked_out[k] = who[i, 0], who[i, 1], times[i], crooked[i]
+            who_out[k, 0], who_out[k, 1], times_out[k] = who[i, 0], who[i, 1], times[i]
             take(found[i], trees[i], rows[i], histories[i], arms[i], k, found_out, trees_out, rows_out, histories_out,
                  arms_out)  # fmt: skip
-    return who_out, times_out, found_out, trees_out, rows_out, histories_out, arms_out, crooked_out
+    return who_out, times_out, found_out, trees_out, rows_out, histories_out, arms_out
 
 
 @jit

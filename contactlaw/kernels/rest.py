@@ -16,24 +16,17 @@ from math import sqrt
 
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import (
-    COULOMB,
+    CLOSING,
     FRICTION,
-    LAW,
-    LINEAR_SPRING,
-    MICROSLIP,
+    LINEAR,
     NORMAL,
     OVERLAP,
-    PHASE,
-    PLANAR,
     RATIO,
-    SCALE,
-    SPRUNG,
+    STIFFNESS,
     TANGENTIAL,
+    displace,
     forget,
-    friction,
-    hertz_stiffness,
-    regrid_history,
-    respan,
+    stuck_stiffness,
 )
 from contactlaw.kernels.rows import (
     DEEPEST,
@@ -51,7 +44,7 @@ from contactlaw.kernels.rows import (
     UNTIL,
     WORK,
 )
-from contactlaw.kernels.subcycle import accelerate, next_touch, parameters_of, tangential_stiffness
+from contactlaw.kernels.subcycle import NEVER, accelerate, next_touch, parameters_of
 from contactlaw.kernels.workspace import numbers
 
 BLEND = 4.0 / 7.0
@@ -75,7 +68,7 @@ EXACT = 1e-14  # of the force, at which the sweeps over the contacts end
 
 
 @jit
-def how_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acceleration):
+def how_quiet(first, last, rows, histories, parameters, start, blocks, dt, x, v, force, acceleration):
     """Whether the contacts of a group do no more than carry a steady load, RESTING, or nearly so, CALMING."""
     n = last - first
     fastest, load, answer = 0.0, 0.0, RESTING
@@ -90,7 +83,9 @@ def how_quiet(first, last, rows, parameters, start, blocks, dt, x, v, force, acc
             return BUSY
         row, own = rows[first + i], blocks[start[first + i]]
         along = swing(own, load, x[i], v[i], force[i], acceleration[i])
-        across = swing_across(parameters_of(row, parameters), own, x[i], v[i], force[i], acceleration[i], dt)
+        across = swing_across(
+            parameters_of(row, parameters), histories[first + i], own, x[i], v[i], force[i], acceleration[i], dt
+        )
         if along > NEARLY or across > NEARLY_ACROSS:
             return BUSY
         if along > QUIET or across > QUIET_ACROSS:
@@ -106,7 +101,7 @@ def swing(own, load, x, v, force, acceleration):
 
 
 @jit
-def swing_across(p, own, x, v, force, acceleration, dt):
+def swing_across(p, h, own, x, v, force, acceleration, dt):
     """The same across the normal, as a share of the friction limit; none where it slides and will go on sliding."""
     limit, give = p[FRICTION] * force[0], max(own[4], own[8])
     if limit == 0.0 or give == 0.0:
@@ -116,9 +111,10 @@ def swing_across(p, own, x, v, force, acceleration, dt):
     slides = pull >= (1.0 - 1e-9) * limit and speed > 2.0 * dt * (change + give * limit)
     if slides and force[1] * v[1] + force[2] * v[2] >= (1.0 - 1e-9) * pull * speed:
         return 0.0
-    if p[LAW] == COULOMB:
+    stiffness = stuck_stiffness(p, h, x)
+    if stiffness > NEVER:
         return change / (give * limit)
-    return max(change / (give * limit), speed / (limit * sqrt(give / tangential_stiffness(p, x))))
+    return max(change / (give * limit), speed / (limit * sqrt(give / stiffness)))
 
 
 @jit
@@ -196,17 +192,13 @@ def settle(row, p, h, own, dt, force, work_io):
         forget(h)
         for j in range(3):
             new[j] = 0.0
-    elif p[LAW] == COULOMB:
+    elif stuck_stiffness(p, h, x) > NEVER:
         hold(h, x, new)
     else:
-        if p[LAW] == MICROSLIP:
-            span = respan(p, h, x, 0.0)
-            if span != h[SCALE] and h[PHASE] == SPRUNG:
-                regrid_history(p, h, span)
-            h[SCALE] = span
         # The law's own force is where the next step starts; this step gives what has been solved for, or the bodies
         # would not move as they were found to, by much more than both forces differ.
-        friction(p, h, x, before, moved[1], moved[2], new[0], 1.0, 0.0)
+        h[OVERLAP], h[RATIO], h[CLOSING] = before, 1.0, 0.0
+        displace(p, h, x, moved[1], moved[2], new[0], dt)
     row[DEEPEST], row[TOUCHING], row[STRONGEST] = max(before, x), dt, new[0]
     row[SLID], row[SLID + 1] = moved[1], moved[2]
     row[FROM], row[UNTIL] = 0.0, dt
@@ -239,21 +231,13 @@ def solve(p, own, h, before, dt, force, moved_io, new_io):
     w = moved_io[2] - c * own[6] * new_io[0]
     limit = p[FRICTION] * new_io[0]
     f, g = force[1], force[2]
-    if p[PLANAR] != 0.0:
-        w = 0.0
     if limit == 0.0:
         new_io[1], new_io[2] = 0.0, 0.0
     else:
-        stiffness = 1.0 / (STIFF * c * max(own[4], own[8]))
-        if p[LAW] != COULOMB:
-            stiffness = min(tangential_stiffness(p, x), stiffness)
+        stiffness = min(stuck_stiffness(p, h, x), 1.0 / (STIFF * c * max(own[4], own[8])))
         # (1 + c W K) (u, w)' = (u, w) - c W (f, g)
         a, b, d = 1.0 + c * stiffness * own[4], c * stiffness * own[5], 1.0 + c * stiffness * own[8]
-        if p[PLANAR] != 0.0:
-            b, d, g = 0.0, 1.0, 0.0
         r, s = u - c * (own[4] * f + own[5] * g), w - c * (own[7] * f + own[8] * g)
-        if p[PLANAR] != 0.0:
-            s = 0.0
         det = a * d - b * b
         f += stiffness * (d * r - b * s) / det
         g += stiffness * (a * s - b * r) / det
@@ -265,8 +249,6 @@ def solve(p, own, h, before, dt, force, moved_io, new_io):
     moved_io[0] = x - before
     moved_io[1] = u - c * (own[4] * new_io[1] + own[5] * new_io[2])
     moved_io[2] = w - c * (own[7] * new_io[1] + own[8] * new_io[2])
-    if p[PLANAR] != 0.0:
-        moved_io[2] = 0.0
     change = abs(new_io[0] - old_p) + abs(new_io[1] - old_f) + abs(new_io[2] - old_g)
     return change / max(new_io[0], 1e-300)
 
@@ -276,7 +258,7 @@ def normal_load(p, h, x):
     """Elastic normal force [N]."""
     if x <= 0.0:
         return 0.0
-    return h[SCALE] * x if p[LAW] == LINEAR_SPRING else hertz_stiffness(p) * x * sqrt(x)
+    return h[STIFFNESS] * x * (1.0 if p[LINEAR] != 0.0 else sqrt(x))
 
 
 @jit
@@ -284,9 +266,9 @@ def normal_balance(p, h, guess, room, give):
     """Overlap x with x + give P(x) = room, by Newton's method from a guess; P is convex, so it cannot run away."""
     if room <= 0.0:
         return room
-    if p[LAW] == LINEAR_SPRING:
-        return room / (1.0 + give * h[SCALE])
-    k, x = give * hertz_stiffness(p), guess
+    if p[LINEAR] != 0.0:
+        return room / (1.0 + give * h[STIFFNESS])
+    k, x = give * h[STIFFNESS], guess
     for _ in range(50):
         root = sqrt(max(x, 0.0))
         change = (room - x - k * x * root) / (1.0 + 1.5 * k * root)

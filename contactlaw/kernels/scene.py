@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import cos, sin, sqrt
 
 from contactlaw.jit import jit
-from contactlaw.kernels.contact import AXIS, OPEN, PHASE, PLANAR, PLANE_SLACK, hertz_stiffness, time_scale
+from contactlaw.kernels.contact import PHASE
 from contactlaw.kernels.coupling import add_cross, copy, couples, on_a
 from contactlaw.kernels.frame import turn_frame
 from contactlaw.kernels.rows import (
@@ -48,6 +48,8 @@ from contactlaw.kernels.touch import (
     TURNS_B,
 )
 from contactlaw.kernels.workspace import numbers, table, zero_table, zeros
+from contactlaw.laws.hertz import hertz_stiffness, time_scale
+from contactlaw.laws.record import OPEN, pair_of
 
 # Shapes, shape (n, SHAPES): kind and sizes as in `kernels.touch`, the body they belong to, radius of a sphere around.
 BODY_OF, BOUND, SHAPES = 4, 5, 6
@@ -83,14 +85,14 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
 
     records: count of them, sorted by key. watch: whether the engine moves bodies by their mean velocity, so that what
     they have strayed from the way foreseen can be told. width: coordinates of the largest tree. Pulls and answers are
-    those of free bodies; the adapter fills the rest. Returns them, and the contacts whose normal leaves their plane.
+    those of free bodies; the adapter fills the rest. Returns them.
     """
     n = who.shape[0]
     rows, histories = zero_table(work_io, n, ROW), zero_table(work_io, n, records.shape[1] - HISTORY)
     arms = numbers(work_io, 6 * n).reshape((n, 2, 3))
     pulls = zeros(work_io, 6 * n * width).reshape((n, 2, 3, width))
     answers = zeros(work_io, 6 * n * width).reshape((n, 2, 3, width))
-    crooked, mean = zeros(work_io, n), numbers(work_io, 3)
+    mean = numbers(work_io, 3)
     at = 0
     for i in range(n):
         row, pair = rows[i], pairs[who[i, 0]]
@@ -117,10 +119,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         if old and histories[i, PHASE] != OPEN:
             for j in range(3):
                 twist += 0.5 * records[at, LASTED] * normal[j] * (a[MEAN_SPIN + j] + b[MEAN_SPIN + j])
-        turn_frame(p, histories[i], normal, twist, row)
-        if p[PLANAR] != 0.0:
-            lean = abs(normal[0] * p[AXIS] + normal[1] * p[AXIS + 1] + normal[2] * p[AXIS + 2])
-            crooked[i] = 1.0 if lean > PLANE_SLACK else 0.0
+        turn_frame(histories[i], normal, twist, row)
         resolve(row, a, b, arms[i], LINEAR, ANGULAR, row[MOTION : MOTION + 3])
         resolve(row, a, b, arms[i], RATE, ANGULAR_RATE, row[PUSH : PUSH + 3])
         if watch and old and histories[i, PHASE] != OPEN and records[at, FORESEEN] < NEVER:
@@ -133,7 +132,7 @@ def describe(who, times, found, pairs, shapes, places, bodies, parameters, recor
         row[OVERLAP_NOW] = found[i, FOUND_OVERLAP]
         if times[i] > 0.0:
             row[OVERLAP_NOW] = -times[i] * (row[MOTION] + 0.5 * times[i] * row[PUSH])
-    return rows, histories, arms, pulls, answers, crooked
+    return rows, histories, arms, pulls, answers
 
 
 @jit
@@ -190,10 +189,10 @@ def turn_to_middle(found_io, time, p, shape_a, place_a, a, shape_b, place_b, b, 
     for i in range(3):
         closing -= n[i] * v[i]
     overlap = max(found_io[FOUND_OVERLAP], 0.0)
-    steady = 0.08 * inverse * hertz_stiffness(p) * overlap * overlap * sqrt(overlap)
+    steady = 0.08 * inverse * hertz_stiffness(pair_of(p)) * overlap * overlap * sqrt(overlap)
     left = dt - max(time, 0.0)
     if time != 0.0 or closing * closing > steady:
-        left = min(left, time_scale(p, 1.0 / inverse, overlap, closing + max(time, 0.0) * push, push))
+        left = min(left, time_scale(pair_of(p), 1.0 / inverse, overlap, closing + max(time, 0.0) * push, push))
     size = 0.0
     for i in range(3):
         n[i] += 0.5 * left * (v[i] + closing * n[i]) / (radius_a + radius_b - overlap)

@@ -11,25 +11,20 @@ from math import ceil, sqrt
 
 from contactlaw.jit import jit
 from contactlaw.kernels.contact import (
-    COULOMB,
     E_STAR,
     FRICTION,
     G_STAR,
-    LAW,
-    LINEAR_SPRING,
+    LINEAR,
     NORMAL,
-    OPEN,
     OVERLAP,
     PHASE,
-    PLANAR,
-    RADIUS,
     RATIO,
     TANGENTIAL,
     ZETA,
+    displace,
     forget,
-    friction,
     step,
-    time_scale,
+    stuck_stiffness,
 )
 from contactlaw.kernels.rows import (
     BEGUN,
@@ -56,6 +51,8 @@ from contactlaw.kernels.rows import (
     WORK,
 )
 from contactlaw.kernels.workspace import numbers, table
+from contactlaw.laws.hertz import time_scale
+from contactlaw.laws.record import OPEN, pair_of
 
 CHUNK = 16  # substeps of one length; then the time scales are looked at again
 MOST_SUBSTEPS = 50_000  # in one engine step; for what is left of it then the contacts stand, see `stand`
@@ -102,7 +99,7 @@ def resume(row, p, h, own, force_out):
     elif h[PHASE] == OPEN:  # put there by the user
         row[BEGUN] += 1.0
         force_out[0], force_out[1], force_out[2] = step(
-            p, h, overlap, overlap, row[MOTION], 0.0, 0.0, 0.0, 0.0, mass_of(own[0]), across(p, own)
+            p, h, overlap, overlap, row[MOTION], 0.0, 0.0, 0.0, 0.0, mass_of(own[0]), across(own, 0.0, 0.0)
         )
     else:
         share = overlap / h[OVERLAP]
@@ -111,14 +108,8 @@ def resume(row, p, h, own, force_out):
         force_out[1], force_out[2] = share * h[TANGENTIAL], share * h[TANGENTIAL + 1]
         u, w = row[STRAYED], row[STRAYED + 1]
         slack = NO_MATTER * p[FRICTION] * force_out[0]
-        if tangential_stiffness(p, overlap) * sqrt(u * u + w * w) > slack and p[LAW] != COULOMB:
-            force_out[1], force_out[2] = friction(p, h, overlap, h[OVERLAP], u, w, force_out[0], h[RATIO], 0.0)
-
-
-@jit
-def tangential_stiffness(p, x):
-    """Of a contact that sticks everywhere [N/m]."""
-    return 2.0 * p[G_STAR] * sqrt(p[RADIUS] * x)
+        if slack < stuck_stiffness(p, h, overlap) * sqrt(u * u + w * w) < NEVER:
+            force_out[1], force_out[2] = displace(p, h, overlap, u, w, force_out[0], 0.0)
 
 
 @jit
@@ -149,7 +140,7 @@ def substep(first, last, rows, parameters, blocks, start, x, v, force, accelerat
             continue
         row, own = rows[first + i], blocks[start[first + i]]
         p = parameters_of(row, parameters)
-        scale = time_scale(p, 1.0 / own[0], max(x[i], 0.0), v[i, 0], acceleration[i, 0] + own[0] * force[i, 0])
+        scale = time_scale(pair_of(p), 1.0 / own[0], max(x[i], 0.0), v[i, 0], acceleration[i, 0] + own[0] * force[i, 0])
         # A stuck contact swings sqrt(2 chi) times as fast sideways as it does along the normal.
         chi = 0.5 * p[G_STAR] / p[E_STAR] * max(own[4], own[8]) / own[0]
         pieces = row[PIECES]
@@ -225,7 +216,7 @@ def subcycle(
                 old_p, old_f, old_g = force[i, 0], force[i, 1], force[i, 2]
                 force[i, 0], force[i, 1], force[i, 2] = step(
                     p, history, x[i], before, v[i, 0], acceleration[i, 0] + own[0] * old_p,
-                    moved[1], moved[2], h, mass_of(own[0]), across(p, own),
+                    moved[1], moved[2], h, mass_of(own[0]), across(own, moved[1], moved[2]),
                 )  # fmt: skip
                 if x[i] <= 0.0 and before > 0.0 and p[ZETA] == 0.0:
                     force[i, 0], force[i, 1], force[i, 2] = old_p, old_f, old_g
@@ -233,7 +224,7 @@ def subcycle(
                     strike(first, i, share, 1.0 - now / dt, rows, start, index, blocks, force, v)
                     force[i, 0], force[i, 1], force[i, 2] = 0.0, 0.0, 0.0
                 if calming and x[i] > 0.0:
-                    calm(p, own, x[i], v[i], force[i])
+                    calm(p, history, own, x[i], v[i], force[i])
                 closed = closed or x[i] > 0.0
                 opened = opened or was_open
                 if was_open and x[i] > 0.0:
@@ -276,23 +267,23 @@ def parting(p, s, h):
     difference taken back an impact is as symmetric in time as the leapfrog within it, and the energy that it would gain
     or lose, 1e-5 at 100 substeps, is a thousand times less. For a linear spring it is zeta(-1, s).
     """
-    if p[LAW] == LINEAR_SPRING:
+    if p[LINEAR] != 0.0:
         return -0.5 * h * (1.0 - s)
     rest = PARTING[0] + s * (PARTING[1] + s * (PARTING[2] + s * PARTING[3]))
     return -h * (1.0 + rest / sqrt(s))
 
 
 @jit
-def calm(p, own, x, v, force_io):
+def calm(p, h, own, x, v, force_io):
     """Add dashpots to the force of a contact, within its friction limit: CALM of critical damping."""
     if force_io[0] == 0.0:
         return
     force_io[0] = max(force_io[0] + 2.0 * CALM * sqrt(1.5 * force_io[0] / (x * own[0])) * v[0], 0.0)
-    give = max(own[4], own[8])
-    if p[LAW] == COULOMB or give == 0.0:
+    give, stiffness = max(own[4], own[8]), stuck_stiffness(p, h, x)
+    if stiffness > NEVER or give == 0.0:
         return
-    drag = 2.0 * CALM * sqrt(tangential_stiffness(p, x) / give)
-    f, g = force_io[1] + drag * v[1], force_io[2] + (drag * v[2] if p[PLANAR] == 0.0 else 0.0)
+    drag = 2.0 * CALM * sqrt(stiffness / give)
+    f, g = force_io[1] + drag * v[1], force_io[2] + drag * v[2]
     pull, limit = sqrt(f * f + g * g), p[FRICTION] * force_io[0]
     share = limit / pull if pull > limit else 1.0
     force_io[1], force_io[2] = share * f, share * g
@@ -322,7 +313,7 @@ def stand(first, last, rows, parameters, start, index, blocks, time, left, v_io,
                 pull[0] = max(v_io[i, 0] / max(own[0], 1e-300), -total[0])
                 limit = p[FRICTION] * (total[0] + pull[0])
                 f = total[1] + (v_io[i, 1] / own[4] if own[4] > 0.0 else 0.0)
-                g = total[2] + (v_io[i, 2] / own[8] if own[8] > 0.0 and p[PLANAR] == 0.0 else 0.0)
+                g = total[2] + (v_io[i, 2] / own[8] if own[8] > 0.0 else 0.0)
                 both = sqrt(f * f + g * g)
                 cut = limit / both if both > limit else 1.0
                 pull[1], pull[2] = cut * f - total[1], cut * g - total[2]
@@ -354,9 +345,12 @@ def mass_of(mobility):
 
 
 @jit
-def across(p, block):
-    """Tangential effective mass [kg]; in space the mean of both directions."""
-    return mass_of(block[4] if p[PLANAR] != 0.0 else 0.5 * (block[4] + block[8]))
+def across(block, u, w):
+    """Tangential effective mass [kg] along a displacement; without one, of the mean of both directions."""
+    square = u * u + w * w
+    if square == 0.0:
+        return mass_of(0.5 * (block[4] + block[8]))
+    return mass_of((u * u * block[4] + u * w * (block[5] + block[7]) + w * w * block[8]) / square)
 
 
 @jit

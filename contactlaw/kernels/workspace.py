@@ -14,7 +14,7 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import overload
 
 from contactlaw.jit import jit
-from contactlaw.kernels.memory import doubles_at
+from contactlaw.memory import doubles_at
 
 USED = 0  # how many of its numbers are in use, this one among them
 

@@ -6,11 +6,11 @@ import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback, jit_for
-from contactlaw.kernels.memory import doubles_at, load_double, load_int, load_pointer
 from contactlaw.kernels.scene import (
     KEY,
     MOST_SLOTS,
 )
+from contactlaw.memory import doubles_at, load_double, load_int, load_pointer
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.evaluate import evaluate, report

@@ -5,23 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-import numpy as np
-
 from contactlaw import checks
-from contactlaw.laws import LAWS, Law, Microslip, law_of
+from contactlaw.kernels.contact import HEADER
+from contactlaw.laws import law_of, text_of
 from contactlaw.material import MATERIALS, Material
 from contactlaw.pair import ContactPair
 
 PLUGIN_NAME = "contactlaw.contact"
 KEYS = (
-    "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "nodes", "stiffness_ratio",
-    "static_friction", "plane", "substeps", "ledger", "room",
+    "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
+    "substeps", "ledger", "room",
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
 geom1 and geom2 are names of geoms, or several with spaces between: then each of the first with each of the second. A
-material is a name in `MATERIALS` or "E nu" in SI units; plane is the normal of the plane of all motion, "x y z";
-substeps: the least number of the law's own steps in a contact; ledger: "true" to keep one; room: for how many contacts
+material is a name in `MATERIALS` or "E nu" in SI units. law: as for `laws.law_of`, "microslip node_count=32" say.
+substeps: the least number of the law's own steps in a contact. ledger: "true" to keep one. room: for how many contacts
 at once.
 """
 
@@ -46,7 +45,6 @@ class Contact:
     Attributes:
         geoms1, geoms2: As the configuration has them; `resolve` splits what is no name by itself.
         pair: The contact.
-        plane: Normal of the plane of motion, or None.
         substeps: Least number of the law's steps in a contact.
         ledger: Whether to keep one.
         room: For how many contacts at once; None: for as many as bodies can have.
@@ -55,7 +53,6 @@ class Contact:
     geoms1: tuple[str, ...]
     geoms2: tuple[str, ...]
     pair: ContactPair
-    plane: tuple[float, float, float] | None = None
     substeps: int = SUBSTEPS
     ledger: bool = False
     room: int | None = None
@@ -63,12 +60,12 @@ class Contact:
     @property
     def history_size(self) -> int:
         """Entries of the history of one contact."""
-        return self.pair.history(planar=self.plane is not None).size
+        return HEADER + self.pair.memory_size
 
 
 def write(contact: Contact) -> dict[str, str]:
     """The configuration that `read` turns back into this contact, digit for digit."""
-    pair, law = contact.pair, law_of(contact.pair.law)
+    pair = contact.pair
     config = {
         "geom1": " ".join(contact.geoms1),
         "geom2": " ".join(contact.geoms2),
@@ -76,15 +73,11 @@ def write(contact: Contact) -> dict[str, str]:
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
         "friction": repr(pair.friction),
         "restitution": repr(pair.restitution),
-        "law": law.name,
+        "law": text_of(pair.rule),
     }
-    if isinstance(law, Microslip) and law.node_count is not None:
-        config["nodes"] = str(law.node_count)
-    for key in ("radius", "stiffness_ratio", "static_friction"):
+    for key in ("radius", "stiffness_ratio"):
         if getattr(pair, key) is not None:
             config[key] = repr(getattr(pair, key))
-    if contact.plane is not None:
-        config["plane"] = " ".join(repr(float(x)) for x in contact.plane)
     if contact.substeps != SUBSTEPS:
         config["substeps"] = str(contact.substeps)
     if contact.ledger:
@@ -109,26 +102,18 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
     def optional(key: str) -> float | None:
         return _floats(key, config[key], 1)[0] if key in config else None
 
-    law: Law = LAWS[checks.one_of("law", config.get("law", "microslip"), LAWS)]
-    if "nodes" in config:
-        law = Microslip(int(_floats("nodes", config["nodes"], 1)[0]))
     pair = ContactPair(
         _material("material1", config["material1"]),
         _material("material2", config["material2"]),
         _floats("friction", config["friction"], 1)[0],
         restitution=1.0 if "restitution" not in config else _floats("restitution", config["restitution"], 1)[0],
         radius=optional("radius"),
-        law=law,
+        law=law_of(config.get("law", "microslip")),
         stiffness_ratio=optional("stiffness_ratio"),
-        static_friction=optional("static_friction"),
     )
-    plane = None
-    if "plane" in config:
-        x, y, z = checks.unit_vector("plane", np.array(_floats("plane", config["plane"], 3)))
-        plane = (float(x), float(y), float(z))
     ledger = checks.one_of("ledger", config.get("ledger", "false"), ("true", "false")) == "true"
     return Contact(
-        (config["geom1"],), (config["geom2"],), pair, plane,
+        (config["geom1"],), (config["geom2"],), pair,
         checks.count("substeps", int(_floats("substeps", config.get("substeps", str(SUBSTEPS)), 1)[0]), LEAST_SUBSTEPS),
         ledger, checks.count("room", int(_floats("room", config["room"], 1)[0]), 1) if "room" in config else None,
     )  # fmt: skip

@@ -58,7 +58,7 @@ def load_model(
         contacts: Each (geoms1, geoms2, pair), as for `add_contact`; geoms are chosen by name, pattern, body or id, see
             `geoms_of`. A fourth entry, a dict, holds settings of this contact alone.
         assets: Included files and assets by name, where the model is text that refers to some.
-        settings: Of `add_contact`, for all contacts: plane, others, substeps, ledger, room.
+        settings: Of `add_contact`, for all contacts: others, substeps, ledger, room.
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.

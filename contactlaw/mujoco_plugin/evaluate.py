@@ -6,12 +6,11 @@ import numpy as np
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
-from contactlaw.kernels.contact import OPEN, PHASE, RADIUS
+from contactlaw.kernels.contact import RADIUS
 from contactlaw.kernels.coupling import copy, couple
 from contactlaw.kernels.cutting import needs_cutting
 from contactlaw.kernels.intervals import march
 from contactlaw.kernels.meeting import meet, near_pairs
-from contactlaw.kernels.memory import call_report
 from contactlaw.kernels.rest import SAME
 from contactlaw.kernels.rows import (
     BEGUN,
@@ -19,9 +18,7 @@ from contactlaw.kernels.rows import (
     DRAG,
     FASTEST,
     FRAME,
-    MOTION,
     OVERLAP_NOW,
-    PUSH,
     SPENT,
     STRONGEST,
     TOUCHING,
@@ -61,6 +58,7 @@ from contactlaw.kernels.touch import (
 )
 from contactlaw.kernels.workspace import clear, numbers, zero_table, zeros
 from contactlaw.kernels.workspace import table as table_of
+from contactlaw.memory import call_report
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.flight import fall_of
@@ -228,7 +226,7 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     now, couples = table_of(work, n, 3), zeros(work, 6 * n).reshape((n, 2, 3))
     new = table(block, int(head[b.NEW_AT]), int(head[b.CAPACITY]), int(head[b.STRIDE]))
     parameters = part(block, int(head[b.PARAMETERS_AT]), int(head[b.PARAMETERS]))
-    rows, histories, arms, pulls, answers, crooked = describe(
+    rows, histories, arms, pulls, answers = describe(
         who,
         times,
         found,
@@ -246,8 +244,6 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     )
     point = numbers(work, 3)
     for i in range(n):
-        if crooked[i] != 0.0:
-            keep_apart(rows[i], histories[i])
         for side in range(2):
             body = int(shapes[int(pairs[who[i, 0], SHAPE_A + side]), BODY_OF])
             if trees[i, side] >= 0 and bodies[body, INVERSE_MASS] == 0.0:
@@ -262,8 +258,8 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     still = couple(rows, histories, parameters, trees, pulls, answers, dt, work)
     cut = np.empty(n, dtype=np.bool_)
     if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut, work):
-        who, times, found, trees, rows, histories, arms, crooked = march(
-            cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies, parameters,
+        who, times, found, trees, rows, histories, arms = march(
+            cut, who, times, found, trees, rows, histories, arms, pairs, shapes, places, bodies, parameters,
             records, known, dt, moves, int(head[b.WIDTH]), new.shape[0],
             work,
         )  # fmt: skip
@@ -287,7 +283,7 @@ def evaluate(m, d, block, head, dt, moves, total_out):
         total_out[i] /= dt
     head[b.PENDING] = count
     note_rest(m, d, block, head, still and count == known, records, new, count, rows)
-    tell(head, block, instances, who, found, rows, crooked, pairs, parameters)
+    tell(head, block, instances, who, found, rows, pairs, parameters)
     if moves:
         tell_of_joints(head, instances, who, rows, shapes, pairs, bodies)
     return True
@@ -318,15 +314,6 @@ def engine_place(d, facts):
 
 
 @jit
-def keep_apart(row_io, history_io):
-    """Let a contact that the law cannot serve do nothing."""
-    row_io[OVERLAP_NOW] = -1e300
-    for i in range(3):
-        row_io[MOTION + i], row_io[PUSH + i] = 0.0, 0.0
-    history_io[PHASE] = OPEN
-
-
-@jit
 def tell_of_joints(head, instances, who, rows, shapes, pairs, bodies):
     """Report contacts under Runge-Kutta that push a body with joints."""
     instance = 0
@@ -340,7 +327,7 @@ def tell_of_joints(head, instances, who, rows, shapes, pairs, bodies):
 
 
 @jit
-def tell(head, block, instances, who, found, rows, crooked, pairs, parameters):
+def tell(head, block, instances, who, found, rows, pairs, parameters):
     """Report what should be known of a step, and write the ledger of those who keep one."""
     ledgers = table(block, int(head[b.LEDGER_AT]), instances.shape[0], b.LEDGER_SIZE)
     ledgers[:] = 0.0
@@ -353,8 +340,6 @@ def tell(head, block, instances, who, found, rows, crooked, pairs, parameters):
         pair = pairs[who[i, 0]]
         radius = parameters[int(pair[LAW_OF_PAIR]) + RADIUS]
         deepest = max(row[DEEPEST], row[OVERLAP_NOW])
-        if crooked[i] != 0.0:
-            report(instances, instance, b.NOT_IN_PLANE, 0.0, head)
         if deepest > DEEP_FROM * radius:
             report(instances, instance, b.DEEP, deepest / radius, head)
         if deepest > 0.0 and found[i, CLEAR] == 0.0 and instances[instance, b.RADIUS_GIVEN] == 0.0:

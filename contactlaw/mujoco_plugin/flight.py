@@ -8,7 +8,6 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
 from contactlaw.kernels.meeting import SAFETY
-from contactlaw.kernels.memory import doubles_at, load_double, load_pointer
 from contactlaw.kernels.scene import BODY_OF, BOUND, PAIR
 from contactlaw.kernels.scene import (
     SHAPES as SHAPE_FACTS,
@@ -18,6 +17,7 @@ from contactlaw.kernels.touch import (
     KIND,
     PLANE,
 )
+from contactlaw.memory import doubles_at, load_double, load_pointer
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 

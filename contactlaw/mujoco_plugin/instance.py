@@ -69,8 +69,6 @@ def report(number: int, code: int, value: float) -> None:
             f"touching at an edge or the side of a capsule, with R = {value:.3g} m taken from the ball or capsule; "
             "give the pair its radius"
         )
-    elif code == b.NOT_IN_PLANE:
-        text = "the contact normal is not in the plane of motion that the contact was given: no force acts"
     elif code == b.SPENT_SUBSTEPS:
         text = (
             "the time step is so long that its substeps ran out: for its rest the contacts stood, without bounce; "

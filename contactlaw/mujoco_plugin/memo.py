@@ -9,7 +9,7 @@ from __future__ import annotations
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
-from contactlaw.kernels.memory import doubles_at, load_int, load_pointer
+from contactlaw.memory import doubles_at, load_int, load_pointer
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
-from contactlaw.kernels.memory import doubles_at, load_double, load_int, load_pointer
 from contactlaw.kernels.scene import (
     ANGULAR,
     ANGULAR_RATE,
@@ -19,6 +18,7 @@ from contactlaw.kernels.scene import (
     TREE,
 )
 from contactlaw.kernels.workspace import numbers, zeros
+from contactlaw.memory import doubles_at, load_double, load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import BODY_ID, EASE, LAST_DOF, LIGHTNESS, ROOT, TREE_DOF, TREE_ID, TREE_SIZE
 

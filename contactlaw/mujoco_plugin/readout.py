@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.kernels import contact, scene
+from contactlaw.laws.record import OPEN
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.shapes import in_order
@@ -94,7 +95,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
         impulse = sign * record[scene.GIVEN : scene.GIVEN + 3]
         out.append(
             ContactState(
-                one, two, bool(h[contact.PHASE] != contact.OPEN), float(h[contact.OVERLAP]), sign * normal,
+                one, two, bool(h[contact.PHASE] != OPEN), float(h[contact.OVERLAP]), sign * normal,
                 float(h[contact.NORMAL]), -sign * (f * tangent + g * np.cross(normal, tangent)), impulse, impulse / dt,
             )
         )  # fmt: skip

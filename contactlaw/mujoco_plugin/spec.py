@@ -10,7 +10,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
@@ -27,7 +26,6 @@ def add_contact(
     geom2: Geoms,
     pair: ContactPair,
     *,
-    plane: ArrayLike | None = None,
     others: bool = True,
     substeps: int = config.SUBSTEPS,
     ledger: bool = False,
@@ -47,8 +45,6 @@ def add_contact(
         geom1, geom2: Names, or geoms of the spec (one without a name is given one), or sequences of them: then each of
             the first may touch each of the second, but none itself or one of its own body. A geom may be in both.
         pair: The contact; its radius, where None, is read from the geoms.
-        plane: Normal of the plane of all motion, a unit vector, where the scene is planar: the traction then has one
-            component instead of two.
         others: Whether these geoms may touch any other natively. False takes them out of the engine's collision
             detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to
             further contacts of the law. Not with a compiler that discards visual geoms: it would discard these.
@@ -70,7 +66,6 @@ def add_contact(
     substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
     room = None if room is None else checks.count("room", room, 1)
     ones, twos = _geoms(spec, "geom1", geom1), _geoms(spec, "geom2", geom2)
-    normal = None if plane is None else checks.unit_vector("plane", plane)
     meetings = _meetings(ones, twos)
     shapes = {id(geom): Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in ones + twos}
     for shape in shapes.values():
@@ -88,8 +83,7 @@ def add_contact(
     ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
     name = config.instance_name(*ids)
     _silence(spec, meetings, shapes, others)
-    direction = None if normal is None else (float(normal[0]), float(normal[1]), float(normal[2]))
-    contact = config.Contact(ids[0], ids[1], pair, direction, substeps, bool(ledger), room)
+    contact = config.Contact(ids[0], ids[1], pair, substeps, bool(ledger), room)
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(contact)

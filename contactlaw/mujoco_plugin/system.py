@@ -274,7 +274,7 @@ class System:
                     one, two = two, one
                 radius = effective_radius(member.shapes[one], member.shapes[two], contact.pair.radius)
                 if radius not in known:
-                    laws.append(contact.pair.parameters(radius, contact.plane))
+                    laws.append(contact.pair.parameters(radius))
                     known[radius] = at
                     at += laws[-1].size
                 pairs.append(

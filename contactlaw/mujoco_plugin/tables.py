@@ -5,7 +5,6 @@ from __future__ import annotations
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_for
-from contactlaw.kernels.memory import doubles_at, load_double, load_pointer
 from contactlaw.kernels.scene import (
     BODY,
     KEY,
@@ -18,6 +17,7 @@ from contactlaw.kernels.scene import (
 from contactlaw.kernels.touch import (
     AXES,
 )
+from contactlaw.memory import doubles_at, load_double, load_pointer
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.motion import (

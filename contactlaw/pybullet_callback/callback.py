@@ -12,7 +12,6 @@ import numpy as np
 import pybullet as p
 from numpy.typing import ArrayLike, NDArray
 
-from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
 from contactlaw.pybullet_callback.couples import couples_of
@@ -111,7 +110,6 @@ class ContactCallback:
         link_a: int = -1,
         link_b: int = -1,
         *,
-        plane: ArrayLike | None = None,
         substeps: int = 100,
         ledger: bool = False,
     ) -> int:
@@ -122,8 +120,6 @@ class ContactCallback:
                 of B, but none with itself and each two once. In sets, two bodies that cannot move are left out.
             pair: The contact; its radius, where None, comes from the shapes, for each two bodies theirs.
             link_a, link_b: Links of plain ids; -1: the base.
-            plane: Normal of the plane in which all motion happens, a unit vector: one traction component instead of
-                two, at less cost. None: motion in space.
             substeps: Least number of steps that a contact is resolved by, >= 10; the error falls with its square.
             ledger: Whether to keep account, see `ledger`.
 
@@ -137,11 +133,10 @@ class ContactCallback:
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
         a = read_sides(self._client, "a", body_a, link_a)
         b = read_sides(self._client, "b", body_b, link_b)
-        axis = None if plane is None else checks.unit_vector("plane", plane)
         if not isinstance(ledger, bool):
             raise ValueError(f"ledger = {ledger!r}: must be True or False")
         couples = couples_of(self._client, a, b, pair, self._contacts)
-        contact = Contact(pair, axis, _substeps(substeps), couples, Ledger() if ledger else None)
+        contact = Contact(pair, _substeps(substeps), couples, Ledger() if ledger else None)
         engine_parameters(self._client)
         handle = next(self._handles)
         layout = Layout(self._client, self._contacts | {handle: contact}, self._layout, fixed_bodies_move=self._moves)

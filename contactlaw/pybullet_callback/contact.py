@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.kernels.contact import DIRECTION, NORMAL, OVERLAP, TANGENT, TANGENTIAL
+from contactlaw.kernels.contact import DIRECTION, HEADER, NORMAL, OVERLAP, TANGENT, TANGENTIAL
 from contactlaw.kernels.scene import GIVEN, HISTORY
 from contactlaw.kernels.touch import slots
 from contactlaw.pair import DEEPEST, ContactPair, ContactWarning
@@ -138,14 +138,12 @@ class Contact:
 
     Attributes:
         pair: As the user gave it.
-        plane: Normal of the plane of motion, or None.
         substeps: Least number in a contact.
         couples: Who may touch whom.
         ledger: None: not asked for.
     """
 
     pair: ContactPair
-    plane: Array | None
     substeps: int
     couples: list[Couple]
     ledger: Ledger | None
@@ -154,12 +152,12 @@ class Contact:
         """For the kernels, with an effective radius [m]."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)  # of coupling: said when the user made the pair
-            return replace(self.pair, radius=radius).parameters(radius, self.plane)
+            return replace(self.pair, radius=radius).parameters(radius)
 
     @property
     def history_size(self) -> int:
         """Numbers in the history of one contact."""
-        return self.pair.history(planar=self.plane is not None).size
+        return HEADER + self.pair.memory_size
 
 
 def state_of(couple: Couple, contact: Contact, records: Array, dt: float) -> ContactState:

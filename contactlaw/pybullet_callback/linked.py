@@ -65,16 +65,14 @@ class Linked:
         who, times, found, trees = meet(near, ways, t.pairs, t.shapes, t.places, t.bodies, measured, dt, work)
         if not len(who) and not len(records):
             return NOTHING
-        rows, histories, arms, pulls, answers, crooked = describe(
+        rows, histories, arms, pulls, answers = describe(
             who, times, found, t.pairs, t.shapes, t.places, t.bodies, t.parameters, records, len(records), dt, True,
             int(t.memory[WIDTH]), work,
         )  # fmt: skip
         for i, (pair, _) in enumerate(who):
             for side, row in enumerate(self._rows(pair)):
                 self._pull(row, arms[i, side], rows[i], pulls[i, side], answers[i, side])
-        return exchange(
-            t.memory, views(t.memory), who, times, found, trees, rows, histories, arms, pulls, answers, crooked
-        )
+        return exchange(t.memory, views(t.memory), who, times, found, trees, rows, histories, arms, pulls, answers)
 
     def set_out(self) -> bool:
         """As `step.set_out`, with the bodies that something is owed to."""

@@ -12,7 +12,7 @@ from math import isfinite, sqrt
 import numpy as np
 
 from contactlaw.jit import jit
-from contactlaw.kernels.contact import OPEN, PHASE
+from contactlaw.kernels.contact import PHASE
 from contactlaw.kernels.coupling import add_cross, couple
 from contactlaw.kernels.cutting import needs_cutting
 from contactlaw.kernels.intervals import march
@@ -46,6 +46,7 @@ from contactlaw.kernels.scene import (
 )
 from contactlaw.kernels.touch import BALL, CLEAR, FOUND, KIND, PLACE, PLANE, first_touch
 from contactlaw.kernels.workspace import USED, bare, clear, numbers, table
+from contactlaw.laws.record import OPEN
 from contactlaw.pybullet_callback.stance import set_out, tumble
 from contactlaw.pybullet_callback.tables import (
     APART,
@@ -53,7 +54,6 @@ from contactlaw.pybullet_callback.tables import (
     BY_SHAPE,
     CLAMPED,
     COUNT,
-    CROOKED,
     DEEP,
     DT,
     FLAGS,
@@ -179,7 +179,7 @@ def act(memory, tables, near, ways):
     if who.shape[0] == 0 and count == 0:
         memory[APART] = steps_apart(memory, tables, ways)
         return NOTHING
-    rows, histories, arms, pulls, answers, crooked = describe(
+    rows, histories, arms, pulls, answers = describe(
         who,
         times,
         found,
@@ -195,7 +195,7 @@ def act(memory, tables, near, ways):
         int(memory[WIDTH]),
         work,
     )
-    return exchange(memory, tables, who, times, found, trees, rows, histories, arms, pulls, answers, crooked)
+    return exchange(memory, tables, who, times, found, trees, rows, histories, arms, pulls, answers)
 
 
 @jit
@@ -227,7 +227,7 @@ def hold_arms(who, arms, pairs, shapes, places, bodies, records_io, count):
 
 
 @jit
-def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pulls, answers, crooked):
+def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pulls, answers):
     """Integrate the contacts; write records, tellings and pushes, in force at once if the result is ACT alone."""
     bodies, shapes, places, pairs, parameters, records, fresh, old = tables
     tellings, pushes, _ = outputs(memory)
@@ -241,8 +241,8 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
         still = couple(rows, histories, parameters, trees, pulls, answers, dt, work)
         cut = np.empty(n, dtype=np.bool_)
         if needs_cutting(who, times, found, rows, trees, pairs, shapes, bodies, dt, cut, work):
-            who, times, found, trees, rows, histories, arms, crooked = march(
-                cut, who, times, found, trees, rows, histories, arms, crooked, pairs, shapes, places, bodies,
+            who, times, found, trees, rows, histories, arms = march(
+                cut, who, times, found, trees, rows, histories, arms, pairs, shapes, places, bodies,
                 parameters, records, old, dt, dt < 0.0, int(memory[WIDTH]), fresh.shape[0],
                 work,
             )  # fmt: skip
@@ -277,8 +277,6 @@ def exchange(memory, tables, who, times, found, trees, rows, histories, arms, pu
                 if touched and abs(bodies[k, j]) == CLAMP:
                     flags |= CLAMPED
         if touched:
-            if crooked[i] != 0.0:
-                flags |= CROOKED
             if pair[BY_SHAPE] != 0.0 and found[i, CLEAR] == 0.0:
                 flags |= UNCLEAR
             if not known:

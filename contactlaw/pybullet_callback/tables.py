@@ -33,7 +33,7 @@ BY_SHAPE, DEEP, PAIR = scene.PAIR, scene.PAIR + 1, scene.PAIR + 2
 # What is told of a contact: pair, slot, flags, then as in `kernels.rows`.
 TOLD_PAIR, TOLD_SLOT, FLAGS = 0, 1, 2
 TOLD_BEGUN, TOLD_DEEPEST, TOLD_STRONGEST, TOLD_TOUCHING, TOLD_FASTEST, TOLD_WORK, TOLD_DRAG, TELLING = range(3, 11)
-CROOKED, UNCLEAR, NEW, TOO_DEEP, GAVE_UP, CLAMPED = 1, 2, 4, 8, 16, 32
+UNCLEAR, NEW, TOO_DEEP, GAVE_UP, CLAMPED = 1, 2, 4, 8, 16
 # What pushes a body in a step: body, force [N], torque about its centre of mass [N m], that centre [m].
 PUSH = 10
 

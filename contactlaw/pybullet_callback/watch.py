@@ -1,4 +1,4 @@
-"""What a step must be looked over for before its forces act: shapes, planes, bodies that have gone, depth, losses."""
+"""What a step must be looked over for before its forces act: shapes, bodies that have gone, depth, losses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from contactlaw.pybullet_callback.losses import Losses
 from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.tables import (
     CLAMPED,
-    CROOKED,
     DEEP,
     FLAGS,
     GAVE_UP,
@@ -38,22 +37,19 @@ def look_over(layout: Layout, marks: Marks, losses: Losses) -> set[int]:
         Rows of the bodies whose contacts are new.
 
     Raises:
-        ValueError: A body has gone, a place without a radius of its own, a normal out of the plane of motion.
+        ValueError: A body has gone or a place without a radius of its own.
     """
     tables = layout.tables
     told = [row for row in tables.tellings[: int(tables.memory[TOLD])].tolist() if row[FLAGS]]
     new: set[int] = set()
     for row in told:
-        flags, (_, contact, couple) = int(row[FLAGS]), layout.couples[int(row[TOLD_PAIR])]
+        flags, (_, _, couple) = int(row[FLAGS]), layout.couples[int(row[TOLD_PAIR])]
         if flags & NEW:
             for side in couple.sides:
                 marks.check(side.body)
                 new.add(layout.bodies.row[side.key])
         if flags & UNCLEAR:
             _refuse_place(couple, int(row[TOLD_SLOT]))
-        if flags & CROOKED:
-            assert contact.plane is not None
-            raise ValueError(f"plane = {contact.plane.tolist()}: the normal of {couple} does not lie in it")
     for row in told:
         flags, pair = int(row[FLAGS]), int(row[TOLD_PAIR])
         _, _, couple = layout.couples[pair]

@@ -59,7 +59,7 @@ class Cradle(Scene):
             place = 2.0 * RADIUS * number + (-speed * LEAD if strikes else gap * (number - strikers))
             world.ball(name, RADIUS, mass, [place, 0.0, 0.0], [speed if strikes else 0.0, 0.0, 0.0])
         for number in range(1, count, 2):  # every other ball with its neighbours
-            world.contact(names[number], names[number - 1 : number + 2 : 2], pair, plane=[0.0, 1.0, 0.0], speed=speed)
+            world.contact(names[number], names[number - 1 : number + 2 : 2], pair, speed=speed)
         return world.record(LEAD + AFTER, material=material, strikers=strikers, speed=speed, gap=gap)
 
     def measure(self, recording: Recording) -> Measured:

@@ -61,7 +61,7 @@ class Golf(Scene):
                 f"head{loft}", HEAD, partial(head_at, tee - (RADIUS + HEAD[2]) * face, speed),
                 rotation=np.column_stack([-up, [0.0, 1.0, 0.0], face]),
             )  # fmt: skip
-            world.contact(f"ball{loft}", f"head{loft}", pair, plane=[0.0, 1.0, 0.0], speed=speed * cos(radians(loft)))
+            world.contact(f"ball{loft}", f"head{loft}", pair, speed=speed * cos(radians(loft)))
         return world.record(LEAD + AFTER, speed=speed, friction=friction)
 
     def marks(self, recording: Recording) -> list[tuple[float, float, str]]:

@@ -62,7 +62,7 @@ class Incline(Scene):
             sunk = static_overlap(pair, mass * GRAVITY * cos(angle), RADIUS)
             start = (RADIUS - sunk) * normal + [0.0, LANES[name], 0.0]
             world.ball(name, RADIUS, mass, start, speed * uphill, [0.0, speed / RADIUS, 0.0])
-            world.contact(name, "slope", pair, plane=[0.0, 1.0, 0.0])
+            world.contact(name, "slope", pair)
         slowest = min(acceleration(angle, friction)[0] for friction in frictions.values())
         return world.record(2.2 * speed / slowest, angle=angle, speed=speed, frictions=frictions)
 

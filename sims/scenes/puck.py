@@ -46,7 +46,7 @@ class OnBlock(Scene):
         world.ball("puck", puck.radius, puck.mass, start, velocity, [0.0, 0.0, spin], inertia=moments,
                    disc=0.5 * puck.thickness)  # fmt: skip
         world.block("block", BLOCK, [-BLOCK[0], 0.0, 0.0])
-        world.contact("puck", "block", puck.pair, plane=[0.0, 0.0, 1.0], speed=puck.speed)
+        world.contact("puck", "block", puck.pair, speed=puck.speed)
         recording = world.record(LEAD + AFTER + puck.contact_duration, INTERVAL, throw=throw)
         recording.view = (0, 1)
         return recording

@@ -58,7 +58,7 @@ class RubberExperiment(Scene):
         for name, normal, touch in (("first", FIRST, np.zeros(3)), ("second", second, struck)):
             turn = np.column_stack([np.cross(normal, UP), normal, UP])
             world.block(name, BLOCK, touch - (radius + BLOCK[1]) * normal, turn)
-        world.contact("puck", ["first", "second"], pair, plane=UP, speed=SPEED)
+        world.contact("puck", ["first", "second"], pair, speed=SPEED)
         apart = LEAD + duration + 0.5 * BETWEEN
         recording = world.record(
             2.0 * apart + 3.0 * duration, material=material, second=second.tolist(), apart=apart, angle=degrees(angle)

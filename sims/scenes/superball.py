@@ -56,7 +56,7 @@ class Superball(Scene):
         spin = [0.0, -backspin * speed / RADIUS, 0.0]
         world.ball("ball", RADIUS, MASS, [0.0, 0.0, RADIUS + drop], [speed, 0.0, 0.0], spin)
         world.plane("floor")
-        world.contact("ball", "floor", pair, plane=[0.0, 1.0, 0.0], speed=landing)
+        world.contact("ball", "floor", pair, speed=landing)
 
         speeds = [landing * RESTITUTION**number for number in range(count + 1)]
         touching = sum(pair.contact_duration(MASS, one) for one in speeds[:count])

@@ -59,7 +59,7 @@ class TableTennis(Scene):
             world.ball(
                 name, RADIUS, MASS, start, velocity, [0.0, turning / RADIUS, 0.0], inertia=GYRATION * MASS * RADIUS**2
             )
-        world.contact(list(STROKES), "table", pair_of(), plane=[0.0, 1.0, 0.0], speed=down)
+        world.contact(list(STROKES), "table", pair_of(), speed=down)
         return world.record(FALL + AFTER)
 
     def marks(self, recording: Recording) -> list[tuple[float, float, str]]:

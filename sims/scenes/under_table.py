@@ -54,7 +54,7 @@ class UnderTable(Scene):
         world.ball("ball", RADIUS, MASS, [-0.06, 0.0, RADIUS + drop], [speed, 0.0, -down])
         world.plane("floor")
         world.block("table", [LENGTH / 2, DEPTH / 2, THICKNESS / 2], [LENGTH / 2, 0.0, clearance + THICKNESS / 2])
-        world.contact("ball", ["floor", "table"], pair, plane=[0.0, 1.0, 0.0], speed=landing)
+        world.contact("ball", ["floor", "table"], pair, speed=landing)
 
         duration = 3.0 * (clearance - 2.0 * RADIUS) / landing + 2.0 * WAIT
         return world.record(duration, INTERVAL, material=pair.a.name, clearance=clearance)

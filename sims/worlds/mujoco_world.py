@@ -65,8 +65,8 @@ class EngineWorld(World):
             quat=matrix_to_quaternion(rotation), contype=0, conaffinity=0,
         )  # fmt: skip
 
-    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
-        mujoco_plugin.add_contact(self.spec, ones, twos, pair, plane=plane, others=False)
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
+        mujoco_plugin.add_contact(self.spec, ones, twos, pair, others=False)
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """MuJoCo's own contact: as stiff as the law's where the step allows, damped to the restitution.

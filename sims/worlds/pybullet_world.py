@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
 
 import numpy as np
 import pybullet as p
@@ -63,11 +62,11 @@ class EngineWorld(World):
         self.ids[name] = made
         return made
 
-    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         driven = any(body.path is not None for body in self.bodies)  # else nothing but gravity and the law moves them
         self._law = self._law or ContactCallback(self.client, fixed_bodies_move=driven, left_alone=not driven)
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
-        self._law.add_contact(first, second, pair, plane=plane)
+        self._law.add_contact(first, second, pair)
         self._by_law |= {*ones, *twos}
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:

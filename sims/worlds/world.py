@@ -127,14 +127,13 @@ class World(ABC):
 
     def contact(
         self, ones: str | Sequence[str], twos: str | Sequence[str], pair: ContactPair, *,
-        plane: ArrayLike | None = None, speed: float = 1.0,
+        speed: float = 1.0,
     ) -> None:  # fmt: skip
         """Let bodies touch, each of the first with each of the second: by the law of settings or pair, or natively.
 
         Args:
             ones, twos: Names; a name may be in both.
             pair: Materials, friction and restitution; its law is that of the settings, where they have one.
-            plane: Normal of the plane of all motion where it is planar.
             speed: Approach speed [m/s] for which MuJoCo's own contact is made as stiff as the law's.
         """
         first, second = ([names] if isinstance(names, str) else list(names) for names in (ones, twos))
@@ -146,7 +145,7 @@ class World(ABC):
         else:
             told = self.settings.by_law(pair)
             self._laws.append(law_of(told.law).name)
-            self._touch_by_law(first, second, told, plane)
+            self._touch_by_law(first, second, told)
 
     # ---- what happens
 
@@ -239,7 +238,7 @@ class World(ABC):
     def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None: ...
 
     @abstractmethod
-    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None: ...
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None: ...
 
     @abstractmethod
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None: ...

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contactlaw import rebound
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import sticking
 from validation.measure import order_of

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contactlaw import ContactPair
-from contactlaw.laws import Microslip
+from contactlaw.laws.microslip import Microslip
 from validation.ball import (
     FRICTION,
     MASS,

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, force_along_path
-from contactlaw.laws import LAWS, Law, Microslip
+from contactlaw.laws import LAWS, Law
+from contactlaw.laws.microslip import Microslip
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.picture import STYLES, limit_line, panels, plain_ticks
 from validation.reference import mindlin_loop, superposition

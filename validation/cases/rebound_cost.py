@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contactlaw import rebound
-from contactlaw.laws import LAWS, Law, Microslip
+from contactlaw.laws import LAWS, Law
+from contactlaw.laws.microslip import Microslip
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge, sticking
 from validation.measure import interleaved, spread

@@ -45,6 +45,8 @@ from math import sqrt
 import numpy as np
 
 from contactlaw.jit import jit
+from contactlaw.laws.hertz import hertz_stiffness
+from contactlaw.laws.record import pair_of
 
 # A row of the stack: outer end of a piece, its root w, v there; the piece itself, v = BASE + SLOPE y; I, J up to there.
 END, ROOT, PLACE, BASE, SLOPE, SUM, SUM_OF_SQUARES = range(7)
@@ -121,3 +123,65 @@ def spring_sum(stack, top, s):
 def stored(stack, top, s):
     """Integral of (s - v)^2 over w [m^2.5]: energy over G* sigma^2 sqrt(R)."""
     return max(s * (s * stack[top, ROOT] - 2.0 * stack[top, SUM]) + stack[top, SUM_OF_SQUARES], 0.0)
+
+
+@jit
+def force_along_path(p, approach, displacement, normal_out, tangential_out):
+    """Forces along straight segments of overlap and displacement (n,), from zero overlap, mu > 0: exact.
+
+    p: a pair's numbers.
+    """
+    pair = pair_of(p)
+    k, mu = hertz_stiffness(pair), pair.friction
+    scale = pair.g_star / (mu * pair.e_star)
+    stack = new_stack(approach.size)
+    top, s, before, place = 0, 0.0, min(approach[0], 0.0), displacement[0]
+    for j in range(approach.size):
+        overlap = approach[j]
+        if overlap <= 0.0:
+            top = 0
+            normal_out[j] = 0.0
+            tangential_out[j] = 0.0
+        else:
+            slide = scale * (displacement[j] - place)
+            if before < 0.0:
+                slide *= overlap / (overlap - before)
+            root = sqrt(overlap)
+            top, s = advance(stack, top, s + slide if top > 0 else slide, overlap, root)
+            normal_out[j] = k * overlap * root
+            tangential_out[j] = 1.5 * mu * k * spring_sum(stack, top, s)
+        before, place = overlap, displacement[j]
+
+
+@jit
+def impact(motion, chi, unit, speed, track_out):
+    """One impact, mu > 0: the sliding speed after it over the unit of speed, mu V_z1/kappa.
+
+    motion: the scaled normal motion, see `single.ledger`. speed: sliding at the touch, in the same
+    unit. unit: of force [N], energy [J] and speed [m/s], for track_out, as `single.ledger` has it. The motion is
+    marched in the scaled form of `rebound`: psi' = -2 chi F/mu.
+    """
+    steps = motion.delta.size - 1
+    force, energy, rate = unit
+    psi, after = speed, speed
+    share, pull, work, elastic = min(psi, 1.0), 0.0, 0.0, 0.0
+    stack = new_stack(steps)
+    top, s, slide = 0, 0.0, 0.0
+    for k in range(steps + 1):
+        last = pull
+        if 0 < k < steps:
+            delta, root = motion.delta[k], motion.root[k]
+            top, s = advance(stack, top, s + slide, delta, root)
+            share = 1.5 * spring_sum(stack, top, s) / (root * delta)
+            pull, elastic = share * motion.force[k], 0.75 * stored(stack, top, s)
+        elif k == steps:
+            pull, elastic = 0.0, 0.0
+        before = after
+        work += 0.5 * (last + pull) * slide
+        psi -= 2.0 * chi * share * motion.drop[k]
+        slide = psi * motion.step[k]
+        after = psi
+        now = 0.5 * (before + after) if 0 < k < steps else before if k == 0 else after
+        track_out[0, k], track_out[1, k], track_out[2, k] = force * pull, energy * elastic, energy * work
+        track_out[3, k] = rate * now
+    return after

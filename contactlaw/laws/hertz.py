@@ -1,0 +1,80 @@
+"""The normal force: Hertz (1882), or a linear spring, with the damper of Tsuji, Tanaka & Ishida (1992).
+
+    P = k delta^(3/2) + sqrt(5) zeta sqrt(m k) delta^(1/4) d(delta)/dt        k = 4/3 E* sqrt(R)
+    P = k delta + 2 zeta sqrt(m k) d(delta)/dt                                k = m (pi/T_Hertz)^2 at the touch
+
+never below zero.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit
+
+HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
+# which makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed
+LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
+
+
+@jit
+def hertz_stiffness(pair):
+    """k = 4/3 E* sqrt(R) [N/m^1.5]."""
+    return 4.0 / 3.0 * pair.e_star * sqrt(pair.radius)
+
+
+@jit
+def greatest_overlap(k, m, overlap, closing):
+    """Overlap [m] at which an undamped contact that now has this overlap and closing speed will stop."""
+    return (overlap * overlap * sqrt(overlap) + 1.25 * m * closing * closing / k) ** 0.4
+
+
+@jit
+def time_scale(pair, mass, overlap, closing, push):
+    """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration [m/s^2].
+
+    A contact that is pressed together, by gravity say, is as fast as its overlap at rest makes it, however slowly it
+    began.
+    """
+    k = hertz_stiffness(pair)
+    square = closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass
+    if push > 0.0:
+        square += 2.0 * push * (mass * push / k) ** (2.0 / 3.0)
+    if square == 0.0:
+        return 1e300
+    return pair.duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
+
+
+@jit
+def stiffness_foreseen(pair, deepest):
+    """k of the contact: of a linear spring [N/m] for the greatest overlap foreseen [m], else Hertz's [N/m^1.5]."""
+    k = hertz_stiffness(pair)
+    return LINEAR_STIFFNESS * k * sqrt(deepest) if pair.linear != 0.0 else k
+
+
+@jit
+def elastic_force(contact, linear, overlap):
+    """P [N] at an overlap > 0 without the damper."""
+    return contact.stiffness * overlap if linear else contact.stiffness * overlap * sqrt(overlap)
+
+
+@jit
+def normal_force(contact, pair, free, dt):
+    """Normal force [N] and its ratio to the undamped one.
+
+    The closing speed is that of half a step before the overlap was reached (leapfrog). The damper acts on the speed at
+    the overlap, closing + dt/2 (free - P/m), solved for P so that no damping is too strong for the step. free: closing
+    acceleration [m/s^2] by all but this contact's normal force, gravity say: without it a contact at rest would lean on
+    its damper.
+    """
+    elastic = elastic_force(contact, pair.linear != 0.0, contact.overlap)
+    if pair.zeta == 0.0:
+        return elastic, 1.0
+    if pair.linear != 0.0:
+        damping = 2.0 * pair.zeta * sqrt(contact.mass * contact.stiffness)
+    else:
+        damping = sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * pair.zeta
+    force = (elastic + damping * (contact.closing + 0.5 * dt * free)) / (1.0 + 0.5 * damping * dt / contact.mass)
+    if force <= 0.0:
+        return 0.0, 0.0
+    return force, force / elastic

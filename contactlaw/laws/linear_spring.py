@@ -1,0 +1,37 @@
+"""Linear springs both ways: what linear discrete-element codes do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from contactlaw.laws.base import Impacts, Law
+from contactlaw.laws.single_spring import impacts, spring_energy, spring_force
+
+
+@dataclass(frozen=True)
+class LinearSpring(Law):
+    """Linear normal and tangential springs, k_T = kappa k_N, k_N = m_N (pi/T_Hertz)^2 at the touching speed."""
+
+    name = "linear_spring"
+    source = "linearisation in Maw, Barber & Fawcett, J. Lubr. Technol. 103 (1981) 74, eqs. (3) to (5)"
+    rung = 1
+    linear = True
+
+    @staticmethod
+    def force(contact, law, memory, du, dv, dt):
+        """One spring under one cap."""
+        return spring_force(contact, memory, True, False, du, dv)
+
+    @staticmethod
+    def stiffness(contact, law):
+        """kappa k_N."""
+        return contact.g_star / contact.e_star * contact.stiffness
+
+    @staticmethod
+    def energy(contact, law, memory):
+        """F^2/(2 kappa k_N)."""
+        return spring_energy(contact, memory, True, contact.g_star / contact.e_star * contact.stiffness)
+
+    def impacts(self, zeta: float, steps: int) -> Impacts:
+        """The same spring in scaled variables."""
+        return impacts(self, zeta, steps)

@@ -1,0 +1,107 @@
+"""The normal motion of a whole impact, scaled so that m = V_z1 = 1 and P = delta^1.5 (delta with linear springs).
+
+An impact then obeys delta'' = -P and psi' = -2 chi F/mu. The normal motion does not depend on the tangential one, so it
+is tabulated once in closed form (`oscillator`) at equal phases theta and shared by all impacts; per step only the
+tangential springs are left. psi is advanced by the exact normal impulse of each step times the mobilised share
+F/(mu P), so gross slip is exact, and so is the start of stick: sliding ends where psi has fallen to the closing
+velocity (all points of a sliding contact move together; Maw, Barber & Fawcett 1976, appendix).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from contactlaw.jit import jit
+from contactlaw.laws.base import Array
+from contactlaw.laws.oscillator import end_phase, phase_of_velocity, phase_point
+
+SQRT_5_4 = sqrt(1.25)
+SCALED_DEEPEST = 1.25**0.4  # greatest overlap without damping
+TIME_PER_PHASE = 0.8 * SCALED_DEEPEST  # dt = this y^(-1/5) dtheta
+
+
+@jit
+def time_of_phases(start, end, zeta):
+    """Scaled time between two phases, the integral of y^(-1/5) dtheta.
+
+    Gauss-Legendre with 5 points; where y starts or ends at zero, in a variable whose fifth power is the distance from
+    there, which makes a polynomial of the singularity.
+    """
+    length = end - start
+    last = end_phase(zeta)
+    total = 0.0
+    for i in range(5):
+        s, w = GAUSS_5[i, 0], GAUSS_5[i, 1]
+        if start < 0.5 * length:
+            theta, weight = start + length * s**5, 5.0 * s**4
+        elif zeta == 0.0 and end >= last:
+            theta, weight = end - length * s**5, 5.0 * s**4
+        else:
+            theta, weight = start + length * s, 1.0
+        y, _ = phase_point(theta, zeta)
+        total += w * weight * max(y, 1e-300) ** -0.2
+    return TIME_PER_PHASE * total * length
+
+
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+GAUSS_5 = np.column_stack([0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS])
+
+
+@jit
+def normal_table(zeta, steps, linear):
+    """The normal motion at equal phases.
+
+    Returns theta, delta, force, ratio (force over the undamped one) at steps + 1 phases; v_mid, dt of the steps
+    between. With linear normal springs delta is y and time is phase.
+    """
+    end = end_phase(zeta)
+    theta = np.linspace(0.0, end, steps + 1)
+    delta, force, ratio = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps + 1)
+    v_mid, dt = np.empty(steps), np.empty(steps)
+    for k in range(steps):
+        middle = 0.5 * (theta[k] + theta[k + 1])
+        y, v_mid[k] = phase_point(middle, zeta)
+        dt[k] = theta[k + 1] - theta[k] if linear else time_of_phases(theta[k], theta[k + 1], zeta)
+    for k in range(1, steps + 1):
+        y, v = phase_point(theta[k], zeta)
+        y = max(y, 0.0)
+        delta[k] = y if linear else (SQRT_5_4 * y) ** 0.8
+        if k < steps:
+            ratio[k] = max(y + 2.0 * zeta * v, 0.0) / y
+            force[k] = ratio[k] * (y if linear else delta[k] ** 1.5)
+    return theta, delta, force, ratio, v_mid, dt
+
+
+class NormalMotion(NamedTuple):
+    """Phases and overlaps (steps + 1,); closing speeds midway and times of the steps between (steps,)."""
+
+    theta: Array
+    delta: Array
+    v_mid: Array
+    dt: Array
+
+
+@lru_cache(maxsize=64)
+def normal_motion(zeta: float, steps: int, linear: bool) -> NormalMotion:
+    """What of `normal_table` a whole impact needs, kept."""
+    theta, delta, _, _, v_mid, dt = normal_table(zeta, steps, linear)
+    return NormalMotion(theta, delta, v_mid, dt)
+
+
+@jit
+def first_stick(psi_1, chi, zeta, theta, held):
+    """Phase and step at which an impact that starts sliding sticks; psi there, and v midway through what is left.
+
+    It slides while psi outruns the closing speed; where the bodies part, the share held of it: a spring on its limit
+    must follow the fall of P but for what it gives up by its own rescaling.
+    """
+    share = 1.0 if psi_1 <= 2.0 * chi else held
+    v = (2.0 * chi - psi_1) / (2.0 * chi - share)
+    phase = phase_of_velocity(v, zeta)
+    k = min(int(phase / theta[1]), theta.size - 2)
+    _, v_mid = phase_point(0.5 * (phase + theta[k + 1]), zeta)
+    return phase, k, share * v, v_mid

@@ -1,0 +1,182 @@
+"""What a law sees of a contact, and how a law is asked: by address, so that any law runs in code compiled before it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
+from numba.extending import intrinsic, overload
+
+from contactlaw.memory import doubles_at
+
+
+def record(*names: str) -> np.dtype:
+    """A record of float64 by these names."""
+    return np.dtype([(name, np.float64) for name in names], align=True)
+
+
+CONTACT = record(
+    "state", "course", "overlap", "before", "closing", "force", "ratio", "f", "g", "reach", "scale",
+    "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction",
+)  # fmt: skip
+"""One contact.
+
+state: OPEN, SLIDING (as a whole since the touch) or SPRUNG. course: of the damped normal motion, PRESSED, then
+EXPANDING, then, if the bodies do not part, LASTING. overlap [m]: now; before: at the start of the step, below zero
+apart. closing: mean closing speed over the step [m/s]. force: P [N]. ratio: of the tangential force to that of the
+springs alone, see `slip.carried`. f, g: tangential force along both tangents [N], as of the last step until the law
+gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's own use. mass,
+tangential_mass: effective, at the touch [kg]; infinite where the motion is prescribed. stiffness: k of P = k
+delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m], friction: of the pair.
+"""
+
+PAIR = record(
+    "e_star", "g_star", "radius", "friction", "zeta", "duration", "linear", "vectors",
+    "force_at", "stiffness_at", "energy_at",
+)  # fmt: skip
+"""Two materials and their law.
+
+duration: of a contact, times speed over the undamped greatest overlap. linear: 1 where the normal spring is linear.
+vectors: how many the law remembers. force_at, stiffness_at, energy_at: addresses of the law's functions, whole numbers
+below 2^53. The law's own numbers follow.
+"""
+
+OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
+PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
+
+CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())
+
+CONTACT_TYPE = numba.from_dtype(CONTACT)
+PAIR_TYPE = numba.from_dtype(PAIR)
+MEMORY_TYPE = types.Array(types.float64, 2, "C")
+
+FUNCTIONS: dict[int, tuple[Callable[..., Any], np.dtype]] = {}
+"""Without the compiler: a law's functions and its record by what stands for their address."""
+
+
+def _record_view(values: np.ndarray, kind: np.dtype) -> Any:
+    return values[: kind.itemsize // 8].view(np.dtype((np.record, kind)))[0]
+
+
+def _vectors(pair: Any, memory: np.ndarray) -> np.ndarray:
+    return memory[: 2 * int(pair.vectors)].reshape(2, -1)
+
+
+def contact_of(values: Any) -> Any:
+    """The contact that begins these numbers, a view."""
+    return _record_view(values, CONTACT)
+
+
+def pair_of(values: Any) -> Any:
+    """The pair that begins these numbers, a view."""
+    return _record_view(values, PAIR)
+
+
+def ask_force(pair: Any, contact: Any, law: Any, memory: Any, du: float, dv: float, dt: float) -> tuple[float, float]:
+    """Tangential force along both tangents [N] by the pair's law.
+
+    law: its own numbers. memory: its vectors, first all components along one tangent, then all along the other; both
+    flat. du, dv: displacement over the step [m]. dt: step [s].
+    """
+    force, kind = FUNCTIONS[int(pair.force_at)]
+    return force(contact, _record_view(law, kind), _vectors(pair, memory), du, dv, dt)
+
+
+def ask_stiffness(pair: Any, contact: Any, law: Any) -> float:
+    """Tangential stiffness of the contact where it sticks everywhere [N/m]."""
+    stiffness, kind = FUNCTIONS[int(pair.stiffness_at)]
+    return stiffness(contact, _record_view(law, kind))
+
+
+def ask_energy(pair: Any, contact: Any, law: Any, memory: Any) -> float:
+    """Elastic energy of the tangential springs [J]."""
+    energy, kind = FUNCTIONS[int(pair.energy_at)]
+    return energy(contact, _record_view(law, kind), _vectors(pair, memory))
+
+
+def _view_as(kind: Any) -> Any:
+    def view(typing_context, address):
+        def generate(context, builder, signature, arguments):
+            return builder.inttoptr(arguments[0], context.get_value_type(kind))
+
+        return kind(types.uintp), generate
+
+    return intrinsic(view)
+
+
+_contact_at, _pair_at = _view_as(CONTACT_TYPE), _view_as(PAIR_TYPE)
+
+
+def _caller(result: Any, *last: Any) -> Any:
+    """An intrinsic that calls a law's function: address, contact, address of the law's numbers, and what is last."""
+
+    def call(typing_context, address, contact, law, *rest):
+        def generate(context, builder, signature, arguments):
+            pointer = ir.IntType(8).as_pointer()
+            kinds = [pointer, pointer, *(context.get_value_type(kind) for kind in last)]
+            function = ir.FunctionType(context.get_value_type(result), kinds)
+            own = builder.bitcast(arguments[1], pointer), builder.inttoptr(arguments[2], pointer)
+            return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*own, *arguments[3:]])
+
+        return result(types.uintp, contact, types.uintp, *last), generate
+
+    return call
+
+
+_FLOAT, _BOTH = types.float64, types.UniTuple(types.float64, 2)
+
+
+@intrinsic
+def _call_force(typing_context, address, contact, law, memory, du, dv, dt):
+    return _caller(_BOTH, MEMORY_TYPE, _FLOAT, _FLOAT, _FLOAT)(typing_context, address, contact, law)
+
+
+@intrinsic
+def _call_stiffness(typing_context, address, contact, law):
+    return _caller(_FLOAT)(typing_context, address, contact, law)
+
+
+@intrinsic
+def _call_energy(typing_context, address, contact, law, memory):
+    return _caller(_FLOAT, MEMORY_TYPE)(typing_context, address, contact, law)
+
+
+@overload(contact_of)
+def _contact_of(values):
+    return lambda values: _contact_at(types.uintp(values.ctypes.data))
+
+
+@overload(pair_of)
+def _pair_of(values):
+    return lambda values: _pair_at(types.uintp(values.ctypes.data))
+
+
+@overload(ask_force)
+def _ask_force(pair, contact, law, memory, du, dv, dt):
+    def ask(pair, contact, law, memory, du, dv, dt):
+        vectors = carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
+        return _call_force(
+            types.uintp(pair.force_at), contact, types.uintp(law.ctypes.data), vectors, float(du), float(dv), float(dt)
+        )
+
+    return ask
+
+
+@overload(ask_stiffness)
+def _ask_stiffness(pair, contact, law):
+    return lambda pair, contact, law: _call_stiffness(
+        types.uintp(pair.stiffness_at), contact, types.uintp(law.ctypes.data)
+    )
+
+
+@overload(ask_energy)
+def _ask_energy(pair, contact, law, memory):
+    def ask(pair, contact, law, memory):
+        vectors = carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))
+        return _call_energy(types.uintp(pair.energy_at), contact, types.uintp(law.ctypes.data), vectors)
+
+    return ask

@@ -1,0 +1,1 @@
+"""One contact whose normal motion is known beforehand: prescribed quasi-static paths, and whole impacts."""

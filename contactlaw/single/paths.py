@@ -1,0 +1,131 @@
+"""Any law along a motion that is known: quasi-static paths, and whole impacts in steps.
+
+Forces F and tractions q point along the motion of body A relative to B: the force on A is P n - F.
+"""
+
+from __future__ import annotations
+
+from math import ceil, sqrt
+
+import numpy as np
+
+from contactlaw.jit import jit
+from contactlaw.laws.hertz import elastic_force
+from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
+from contactlaw.laws.step import ask, prescribe
+from contactlaw.single.ledger import Motion, Scale, note
+
+SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
+MOST_SUBSTEPS = 4096  # per segment of the path
+ROUNDING = 1e-15  # of coordinates, over the largest
+
+
+@jit
+def force_along_path(p, approach, displacement, header, memory, normal_out, tangential_out):
+    """Forces along straight segments of overlap (n,) and tangential displacement (n, 2), from zero overlap.
+
+    p: a pair's numbers. header, memory: room for a contact and its vectors.
+    """
+    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    deepest = max(np.max(approach), 0.0)
+    prescribe(contact, pair, deepest)
+    finest = deepest / SUBSTEPS
+    slip = pair.friction * pair.e_star / pair.g_star * finest
+    now, u, v = min(approach[0], 0.0), displacement[0, 0], displacement[0, 1]
+    for j in range(approach.size):
+        step_n, step_u, step_v = approach[j] - now, displacement[j, 0] - u, displacement[j, 1] - v
+        parts = 1.0
+        if finest > 0.0:
+            parts = max(parts, ceil(abs(step_n) / finest))
+        if slip > 0.0:
+            parts = max(parts, ceil(sqrt(step_u**2 + step_v**2) / slip))
+        count = int(min(parts, MOST_SUBSTEPS))
+        for i in range(count):
+            before = now + step_n * i / count
+            overlap = approach[j] if i == count - 1 else now + step_n * (i + 1) / count
+            if overlap <= 0.0:
+                prescribe(contact, pair, deepest)
+                contact.force, contact.overlap = 0.0, 0.0
+                memory[:] = 0.0
+                continue
+            contact.before, contact.overlap, contact.ratio = before, overlap, 1.0
+            contact.force = elastic_force(contact, pair.linear != 0.0, overlap)
+            ask(contact, pair, law, memory, step_u / count, step_v / count, 0.0)
+        now, u, v = approach[j], displacement[j, 0], displacement[j, 1]
+        normal_out[j], tangential_out[j, 0], tangential_out[j, 1] = contact.force, contact.f, contact.g
+
+
+@jit
+def direction(displacement):
+    """Direction of the line on which a path (n, 2) runs but for rounding; (0, 0): on none."""
+    size, far = 0.0, 0
+    for j in range(displacement.shape[0]):
+        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
+        if u * u + v * v > size:
+            size, far = u * u + v * v, j
+    if size == 0.0:
+        return 1.0, 0.0
+    length = sqrt(size)
+    x, y = (displacement[far, 0] - displacement[0, 0]) / length, (displacement[far, 1] - displacement[0, 1]) / length
+    slack = ROUNDING * np.max(np.abs(displacement))
+    for j in range(displacement.shape[0]):
+        u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
+        if abs(u * y - v * x) > slack:
+            return 0.0, 0.0
+    return x, y
+
+
+@jit
+def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, speed, track_out):
+    """One impact along a line: the sliding speed after it [m/s].
+
+    p, header, memory: as for `force_along_path`. deepest: greatest overlap of the motion [m]. speed: sliding at the
+    touch [m/s]. track_out: see `single.ledger`; without columns: not kept.
+    """
+    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    mass, approach, length, tangential_mass = scale
+    prescribe(contact, pair, deepest)
+    contact.tangential_mass = tangential_mass
+    memory[:] = 0.0
+    steps = motion.delta.size - 1
+    unit, impulse = mass * approach * approach / length, mass * approach / tangential_mass
+    contact.overlap = length * motion.delta[1]
+    share = first_share(contact, pair, law, speed, approach * motion.delta[1] / motion.step[0])
+    pull, work, elastic, slide = 0.0, 0.0, 0.0, 0.0
+    for k in range(steps + 1):
+        last, before = pull, speed
+        if 0 < k < steps:
+            contact.before, contact.overlap = length * motion.delta[k - 1], length * motion.delta[k]
+            contact.force, contact.ratio = unit * motion.force[k], motion.ratio[k]
+            ask(contact, pair, law, memory, slide, 0.0, length / approach * motion.step[k])
+            pull = contact.f
+            if track_out.size > 0:
+                elastic = ask_energy(pair, contact, law, memory)
+            share = pull / contact.force if contact.force > 0.0 else 0.0
+        elif k == steps:
+            pull, elastic = 0.0, 0.0
+        work += 0.5 * (last + pull) * slide
+        speed -= share * impulse * motion.drop[k]
+        slide = speed * length / approach * motion.step[k]
+        now = 0.5 * (before + speed) if 0 < k < steps else before if k == 0 else speed
+        note(track_out, k, pull, elastic, work, now)
+    return speed
+
+
+@jit
+def first_share(contact, pair, law, speed, closing):
+    """F/P at the touch: mu where the contact starts sliding; k_T V_x/(k_N V_z) where it sticks."""
+    if speed == 0.0:
+        return 0.0
+    normal = contact.stiffness * (1.0 if pair.linear != 0.0 else 1.5 * sqrt(contact.overlap))
+    return min(ask_stiffness(pair, contact, law) / normal * speed / closing, pair.friction)
+
+
+@jit
+def impacts_by_steps(p, header, memory, motion: Motion, deepest, psi_1, chi, psi_2_out):
+    """psi_2 of whole impacts (flat arrays); p: a pair with E* = G* = 3/4 Pa, R = 1 m and mu = 1, scaled as it is."""
+    nothing = np.empty((0, 0))
+    for j in range(psi_1.size):
+        side = 1.0 if psi_1[j] >= 0.0 else -1.0
+        scale = Scale(1.0, 1.0, 1.0, 0.5 / chi[j])
+        psi_2_out[j] = side * impact_by_steps(p, header, memory, motion, scale, deepest, side * psi_1[j], nothing)
