@@ -7,7 +7,6 @@ alive and writes their addresses into the record.
 
 from __future__ import annotations
 
-import ctypes
 from typing import Any
 
 import numba
@@ -17,6 +16,8 @@ from numba import types
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit
+from contactlaw.laws.record import PAIR as LAW
+from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE
 
 
@@ -32,11 +33,7 @@ def _element(dtype: np.dtype) -> Any:
 
         return kind(types.uint64, types.int64), generate
 
-    def at_in_python(address: int, index: int) -> Any:
-        memory = (ctypes.c_char * size).from_address(int(address) + int(index) * size)
-        return np.frombuffer(memory, dtype)[0]
-
-    return at_in_python if numba.config.DISABLE_JIT else intrinsic(at)
+    return intrinsic(at)
 
 
 def _whole(typing_context, address, index):
@@ -68,6 +65,7 @@ shape_at: Any = _element(SHAPE)
 pair_at: Any = _element(PAIR)
 near_at: Any = _element(NEAR)
 contact_at: Any = _element(CONTACT)
+law_at: Any = _element(LAW)
 
 whole_at: Any = intrinsic(_whole)
 """Element of an array of int64."""
@@ -81,11 +79,17 @@ numbers_at: Any = intrinsic(_numbers)
 
 @jit
 def memory_of(w, slot):
-    """What the law remembers of the contact in a slot, shape (2, count)."""
-    return numba.carray(numbers_at(w.memory + 16 * w.node_count * slot), (2, w.node_count))
+    """What the law remembers of the contact in a slot, shape (size,)."""
+    return numba.carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
 
 
 @jit
-def nodes_of(w):
-    """The nodes of the law, shape (2, count)."""
-    return numba.carray(numbers_at(w.nodes), (2, w.node_count))
+def law_of(w, pair):
+    """The materials and the law of a pair, as the law reads them."""
+    return law_at(w.numbers + 8 * pair.numbers, 0)
+
+
+@jit
+def law_numbers(w, pair):
+    """The law's own numbers."""
+    return numba.carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)

@@ -11,11 +11,11 @@ from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, WORLD, Ar
 LEAST = 64  # near pairs and contacts that there is room for from the start
 
 
-def empty(nodes: Array) -> Arrays:
-    """A world without bodies but itself; nodes: of its law, shape (2, count)."""
+def empty() -> Arrays:
+    """A world without bodies but itself."""
     made = Arrays(
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
-        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 2, nodes.shape[1])), nodes=nodes,
+        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0),
         groups=np.full((1, 1), -1), spare=np.arange(LEAST)[::-1].copy(), roots=np.zeros(1, np.int64),
         own=np.zeros(1, np.int64), mine=np.zeros(LEAST, np.int64), grid=np.zeros(4, np.int64), world=np.zeros(1, WORLD),
     )  # fmt: skip
@@ -51,6 +51,19 @@ def with_shape(one: Arrays, **fields: Any) -> Arrays:
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
     return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))
+
+
+def with_pair(one: Arrays, radius: float, numbers: Array, memory: int) -> Arrays:
+    """The world and one more pair of materials.
+
+    radius: see `records.PAIR`. numbers: as `ContactPair.parameters` gives them. memory: numbers that its law remembers.
+    """
+    pairs = longer(one.pairs, 1)
+    pairs["radius"][-1], pairs["numbers"][-1] = radius, one.numbers.size
+    more = max(memory - one.memory.shape[1], 0)
+    return one._replace(
+        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=np.pad(one.memory, ((0, 0), (0, more)))
+    )
 
 
 def with_more_room(one: Arrays) -> Arrays:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import ceil, floor
 
 from contactlaw.jit import jit
-from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, settle
 from contactlaw.world.pace import look, radius_of, substep, touch_time
@@ -171,7 +171,7 @@ def length(w, pairs, t, until):
         p = near_at(w.near, whole_at(w.mine, i))
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            h = min(h, substep(contact_at(w.contacts, p.slot), pair_at(w.pairs, p.pair), a, b, count))
+            h = min(h, substep(w, contact_at(w.contacts, p.slot), a, b, count))
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.mine, i))
         if p.closed == 0:

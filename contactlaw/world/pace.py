@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit
-from contactlaw.world.access import body_at, pair_at, shape_at
+from contactlaw.world.access import body_at, law_of, pair_at, shape_at
+from contactlaw.world.force import hertz
 from contactlaw.world.geometry import centre, effective_radius, meet
-from contactlaw.world.law import stiffness
 from contactlaw.world.motion import acceleration_at, mobility, velocity_at
 from contactlaw.world.records import NEVER, SPHERE
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
@@ -101,31 +101,33 @@ def radius_of(w, p):
 @jit
 def touch_time(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
-    pair = pair_at(w.pairs, p.pair)
     mass = 1.0 / (body_at(w.bodies, p.body_a).inverse_mass + body_at(w.bodies, p.body_b).inverse_mass)
     push = max(p.push, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
-    k = 4.0 / 3.0 * pair.material.e_star * sqrt(radius_of(w, p))
-    return impact_time(k, pair.duration, mass, max(-p.gap, 0.0), closing, push)
+    law = law_of(w, pair_at(w.pairs, p.pair))
+    k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p))
+    return impact_time(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 
 @jit
-def contact_time(c, pair, a, b):
+def contact_time(w, c, a, b):
     """Duration [s] of the impact that a closed contact is in."""
     t = c.touch
     pull = sub(load(a.acceleration), load(b.acceleration))
-    return impact_time(stiffness(t), pair.duration, t.mass, max(t.overlap, 0.0), t.closing, norm(pull))
+    return impact_time(
+        hertz(t), law_of(w, pair_at(w.pairs, c.pair)).duration, t.mass, max(t.overlap, 0.0), t.closing, norm(pull)
+    )
 
 
 @jit
-def substep(c, pair, a, b, substeps):
+def substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
     own = t.force / t.mass
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
     if t.overlap > 0.0 and t.closing * t.closing < 0.1 * own * t.overlap and abs(c.hastening) < 0.3 * own:
         substeps = max(substeps / FEW, 20.0)
-    return contact_time(c, pair, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
 
 
 @jit

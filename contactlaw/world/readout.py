@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contactlaw.jit import jit
-from contactlaw.world.law import stored_energy
+from contactlaw.world.access import contact_at
+from contactlaw.world.force import stored_energy
 from contactlaw.world.records import CLOSED, FREE, Array, Arrays
 
 READOUT = np.dtype([
@@ -53,16 +54,17 @@ def energy(world: Arrays) -> Energy:
     spin = np.einsum("nij,ni->nj", axes, b["spin"])
     kinetic = 0.5 * mass @ (b["velocity"] ** 2).sum(1) + 0.5 * (spin**2 / b["inverse_inertia"]).sum()
     potential = -mass @ (b["position"] * b["acceleration"]).sum(1)
-    return Energy(float(kinetic), float(potential), float(_elastic(world.contacts, world.memory, world.nodes)))
+    return Energy(float(kinetic), float(potential), float(_elastic(world.bound().world)))
 
 
 @jit
-def _elastic(contacts, memory, nodes):
+def _elastic(world):
     """Elastic energy [J] of all closed contacts."""
-    out = 0.0
-    for i in range(contacts.shape[0]):
-        if contacts[i].phase == CLOSED:
-            out += stored_energy(contacts[i].touch, memory[i], nodes)
+    w, out = world[0], 0.0
+    for slot in range(w.contact_room):
+        c = contact_at(w.contacts, slot)
+        if c.phase == CLOSED:
+            out += stored_energy(w, c, slot)
     return out
 
 

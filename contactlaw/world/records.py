@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.world.law import CONTACT as TOUCH
-from contactlaw.world.law import MATERIAL
+from contactlaw.laws.record import CONTACT as TOUCH
 
 NEVER = np.inf
 
@@ -24,9 +23,9 @@ MATRIX = ("f8", (9,))  # row by row
 
 
 def record(**fields: Any) -> np.dtype:
-    """A record with these fields, aligned, that gives them as attributes with and without compilation."""
+    """A record with these fields, aligned."""
     columns = [(name, *kind) if isinstance(kind, tuple) else (name, kind) for name, kind in fields.items()]
-    return np.dtype((np.record, np.dtype(columns, align=True)))
+    return np.dtype(columns, align=True)
 
 
 BODY = record(
@@ -69,9 +68,8 @@ SHAPE = record(
 """A sphere or a plane, fixed to a body."""
 
 PAIR = record(
-    material=MATERIAL,
     radius="f8",  # effective radius of every such contact [m]; zero: that of the shapes
-    duration="f8",  # of an impact, times speed, over the greatest overlap without damping
+    numbers="i8",  # where its `laws.record.PAIR` begins, and the law's own numbers behind it
 )  # fmt: skip
 """Two materials in contact."""
 
@@ -106,9 +104,9 @@ CONTACT = record(
 
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
-    bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", nodes="u8", groups="u8", spare="u8",
+    bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
     roots="u8", own="u8", mine="u8", grid="u8",
-    body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", node_count="i8", group_count="i8",
+    body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
     cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
     substeps="f8",  # of an impact between few bodies
@@ -132,8 +130,8 @@ class Arrays(NamedTuple):
     Attributes:
         bodies, shapes, pairs, near, contacts: Records. The list of near pairs and the contacts are room, of which
             `world` says how much is used.
-        memory: What the law remembers of each contact, shape (contacts, 2, count).
-        nodes: Of the law, see there, shape (2, count).
+        memory: What the laws remember of each contact, shape (contacts, size).
+        numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
         roots, own, mine: Room for the islands of a window, the bodies of one, and the near pairs of one.
@@ -147,7 +145,7 @@ class Arrays(NamedTuple):
     near: Array
     contacts: Array
     memory: Array
-    nodes: Array
+    numbers: Array
     groups: Array
     spare: Array
     roots: Array
@@ -163,6 +161,6 @@ class Arrays(NamedTuple):
             one[name] = array.ctypes.data
         one["body_count"], one["shape_count"] = self.bodies.size, self.shapes.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
-        one["node_count"], one["group_count"] = self.nodes.shape[1], self.groups.shape[0]
+        one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["cells"] = self.grid.size - 3 * self.shapes.size
         return self

@@ -8,7 +8,7 @@ when somebody changes the velocity or the acceleration of one of its bodies.
 from __future__ import annotations
 
 from contactlaw.jit import jit
-from contactlaw.world.access import body_at, contact_at, near_at, pair_at, whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, whole_at
 from contactlaw.world.motion import give
 from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
@@ -60,7 +60,7 @@ def slow(w, pairs, part):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             speed = norm(load(a.velocity)) + norm(load(b.velocity))
             speed += norm(load(a.spin)) * norm(load(c.arm_a)) + norm(load(b.spin)) * norm(load(c.arm_b))
-            if speed * contact_time(c, pair_at(w.pairs, p.pair), a, b) > part * c.touch.overlap:
+            if speed * contact_time(w, c, a, b) > part * c.touch.overlap:
                 return False
     return some
 
@@ -82,7 +82,7 @@ def balanced(w, pairs, part):
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            time = contact_time(c, pair_at(w.pairs, p.pair), a, b)
+            time = contact_time(w, c, a, b)
             rate = norm(load(a.shift)) + norm(load(a.twist)) * norm(load(c.arm_a))
             rate += norm(load(b.shift)) + norm(load(b.twist)) * norm(load(c.arm_b))
             if rate * time * time > part * c.touch.overlap:

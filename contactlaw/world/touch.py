@@ -3,7 +3,7 @@
 The force is summed over substeps as the trapezoidal rule does. At both ends of an impact it goes with a power p of time
 and the first or last point of the sum lies s substeps inside: the sum is then too much by zeta(-p, s) times what the
 force grows to in one substep (Euler-Maclaurin; zeta is Hurwitz's). Elastic force begins and ends with p = 3/2; the
-damper sets in with p = 1/4.
+damper sets in with p = 1/4. For a linear spring these are 1 and 0.
 """
 
 from __future__ import annotations
@@ -11,21 +11,20 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit
-from contactlaw.world import law
+from contactlaw.world import force
 from contactlaw.world.access import (
     body_at,
     contact_at,
-    memory_of,
+    law_of,
     near_at,
-    nodes_of,
     pair_at,
     set_whole,
     shape_at,
     whole_at,
 )
-from contactlaw.world.geometry import effective_radius, meet
+from contactlaw.world.geometry import meet
 from contactlaw.world.motion import kick, moved_at
-from contactlaw.world.pace import masses
+from contactlaw.world.pace import masses, radius_of
 from contactlaw.world.records import CLOSED, FREE, PARTED
 from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub, tangent
 
@@ -43,18 +42,22 @@ def cubic(a, s):
 
 
 @jit
-def elastic_end(s):
+def elastic_end(s, linear):
     """By how many substeps the force at the first or last point acted too short; s in (0, 1]: see the module.
 
     Counted from an end on a point, s = 1, so that impacts which begin on a point are as symmetric in time as they are.
     """
+    if linear:
+        return 0.5 * (s - 1.0)
     s = max(s, 1e-6)
     return -(1.0 + cubic(ELASTIC_END, s) / sqrt(s))
 
 
 @jit
-def damped_end(s):
+def damped_end(s, linear):
     """The same of the damper's force at the touch, not counted from anything."""
+    if linear:
+        return s - 0.5
     s = max(s, 1e-6)
     return -(1.0 + cubic(DAMPED_END, s) / sqrt(sqrt(s)))
 
@@ -79,7 +82,9 @@ def close(w, k, overlap):
     c.near = k
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
-    made_of(c.touch, pair_at(w.pairs, q.pair), effective_radius(shape_at(w.shapes, q.a), shape_at(w.shapes, q.b)))
+    t = c.touch
+    force.made_of(t, law_of(w, pair_at(w.pairs, q.pair)), radius_of(w, q))
+    force.begin(t)
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
@@ -91,15 +96,13 @@ def close(w, k, overlap):
     c.hastening = 0.0
     c.share = 0.0
     masses(c, a, b)
-    t = c.touch
-    law.begin(t)
     t.overlap = overlap
     t.before = overlap
     t.closing = q.closing
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
-        law.advance_contact(t, memory_of(w, q.slot), nodes_of(w), 0.0, 0.0, 0.0, 0.0)
+        force.advance_contact(w, c, q.slot, 0.0, 0.0, 0.0, 0.0)
         store(c.push, scale(t.force, n))
     return True
 
@@ -117,22 +120,12 @@ def clear(c):
 
 
 @jit
-def made_of(t, pair, radius):
-    """Tell a law what a contact is made of; radius [m]: of the shapes."""
-    t.e_star = pair.material.e_star
-    t.g_star = pair.material.g_star
-    t.friction = pair.material.friction
-    t.zeta = pair.material.zeta
-    t.radius = pair.radius if pair.radius > 0.0 else radius
-
-
-@jit
 def open_up(q, c):
     """A contact has opened; its slot is kept until the next step."""
     q.closed = 0
     c.phase = PARTED
     store(c.push, (0.0, 0.0, 0.0))
-    law.begin(c.touch)
+    force.begin(c.touch)
 
 
 @jit
@@ -169,9 +162,11 @@ def advance(w, c, slot, a, b, h):
     t.before = before
     t.overlap = overlap
     c.share = 0.0
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    linear = law.linear != 0.0
     if overlap <= 0.0:
-        if before > 0.0 and t.zeta == 0.0 and c.interval > 0.0:
-            c.share = elastic_end(before / (before - overlap))
+        if before > 0.0 and law.zeta == 0.0 and c.interval > 0.0:
+            c.share = elastic_end(before / (before - overlap), linear)
             store(c.push, force_of(c))
         return
     e = load(c.tangent)
@@ -186,13 +181,12 @@ def advance(w, c, slot, a, b, h):
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
     old_force, old_f, old_g = t.force, t.f, t.g
-    law.advance_contact(t, memory_of(w, slot), nodes_of(w), du, dv, h, c.hastening + own)
+    force.advance_contact(w, c, slot, du, dv, h, c.hastening + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
-        if t.zeta > 0.0 and t.ratio > 1.0:
-            c.share = damped_end(inside) * (1.0 - 1.0 / t.ratio) + elastic_end(inside) / t.ratio
-        else:
-            c.share = elastic_end(inside)
+        c.share = elastic_end(inside, linear)
+        if law.zeta > 0.0 and t.ratio > 1.0:
+            c.share = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + c.share / t.ratio
     store(c.push, force_of(c))
     c.interval = h
     c.deepest = max(c.deepest, overlap)

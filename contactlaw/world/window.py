@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit
-from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole
+from contactlaw.world.access import body_at, contact_at, near_at, set_whole
 from contactlaw.world.motion import fly
 from contactlaw.world.pace import contact_time, look, touch_time
 from contactlaw.world.records import NEVER
@@ -32,7 +32,7 @@ def survey(w, now, step):
         if a.still != 0 and b.still != 0:
             continue
         if p.closed != 0:
-            shortest = min(shortest, contact_time(contact_at(w.contacts, p.slot), pair_at(w.pairs, p.pair), a, b))
+            shortest = min(shortest, contact_time(w, contact_at(w.contacts, p.slot), a, b))
             continue
         if a.moved != 0 or b.moved != 0 or p.look <= now:
             fly(a, now)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.pair import ContactPair, half_line_nodes, scaled_duration
+from contactlaw.pair import ContactPair
 from contactlaw.world import readout
-from contactlaw.world.arrays import empty, longer, with_body, with_more_room, with_shape
+from contactlaw.world.arrays import empty, with_body, with_more_room, with_pair, with_shape
 from contactlaw.world.frames import matrix_of, principal, product, quaternion
 from contactlaw.world.records import PLANE, SPHERE, Array, Arrays
 from contactlaw.world.step import step
@@ -50,12 +50,12 @@ class World:
 
     def __init__(
         self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
-        crowd_substeps: float = 40.0, crowd: int = 8, stillness: float = 1e-6, nodes: int = 16,
+        crowd_substeps: float = 40.0, crowd: int = 8, stillness: float = 1e-6,
     ) -> None:  # fmt: skip
         pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
         self.gravity = checks.vector("gravity", pull)
         self.timestep = checks.positive("timestep", timestep)
-        self.arrays = empty(np.array(half_line_nodes(checks.count("nodes", nodes, 2))))
+        self.arrays = empty()
         state = self.arrays.world
         state["substeps"] = checks.number("substeps", substeps, "at least 10", low=10.0, high=1e6)
         state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "at least 10", low=10.0, high=1e6)
@@ -167,13 +167,8 @@ class World:
                     raise ValueError(f"{name} = {number}: there are shapes 0 to {self.arrays.shapes.size - 1}")
                 self._memberships[number] += (2 * self._sets + side,)
         self._sets += 1
-        pairs = longer(self.arrays.pairs, 1)
-        material = pairs["material"]
-        material["e_star"][-1], material["g_star"][-1] = pair.effective_modulus, pair.effective_shear_modulus
-        material["friction"][-1], material["zeta"][-1] = pair.friction, pair.damping_ratio
-        pairs["radius"][-1] = pair.radius or 0.0
-        pairs["duration"][-1] = scaled_duration(pair.damping_ratio)
-        self.arrays = self.arrays._replace(pairs=pairs, groups=self._groups())
+        self.arrays = with_pair(self.arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
+        self.arrays = self.arrays._replace(groups=self._groups())
 
     def step(self, n: int = 1) -> None:
         """Move the world by n steps of `timestep`.
