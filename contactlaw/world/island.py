@@ -16,6 +16,7 @@ from contactlaw.world.pace import look, radius_of, substep, touch_time
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, close, open_up, strike
+from contactlaw.world.window import MARGIN
 
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
@@ -177,7 +178,7 @@ def length(w, pairs, t, until):
         if p.closed == 0:
             look(w, p, t, w.step - t)
             w.looks += 1
-            speed = max(p.closing, 0.0) + body_at(w.bodies, p.body_a).stir + body_at(w.bodies, p.body_b).stir
+            speed = max(p.closing, 0.0) + MARGIN * (body_at(w.bodies, p.body_a).stir + body_at(w.bodies, p.body_b).stir)
             block = BLOCK * h
             p.watched = 1 if p.gap < block * (speed + 0.5 * block * max(p.push, 0.0)) else 0
             if p.watched != 0 and p.gap < 2.0 * block * max(p.closing, 0.0):

@@ -15,7 +15,7 @@ from contactlaw.world.motion import fly
 from contactlaw.world.pace import contact_time, look, touch_time
 from contactlaw.world.records import NEVER
 
-REBOUND = 2.2  # of the velocity that two bodies have in common, what an impact may give to one of them
+MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
 GROWN = 1.1  # a stir that has grown by less is not handed on
 
 
@@ -93,7 +93,7 @@ def gather(w, now, until):
                 fly(b, now)
                 look(w, p, now, w.step - now)
                 w.looks += 1
-                reach = (max(p.closing, 0.0) + a.stir + b.stir + 0.5 * max(p.push, 0.0) * length) * length
+                reach = (max(p.closing, 0.0) + MARGIN * (a.stir + b.stir) + 0.5 * max(p.push, 0.0) * length) * length
                 if p.gap > reach:
                     continue
             p.active = 1
@@ -119,14 +119,21 @@ def stir(w, p, a, b, length):
         t = contact_at(w.contacts, p.slot).touch
         x = max(t.overlap, 0.0)
         square = t.closing * t.closing + 0.8 * t.force * x / t.mass
-    both = a.inverse_mass + b.inverse_mass
-    speed = sqrt(square)
-    for_a = REBOUND * (speed + b.stir) * a.inverse_mass / both
-    for_b = REBOUND * (speed + a.stir) * b.inverse_mass / both
+    for_a, for_b = lightness(a), lightness(b)
+    both = for_a + for_b
+    for_a *= 2.0 * max(sqrt(square), b.stir) / both
+    for_b *= 2.0 * max(sqrt(square), a.stir) / both
     more = for_a > GROWN * a.stir or for_b > GROWN * b.stir
     a.stir = max(a.stir, for_a)
     b.stir = max(b.stir, for_b)
     return more
+
+
+@jit
+def lightness(b):
+    """Mobility [1/kg] of a body's shapes, at most."""
+    i = b.inverse_inertia
+    return b.inverse_mass + b.reach * b.reach * max(i[0], max(i[1], i[2]))
 
 
 @jit
