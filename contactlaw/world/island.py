@@ -78,7 +78,7 @@ def approach(w, bodies, pairs, t, until):
                 closed = True
         if closed:
             return t
-        t = min(max(first, t + 1e-3 * soon), until)
+        t = min(max(first, t + 1e-6 * soon), until)
         for i in range(bodies):
             fly(body_at(w.bodies, whole_at(w.own, i)), t)
         if t == until:

@@ -158,6 +158,9 @@ def advance(w, c, slot, a, b, h):
     turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
+    e = load(c.tangent)
+    f = cross(n, e)
+    du, dv = dot(moved, e), dot(moved, f)
     before = t.overlap
     t.before = before
     t.overlap = overlap
@@ -168,10 +171,9 @@ def advance(w, c, slot, a, b, h):
         if before > 0.0 and law.zeta == 0.0 and c.interval > 0.0:
             c.share = elastic_end(before / (before - overlap), linear)
             store(c.push, force_of(c))
+        book(c, 0.5 + c.share, overlap - before, du, dv)
         return
-    e = load(c.tangent)
-    f = cross(n, e)
-    du, dv = dot(moved, e), dot(moved, f)
+    book(c, 0.5, overlap - before, du, dv)
     closing = (overlap - before) / h
     own = t.force / t.mass
     if c.interval > 0.0:
@@ -180,7 +182,6 @@ def advance(w, c, slot, a, b, h):
         c.hastening = -dot(sub(load(a.acceleration), load(b.acceleration)), n) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
-    old_force, old_f, old_g = t.force, t.f, t.g
     force.advance_contact(w, c, slot, du, dv, h, c.hastening + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
@@ -189,11 +190,19 @@ def advance(w, c, slot, a, b, h):
             c.share = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + c.share / t.ratio
     store(c.push, force_of(c))
     c.interval = h
+    book(c, 0.5 + c.share, overlap - before, du, dv)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
-    c.duration += h
-    c.normal_work -= 0.5 * (old_force + t.force) * (overlap - max(before, 0.0))
-    c.friction_work -= 0.5 * ((old_f + t.f) * du + (old_g + t.g) * dv)
+    if t.force > 0.0:
+        c.duration += h
+
+
+@jit
+def book(c, share, gained, du, dv):
+    """Enter the work that a share of the contact's force does over a displacement [m] into its ledger."""
+    t = c.touch
+    c.normal_work -= share * t.force * gained
+    c.friction_work -= share * (t.f * du + t.g * dv)
 
 
 @jit
