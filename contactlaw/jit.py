@@ -8,12 +8,14 @@ of every kernel source together, so an edit anywhere recompiles everything that 
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core import event
 from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 
@@ -57,9 +59,43 @@ def jit_for(key: str, fastmath: bool | set[str] = False, nogil: bool = False) ->
     return compile_lazily
 
 
+class _Said:
+    """Says on stderr that something is compiled: what, for how long, and that it happens once; each thing once."""
+
+    def __init__(self) -> None:
+        self.doing = ["kernels: some seconds"]
+        self.told: set[str] = set()
+
+    def __call__(self) -> None:
+        what = self.doing[-1]
+        if what not in self.told:
+            self.told |= {what, self.doing[0]}
+            print(f"contactlaw: compiling {what}, once; later runs read it from numba's cache", file=sys.stderr)
+
+
+_say = _Said()
+
+
+class _Listener(event.Listener):
+    def on_start(self, event: Any) -> None:
+        if event.data["dispatcher"].py_func.__module__.startswith("contactlaw."):
+            _say()
+
+    def on_end(self, event: Any) -> None:
+        """Nothing is said when it is done."""
+
+
+event.register("numba:compile", _Listener())
+
+
 @contextmanager
-def _telling(module: str) -> Iterator[None]:
-    yield
+def compiling(what: str, seconds: int) -> Iterator[None]:
+    """What is compiled inside is told by this name, with the time [s] that it takes."""
+    _say.doing.append(f"{what}: about {seconds} s")
+    try:
+        yield
+    finally:
+        _say.doing.pop()
 
 
 jit = jit_for("")
@@ -72,12 +108,19 @@ jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil
 Several threads may be in one at once."""
 
 
+def compile_now(function: Any, *kinds: Any) -> Any:
+    """Compile a jitted function for these types of its arguments; returns the type of its result."""
+    function.compile(kinds)
+    return function.overloads[function.signatures[-1]].signature.return_type
+
+
 class _Compiled(CFunc):
     """A C function that says when it is compiled rather than read from the cache."""
 
     def _compile_uncached(self) -> Any:
-        with _telling(self._pyfunc.__module__):
-            return super()._compile_uncached()
+        if len(_say.doing) > 1:
+            _say()
+        return super()._compile_uncached()
 
 
 def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours: bool = True) -> int:
@@ -90,7 +133,7 @@ def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours
     if ours:
         _cache(compiled, key)
     compiled.compile()
-    _CALLBACKS.append(compiled)
+    CALLBACKS.append(compiled)
     return int(compiled.address or 0)
 
 
@@ -99,4 +142,5 @@ def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
     return lambda function: address_of(function, signature, key)
 
 
-_CALLBACKS: list[CFunc] = []
+CALLBACKS: list[CFunc] = []
+"""All that `address_of` has compiled."""

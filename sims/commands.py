@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from contactlaw import MATERIALS
-from contactlaw.laws import LAWS
+from contactlaw.laws import choices
 from sims import show
 from sims.scene import NATIVE, OWN_STEP, Scene, Settings
 
@@ -37,7 +37,7 @@ def add_scene(app: typer.Typer, scene: Scene) -> None:
 
     options: dict[str, tuple[Any, Any, Any]] = {
         "engine": (str, scene.engines[0], typer.Option(help="|".join(scene.engines))),
-        "law": (str | None, None, typer.Option(help="|".join([*LAWS, NATIVE]) + f"; {LAW}")),
+        "law": (str | None, None, typer.Option(help=f"{choices()}|{NATIVE}; {LAW}")),
         "material": (str | None, None, typer.Option(help="|".join(MATERIALS) + "; default: the scene's own")),
         "timestep": (float | None, None, typer.Option(help=f"Engine step in s; default: the engine's own, {STEPS}.")),
         "as_json": (bool, False, typer.Option("--json", help="Print one JSON object.")),

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, Material, checks
-from contactlaw.laws import LAWS
+from sims.scene import check_law
 
 ENGINES = {"mujoco": "sims.puck_mujoco", "pybullet": "sims.puck_pybullet"}
 LAUNCHES = ("oblique", "spin")
@@ -45,7 +45,7 @@ class Puck:
     Attributes:
         material: "steel" or "rubber".
         psi_1: (kappa/mu) V_x/V_z1 at the contact point before the impact.
-        law: Name in `contactlaw.LAWS`, or "native" for the engine's own contact.
+        law: As `contactlaw.laws.law_of` has it, or "native" for the engine's own contact.
         launch: "oblique": aimed, without spin; "spin": thrown straight at the block, with backspin.
         timestep: Engine step [s]; None: a 200th of the contact.
         speed: Approach speed along the normal [m/s].
@@ -71,7 +71,7 @@ class Puck:
 
     def __post_init__(self) -> None:
         checks.one_of("material", self.material, SURFACES)
-        checks.one_of("law", self.law, [*LAWS, "native"])
+        check_law(self.law)
         checks.one_of("launch", self.launch, LAUNCHES)
         for name in ("psi_1", "heading", "phase"):
             checks.finite_array(name, getattr(self, name))

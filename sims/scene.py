@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar
 
 from contactlaw import MATERIALS, ContactPair, checks
-from contactlaw.laws import LAWS
+from contactlaw.laws import LAWS, law_of
 from sims.recording import Recording
 
 ENGINES = ("mujoco", "pybullet")
@@ -28,13 +28,21 @@ def _no_progress(_: float) -> None:
     """Nobody is told."""
 
 
+def check_law(law: str) -> None:
+    """Refuse what is neither a law, with its fields, nor the engine's own contact."""
+    if law.split()[:1] not in ([name] for name in LAWS):
+        checks.one_of("law", law, [*LAWS, NATIVE])
+    else:
+        law_of(law)
+
+
 @dataclass(frozen=True)
 class Settings:
     """How a scene is to be run.
 
     Attributes:
         engine: "mujoco" or "pybullet".
-        law: Name in `contactlaw.LAWS`, or "native" for the engine's own contact; None: that of the scene's pairs.
+        law: As `contactlaw.laws.law_of` has it, or "native" for the engine's own contact; None: that of the pairs.
         material: Name in `contactlaw.MATERIALS`; None: the scene's own.
         timestep: Engine step [s]; None: the engine's own.
         options: The scene's own numbers, by name; what is not given has the scene's default.
@@ -56,7 +64,7 @@ class Settings:
     def __post_init__(self) -> None:
         checks.one_of("engine", self.engine, ENGINES)
         if self.law is not None:
-            checks.one_of("law", self.law, [*LAWS, NATIVE])
+            check_law(self.law)
         if self.material is not None:
             checks.one_of("material", self.material, MATERIALS)
         if self.timestep is not None:

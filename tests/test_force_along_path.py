@@ -85,17 +85,16 @@ def test_linear_spring_meets_hertz_in_duration() -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("static", [None, 0.45])
 @given(data=st.lists(st.tuples(OVERLAP_SHARE, SHARE, SHARE), min_size=2, max_size=6), line=st.booleans())
 @settings(max_examples=25)
-def test_force_stays_in_the_cone(law: str, static: float | None, data: list, line: bool) -> None:
-    pair, values = pair_with(law, static_friction=static), np.array(data)
+def test_force_stays_in_the_cone(law: str, data: list, line: bool) -> None:
+    pair, values = pair_with(law), np.array(data)
     displacement = full_slip(pair) * values[:, 1:]
     normal, tangential = force_along_path(
         pair, DEEP * values[:, 0], displacement[:, 0].copy() if line else displacement
     )
     size = np.abs(tangential) if line else np.linalg.norm(tangential, axis=1)
-    assert (size <= (static or MU) * normal * (1 + 1e-12)).all()
+    assert (size <= MU * normal * (1 + 1e-12)).all()
     assert (normal[values[:, 0] <= 0.0] <= 1e-12 * float(hertz(pair, DEEP))).all()
 
 
@@ -202,10 +201,9 @@ def test_forces_turn_with_the_frame_in_the_plane(law: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("static", [None, 0.4])
 @pytest.mark.parametrize("seed", range(3))
-def test_path_along_a_line_is_the_path_in_the_plane_along_x(law: str, static: float | None, seed: int) -> None:
-    pair, (overlap, place) = pair_with(law, static_friction=static), winding_path(seed)
+def test_path_along_a_line_is_the_path_in_the_plane_along_x(law: str, seed: int) -> None:
+    pair, (overlap, place) = pair_with(law), winding_path(seed)
     along = full_slip(pair) * place[:, 0]
     normal, line = force_along_path(pair, DEEP * overlap, along)
     _, plane = force_along_path(pair, DEEP * overlap, np.column_stack([along, 0.0 * along]))
@@ -326,33 +324,6 @@ def test_mindlin_spring_creates_the_energy_of_its_stiffness_change() -> None:
     assert gained["mindlin"] == pytest.approx(0.5 * (stiffness[0] - stiffness[1]) * distance**2, rel=1e-6)
     assert gained["mindlin_rescaled"] == pytest.approx(-0.5 * (stiffness[0] - stiffness[1]) * distance**2, rel=1e-6)
     assert gained["microslip"] < 0.0
-
-
-@pytest.mark.parametrize("law", SPRING_LAWS)
-def test_static_friction_peaks_then_falls_to_the_kinetic(law: str) -> None:
-    """One spring reaches mu_s P at once; with microslip the edge has let go before the middle reaches its limit."""
-    pair = pair_with(law, static_friction=0.45)
-    share = np.concatenate([[0.0], np.linspace(0.0, 4.0, 801)])
-    overlap = np.concatenate([[0.0], np.full(801, DEEP)])
-    normal, force = force_along_path(pair, overlap, full_slip(pair) * share)
-    mobilised = force[1:] / normal[1:]
-    assert mobilised[-1] == pytest.approx(MU, rel=1e-9)
-    assert 1.02 * MU < mobilised.max() <= 0.45 * (1 + 1e-12)
-    if law != "microslip":
-        assert mobilised.max() == pytest.approx(0.45, rel=1e-2)
-    below = share[1:] < 1.0
-    assert mobilised[below].max() > mobilised[below][: below.sum() // 2].max()
-
-
-def test_equal_static_friction_changes_nothing() -> None:
-    overlap, place = winding_path(2)
-    for law in LAWS:
-        plain, named = pair_with(law), pair_with(law, static_friction=MU)
-        displacement = full_slip(plain) * place
-        np.testing.assert_array_equal(
-            force_along_path(plain, DEEP * overlap, displacement)[1],
-            force_along_path(named, DEEP * overlap, displacement)[1],
-        )
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -51,7 +51,7 @@ def test_public_names_exist() -> None:
     assert list(contactlaw.__all__) == sorted(contactlaw.__all__, key=lambda name: (not name.isupper(), name))
 
 
-@pytest.mark.parametrize("source", ["laws.py", "kernels/contact.py", "kernels/__init__.py", "jit.py"])
+@pytest.mark.parametrize("source", ["laws/mindlin.py", "kernels/contact.py", "kernels/__init__.py", "jit.py"])
 def test_stamp_changes_with_any_source(copy_of_package: Path, source: str) -> None:
     code = "from contactlaw import jit; print(jit.__file__, jit.SOURCE_STAMP)"
     path, before = run_python(code, copy_of_package).split()
@@ -75,7 +75,7 @@ def test_stamp_changes_with_a_new_or_renamed_source(copy_of_package: Path) -> No
 
 @pytest.mark.heavy
 def test_cached_machine_code_notices_an_edit_in_another_file(copy_of_package: Path) -> None:
-    """time_of_phases stands in rebound.py and calls phase_point of oscillator.py: twice the y is 2^-0.2 of the time."""
+    """time_of_phases of normal_motion.py calls phase_point of oscillator.py: twice the y is 2^-0.2 of the time."""
     code = (
         "from contactlaw.laws.normal_motion import time_of_phases as t;"
         "print(t(0.5, 0.6, 0.0), sum(t.stats.cache_hits.values()), t.py_func.__code__.co_filename)"
@@ -85,7 +85,7 @@ def test_cached_machine_code_notices_an_edit_in_another_file(copy_of_package: Pa
     assert hits == "0"
     again, hits, _ = run_python(code, copy_of_package).split()
     assert (again, hits) == (first, "1"), "an unchanged package is compiled once"
-    source = copy_of_package / "contactlaw" / "kernels" / "oscillator.py"
+    source = copy_of_package / "contactlaw" / "laws" / "oscillator.py"
     text = source.read_text()
     assert "return fade * s, " in text
     source.write_text(text.replace("return fade * s, ", "return 2.0 * fade * s, "))

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contactlaw import MATERIALS, Body, ContactPair, collide, force_along_path
-from contactlaw.kernels import line
+from contactlaw.laws import microslip_line as line
 from contactlaw.laws.microslip import Microslip
 from validation.front_ways import thrown
 from validation.reference import superposition
@@ -202,22 +202,9 @@ def test_motion_in_the_plane_on_a_line_is_motion_on_a_line() -> None:
     assert 1e-6 < difference < 1e-2
 
 
-def test_explicit_nodes_and_static_friction_go_by_nodes() -> None:
+def test_explicit_nodes_go_by_nodes() -> None:
     path = np.array([(0.0, 0.0), (1.0, 0.3), (1.0, 0.7), (0.8, -0.5)])
     assert np.abs(pulls(path, Microslip(16)) - pulls(path)).max() > 1e-7
-    held = {"static_friction": 1.5 * MU}
-    for law in ("microslip", Microslip(16)):
-        pair = ContactPair(STEEL, STEEL, MU, radius=1.0, law=law, **held)
-        force = force_along_path(pair, DEEP * path[:, 0], SLIP * path[:, 1])[1]
-        if law == "microslip":
-            first = force
-    np.testing.assert_array_equal(force, first)
-    body = Body(0.5, 0.02, velocity=(0.2, 0.0, -1.0))
-    found = [
-        collide(ContactPair(STEEL, STEEL, 0.1, law=law, static_friction=0.15), body).psi_2
-        for law in ("microslip", Microslip(32))
-    ]
-    assert found[0] == found[1]
 
 
 def test_friction_too_small_to_scale_by_gives_no_nan() -> None:

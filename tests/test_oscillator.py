@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from contactlaw import MATERIALS, ContactPair
-from contactlaw.kernels import oscillator
+from contactlaw.laws import oscillator
 from contactlaw.laws.normal_motion import time_of_phases
 
 STEEL = MATERIALS["steel"]

@@ -6,6 +6,7 @@ The numbers of a pair are a row as well: `laws.record.PAIR`, then the law's own.
 from __future__ import annotations
 
 from contactlaw.jit import jit
+from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import CONTACT, CONTACT_SIZE, PAIR, PAIR_SIZE, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import advance, ask
 
@@ -15,7 +16,9 @@ E_STAR, G_STAR, RADIUS, FRICTION, ZETA, LINEAR = (
     _PLACE[name] for name in ("e_star", "g_star", "radius", "friction", "zeta", "linear")
 )
 PHASE, OVERLAP, NORMAL, RATIO, TANGENTIAL = (_PLACE[name] for name in ("state", "overlap", "force", "ratio", "f"))
-STIFFNESS, CLOSING = _PLACE["stiffness"], _PLACE["closing"]
+STIFFNESS, CLOSING, MASS, TANGENTIAL_MASS = (
+    _PLACE[name] for name in ("stiffness", "closing", "mass", "tangential_mass")
+)
 TANGENT = CONTACT_SIZE  # first tangent vector, world frame; the second is n x t
 DIRECTION = TANGENT + 3  # normal n, world frame
 HEADER = DIRECTION + 3
@@ -48,8 +51,10 @@ def displace(p, h_io, overlap, du, dv, force, dt):
     dt: step [s], 0 where time does not matter.
     """
     contact = contact_of(h_io)
+    pair = pair_of(p)
     contact.before, contact.overlap, contact.force = contact.overlap, overlap, force
-    ask(contact, pair_of(p), p[PAIR_SIZE:], h_io[HEADER:], du, dv, dt)
+    contact.elastic = elastic_force(contact, pair.linear != 0.0, overlap)
+    ask(contact, pair, p[PAIR_SIZE:], h_io[HEADER:], du, dv, dt)
     return contact.f, contact.g
 
 

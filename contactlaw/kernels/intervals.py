@@ -87,7 +87,7 @@ def march(
     now, interval, met, used = 0.0, 0.5 * dt, 0, work_io[USED]
     while now < dt:
         h, work_io[USED] = min(interval, dt - now), used
-        near, ways = near_pairs(pairs, shapes, places, bodies, old, count, h, work_io)
+        near, ways = near_pairs(pairs, shapes, places, bodies, parameters, old, count, h, work_io)
         near = near[: keep_cut(near, pairs, shapes, bodies, trees_cut)]
         w, t, f, tr = meet(near, ways, pairs, shapes, places, bodies, measured, h, work_io)
         r, hs, ar, pulls, answers = describe(

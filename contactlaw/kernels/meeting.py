@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit
+from contactlaw.kernels.contact import MASS, OVERLAP
+from contactlaw.kernels.contact import NORMAL as NORMAL_FORCE
 from contactlaw.kernels.coupling import copy
 from contactlaw.kernels.scene import (
     ANGULAR,
@@ -12,9 +14,13 @@ from contactlaw.kernels.scene import (
     BODY_OF,
     BOUND,
     COM,
+    HISTORY,
+    INVERSE_MASS,
     KEY,
     LINEAR,
     MOST_SLOTS,
+    PARAMETER_COUNT,
+    PARAMETERS_AT,
     RATE,
     SHAPE_A,
     SHAPE_B,
@@ -26,6 +32,7 @@ from contactlaw.kernels.touch import (
     ACCELERATION,
     AXES,
     BALL,
+    ENDS,
     FOUND,
     FOUND_OVERLAP,
     KIND,
@@ -38,9 +45,12 @@ from contactlaw.kernels.touch import (
     STAYS_B,
     VELOCITY,
     first_touch,
+    locate,
     within_reach,
 )
 from contactlaw.kernels.workspace import numbers, table, wholes
+from contactlaw.laws.hertz import hertz_stiffness
+from contactlaw.laws.record import pair_of
 
 SAFETY = 2.0  # on the way that a body may go in a step: forces may be at work that are not foreseen
 
@@ -84,13 +94,39 @@ def gap_of_bounds(a, place_a, b, place_b):
 
 
 @jit
-def near_pairs(pairs, shapes, places, bodies, records, count, dt, work_io):
-    """Pairs that may touch within the step, or have a record, in their order."""
+def near_pairs(pairs, shapes, places, bodies, parameters, records, count, dt, work_io):
+    """Pairs that may touch within the step, or have a record, in their order; and the way [m] of each shape.
+
+    A contact that is compressed may throw its bodies off within the step: what it can give back counts as way.
+    """
     ways, fastest = numbers(work_io, shapes.shape[0]), 0.0
     for i in range(shapes.shape[0]):
         ways[i] = way(shapes[i], places[i], bodies, dt)
+    place_a, place_b, found = numbers(work_io, PLACE), numbers(work_io, PLACE), numbers(work_io, FOUND)
+    at = 0
+    for i in range(pairs.shape[0]):
+        a, b = int(pairs[i, SHAPE_A]), int(pairs[i, SHAPE_B])
+        speed, known = 0.0, False
+        while at < count and records[at, KEY] < MOST_SLOTS * (i + 1):
+            h = records[at, HISTORY:]
+            if h[OVERLAP] > 0.0:
+                speed += thrown_by(h[NORMAL_FORCE], h[OVERLAP], 1.0 / h[MASS])
+            at += 1
+            known = True
+        if not known and gap_of_bounds(shapes[a], places[a], shapes[b], places[b]) < 0.0:  # put there by the user
+            light = bodies[int(shapes[a, BODY_OF]), INVERSE_MASS] + bodies[int(shapes[b, BODY_OF]), INVERSE_MASS]
+            if light > 0.0 and shapes[a, KIND] != OTHER and shapes[b, KIND] != OTHER:
+                p = parameters[int(pairs[i, PARAMETERS_AT]) : int(pairs[i, PARAMETERS_AT] + pairs[i, PARAMETER_COUNT])]
+                place_of(shapes[a], places[a], bodies, place_a)
+                place_of(shapes[b], places[b], bodies, place_b)
+                for slot in range(min(int(pairs[i, SLOTS]), ENDS)):
+                    overlap = max(locate(shapes[a], place_a, shapes[b], place_b, slot, found), 0.0)
+                    speed += thrown_by(hertz_stiffness(pair_of(p)) * overlap * sqrt(overlap), overlap, light)
+        ways[a] += dt * speed
+        ways[b] += dt * speed
+    for i in range(shapes.shape[0]):
         fastest = max(fastest, ways[i])
-    out, found, at = wholes(work_io, pairs.shape[0]), 0, 0
+    out, near, at = wholes(work_io, pairs.shape[0]), 0, 0
     for i in range(pairs.shape[0]):
         known = False
         while at < count and records[at, KEY] < MOST_SLOTS * (i + 1):
@@ -99,9 +135,18 @@ def near_pairs(pairs, shapes, places, bodies, records, count, dt, work_io):
         a, b = int(pairs[i, SHAPE_A]), int(pairs[i, SHAPE_B])
         reach = SAFETY * max(ways[a] + ways[b], 2.0 * fastest)
         if known or gap_of_bounds(shapes[a], places[a], shapes[b], places[b]) <= reach:
-            out[found] = i
-            found += 1
-    return out[:found], ways
+            out[near] = i
+            near += 1
+    return out[:near], ways
+
+
+@jit
+def thrown_by(force, overlap, light):
+    """Speed [m/s] that a compressed contact can give back; light: inverse effective mass [1/kg].
+
+    The force grows ever faster with the overlap: the elastic energy is at most half their product.
+    """
+    return sqrt(max(force * overlap * light, 0.0))
 
 
 @jit

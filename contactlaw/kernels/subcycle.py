@@ -186,9 +186,10 @@ def subcycle(
                 if wait < soonest:
                     soonest, which = wait, i
             drift(first, rows, x, v, acceleration, soonest)
-            now += soonest
-            if which < 0:
+            if which < 0:  # now + (dt - now) may be rounded to less
+                now = dt
                 break
+            now += soonest
             x[which] = 0.0
         h, horizon = substep(first, last, rows, parameters, blocks, start, x, v, force, acceleration, dt - now)
         pieces = ceil(min(horizon / h, 1e9))

@@ -60,6 +60,11 @@ def law_of(value: str | Law) -> Law:
     return type(law)(**given)
 
 
+def choices() -> str:
+    """The names of the laws with their fields, for a line of help."""
+    return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in LAWS.items())
+
+
 def text_of(law: Law) -> str:
     """What `law_of` turns back into this law."""
     told = [f"{field.name}={getattr(law, field.name)!r}" for field in fields(law)

@@ -67,7 +67,7 @@ def normal_force(contact, pair, free, dt):
     acceleration [m/s^2] by all but this contact's normal force, gravity say: without it a contact at rest would lean on
     its damper.
     """
-    elastic = elastic_force(contact, pair.linear != 0.0, contact.overlap)
+    contact.elastic = elastic = elastic_force(contact, pair.linear != 0.0, contact.overlap)
     if pair.zeta == 0.0:
         return elastic, 1.0
     if pair.linear != 0.0:

@@ -30,7 +30,7 @@ class LinearSpring(Law):
     @staticmethod
     def energy(contact, law, memory):
         """F^2/(2 kappa k_N)."""
-        return spring_energy(contact, memory, True, contact.g_star / contact.e_star * contact.stiffness)
+        return spring_energy(contact, memory, contact.g_star / contact.e_star * contact.stiffness)
 
     def impacts(self, zeta: float, steps: int) -> Impacts:
         """The same spring in scaled variables."""

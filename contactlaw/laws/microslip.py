@@ -93,7 +93,7 @@ class Microslip(Law):
         if contact.overlap <= 0.0:
             return 0.0
         if contact.state == SLIDING:
-            limit = contact.friction * contact.stiffness * contact.overlap * sqrt(contact.overlap)
+            limit = contact.friction * contact.elastic
             return 0.3 * limit * limit / (contact.g_star * sqrt(contact.radius * contact.overlap))
         total = 0.0
         for i in range(law.w.size):

@@ -25,7 +25,7 @@ class MindlinRescaled(Law):
     @staticmethod
     def energy(contact, law, memory):
         """F^2/(4 G* a)."""
-        return spring_energy(contact, memory, False, 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap))
+        return spring_energy(contact, memory, 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap))
 
     def impacts(self, zeta: float, steps: int) -> Impacts:
         """The same spring in scaled variables."""

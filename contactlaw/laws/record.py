@@ -20,14 +20,15 @@ def record(*names: str) -> np.dtype:
 
 
 CONTACT = record(
-    "state", "course", "overlap", "before", "closing", "force", "ratio", "f", "g", "reach", "scale",
+    "state", "course", "overlap", "before", "closing", "force", "elastic", "ratio", "f", "g", "reach", "scale",
     "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction",
 )  # fmt: skip
 """One contact.
 
 state: OPEN, SLIDING (as a whole since the touch) or SPRUNG. course: of the damped normal motion, PRESSED, then
 EXPANDING, then, if the bodies do not part, LASTING. overlap [m]: now; before: at the start of the step, below zero
-apart. closing: mean closing speed over the step [m/s]. force: P [N]. ratio: of the tangential force to that of the
+apart. closing: mean closing speed over the step [m/s]. force: P [N]; elastic:
+without the damper. ratio: of the tangential force to that of the
 springs alone, see `slip.carried`. f, g: tangential force along both tangents [N], as of the last step until the law
 gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's own use. mass,
 tangential_mass: effective, at the touch [kg]; infinite where the motion is prescribed. stiffness: k of P = k

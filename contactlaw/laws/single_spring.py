@@ -11,7 +11,7 @@ from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.normal_motion import SQRT_5_4, first_stick, normal_motion, time_of_phases
 from contactlaw.laws.oscillator import phase_point
 from contactlaw.laws.record import SLIDING, SPRUNG
-from contactlaw.laws.slip import carried, slides_on, sliding_direction
+from contactlaw.laws.slip import carried, held, slides_on, sliding_direction
 
 RESCALED = 1.0 / 3.0  # of the fall of P in a shrinking contact, what a rescaled spring gives up: (da/a)/(dP/P)
 
@@ -42,18 +42,15 @@ def spring_force(contact, memory, linear, rescaled, du, dv):
             shrink = sqrt(b / a)
     f = shrink * (shrink * memory[0, 0] + stiffness * part * du)
     g = shrink * (shrink * memory[1, 0] + stiffness * part * dv)
-    total, limit = sqrt(f * f + g * g), contact.friction * elastic_force(contact, linear, overlap)
-    if total > limit:
-        f *= limit / total
-        g *= limit / total
-    memory[0, 0], memory[1, 0] = f, g
+    share = held(contact, f, g)
+    memory[0, 0], memory[1, 0] = f, g = share * f, share * g
     return carried(contact, f, g)
 
 
 @jit
-def spring_energy(contact, memory, linear, stiffness):
+def spring_energy(contact, memory, stiffness):
     """F^2/(2 k_T) [J]."""
-    limit = contact.friction * elastic_force(contact, linear, contact.overlap)
+    limit = contact.friction * contact.elastic
     square = limit * limit if contact.state == SLIDING else memory[0, 0] ** 2 + memory[1, 0] ** 2
     return 0.5 * square / stiffness if contact.overlap > 0.0 else 0.0
 

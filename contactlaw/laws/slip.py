@@ -58,6 +58,13 @@ def sliding_direction(contact):
 
 
 @jit
+def held(contact, f, g):
+    """Share of the springs' tangential force (f, g) [N] that a contact holds: mu times the elastic P, at most 1."""
+    pull, limit = sqrt(f * f + g * g), contact.friction * contact.elastic
+    return limit / pull if pull > limit else 1.0
+
+
+@jit
 def carried(contact, f, g):
     """What of the springs' tangential force (f, g) [N], within mu times the elastic P, a contact gives.
 

@@ -37,7 +37,7 @@ def prescribe(contact, pair, deepest):
 
 @jit
 def ask(contact, pair, law, memory, du, dv, dt):
-    """The law's tangential force, for the normal force that the contact has; see `record.ask_force`."""
+    """The law's tangential force, for the normal forces that the contact has; see `record.ask_force`."""
     contact.f, contact.g = ask_force(pair, contact, law, memory, du, dv, dt)
     if contact.state == OPEN:
         contact.state = SPRUNG

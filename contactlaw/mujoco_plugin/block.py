@@ -31,7 +31,7 @@ COUNT, LEDGER_STATE, LEDGER_SIZE = 0, 1, 7
 IMPACTS, OVERLAP, FORCE, TIME, SHORTEST, NORMAL_WORK, TANGENTIAL_WORK = range(7)
 
 # What is reported to Python, once for each instance and mjData.
-DEEP, UNCLEAR_RADIUS, SPENT_SUBSTEPS, FULL, RUNGE_KUTTA_JOINTS = 1, 2, 4, 8, 16
+DEEP, UNCLEAR_RADIUS, SPENT_SUBSTEPS, FULL, RUNGE_KUTTA_JOINTS, DAMAGED = 1, 2, 4, 8, 16, 32
 
 
 def records_at(has_ledger: float) -> int:

@@ -13,12 +13,12 @@ from contactlaw.kernels.scene import (
 from contactlaw.memory import doubles_at, load_double, load_int, load_pointer
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.evaluate import evaluate, report
+from contactlaw.mujoco_plugin.evaluate import evaluate
 from contactlaw.mujoco_plugin.flight import far_apart
 from contactlaw.mujoco_plugin.memo import stands
 from contactlaw.mujoco_plugin.motion import field as field_of
 from contactlaw.mujoco_plugin.motion import row as row_of
-from contactlaw.mujoco_plugin.tables import address_of_block, part, table
+from contactlaw.mujoco_plugin.tables import address_of_block, part, report, room_taken, table
 
 STATE_AT = layout.DATA["plugin_state"]
 TIME_AT = layout.DATA["time"]
@@ -136,7 +136,7 @@ def advance(m, d, instance):
         size, room = int(instance_row[b.RECORD_SIZE]), int(instance_row[b.ROOM])
         start = b.LEDGER_STATE + (b.LEDGER_SIZE if instance_row[b.HAS_LEDGER] != 0.0 else 0)
         state = carray(doubles_at(own), start + room * size)
-        before, count = int(state[b.COUNT]), 0
+        before, count = room_taken(state[b.COUNT], room), 0
         while at < last and new[at, KEY] < MOST_SLOTS * instance_row[b.LAST_PAIR]:
             if count < room:
                 record = state[start + count * size : start + (count + 1) * size]

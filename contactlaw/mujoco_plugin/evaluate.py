@@ -58,7 +58,6 @@ from contactlaw.kernels.touch import (
 )
 from contactlaw.kernels.workspace import clear, numbers, zero_table, zeros
 from contactlaw.kernels.workspace import table as table_of
-from contactlaw.memory import call_report
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.flight import fall_of
@@ -75,7 +74,7 @@ from contactlaw.mujoco_plugin.motion import (
     stiffen,
 )
 from contactlaw.mujoco_plugin.motion import row as row_of
-from contactlaw.mujoco_plugin.tables import count_records, gather, look, part, table
+from contactlaw.mujoco_plugin.tables import count_records, gather, look, part, report, table
 from contactlaw.pair import DEEPEST as DEEP_FROM
 
 XIPOS_AT = layout.DATA["xipos"]
@@ -86,14 +85,6 @@ jit = jit_for(layout.KEY)
 geom_distance = types.ExternalFunction(
     "mj_geomDistance", types.float64(types.uintp, types.uintp, types.intc, types.intc, types.float64, types.uintp)
 )
-
-
-@jit
-def report(instances, instance, code, value, head):
-    """Tell Python, the first time."""
-    if int(instances[instance, b.REPORTED]) & code == 0:
-        instances[instance, b.REPORTED] += code
-        call_report(types.uintp(head[b.REPORT]), int(instances[instance, b.NUMBER]), code, value)
 
 
 @jit
@@ -199,17 +190,18 @@ def evaluate(m, d, block, head, dt, moves, total_out):
     clear(work)
     shapes, facts, pairs, geoms, places, bodies = look(m, d, block, head)
     instances = table(block, int(head[b.INSTANCES_AT]), int(head[b.INSTANCES]), b.INSTANCE)
+    parameters = part(block, int(head[b.PARAMETERS_AT]), int(head[b.PARAMETERS]))
     known = count_records(d, instances)
     records = zero_table(work, known, int(head[b.STRIDE]))
     if known == 0:
         for k in range(1, bodies.shape[0]):
             bodies[k, RATE] = 2.0 * fall_of(m, dt) / (dt * dt)
-        near, _ = near_pairs(pairs, shapes, places, bodies, records, known, dt, work)
+        near, _ = near_pairs(pairs, shapes, places, bodies, parameters, records, known, dt, work)
         for k in range(1, bodies.shape[0]):
             bodies[k, RATE] = 0.0
         if near.size == 0:
             return False
-    gather(d, block, head, instances, records)
+    known = gather(d, pairs, head, instances, records)
     force, rates, owed = zeros(work, nv), numbers(work, nv), zeros(work, nv)
     is_damped = damped(m, nv)
     kept = numbers(work, nv if is_damped else 0)
@@ -219,13 +211,12 @@ def evaluate(m, d, block, head, dt, moves, total_out):
         solve_inertia(m, d, types.uintp(owed.ctypes.data), types.uintp(total_out.ctypes.data), 1)
     free_acceleration(m, d, head[b.ACTUATED] != 0.0, nv, force, rates)
     correct(m, d, facts, bodies, shapes, places, owed, rates, dt, moves, work)
-    near, ways = near_pairs(pairs, shapes, places, bodies, records, known, dt, work)
+    near, ways = near_pairs(pairs, shapes, places, bodies, parameters, records, known, dt, work)
     measured = measure(m, d, near, pairs, shapes, geoms, places, work)
     who, times, found, trees = meet(near, ways, pairs, shapes, places, bodies, measured, dt, work)
     n = who.shape[0]
     now, couples = table_of(work, n, 3), zeros(work, 6 * n).reshape((n, 2, 3))
     new = table(block, int(head[b.NEW_AT]), int(head[b.CAPACITY]), int(head[b.STRIDE]))
-    parameters = part(block, int(head[b.PARAMETERS_AT]), int(head[b.PARAMETERS]))
     rows, histories, arms, pulls, answers = describe(
         who,
         times,

@@ -79,6 +79,11 @@ def report(number: int, code: int, value: float) -> None:
             "a body with joints is struck under RK4, whose later stages do not see how it turns: it may gain energy; "
             "use Euler, implicit or implicitfast"
         )
+    elif code == b.DAMAGED:
+        text = (
+            f"its part of plugin_state is not what a step of this model leaves: {value:.0f} record(s) of contacts "
+            "dropped, these start anew"
+        )
     else:
         text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten; give room"
     warnings.warn(f"contact of plugin instance {number}: {text}", ContactWarning, stacklevel=2)

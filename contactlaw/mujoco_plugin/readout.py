@@ -168,5 +168,11 @@ def _state(member: Member, data: mujoco.MjData) -> Array:
 
 
 def _records(member: Member, data: mujoco.MjData) -> Array:
+    """The records in the state, but for those of a damaged one that are no numbers or lead to no pair."""
     state, start = _state(member, data), b.records_at(member.contact.ledger)
-    return state[start:].reshape(member.room, member.record_size)[: int(state[b.COUNT])]
+    records, count = state[start:].reshape(member.room, member.record_size), state[b.COUNT]
+    if not 0.0 <= count <= member.room:
+        return records[:0]
+    records = records[: int(count)]
+    key = records[:, scene.KEY]
+    return records[np.isfinite(records).all(axis=1) & (key >= 0.0) & (key < scene.MOST_SLOTS * len(member.pairs))]

@@ -6,18 +6,25 @@
 from __future__ import annotations
 
 import ctypes
+import sys
+from types import ModuleType
 
 import llvmlite.binding
 import mujoco
 from numba.core import config as numba_config
 
+from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout
 
+COMPILE_TIME = 40  # [s]
 OLDEST, NEWEST = (4, 0), (4, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",
     "actuator_act_dot", "sdf_distance", "sdf_gradient", "sdf_staticdistance", "sdf_attribute", "sdf_aabb",
 )  # fmt: skip
+REGISTERED = (
+    "_contactlaw_registered"  # in sys.modules: what has been registered, also where contactlaw is imported anew
+)
 
 
 class _Plugin(ctypes.Structure):
@@ -45,12 +52,43 @@ def _check_version() -> None:
 
 
 def register() -> _Plugin:
-    """Fill the plugin's struct and register it. Returns what must live as long as the process."""
+    """Fill the plugin's struct and register it, or take over what this process has registered before.
+
+    MuJoCo takes one plugin of a name and ends the process at a second, and mjData that live on call the first one's
+    compiled callbacks. These stay, therefore; only what MuJoCo asks of Python goes over to the modules of now.
+
+    Raises:
+        ImportError: Another MuJoCo than this works with, or another version of the plugin is registered already.
+    """
     _check_version()
     library = layout.library()
+    library.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
+    library.mjp_getPlugin.restype = ctypes.c_void_p
+    address = library.mjp_getPlugin(config.PLUGIN_NAME.encode(), ctypes.byref(ctypes.c_int(-1)))
+    plugin = _first(library) if address is None else _again(address)
+    from contactlaw.mujoco_plugin import instance
+
+    plugin.nstate = ctypes.cast(instance.nstate, ctypes.c_void_p)
+    plugin.init = ctypes.cast(instance.init, ctypes.c_void_p)
+    _keep(instance.nstate, instance.init, instance.report)
+    if address is None:
+        library.mjp_registerPlugin(ctypes.byref(plugin))
+        sys.modules[REGISTERED] = known = ModuleType(REGISTERED, "What contactlaw has registered with MuJoCo.")
+        known.stamp = _stamp()
+    return plugin
+
+
+def _stamp() -> str:
+    """What compiled callbacks and the memory that they work on depend on."""
+    return jit.SOURCE_STAMP + layout.KEY
+
+
+def _first(library: ctypes.CDLL) -> _Plugin:
+    """The plugin's struct, but for what MuJoCo asks of Python."""
     for name in ("mj_solveM", "mj_rne", "mj_factorM", "mj_fwdActuation", "mj_applyFT", "mj_geomDistance", "mju_free"):
         llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
-    from contactlaw.mujoco_plugin import callbacks, instance  # compiled against the symbols just added
+    with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
+        from contactlaw.mujoco_plugin import callbacks  # compiled against the symbols just added
 
     plugin = _Plugin()
     library.mjp_defaultPlugin(ctypes.byref(plugin))
@@ -58,12 +96,24 @@ def register() -> _Plugin:
     plugin.name = config.PLUGIN_NAME.encode()
     plugin.nattribute, plugin.attributes = len(keys), keys
     plugin.capabilityflags = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
-    plugin.nstate = ctypes.cast(instance.nstate, ctypes.c_void_p)
-    plugin.init = ctypes.cast(instance.init, ctypes.c_void_p)
     plugin.compute, plugin.advance = callbacks.compute, callbacks.advance
     plugin.reset, plugin.destroy = callbacks.reset, callbacks.destroy
-    library.mjp_registerPlugin(ctypes.byref(plugin))
-    # mjData may be freed, and models made, until the very end of the process: nothing of this may go before.
-    for kept in (plugin, keys, instance.nstate, instance.init, instance.report):
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept))
+    _keep(plugin, keys, jit.CALLBACKS)
     return plugin
+
+
+def _again(address: int) -> _Plugin:
+    """The plugin as it stands in MuJoCo's own table."""
+    known = sys.modules.get(REGISTERED)
+    if getattr(known, "stamp", None) != _stamp():
+        raise ImportError(
+            f"the plugin {config.PLUGIN_NAME} is registered in this process already, by another version of contactlaw; "
+            "MuJoCo takes each plugin once: start a new process"
+        )
+    return _Plugin.from_address(address)
+
+
+def _keep(*things: object) -> None:
+    """Let things live to the very end of the process: until then mjData may be freed, and models made."""
+    for thing in things:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))

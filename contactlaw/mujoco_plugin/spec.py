@@ -13,7 +13,7 @@ import numpy as np
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, effective_radius
+from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius
 from contactlaw.mujoco_plugin.system import native_margin
 from contactlaw.pair import ContactPair
 
@@ -34,8 +34,9 @@ def add_contact(
     """Let geoms touch by the law; then `spec.compile()` and plain `mj_step`, at any time step.
 
     The native contact of these pairs is turned off, that of each geom with every other one stays unless told otherwise.
-    Balls and the ends of capsules may touch planes, the faces of boxes and each other; any other shapes need
-    `pair.radius`. Contacts that share bodies are integrated together, whichever call added them.
+    Balls and the ends of capsules may touch planes, the faces of boxes and each other. With `pair.radius` a ball may
+    touch any shape, and so may a capsule if neither has a free joint. Two others, a box on a plane say, are refused:
+    they touch in more than one point. Contacts that share bodies are integrated together, whichever call added them.
 
     What the plugin notices while a model runs (an overlap too deep, an edge) is said once for each `MjData` as a
     `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, the reason on stderr.
@@ -71,6 +72,7 @@ def add_contact(
     for shape in shapes.values():
         check_measurable(shape)
     for one, two in meetings:
+        check_served(shapes[id(one)], shapes[id(two)])
         if shapes[id(one)].size.any() and shapes[id(two)].size.any():  # a mesh has its sizes once compiled
             effective_radius(shapes[id(one)], shapes[id(two)], pair.radius)
     taken = {plugin.name for plugin in spec.plugins}

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from contactlaw.kernels import scene, touch
 from contactlaw.mujoco_plugin import block as b
 from contactlaw.mujoco_plugin import config, layout, memo
-from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, effective_radius, has_closed_form, in_order
+from contactlaw.mujoco_plugin.shapes import (
+    Shape,
+    check_measurable,
+    check_served,
+    effective_radius,
+    has_closed_form,
+    in_order,
+)
 
 LIBRARY = layout.library()
 LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
@@ -200,6 +207,7 @@ class System:
                 known.add((min(one, two), max(one, two)))
                 for shape in shapes:
                     check_measurable(shape)
+                check_served(*shapes, bool(self.facts[[self.body_of[one], self.body_of[two]], b.LIGHTNESS].any()))
                 effective_radius(*shapes, member.contact.pair.radius)
                 moving = moving or bool(self.body_of[one] or self.body_of[two])
                 if native.is_on(one, two):

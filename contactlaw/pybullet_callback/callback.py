@@ -13,6 +13,7 @@ import pybullet as p
 from numpy.typing import ArrayLike, NDArray
 
 from contactlaw.pair import ContactPair
+from contactlaw.pybullet_callback import linked
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
 from contactlaw.pybullet_callback.couples import couples_of
 from contactlaw.pybullet_callback.layout import Layout
@@ -31,6 +32,7 @@ from contactlaw.pybullet_callback.step import (
     NOTHING,
     PUSHES,
     advance,
+    prepare,
 )
 from contactlaw.pybullet_callback.tables import APART, BAD, PUSH, STILL
 from contactlaw.pybullet_callback.watch import look_over
@@ -56,9 +58,10 @@ class ContactCallback:
         every call and must not change between the call and stepSimulation.
       * An impulse late in a step acts in part in the next one: between the two, PyBullet's own velocities lack that
         part. `owed` and `velocity` tell it.
-      * Radii come from spheres, capsule ends, planes and box faces; anything else needs `pair.radius`, and then the
-        deepest point found acts alone. Without `pair.radius` a box edge or a capsule side is an error when the bodies
-        touch. A capsule that lies on a plane or a box does so with both ends.
+      * Radii come from spheres, capsule ends, planes and box faces. With `pair.radius` a sphere may touch any shape,
+        and a capsule any if neither is a body of its own without joints; the deepest point found acts alone. Others, a
+        box on a plane say, are refused: they touch in more than one point. Without `pair.radius` a box edge or a
+        capsule side is an error when the bodies touch. A capsule that lies on a plane or a box does so with both ends.
       * Of what moves bodies between the contacts, gravity alone is foreseen, and of bodies with links no Coriolis or
         centrifugal accelerations. Forces applied by the user, motors, joint limits, constraints and native contacts act
         all the same, but an impact within the step does not know of them.
@@ -91,6 +94,7 @@ class ContactCallback:
             raise ValueError(f"fixed_bodies_move = {fixed_bodies_move!r}: must be True or False")
         if not isinstance(left_alone, bool):
             raise ValueError(f"left_alone = {left_alone!r}: must be True or False")
+        prepare()
         self._client = int(client)
         self._moves, self._alone = fixed_bodies_move, left_alone
         self._unseen = 0  # steps for which nothing needs to be read
@@ -127,7 +131,8 @@ class ContactCallback:
             A handle for the other methods.
 
         Raises:
-            ValueError: Unknown ids, the same body twice, two bodies added already, no radius to be had, substeps.
+            ValueError: Unknown ids, the same body twice, two bodies added already, shapes that touch in more than one
+                point, no radius to be had, substeps.
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
@@ -140,6 +145,8 @@ class ContactCallback:
         engine_parameters(self._client)
         handle = next(self._handles)
         layout = Layout(self._client, self._contacts | {handle: contact}, self._layout, fixed_bodies_move=self._moves)
+        if not layout.plain:
+            linked.prepare(layout.tables)
         self._contacts[handle], self._layout = contact, layout
         self.look()
         for couple in couples:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.bodies import Bodies
 from contactlaw.pybullet_callback.contact import Contact, Couple
-from contactlaw.pybullet_callback.shapes import BASE, Side, effective_radius
+from contactlaw.pybullet_callback.shapes import BASE, Side, check_served, effective_radius
 
 
 def couples_of(
@@ -16,7 +16,8 @@ def couples_of(
     """Who of two sets may touch whom: every one of A with every one of B, each two once.
 
     Raises:
-        ValueError: Two that others, contacts by handle, have already; no two at all; no radius to be had.
+        ValueError: Two that others, contacts by handle, have already; no two at all; shapes that the law cannot serve,
+            or that have no radius.
     """
     single = len(a) == 1 and len(b) == 1
     known = {
@@ -24,7 +25,9 @@ def couples_of(
         for handle, contact in others.items()
         for couple in contact.couples
     }
-    fixed = {body for body in {side.body for side in (*a, *b)} if Bodies(client, [(body, BASE)]).is_fixed(body)}
+    rows = {body: Bodies(client, [(body, BASE)]) for body in {side.body for side in (*a, *b)}}
+    fixed = {body for body, row in rows.items() if row.is_fixed(body)}
+    free = {body for body, row in rows.items() if body not in fixed and body not in row.linked}
     couples: dict[frozenset, Couple] = {}
     for one in a:
         for two in b:
@@ -33,7 +36,6 @@ def couples_of(
                 raise ValueError(f"body_b = {two.body}, link_b = {two.link}: the same as a; a contact needs two")
             if one.key == two.key or two_keys in couples:
                 continue
-            radius = effective_radius(pair, one, two) if single else 0.0
             if one.body in fixed and two.body in fixed:
                 if single:
                     raise ValueError(f"body_a, body_b = {one}, {two}: neither can move; one must")
@@ -41,7 +43,8 @@ def couples_of(
             if two_keys in known:
                 handle, couple = known[two_keys]
                 raise ValueError(f"body_a, body_b = {one}, {two}: {couple} have contact {handle} already")
-            couples[two_keys] = Couple(one, two, radius or effective_radius(pair, one, two))
+            check_served(one, two, one.body in free or two.body in free)
+            couples[two_keys] = Couple(one, two, effective_radius(pair, one, two))
     if not couples:
         raise ValueError("body_a, body_b: no two of them can touch; a contact needs two bodies, one that can move")
     return list(couples.values())

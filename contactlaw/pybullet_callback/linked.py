@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pybullet as p
+from numba import config, typeof, types
 from numpy.typing import NDArray
 
+from contactlaw.jit import compile_now, compiling
 from contactlaw.kernels.meeting import SAFETY, meet
 from contactlaw.kernels.rows import FRAME
 from contactlaw.kernels.scene import (
@@ -34,7 +36,28 @@ from contactlaw.pybullet_callback.tables import DT, GRAVITY, WIDTH, Tables, view
 
 Array = NDArray[np.float64]
 
+COMPILE_TIME = 25  # [s]
 ON_A, ON_B, DIRECTION, DISTANCE = 5, 6, 7, 8  # in a point of getClosestPoints
+
+
+def prepare(tables: Tables) -> None:
+    """Compile what a step of such contacts needs."""
+    if config.DISABLE_JIT:
+        return
+    t, number = tables, types.float64
+    memory, seen, work = (typeof(value) for value in (t.memory, views(t.memory), workspace(t.memory)))
+    pairs, shapes, places, bodies, parameters, records = (
+        typeof(value) for value in (t.pairs, t.shapes, t.places, t.bodies, t.parameters, t.records)
+    )
+    with compiling("the PyBullet callback for bodies with links", COMPILE_TIME):
+        compile_now(set_out, memory, seen)
+        near, ways = compile_now(look_around, memory, seen)
+        found = compile_now(meet, near, ways, pairs, shapes, places, bodies, number[:, ::1], number, work)
+        whole, yes = typeof(0), typeof(True)
+        told = compile_now(
+            describe, *found[:3], pairs, shapes, places, bodies, parameters, records, whole, number, yes, whole, work
+        )
+        compile_now(exchange, memory, seen, *found, *told)
 
 
 class Linked:

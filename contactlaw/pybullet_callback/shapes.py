@@ -164,11 +164,41 @@ def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
     return number
 
 
-def effective_radius(pair: ContactPair, a: Side, b: Side) -> float:
-    """R [m]: the pair's, or from the shapes, 1/R = 1/R_A + 1/R_B.
+SERVED = (
+    "the law serves spheres on any shape, and capsules on planes, boxes, spheres and each other; let these two keep "
+    "Bullet's own contact, or give them spheres or capsules"
+)
+
+
+def check_served(a: Side, b: Side, free: bool) -> None:
+    """Refuse two shapes that do not touch as a ball does, in one point each, whatever radius they are given.
+
+    A flat face, a cylinder or an edge would be thrown up by forces at one corner that the others do not know of. free:
+    whether one of them is free to turn every way; a capsule then strikes what Bullet measures with one end after the
+    other, and within a step only one is seen.
 
     Raises:
-        ValueError: A shape has no radius of its own, or both are flat, and the pair gives none.
+        ValueError: They are such.
+    """
+    if "sphere" in (a.shape, b.shape) or (a.shape in ROUND and b.shape in ROUND):
+        return
+    what = f"{a} ({a.shape}) and {b} ({b.shape})"
+    if a.shape in ROUND or b.shape in ROUND:
+        other = b if a.shape in ROUND else a
+        if other.shape in FLAT or not free:
+            return
+        raise ValueError(
+            f"{what}, one of them free: a capsule that tumbles touches a {other.shape} in more than one point; "
+            f"{SERVED} (a capsule on other shapes if neither is a body of its own without joints)"
+        )
+    raise ValueError(f"{what} touch along a face or edge, not in one point; {SERVED}")
+
+
+def effective_radius(pair: ContactPair, a: Side, b: Side) -> float:
+    """R [m]: the pair's, or from the shapes, of which one is round: 1/R = 1/R_A + 1/R_B.
+
+    Raises:
+        ValueError: A shape has no radius of its own, and the pair gives none.
     """
     if pair.radius is not None:
         return pair.radius
@@ -180,10 +210,6 @@ def effective_radius(pair: ContactPair, a: Side, b: Side) -> float:
                 f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
             )
         total += side.curvature
-    if total == 0.0:
-        raise ValueError(
-            f"radius = None: {a} ({a.shape}) and {b} ({b.shape}) are both flat; give the pair an effective radius [m]"
-        )
     return 1.0 / total
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 import numpy as np
+from numba import config, types
 
-from contactlaw.jit import jit
+from contactlaw.jit import compile_now, compiling, jit
 from contactlaw.kernels.contact import PHASE
 from contactlaw.kernels.coupling import add_cross, couple
 from contactlaw.kernels.cutting import needs_cutting
@@ -93,6 +94,7 @@ NOTHING, ACT, LOOK, LEDGERS, ENDED, PUSHES = 0, 1, 2, 4, 8, 16
 NOT_FINITE, NO_ROOM, DIVERGED = -1, -2, -3
 
 MOST_APART = 1000.0  # steps that are foreseen
+COMPILE_TIME = 15  # [s]
 CLAMP = 100.0  # Bullet's default limit of each velocity component [m/s], [rad/s]
 
 
@@ -111,6 +113,13 @@ def advance(lent):
         return NOTHING
     memory[APART] = 0.0
     return act(memory, tables, near, ways)
+
+
+def prepare() -> None:
+    """Compile what a step needs."""
+    if not config.DISABLE_JIT:
+        with compiling("the PyBullet callback", COMPILE_TIME):
+            compile_now(advance, types.float64[::1])
 
 
 @jit
@@ -201,10 +210,10 @@ def act(memory, tables, near, ways):
 @jit
 def look_around(memory, tables):
     """Pairs that may touch, and the way that each shape may go, as `near_pairs`."""
-    bodies, shapes, places, pairs, _, records, _, count = tables
+    bodies, shapes, places, pairs, parameters, records, _, count = tables
     work = workspace(memory)
     clear(work)
-    return near_pairs(pairs, shapes, places, bodies, records, count, memory[DT], work)
+    return near_pairs(pairs, shapes, places, bodies, parameters, records, count, memory[DT], work)
 
 
 @jit

@@ -49,7 +49,7 @@ def force_along_path(p, approach, displacement, header, memory, normal_out, tang
                 memory[:] = 0.0
                 continue
             contact.before, contact.overlap, contact.ratio = before, overlap, 1.0
-            contact.force = elastic_force(contact, pair.linear != 0.0, overlap)
+            contact.force = contact.elastic = elastic_force(contact, pair.linear != 0.0, overlap)
             ask(contact, pair, law, memory, step_u / count, step_v / count, 0.0)
         now, u, v = approach[j], displacement[j, 0], displacement[j, 1]
         normal_out[j], tangential_out[j, 0], tangential_out[j, 1] = contact.force, contact.f, contact.g
@@ -97,6 +97,7 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
         if 0 < k < steps:
             contact.before, contact.overlap = length * motion.delta[k - 1], length * motion.delta[k]
             contact.force, contact.ratio = unit * motion.force[k], motion.ratio[k]
+            contact.elastic = elastic_force(contact, pair.linear != 0.0, contact.overlap)
             ask(contact, pair, law, memory, slide, 0.0, length / approach * motion.step[k])
             pull = contact.f
             if track_out.size > 0:

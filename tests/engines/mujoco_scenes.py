@@ -21,7 +21,7 @@ MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
 GEOM = mujoco.mjtGeom
 
 
-def ball_on_floor(pair, timestep=1e-6, plane=None, floor="plane", gravity=0.0):
+def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0):
     spec = mujoco.MjSpec()
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -gravity]
@@ -32,7 +32,7 @@ def ball_on_floor(pair, timestep=1e-6, plane=None, floor="plane", gravity=0.0):
     body = spec.worldbody.add_body(name="body", pos=[0, 0, RADIUS])
     body.add_freejoint()
     body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
-    name = add_contact(spec, "ball", "floor", pair, plane=plane)
+    name = add_contact(spec, "ball", "floor", pair)
     return spec, name
 
 
@@ -44,10 +44,10 @@ def duration(pair, speed=1.0):
     return ContactPair(pair.a, pair.b, pair.friction, pair.restitution, RADIUS).contact_duration(MASS, speed)
 
 
-def impact_error(pair, psi_1, steps_a_contact, heading=0.3, phase=0.5, plane=None, floor="plane"):
+def impact_error(pair, psi_1, steps_a_contact, heading=0.3, phase=0.5, floor="plane"):
     """psi_2 in the engine less the law's own."""
     step = duration(pair) / steps_a_contact
-    spec, _ = ball_on_floor(pair, step, plane, floor)
+    spec, _ = ball_on_floor(pair, step, floor)
     model = spec.compile()
     data = mujoco.MjData(model)
     along = np.array([np.cos(heading), np.sin(heading), 0.0])

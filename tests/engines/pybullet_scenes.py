@@ -76,7 +76,7 @@ def pair_of(material: str = "steel", **changes: Any) -> ContactPair:
 def impact(
     client: int, material: str, psi_1: float, steps: float, *,
     launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
-    ground: Callable[[int], int] = plane, law: str = "microslip", planar: bool = False, ball_first: bool = True,
+    ground: Callable[[int], int] = plane, law: str = "microslip", ball_first: bool = True,
     substeps: int = 100,
 ) -> tuple[float, float, float]:  # fmt: skip
     """One impact of a ball or puck on a flat fixed body: errors of psi_2 and of restitution, sideways velocity.
@@ -97,7 +97,7 @@ def impact(
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
     pairing = (body, floor) if ball_first else (floor, body)
-    callback.add_contact(*pairing, pair, plane=np.cross(UP, along) if planar else None, substeps=substeps)
+    callback.add_contact(*pairing, pair, substeps=substeps)
     run(client, callback, int(2.0 * steps) + 3)
     velocity, spin = velocities(client, body)
     contact = velocity - RADIUS * np.cross(spin, UP)

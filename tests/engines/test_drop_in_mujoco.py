@@ -63,14 +63,14 @@ def test_a_file_with_includes_and_meshes_is_written_to_another_place_without_a_d
     hard = steel_pair(radius=0.01)
     path = save_model(
         folder / "model" / "main.xml", folder / "elsewhere" / "with_law.xml",
-        [("body:ball", "floor", PAIR), ("body:rock", "floor", hard)],
+        [("body:ball", "floor", PAIR), ("body:rock", "body:ball", hard)],
     )  # fmt: skip
     monkeypatch.chdir(folder)
     ours = mujoco.MjModel.from_xml_path(str(path))
     theirs = mujoco.MjModel.from_xml_path("model/main.xml")
     one, two = floats(ours), floats(theirs)
     assert len(one) > 40 and [name for name in one if not np.array_equal(one[name], two[name])] == []
-    assert instances_of(ours) == ["contactlaw:ball_geom0:floor", "contactlaw:rock_geom0:floor"]
+    assert instances_of(ours) == ["contactlaw:ball_geom0:floor", "contactlaw:rock_geom0:ball_geom0"]
     assert instances_of(theirs) == []
 
 
@@ -146,20 +146,22 @@ HILLS = """<mujoco><asset><hfield name="hills" nrow="4" ncol="4" size="1 1 .1 .1
 ROCKS = """<mujoco><asset><mesh name="rock" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>
 <geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 2"><freejoint/><geom name="rock" type="mesh" mesh="rock"/>
 </body></worldbody></mujoco>"""
+STILL = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 2">
+<geom name="still" size=".1"/></body></worldbody></mujoco>"""
 OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
 
 
 @pytest.mark.parametrize(
     ("scene", "contact", "settings", "message"),
     [
-        (SCENE, ("stripe", "floor", PAIR), {}, r"contacts\[0\]: radius = None: cylinder 'stripe' on plane 'floor'"),
+        (SCENE, ("stripe", "floor", PAIR), {}, r"contacts\[0\]: cylinder 'stripe' on plane 'floor': they touch"),
         (SCENE, ("floor", "floor", PAIR), {}, r"contacts\[0\]: .*another geom"),
         (SCENE, (["upper", "lower"], ["lower", "floor"], PAIR), {}, "capsule 'upper' and capsule 'lower' belong to"),
         (SCENE, ("upper", "floor"), {}, r"contacts\[0\] = .* must be \(geoms1, geoms2, pair\)"),
         (SCENE, ("upper", "floor", "steel"), {}, r"contacts\[0\] = .* pair a contactlaw.ContactPair"),
         (SCENE, ("upper", "floor", PAIR), {"substeps": 1}, "substeps = 1"),
-        (SCENE, ("floor", 1, steel_pair(radius=1.0)), {}, "none of these geoms can move"),
-        (ROCKS, ("rock", "floor", PAIR), {}, "radius = None: mesh 'rock' on plane 'floor'"),
+        (STILL, ("floor", "still", steel_pair(radius=1.0)), {}, "none of these geoms can move"),
+        (ROCKS, ("rock", "floor", PAIR), {}, "mesh 'rock' on plane 'floor': they touch along a face"),
         (HILLS, ("other", "hills", PAIR), {}, "hfield .hills.: MuJoCo computes no reliable distance"),
         (HILLS, (["my ball", "other"], "hills", PAIR), {}, "sphere 'my ball' has a space in its name"),
         (SCENE.replace(OPTION, '<compiler discardvisual="true"/>'), ("upper", "floor", PAIR), {"others": False},

@@ -28,13 +28,6 @@ def test_every_law_acts(law):
     assert abs(impact_error(steel_pair(law=law), 1.2, 400)) <= 3e-3
 
 
-def test_a_planar_contact_gives_what_one_in_space_gives():
-    for psi_1 in (0.5, 2.0):
-        in_space = impact_error(steel_pair(), psi_1, 100, heading=0.0)
-        planar = impact_error(steel_pair(), psi_1, 100, heading=0.0, plane=[0, 1, 0])
-        assert planar == pytest.approx(in_space, abs=1e-10)
-
-
 def test_a_box_face_is_a_plane():
     assert impact_error(steel_pair(), 1.2, 100, floor="box") == pytest.approx(
         impact_error(steel_pair(), 1.2, 100), abs=1e-9

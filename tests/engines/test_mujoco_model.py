@@ -86,8 +86,10 @@ def test_xml_and_add_contact_make_the_same_contact():
 
 
 def test_a_spec_with_the_law_survives_a_round_trip_through_xml():
-    pair = ContactPair(Material(1.1e9, 0.31), Material(2e9, 0.4), 0.3, 0.7, law="mindlin", stiffness_ratio=0.6)
-    spec, name = ball_on_floor(pair, plane=[0, 1, 0])
+    pair = ContactPair(
+        Material(1.1e9, 0.31), Material(2e9, 0.4), 0.3, 0.7, law="microslip node_count=24", stiffness_ratio=0.6
+    )
+    spec, name = ball_on_floor(pair)
     model = mujoco.MjModel.from_xml_string(spec.to_xml())
     data = mujoco.MjData(model)
     original = spec.compile()
@@ -136,12 +138,10 @@ def shapes_spec():
     [
         ({"geom2": "flor"}, "geom2 = 'flor': must be one of .*did you mean 'floor'"),
         ({"geom1": 3}, "geom1 = 3"),
-        ({"geom1": "can"}, "cylinder 'can' on plane 'floor' has no one clear radius"),
+        ({"geom1": "can"}, "cylinder 'can' on plane 'floor': they touch along a face"),
         ({"geom2": "ball"}, "another geom"),
         ({"pair": 0.1}, "pair = 0.1"),
         ({"spec": shapes_spec().compile()}, "before the model is compiled"),
-        ({"plane": [0, 0, 2]}, "plane = .*unit vector"),
-        ({"plane": [0, 0, np.nan]}, "plane: holds nan"),
     ],
 )
 def test_bad_input_is_refused_and_changes_nothing(change, said):
@@ -222,17 +222,6 @@ def test_the_contact_is_kept_when_a_spec_is_copied_or_attached():
         parent.option.timestep, parent.option.gravity = 1e-6, [0, 0, 0]
         parent.attach(child, frame=parent.worldbody.add_frame(), prefix=prefix)
         assert bounce_of(parent.compile()) == pytest.approx(expected, rel=1e-12)
-
-
-def test_a_contact_out_of_the_plane_it_was_given_is_said_and_does_nothing():
-    spec, _ = ball_on_floor(steel_pair(), plane=[0, 0, 1])
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    data.qvel[2] = -1.0
-    with pytest.warns(ContactWarning, match="not in the plane of motion"):
-        mujoco.mj_step(model, data, 20)
-    assert np.isfinite(data.qvel).all()
-    assert data.qvel[2] == -1.0
 
 
 def test_sleeping_bodies_are_refused(capfd):

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 
 import numba
 import numpy as np
@@ -13,8 +14,10 @@ if numba.config.DISABLE_JIT:
 
 from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
 
-from contactlaw.kernels.contact import NORMAL, OPEN, OVERLAP, PHASE, TANGENTIAL  # noqa: E402
-from contactlaw.mujoco_plugin import contact_history  # noqa: E402
+from contactlaw import ContactWarning  # noqa: E402
+from contactlaw.kernels.contact import NORMAL, OVERLAP, PHASE, TANGENTIAL  # noqa: E402
+from contactlaw.laws.record import OPEN  # noqa: E402
+from contactlaw.mujoco_plugin import contact_history, contacts_of, owed_velocity  # noqa: E402
 
 
 def test_history_is_committed_by_steps_alone():
@@ -110,3 +113,44 @@ def test_rollouts_on_two_threads_give_the_bits_of_one():
         out, _ = rollout.rollout(model, datas, initial_state=np.array(states), nstep=150)
         results.append(out)
     assert np.array_equal(*results)
+
+
+def damage(state, how):
+    rng = np.random.default_rng(3)
+    if how == "noise":
+        state += 0.5 * rng.normal(size=state.size)
+    elif how == "much noise":
+        state += 1e3 * rng.normal(size=state.size)
+    elif how in ("nan", "ones", "huge"):
+        state[:] = {"nan": np.nan, "ones": 1.0, "huge": 1e200}[how]
+    elif how.startswith("count"):
+        state[0] = float(how.split()[1])
+    elif how.startswith("key"):
+        state[1] = float(how.split()[1])
+    elif how.startswith("entry"):
+        state[int(how.split()[1])] = np.inf
+
+
+@pytest.mark.parametrize(
+    "how",
+    ["noise", "much noise", "nan", "ones", "huge", "count 1e9", "count -3", "count nan", "count 1e300", "key 1e7",
+     "key -4", "key 1", "key nan", "key 0.5", *(f"entry {i}" for i in range(2, 71, 4))],
+)  # fmt: skip
+def test_a_damaged_state_is_dropped_with_a_warning(how):
+    """The state is open to everybody: of what cannot be, nothing may lead out of the tables or into the motion."""
+    spec, name = ball_on_floor(steel_pair(), 2e-3, gravity=9.81)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] -= 1e-7
+    mujoco.mj_step(model, data, 20)
+    assert data.plugin_state[0] == 1.0 and data.plugin_state.size == 71
+    damage(data.plugin_state, how)
+    contacts_of(model, data, name), owed_velocity(model, data)
+    with pytest.warns(ContactWarning, match="not what a step of this model leaves"):
+        mujoco.mj_step(model, data)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        mujoco.mj_step(model, data, 200)
+    assert not said
+    assert np.isfinite(data.plugin_state).all() and np.abs(data.qvel).max() < 0.05
+    assert data.plugin_state[0] in (0.0, 1.0)
