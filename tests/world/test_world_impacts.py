@@ -48,7 +48,9 @@ CACHE: dict[float, np.ndarray] = {}
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5])
-@pytest.mark.parametrize(("steps", "phase"), [(24.0, 0.1), (24.0, 0.8), (2.5, 0.3), (1.1, 0.6), (0.3, 0.2), (0.02, 0.5)])
+@pytest.mark.parametrize(
+    ("steps", "phase"), [(24.0, 0.1), (24.0, 0.8), (2.5, 0.3), (1.1, 0.6), (0.3, 0.2), (0.02, 0.5)]
+)
 def test_psi_2_at_any_step_and_phase(restitution: float, steps: float, phase: float) -> None:
     across, along = errors(restitution, steps, phase)
     assert across < 5e-4

@@ -27,7 +27,8 @@ def test_two_spinning_balls_keep_their_momenta(timestep: float) -> None:
     for _ in range(4):
         places = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]]) + 0.002 * rng.normal(size=(2, 3))
         velocities = np.array([[3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]]) + 0.3 * rng.normal(size=(2, 3))
-        made = balls(steel_pair(restitution=0.93), places, velocities, 50.0 * rng.normal(size=(2, 3)), timestep=timestep)
+        spins = 50.0 * rng.normal(size=(2, 3))
+        made = balls(steel_pair(restitution=0.93), places, velocities, spins, timestep=timestep)
         linear, angular = made.momentum
         made.step(max(round(0.01 / timestep), 3))
         assert np.ptp(made.velocity[:, 0] - velocities[:, 0]) > 1.0
