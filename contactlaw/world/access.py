@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE
@@ -77,19 +77,19 @@ numbers_at: Any = intrinsic(_numbers)
 """An address as a pointer to float64, for `numba.carray`."""
 
 
-@jit
+@jit_inside
 def memory_of(w, slot):
     """What the law remembers of the contact in a slot, shape (size,)."""
     return numba.carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
 
 
-@jit
+@jit_inside
 def law_of(w, pair):
     """The materials and the law of a pair, as the law reads them."""
     return law_at(w.numbers + 8 * pair.numbers, 0)
 
 
-@jit
+@jit_inside
 def law_numbers(w, pair):
     """The law's own numbers."""
     return numba.carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, WORLD, Array, Arrays
+from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, SPHERE, WORLD, Array, Arrays
 
+FAR = 1e3  # [m] that a plane on a body that moves may reach
 LEAST = 64  # near pairs and contacts that there is room for from the start
 
 
@@ -34,20 +35,34 @@ def longer(array: Array, count: int) -> Array:
     return np.concatenate([array, np.zeros((count, *array.shape[1:]), array.dtype)])
 
 
-def with_body(one: Arrays, **fields: Any) -> Arrays:
-    """The world and one more body."""
-    bodies = longer(one.bodies, 1)
-    for name, value in fields.items():
-        bodies[name][-1] = value
+def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
+    """The array of records and more of them, given field by field."""
+    array = longer(array, len(rows))
+    for record, fields in zip(array[-len(rows) :], rows, strict=True):
+        for name, value in fields.items():
+            record[name] = value
+    return array
+
+
+def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
+    """The world and more bodies."""
+    bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
     return one._replace(bodies=bodies, roots=room, own=room.copy())
 
 
-def with_shape(one: Arrays, **fields: Any) -> Arrays:
-    """The world and one more shape."""
-    shapes = longer(one.shapes, 1)
-    for name, value in fields.items():
-        shapes[name][-1] = value
+def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
+    """The world and more shapes; the bodies that they are on know how far they reach."""
+    shapes = with_rows(one.shapes, rows)
+    for shape in shapes[-len(rows) :]:
+        body, off = one.bodies[shape["body"]], float(np.linalg.norm(shape["at"]))
+        if shape["kind"] == SPHERE:
+            body["size"] = min(body["size"] or np.inf, shape["radius"])
+            body["reach"] = max(body["reach"], off)
+            body["oriented"] |= int(off > 0.0)
+        elif shape["body"] != 0:
+            body["reach"] = FAR
+            body["oriented"] = 1
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
     return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))

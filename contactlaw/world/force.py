@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import LINEAR_STIFFNESS, elastic_force, greatest_overlap, normal_force
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, ask_energy
 from contactlaw.laws.step import MARGIN, ask
@@ -13,13 +13,13 @@ from contactlaw.world.access import law_numbers, law_of, memory_of, pair_at
 CALM = 0.3  # of critical damping: a dashpot across a contact that lasts and is damped along the normal
 
 
-@jit
+@jit_inside
 def hertz(t):
     """k of P = k delta^1.5 [N/m^1.5], of a contact between its own two radii."""
     return 4.0 / 3.0 * t.e_star * sqrt(t.radius)
 
 
-@jit
+@jit_inside
 def begin(t):
     """A contact of which nothing is known yet."""
     t.state = OPEN
@@ -32,7 +32,7 @@ def begin(t):
     t.reach = 0.0
 
 
-@jit
+@jit_inside
 def made_of(t, law, radius):
     """Tell a contact of its materials and its effective radius [m]."""
     t.e_star = law.e_star
@@ -42,7 +42,7 @@ def made_of(t, law, radius):
     t.stiffness = hertz(t)
 
 
-@jit
+@jit_inside
 def advance_contact(w, c, slot, du, dv, dt, free):
     """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are force, ratio, f, g.
 
@@ -70,7 +70,7 @@ def advance_contact(w, c, slot, du, dv, dt, free):
         calm(t, du / dt, dv / dt)
 
 
-@jit
+@jit_inside
 def calm(t, u, v):
     """Add a dashpot across, within the cone; u, v: sliding speed [m/s]. What is stuck would swing for ever."""
     drag = 2.0 * CALM * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
@@ -82,7 +82,7 @@ def calm(t, u, v):
         t.g *= limit / pull
 
 
-@jit
+@jit_inside
 def stored_energy(w, c, slot):
     """Elastic energy [J] of a closed contact: of its normal force, 2/5 P delta for Hertz, and of its law's springs."""
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))

@@ -11,7 +11,7 @@ from contactlaw.world.records import Array
 ALIKE = 1e-12  # relative difference of moments of inertia that are equal
 
 
-def quaternion(name: str, value: ArrayLike) -> Array:
+def unit_quaternion(name: str, value: ArrayLike) -> Array:
     """A checked unit quaternion, scalar first."""
     q = checks.finite_array(name, value)
     if q.shape != (4,) or not np.linalg.norm(q) > 0.0:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world.records import SPHERE
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 
-@jit
+@jit_inside
 def centre(s, b):
     """Of a sphere, or point of a plane: from its body's centre of mass [m]."""
     if b.oriented == 0:
@@ -15,7 +15,7 @@ def centre(s, b):
     return to_world(b.axes, load(s.at))
 
 
-@jit
+@jit_inside
 def meet(sa, a, sb, b):
     """Overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass.
 
@@ -35,7 +35,7 @@ def meet(sa, a, sb, b):
     return sa.radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
-@jit
+@jit_inside
 def effective_radius(sa, sb):
     """R [m], 1/R = 1/R_A + 1/R_B."""
     return sa.radius * sb.radius / (sa.radius + sb.radius) if sb.kind == SPHERE else sa.radius

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import ceil, floor
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, settle
@@ -25,7 +25,7 @@ TRIES = 30  # looks on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
 
-@jit
+@jit_inside
 def integrate(w, root, now, until):
     """Move an island from one time of the step to another [s]."""
     bodies, pairs = members(w, root)
@@ -42,7 +42,7 @@ def integrate(w, root, now, until):
     fall_asleep(w, bodies, pairs)
 
 
-@jit
+@jit_inside
 def members(w, root):
     """List the bodies and the near pairs of an island; returns how many."""
     bodies, pairs = 0, 0
@@ -60,7 +60,7 @@ def members(w, root):
     return bodies, pairs
 
 
-@jit
+@jit_inside
 def approach(w, bodies, pairs, t, until):
     """While nothing is closed, fly all bodies together until the first two touch; returns when they do [s]."""
     soon = AT_ONCE * (until - t)
@@ -86,7 +86,7 @@ def approach(w, bodies, pairs, t, until):
     return t
 
 
-@jit
+@jit_inside
 def run(w, bodies, pairs, t, now, until):
     """Step an island until nothing of it is closed, or to the end of the window; returns when [s].
 
@@ -138,7 +138,7 @@ def run(w, bodies, pairs, t, now, until):
     return t
 
 
-@jit
+@jit_inside
 def forces(w, pairs, h):
     """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched."""
     closed, news = 0, False
@@ -161,7 +161,7 @@ def forces(w, pairs, h):
     return closed, news
 
 
-@jit
+@jit_inside
 def length(w, pairs, t, until):
     """Length [s] that the next substeps should have, at most that of what is left of the window."""
     closed, h = 0, until - t
@@ -186,7 +186,7 @@ def length(w, pairs, t, until):
     return h
 
 
-@jit
+@jit_inside
 def kept(w, pairs, target):
     """The length of substeps [s] that closed contacts had before the window, if it may stay; else the target."""
     last = NEVER
@@ -199,7 +199,7 @@ def kept(w, pairs, target):
     return last if alike(target, last) else target
 
 
-@jit
+@jit_inside
 def alike(target, length):
     """Whether substeps may keep their length though they should have another."""
     return LEAST_CHANGE * length < target < length / LEAST_CHANGE

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import ceil, sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world.vec import (
     add,
     axpy,
@@ -30,7 +30,7 @@ LARGEST_TURN = 0.1  # [rad] a step of the rotation of a body that is not isotrop
 EXACT = 1e-31  # relative change of a spin, squared, at which it counts as found
 
 
-@jit
+@jit_inside
 def fly(b, until):
     """Bring a body to a time [s] of the step, in free flight."""
     if b.still == 0 and b.time != until:
@@ -39,7 +39,7 @@ def fly(b, until):
     b.time = until
 
 
-@jit
+@jit_inside
 def drift(b, h):
     """Move a body for h [s] without contacts; `shift` and `twist` are what it moved by."""
     v, a = load(b.velocity), load(b.acceleration)
@@ -65,7 +65,7 @@ def drift(b, h):
         store(b.spin, give(b, load(b.momentum)))
 
 
-@jit
+@jit_inside
 def settle(b):
     """Turn the quaternion by what a body has turned."""
     t = load(b.turn)
@@ -89,7 +89,7 @@ def settle(b):
     set_axes(b)
 
 
-@jit
+@jit_inside
 def set_axes(b):
     """The matrix of the quaternion."""
     w, x, y, z = b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3]
@@ -105,7 +105,7 @@ def set_axes(b):
     m[8] = 1.0 - 2.0 * (x * x + y * y)
 
 
-@jit
+@jit_inside
 def tumble(b, h):
     """Turn a body with three moments of inertia for h [s], free of torque: its energy and momentum stay to rounding.
 
@@ -135,7 +135,7 @@ def tumble(b, h):
     store(b.twist, total)
 
 
-@jit
+@jit_inside
 def give(b, moment):
     """Change of spin by an angular impulse [N m s] about the centre of mass: R I^-1 R^T L [rad/s]."""
     if b.isotropic != 0:
@@ -144,26 +144,26 @@ def give(b, moment):
     return to_world(b.axes, (i[0] * p[0], i[1] * p[1], i[2] * p[2]))
 
 
-@jit
+@jit_inside
 def velocity_at(b, arm):
     """Velocity [m/s] of the point of a body at an arm [m] from its centre of mass."""
     return add(load(b.velocity), cross(load(b.spin), arm))
 
 
-@jit
+@jit_inside
 def acceleration_at(b, arm):
     """Acceleration [m/s^2] of that point, without contacts and without the change of spin."""
     w = load(b.spin)
     return add(load(b.acceleration), cross(w, cross(w, arm)))
 
 
-@jit
+@jit_inside
 def moved_at(b, arm):
     """What that point moved by in the last substep [m]; arm: in its middle."""
     return add(load(b.shift), cross(load(b.twist), arm))
 
 
-@jit
+@jit_inside
 def kick(b, arm, impulse):
     """Give a body an impulse [N s] at an arm [m] from its centre of mass."""
     if b.inverse_mass == 0.0:
@@ -177,7 +177,7 @@ def kick(b, arm, impulse):
         store(b.spin, give(b, load(b.momentum)))
 
 
-@jit
+@jit_inside
 def mobility(b, arm, direction):
     """Velocity [m/s] of a point along a unit vector, by a unit impulse along it [1/kg]."""
     r = cross(arm, direction)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import ceil, floor, log2
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import centre, meet
 from contactlaw.world.motion import fly
@@ -21,21 +21,24 @@ SLACK = 0.2  # of a body's smallest radius: its margin besides what its speed as
 STEPS = 4.0  # steps that the margin is to last at the speed there is
 
 
-@jit
+@jit_inside
 def strayed(b, left):
     """Whether a body may leave its margin within a time [s]."""
-    way = sub(load(b.position), load(b.mark))
-    travelled = norm(way) + b.turned * b.reach
-    return travelled + left * surface_speed(b, left) > b.margin
+    if b.size == 0.0 and b.reach == 0.0:  # it has no shapes
+        return False
+    way = norm(sub(load(b.position), load(b.mark))) + b.turned * b.reach
+    if b.still == 0:
+        way += left * surface_speed(b, left)
+    return way > b.margin
 
 
-@jit
+@jit_inside
 def surface_speed(b, time):
     """Speed [m/s] of a body's shapes within a time [s], at most."""
     return norm(load(b.velocity)) + norm(load(b.spin)) * b.reach + time * norm(load(b.acceleration))
 
 
-@jit
+@jit_inside
 def list_near(w, now):
     """Make the list of near pairs anew; contacts keep what they remember."""
     smallest = mark(w, now)
@@ -73,7 +76,7 @@ def list_near(w, now):
     w.stale = 0
 
 
-@jit
+@jit_inside
 def mark(w, now):
     """Give all bodies new margins; returns the width [m] of the smallest sphere with its margin."""
     for i in range(w.body_count):
@@ -91,7 +94,7 @@ def mark(w, now):
     return smallest
 
 
-@jit
+@jit_inside
 def keep_contacts(w, heads):
     """String up the contacts of each shape that is their A, from the heads on in the grid's room."""
     for i in range(w.shape_count):
@@ -104,14 +107,14 @@ def keep_contacts(w, heads):
             set_whole(w.grid, heads + c.shape_a, slot)
 
 
-@jit
+@jit_inside
 def level_of(w, i, smallest):
     """Level of the grid that a sphere lies in."""
     s = shape_at(w.shapes, i)
     return max(ceil(log2((s.radius + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
 
 
-@jit
+@jit_inside
 def cell_of(w, i, width):
     """Indices of the cell that a sphere's centre lies in."""
     b = body_at(w.bodies, shape_at(w.shapes, i).body)
@@ -119,13 +122,13 @@ def cell_of(w, i, width):
     return floor(at[0] / width), floor(at[1] / width), floor(at[2] / width)
 
 
-@jit
+@jit_inside
 def hashed(cell, level, cells):
     """Place of a cell in a table whose size is a power of two."""
     return (cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791 ^ level * 25165843) & (cells - 1)
 
 
-@jit
+@jit_inside
 def around(w, i, level, width, cells):
     """Consider a sphere with all of a level in the cells around it; those of its own level once."""
     shapes = w.shape_count
@@ -144,7 +147,7 @@ def around(w, i, level, width, cells):
                     j = whole_at(w.grid, cells + j)
 
 
-@jit
+@jit_inside
 def consider(w, i, j, heads):
     """List two shapes if they make a pair and are near; A is a sphere."""
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)

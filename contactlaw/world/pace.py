@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.force import hertz
 from contactlaw.world.geometry import centre, effective_radius, meet
@@ -16,7 +16,7 @@ FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
 WIDEST_LOOK = 0.2  # [rad] that a body with shapes off its centre may turn between two looks
 
 
-@jit
+@jit_inside
 def impact_time(k, duration, mass, overlap, closing, push):
     """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration.
 
@@ -31,7 +31,7 @@ def impact_time(k, duration, mass, overlap, closing, push):
     return duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
 
 
-@jit
+@jit_inside
 def time_to_close(gap, closing, push):
     """Time [s] until a gap [m] >= 0 closes, at a closing speed [m/s] and acceleration [m/s^2]."""
     square = closing * closing + 2.0 * push * gap
@@ -42,7 +42,7 @@ def time_to_close(gap, closing, push):
     return (sqrt(square) - closing) / push if push > 0.0 else NEVER
 
 
-@jit
+@jit_inside
 def look(w, p, now, left):
     """See how near two shapes are now, a time [s] of the step, and when they could close in the `left` [s] after it.
 
@@ -81,7 +81,7 @@ def look(w, p, now, left):
     p.look = now + min(wait, horizon) if wait < left or horizon < left else NEVER
 
 
-@jit
+@jit_inside
 def torque_bound(b, arm):
     """Acceleration [m/s^2] of a point by torques, the gyroscopic one included, at most."""
     if b.isotropic != 0:
@@ -91,14 +91,14 @@ def torque_bound(b, arm):
     return moment * max(i[0], max(i[1], i[2])) * norm(arm)
 
 
-@jit
+@jit_inside
 def radius_of(w, p):
     """Effective radius [m] of a near pair."""
     own = pair_at(w.pairs, p.pair).radius
     return own if own > 0.0 else effective_radius(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
 
 
-@jit
+@jit_inside
 def touch_time(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
     mass = 1.0 / (body_at(w.bodies, p.body_a).inverse_mass + body_at(w.bodies, p.body_b).inverse_mass)
@@ -109,7 +109,7 @@ def touch_time(w, p):
     return impact_time(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 
-@jit
+@jit_inside
 def contact_time(w, c, a, b):
     """Duration [s] of the impact that a closed contact is in."""
     t = c.touch
@@ -119,7 +119,7 @@ def contact_time(w, c, a, b):
     )
 
 
-@jit
+@jit_inside
 def substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
@@ -130,7 +130,7 @@ def substep(w, c, a, b, substeps):
     return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
 
 
-@jit
+@jit_inside
 def masses(c, a, b):
     """Effective masses [kg] along the normal and across, the mean of both tangents, at the touch."""
     n, e = load(c.normal), load(c.tangent)

@@ -7,7 +7,7 @@ when somebody changes the velocity or the acceleration of one of its bodies.
 
 from __future__ import annotations
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at
 from contactlaw.world.motion import give
 from contactlaw.world.pace import contact_time
@@ -16,7 +16,7 @@ from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store
 ZERO = (0.0, 0.0, 0.0)
 
 
-@jit
+@jit_inside
 def fall_asleep(w, bodies, pairs):
     """Put an island to sleep if it hardly moves and is in balance."""
     if w.stillness == 0.0 or not slow(w, pairs, w.stillness):
@@ -48,7 +48,7 @@ def fall_asleep(w, bodies, pairs):
         b.still = 1
 
 
-@jit
+@jit_inside
 def slow(w, pairs, part):
     """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time."""
     some = False
@@ -65,7 +65,7 @@ def slow(w, pairs, part):
     return some
 
 
-@jit
+@jit_inside
 def press(b, arm, force):
     """Count a force towards a body's accelerations."""
     if b.still == 0:
@@ -74,7 +74,7 @@ def press(b, arm, force):
         b.active = 1
 
 
-@jit
+@jit_inside
 def balanced(w, pairs, part):
     """Whether the accelerations too, in `shift` and `twist`, would move the contacts by less."""
     for i in range(pairs):
@@ -90,7 +90,7 @@ def balanced(w, pairs, part):
     return True
 
 
-@jit
+@jit_inside
 def wake(w, now):
     """Wake all bodies that sleep in pairs taken into the window that begins now."""
     for k in range(w.nears):
@@ -102,7 +102,7 @@ def wake(w, now):
                     rouse(b, now)
 
 
-@jit
+@jit_inside
 def rouse(b, now):
     """Wake one body."""
     b.asleep = 0
@@ -111,7 +111,7 @@ def rouse(b, now):
     b.moved = 1
 
 
-@jit
+@jit_inside
 def disturbed(b):
     """Whether a body that sleeps was given a velocity, or is pressed otherwise than when it fell asleep."""
     change = sub(load(b.acceleration), load(b.held))

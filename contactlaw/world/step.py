@@ -10,7 +10,7 @@ fly         all bodies to the end of the step
 
 from __future__ import annotations
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit, jit_inside
 from contactlaw.world.access import body_at, near_at, whole_at
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give
@@ -28,7 +28,8 @@ REMNANT = 0.01  # of a window: what would be left of the step after it is taken 
 def step(world, dt, count):
     """Move a world by a number of steps of dt [s]; stops before a step for which there may not be room enough.
 
-    Between two steps anybody may change positions, velocities and accelerations. Returns how many steps were made.
+    world: array of one `records.WORLD`, with the addresses of its arrays. Between two steps anybody may change
+    positions, velocities and accelerations. Returns how many steps were made.
     """
     w = world[0]
     for i in range(count):
@@ -36,39 +37,33 @@ def step(world, dt, count):
         if 2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0:
             w.stale = 1
             return i
-        through(w, dt)
+        now = 0.0
+        while now < dt:
+            if w.stale != 0:
+                list_near(w, now)
+            first, shortest = survey(w, now, dt)
+            if shortest == NEVER:
+                if first >= dt:
+                    break
+                now = max(now, first)
+                shortest = next_impact(w, now)
+            until = now + shortest
+            if not dt - until > REMNANT * shortest:
+                until = dt
+            while gather(w, now, until):
+                wake(w, now)
+            link(w)
+            for k in range(w.islands):
+                integrate(w, whole_at(w.roots, k), now, until)
+            w.windows += 1
+            now = until
+            watch(w, dt - now)
+        for k in range(w.body_count):
+            fly(body_at(w.bodies, k), dt)
     return count
 
 
-@jit
-def through(w, dt):
-    """All windows of a step that has begun."""
-    now = 0.0
-    while now < dt:
-        if w.stale != 0:
-            list_near(w, now)
-        first, shortest = survey(w, now, dt)
-        if shortest == NEVER:
-            if first >= dt:
-                break
-            now = max(now, first)
-            shortest = next_impact(w, now)
-        until = now + shortest
-        if not dt - until > REMNANT * shortest:
-            until = dt
-        while gather(w, now, until):
-            wake(w, now)
-        link(w)
-        for i in range(w.islands):
-            integrate(w, whole_at(w.roots, i), now, until)
-        w.windows += 1
-        now = until
-        watch(w, dt - now)
-    for i in range(w.body_count):
-        fly(body_at(w.bodies, i), dt)
-
-
-@jit
+@jit_inside
 def begin(w, dt):
     """What a step starts from."""
     w.step = dt
@@ -94,7 +89,7 @@ def begin(w, dt):
         list_near(w, 0.0)
 
 
-@jit
+@jit_inside
 def follow(b):
     """The angular momentum of the spin that a body was given."""
     spin = load(b.spin)
@@ -104,7 +99,7 @@ def follow(b):
         store(b.momentum, to_world(b.axes, (w[0] / i[0], w[1] / i[1], w[2] / i[2])))
 
 
-@jit
+@jit_inside
 def watch(w, left):
     """See whether a body could leave its margin in what is left of the step."""
     for i in range(w.body_count):

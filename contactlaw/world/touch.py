@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world import force
 from contactlaw.world.access import (
     body_at,
@@ -35,13 +35,13 @@ DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
 TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
 
 
-@jit
+@jit_inside
 def cubic(a, s):
     """A polynomial of third degree."""
     return a[0] + s * (a[1] + s * (a[2] + s * a[3]))
 
 
-@jit
+@jit_inside
 def elastic_end(s, linear):
     """By how many substeps the force at the first or last point acted too short; s in (0, 1]: see the module.
 
@@ -53,7 +53,7 @@ def elastic_end(s, linear):
     return -(1.0 + cubic(ELASTIC_END, s) / sqrt(s))
 
 
-@jit
+@jit_inside
 def damped_end(s, linear):
     """The same of the damper's force at the touch, not counted from anything."""
     if linear:
@@ -62,7 +62,7 @@ def damped_end(s, linear):
     return -(1.0 + cubic(DAMPED_END, s) / sqrt(sqrt(s)))
 
 
-@jit
+@jit_inside
 def close(w, k, overlap):
     """Close near pair k: it has a contact from now on. Returns whether there was room for it.
 
@@ -107,7 +107,7 @@ def close(w, k, overlap):
     return True
 
 
-@jit
+@jit_inside
 def clear(c):
     """Begin the ledger of a contact."""
     c.touches = 0
@@ -119,7 +119,7 @@ def clear(c):
     store(c.impulse, (0.0, 0.0, 0.0))
 
 
-@jit
+@jit_inside
 def open_up(q, c):
     """A contact has opened; its slot is kept until the next step."""
     q.closed = 0
@@ -128,7 +128,7 @@ def open_up(q, c):
     force.begin(c.touch)
 
 
-@jit
+@jit_inside
 def release(w, slot):
     """Make the slot of a contact free."""
     contact_at(w.contacts, slot).phase = FREE
@@ -136,7 +136,7 @@ def release(w, slot):
     w.spares += 1
 
 
-@jit
+@jit_inside
 def turn_frame(c, n, twist):
     """Turn the tangent with the normal, without twist, then about it [rad]."""
     old = load(c.normal)
@@ -148,7 +148,7 @@ def turn_frame(c, n, twist):
     store(c.normal, n)
 
 
-@jit
+@jit_inside
 def advance(w, c, slot, a, b, h):
     """Advance a contact, in a slot, whose bodies have just drifted for h [s]: new are its `push` and its `share`."""
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
@@ -197,7 +197,7 @@ def advance(w, c, slot, a, b, h):
         c.duration += h
 
 
-@jit
+@jit_inside
 def book(c, share, gained, du, dv):
     """Enter the work that a share of the contact's force does over a displacement [m] into its ledger."""
     t = c.touch
@@ -205,14 +205,14 @@ def book(c, share, gained, du, dv):
     c.friction_work -= share * (t.f * du + t.g * dv)
 
 
-@jit
+@jit_inside
 def force_of(c):
     """Force on A [N], in the frame that the contact has now."""
     t, n, e = c.touch, load(c.normal), load(c.tangent)
     return axpy(t.force, n, axpy(-t.f, e, scale(-t.g, cross(n, e))))
 
 
-@jit
+@jit_inside
 def strike(c, a, b, time):
     """Kick both bodies with the force of a contact for a time [s], equal and opposite, at one point."""
     impulse = scale(time, load(c.push))

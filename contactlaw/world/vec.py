@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from math import cos, sin, sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 
 SMALL_ANGLE = 0.03  # [rad] below which sine and cosine are taken from their series, exact to rounding
 
 
-@jit
+@jit_inside
 def load(a):
     """The first three numbers of an array as a vector."""
     return a[0], a[1], a[2]
 
 
-@jit
+@jit_inside
 def store(a_out, v):
     """Write a vector into the first three numbers of an array."""
     a_out[0] = v[0]
@@ -23,49 +23,49 @@ def store(a_out, v):
     a_out[2] = v[2]
 
 
-@jit
+@jit_inside
 def add(a, b):
     """The sum a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@jit
+@jit_inside
 def sub(a, b):
     """The difference a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@jit
+@jit_inside
 def scale(s, a):
     """The product s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@jit
+@jit_inside
 def axpy(s, a, b):
     """The sum s a + b."""
     return b[0] + s * a[0], b[1] + s * a[1], b[2] + s * a[2]
 
 
-@jit
+@jit_inside
 def dot(a, b):
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@jit
+@jit_inside
 def cross(a, b):
     """Vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@jit
+@jit_inside
 def norm(a):
     """Length."""
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-@jit
+@jit_inside
 def to_world(m, a):
     """The product R a of a matrix (9,), row by row, and a vector."""
     return (
@@ -75,7 +75,7 @@ def to_world(m, a):
     )
 
 
-@jit
+@jit_inside
 def to_body(m, a):
     """The product of the matrix transposed and a vector."""
     return (
@@ -85,7 +85,7 @@ def to_body(m, a):
     )
 
 
-@jit
+@jit_inside
 def half_turn(angle2):
     """Cosine of half an angle, and sine of half of it over the angle [1/rad]; angle2: the angle squared."""
     if angle2 < SMALL_ANGLE * SMALL_ANGLE:
@@ -95,7 +95,7 @@ def half_turn(angle2):
     return cos(0.5 * angle), sin(0.5 * angle) / angle
 
 
-@jit
+@jit_inside
 def rotate(turn, a):
     """The vector a turned by a rotation vector [rad] (Rodrigues, by half angles)."""
     c, s = half_turn(dot(turn, turn))
@@ -104,7 +104,7 @@ def rotate(turn, a):
     return add(a, add(scale(c, t), cross(q, t)))
 
 
-@jit
+@jit_inside
 def tangent(n):
     """A unit vector across n, the same for the same n."""
     e = cross(n, (1.0, 0.0, 0.0)) if abs(n[0]) < 0.6 else cross(n, (0.0, 1.0, 0.0))

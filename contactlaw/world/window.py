@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole
 from contactlaw.world.motion import fly
 from contactlaw.world.pace import contact_time, look, touch_time
@@ -19,7 +19,7 @@ MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a 
 GROWN = 1.1  # a stir that has grown by less is not handed on
 
 
-@jit
+@jit_inside
 def survey(w, now, step):
     """Look at all open pairs whose bodies have changed course or that could close now.
 
@@ -46,7 +46,7 @@ def survey(w, now, step):
     return first, shortest
 
 
-@jit
+@jit_inside
 def next_impact(w, now):
     """Duration [s] of the shortest impact that may begin now."""
     shortest = NEVER
@@ -61,7 +61,7 @@ def next_impact(w, now):
     return shortest
 
 
-@jit
+@jit_inside
 def gather(w, now, until):
     """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
     length = until - now
@@ -107,7 +107,7 @@ def gather(w, now, until):
     return sleeper
 
 
-@jit
+@jit_inside
 def stir(w, p, a, b, length):
     """How much two bodies' velocities may change by their contact, or by what the other one may be given.
 
@@ -129,14 +129,14 @@ def stir(w, p, a, b, length):
     return more
 
 
-@jit
+@jit_inside
 def lightness(b):
     """Mobility [1/kg] of a body's shapes, at most."""
     i = b.inverse_inertia
     return b.inverse_mass + b.reach * b.reach * max(i[0], max(i[1], i[2]))
 
 
-@jit
+@jit_inside
 def root_of(w, i):
     """First body of the island that a body is in."""
     b = body_at(w.bodies, i)
@@ -147,7 +147,7 @@ def root_of(w, i):
     return i
 
 
-@jit
+@jit_inside
 def join(w, i, j):
     """Make two bodies members of one island; those that nothing moves are in none."""
     if fixed(body_at(w.bodies, i)) or fixed(body_at(w.bodies, j)):
@@ -156,13 +156,13 @@ def join(w, i, j):
     body_at(w.bodies, max(i, j)).island = min(i, j)
 
 
-@jit
+@jit_inside
 def fixed(b):
     """Whether nothing can move a body."""
     return b.still != 0 and b.asleep == 0
 
 
-@jit
+@jit_inside
 def link(w):
     """String up the near pairs and the bodies of each island."""
     w.islands = 0

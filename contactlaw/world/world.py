@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import inf, isinf
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,12 +12,10 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.world import readout
-from contactlaw.world.arrays import empty, with_body, with_more_room, with_pair, with_shape
-from contactlaw.world.frames import matrix_of, principal, product, quaternion
+from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes
+from contactlaw.world.frames import matrix_of, principal, product, unit_quaternion
 from contactlaw.world.records import PLANE, SPHERE, Array, Arrays
 from contactlaw.world.step import step
-
-FAR = 1e3  # [m] that a plane on a body that moves may reach
 
 
 class World:
@@ -55,8 +54,8 @@ class World:
         pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
         self.gravity = checks.vector("gravity", pull)
         self.timestep = checks.positive("timestep", timestep)
-        self.arrays = empty()
-        state = self.arrays.world
+        self._arrays = empty()
+        state = self._arrays.world
         state["substeps"] = checks.number("substeps", substeps, "at least 10", low=10.0, high=1e6)
         state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "at least 10", low=10.0, high=1e6)
         state["crowd"] = checks.count("crowd", crowd, 0)
@@ -64,6 +63,23 @@ class World:
         self._frames: list[Array] = []  # of the principal axes, in that of each body
         self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
         self._sets = 0
+        self._new_bodies: list[dict[str, Any]] = []
+        self._new_shapes: list[dict[str, Any]] = []
+        self._regroup = False
+
+    @property
+    def arrays(self) -> Arrays:
+        """All that the world knows."""
+        if self._new_bodies:
+            self._arrays = with_bodies(self._arrays, self._new_bodies)
+            self._new_bodies = []
+        if self._new_shapes:
+            self._arrays = with_shapes(self._arrays, self._new_shapes)
+            self._new_shapes = []
+        if self._regroup:
+            self._arrays = self._arrays._replace(groups=self._groups())
+            self._regroup = False
+        return self._arrays
 
     def add_body(
         self, mass: float, inertia: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0),
@@ -82,15 +98,16 @@ class World:
         """
         heavy = isinstance(mass, float) and isinf(mass) and mass > 0.0
         moments, frame = (np.full(3, inf), np.array([1.0, 0.0, 0.0, 0.0])) if heavy else principal(inertia)
-        self.arrays = with_body(
-            self.arrays, inverse_mass=0.0 if heavy else 1.0 / checks.positive("mass", mass),
-            inverse_inertia=1.0 / moments, isotropic=int(np.ptp(1.0 / moments) == 0.0),
-            oriented=int(np.ptp(1.0 / moments) != 0.0), acceleration=0.0 if heavy else self.gravity,
-        )  # fmt: skip
+        isotropic = bool(heavy or np.ptp(moments) == 0.0)
+        own = product(unit_quaternion("quaternion", quaternion), frame)
+        self._new_bodies.append({
+            "position": checks.vector("position", position), "velocity": checks.vector("velocity", velocity),
+            "spin": checks.vector("spin", spin), "quaternion": own, "axes": matrix_of(own).ravel(),
+            "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
+            "isotropic": isotropic, "oriented": not isotropic, "acceleration": 0.0 if heavy else self.gravity,
+        })  # fmt: skip
         self._frames.append(frame)
-        body = len(self._frames) - 1
-        self.place(body, position, velocity, quaternion, spin)
-        return body
+        return len(self._frames) - 1
 
     def place(
         self, body: int, position: ArrayLike | None = None, velocity: ArrayLike | None = None,
@@ -103,15 +120,11 @@ class World:
         if velocity is not None:
             b["velocity"] = checks.vector("velocity", velocity)
         if quaternion is not None:
-            b["quaternion"] = product(_quaternion(quaternion), self._frames[body])
+            b["quaternion"] = product(unit_quaternion("quaternion", quaternion), self._frames[body])
             b["axes"] = matrix_of(b["quaternion"]).ravel()
         if spin is not None:
             b["spin"] = checks.vector("spin", spin)
-        b["momentum"] = 0.0
-        if b["inverse_mass"] > 0.0:
-            axes = b["axes"].reshape(3, 3)
-            b["momentum"] = axes @ ((axes.T @ b["spin"]) / b["inverse_inertia"])
-        b["held"] = np.nan  # differs from any acceleration: wakes
+        b["held"] = np.nan  # differs from any acceleration: it wakes
         self.arrays.world["stale"] = 1
 
     def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
@@ -124,12 +137,7 @@ class World:
         """
         index = self._body(body)
         own = matrix_of(self._frames[body]).T @ checks.vector("at", at)
-        r = checks.positive("radius", radius)
-        b = self.arrays.bodies[index]
-        b["reach"] = max(b["reach"], np.linalg.norm(own))
-        b["size"] = r if b["size"] == 0.0 else min(b["size"], r)
-        b["oriented"] |= int(own.any())
-        return self._shape(kind=SPHERE, body=index, radius=r, at=own)
+        return self._shape(kind=SPHERE, body=index, radius=checks.positive("radius", radius), at=own)
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
@@ -144,8 +152,6 @@ class World:
             return self._shape(kind=PLANE, body=0, at=p, normal=n)
         index = self._body(body)
         to_own = matrix_of(self._frames[body]).T
-        self.arrays.bodies["reach"][index] = FAR
-        self.arrays.bodies["oriented"][index] = 1
         return self._shape(kind=PLANE, body=index, at=to_own @ p, normal=to_own @ n)
 
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
@@ -163,12 +169,12 @@ class World:
             if not numbers:
                 raise ValueError(f"{name}: is empty; name at least one shape")
             for number in numbers:
-                if not 0 <= checks.count(name, number, 0) < self.arrays.shapes.size:
-                    raise ValueError(f"{name} = {number}: there are shapes 0 to {self.arrays.shapes.size - 1}")
+                if checks.count(name, number, 0) >= len(self._memberships):
+                    raise ValueError(f"{name} = {number}: there are {len(self._memberships)} shapes, counted from 0")
                 self._memberships[number] += (2 * self._sets + side,)
         self._sets += 1
-        self.arrays = with_pair(self.arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
-        self.arrays = self.arrays._replace(groups=self._groups())
+        self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
+        self._regroup = True
 
     def step(self, n: int = 1) -> None:
         """Move the world by n steps of `timestep`.
@@ -180,7 +186,7 @@ class World:
         while left > 0:
             left -= step(self.arrays.bound().world, self.timestep, left)
             if left > 0:
-                self.arrays = with_more_room(self.arrays)
+                self._arrays = with_more_room(self.arrays)
         if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
 
@@ -244,7 +250,7 @@ class World:
         """
         if saved.bodies.size != self.arrays.bodies.size or saved.shapes.size != self.arrays.shapes.size:
             raise ValueError("saved: is of another world, or bodies or shapes have been added since")
-        self.arrays = Arrays(*(array.copy() for array in saved))
+        self._arrays = Arrays(*(array.copy() for array in saved))
 
     def _body(self, body: int) -> int:
         """Row of a body."""
@@ -253,24 +259,18 @@ class World:
         return body + 1
 
     def _shape(self, **fields: ArrayLike | int) -> int:
-        self.arrays = with_shape(self.arrays, **fields)
+        self._new_shapes.append(fields)
         self._memberships.append(())
-        if self._sets:
-            self.arrays = self.arrays._replace(groups=self._groups())
-        return self.arrays.shapes.size - 1
+        self._regroup = True
+        return len(self._memberships) - 1
 
     def _groups(self) -> Array:
         """Sort the shapes into groups that are in the same sets; the table of which pair each two groups make."""
         kinds = {kind: number for number, kind in enumerate(dict.fromkeys(self._memberships))}
-        self.arrays.shapes["group"] = [kinds[kind] for kind in self._memberships]
+        self._arrays.shapes["group"] = [kinds[kind] for kind in self._memberships]
         table = np.full((len(kinds), len(kinds)), -1)
         for first, i in kinds.items():
             for second, j in kinds.items():
-                both = [one // 2 for one in first if one ^ 1 in second]
-                table[i, j] = max(both, default=-1)
-        self.arrays.world["stale"] = 1
+                table[i, j] = max((one // 2 for one in first if one ^ 1 in second), default=-1)
+        self._arrays.world["stale"] = 1
         return table
-
-
-def _quaternion(value: ArrayLike) -> Array:
-    return quaternion("quaternion", value)
