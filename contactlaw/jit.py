@@ -118,13 +118,16 @@ def compile_now(function: Any, *kinds: Any) -> Any:
     return function.overloads[function.signatures[-1]].signature.return_type
 
 
+INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (what numba reads from the environment)
+
+
 class _Compiled(CFunc):
     """A C function that says when it is compiled rather than read from the cache."""
 
     def _compile_uncached(self) -> Any:
         if len(_say.doing) > 1:
             _say()
-        return super()._compile_uncached()
+        return super()._compile_uncached()  # type: ignore[misc]  (numba has no types)
 
 
 def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours: bool = True) -> int:

@@ -149,7 +149,7 @@ class ContactPair:
     @property
     def memory_size(self) -> int:
         """Numbers that the law remembers of a contact in an engine."""
-        return 2 * self.rule.with_nodes(None).memory  # type: ignore[operator]
+        return 2 * self.rule.with_nodes(None).memory
 
     def parameters(self, radius: float | None = None, nodes: int | None = None) -> NDArray[np.float64]:
         """The pair as the kernels read it: `laws.record.PAIR`, then the law's own numbers.

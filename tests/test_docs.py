@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 import warnings
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -47,16 +51,34 @@ def test_page_runs_and_prints_what_it_says(
         if f"import {engine}\n" in text or f"import {engine} as" in text:
             pytest.importorskip(engine)
     monkeypatch.chdir(ROOT)  # `python -m validation...` is found there
-    space: dict[str, object] = {"__name__": "page"}
+    module = ModuleType("page")
+    monkeypatch.setitem(sys.modules, "page", module)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", ContactWarning)
         for block in BLOCK.finditer(text):
             line = text.count("\n", 0, block.start()) + 1
-            exec(compile("\n" * line + block[1], str(page), "exec"), space)  # errors then name the page's own line
+            code = compile("\n" * line + block[1], str(page), "exec", dont_inherit=True)  # errors name the page's line
+            exec(code, module.__dict__)
             assert not differences(capsys.readouterr().out, block[2] or ""), f"{page.name}, block of line {line}"
     messages = [str(one.message) for one in said if issubclass(one.category, ContactWarning)]
     untold = [message for message in messages if message not in text]
     assert not untold, f"{page.name}: warns of what it does not show"
+
+
+@pytest.mark.heavy
+def test_a_law_of_ones_own_runs_from_a_file_of_its_own(tmp_path: Path) -> None:
+    """The page's law as a module that is no part of the package, its other blocks as a script that imports it."""
+    for engine in ("mujoco", "pybullet"):
+        pytest.importorskip(engine)
+    law, *rest = BLOCK.finditer((ROOT / "docs" / "own_law.md").read_text(encoding="utf-8"))
+    assert law[1].count("\n") <= 40
+    (tmp_path / "kelvin_voigt.py").write_text(law[1], encoding="utf-8")
+    script = "\n".join(["from kelvin_voigt import KelvinVoigt", *(block[1] for block in rest)])
+    (tmp_path / "use.py").write_text(script, encoding="utf-8")
+    run = subprocess.run([sys.executable, "use.py"], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)},
+                         capture_output=True, text=True, check=False)  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    assert not differences(run.stdout, "".join(block[2] or "" for block in rest))
 
 
 def test_every_code_block_is_one_that_is_run() -> None:

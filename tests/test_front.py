@@ -83,7 +83,6 @@ def example() -> dict[str, Rung]:
     return {
         "law, default": Rung("law", error, steady(2e-6), steps=steady(4.0)),
         "law, fine": Rung("law", 0.1 * error, steady(9e-6)),
-        "law, flat": Rung("law", 0.5 * error, steady(1e-6), only="on Sundays"),
         "spring, fast": Rung("spring", 100.0 * error, steady(2.1e-6)),
         "spring, slow": Rung("spring", 99.0 * error, steady(3e-6)),
         "wild": Rung("wild", np.array([0.0, 0.0]), steady(1e-9), problem="energy grown to 2"),
@@ -114,7 +113,6 @@ def test_comparisons_with_other_families():
 def test_rows_say_where_each_stands():
     standing = {row[0]: row[-1] for row in front.rows(weighed(example()), "law, default")}
     assert standing == {
-        "law, flat": "only on Sundays",
         "law, default": "largest and rms",
         "law, fine": "largest and rms",
         "spring, slow": "no setting of spring is, beaten by law, default",

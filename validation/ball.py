@@ -36,7 +36,6 @@ def mujoco_ball(
     timestep: float,
     contact: str,
     pair: ContactPair | None = None,
-    plane: ArrayLike | None = None,
     *,
     gravity: ArrayLike = (0.0, 0.0, 0.0),
     integrator: str = "Euler",
@@ -49,7 +48,6 @@ def mujoco_ball(
         timestep: [s].
         contact: "law", "law alone": the geoms touch nothing else, "native", or "none": contact is off altogether.
         pair: What the law is told; None: `steel_pair()`.
-        plane: Normal of the plane of motion for a planar contact.
         gravity: [m/s^2], shape (3,).
         integrator: One of `INTEGRATORS`.
         substeps: What the law is told.
@@ -72,9 +70,7 @@ def mujoco_ball(
         from contactlaw import mujoco_plugin
 
         others = contact == "law"
-        name = mujoco_plugin.add_contact(
-            spec, "ball", "floor", pair or steel_pair(), plane=plane, others=others, substeps=substeps
-        )
+        name = mujoco_plugin.add_contact(spec, "ball", "floor", pair or steel_pair(), others=others, substeps=substeps)
     elif contact == "none":
         floor.contype = floor.conaffinity = ball.contype = ball.conaffinity = 0
     elif solref is not None:
@@ -120,7 +116,6 @@ class BulletBall:
         timestep: [s].
         contact: "law", "native", or "none": contact is off altogether.
         pair: What the law is told; None: `steel_pair()`.
-        plane: Normal of the plane of motion for a planar contact.
         gravity: [m/s^2], shape (3,).
         substeps: What the law is told.
         left_alone: What the callback is told.
@@ -131,7 +126,6 @@ class BulletBall:
         timestep: float,
         contact: str,
         pair: ContactPair | None = None,
-        plane: ArrayLike | None = None,
         *,
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         substeps: int = SUBSTEPS,
@@ -156,9 +150,7 @@ class BulletBall:
             from contactlaw.pybullet_callback import ContactCallback
 
             self.callback = ContactCallback(self.client, left_alone=left_alone)
-            self.handle = self.callback.add_contact(
-                self.ball, self.floor, pair or steel_pair(), plane=plane, substeps=substeps
-            )
+            self.handle = self.callback.add_contact(self.ball, self.floor, pair or steel_pair(), substeps=substeps)
         elif contact == "none":
             p.setCollisionFilterPair(self.ball, self.floor, -1, -1, 0, self.client)
 

@@ -45,7 +45,6 @@ class Rung:
         seconds: An impact, shape (rounds,); entries of one round were taken side by side.
         problem: Why its figures do not count; "": they do.
         steps: Engine's steps of each impact, shape (rounds,); None: no engine.
-        only: Where alone it may be used; such a rung is on no front and beats nothing, but is shown. "": anywhere.
     """
 
     family: str
@@ -53,7 +52,6 @@ class Rung:
     seconds: Array
     problem: str = ""
     steps: Array | None = None
-    only: str = ""
 
 
 def non_dominated(errors: Mapping[str, float], seconds: Mapping[str, Array]) -> list[str]:
@@ -109,7 +107,7 @@ def weighed(rungs: Mapping[str, Rung]) -> Data:
         `front`, `front_rms`: names on the front of the largest and of the rms error; `dominated`: families that have
         no rung on either.
     """
-    sane = {name: rung for name, rung in rungs.items() if not rung.problem and not rung.only}
+    sane = {name: rung for name, rung in rungs.items() if not rung.problem}
     seconds = {name: rung.seconds for name, rung in sane.items()}
     errors = {
         kind: {name: measure(rung.error) for name, rung in sane.items()}
@@ -121,10 +119,8 @@ def weighed(rungs: Mapping[str, Rung]) -> Data:
         entry: Data = {"family": rung.family, "problem": rung.problem, "microseconds": spread(1e6 * rung.seconds)}
         if not rung.problem:
             own = largest(rung.error)
-            better = beaten_by(name, errors["largest"] | {name: own}, seconds | {name: rung.seconds})
+            better = beaten_by(name, errors["largest"], seconds)
             entry |= {"largest": own, "rms": rms(rung.error), "beaten": len(better), "beaten_by": better[:1]}
-        if rung.only:
-            entry["only"] = rung.only
         if rung.steps is not None:
             entry["steps"] = float(rung.steps.mean())
             entry["step_microseconds"] = spread(1e6 * rung.seconds / rung.steps)
@@ -148,13 +144,9 @@ def rms(error: Array) -> float:
 
 
 def of_families(data: Data, families: Iterable[str]) -> tuple[dict[str, float], dict[str, float]]:
-    """Largest errors and median times [us] of the rungs of some families that count anywhere, by name."""
+    """Largest errors and median times [us] of the rungs of some families that count, by name."""
     wanted = set(families)
-    chosen = {
-        name: one
-        for name, one in data["rungs"].items()
-        if one["family"] in wanted and not one["problem"] and "only" not in one
-    }
+    chosen = {name: one for name, one in data["rungs"].items() if one["family"] in wanted and not one["problem"]}
     errors = {name: one["largest"] for name, one in chosen.items()}
     return errors, {name: one["microseconds"]["median"] for name, one in chosen.items()}
 
@@ -162,8 +154,7 @@ def of_families(data: Data, families: Iterable[str]) -> tuple[dict[str, float], 
 def rows(data: Data, default: str) -> list[list[str]]:
     """Rows of a table: the front, the default, the closest of each dominated family, and what does not count.
 
-    Of the front, those that have at most `STRIDE` of the error of the row before; of what may be used somewhere only,
-    the fastest that is no worse than the default.
+    Of the front, those that have at most `STRIDE` of the error of the row before.
 
     Columns: rung, largest error, rms, time an impact [us], quartiles, time a step [us], on the front.
     """
@@ -172,12 +163,6 @@ def rows(data: Data, default: str) -> list[list[str]]:
     for family in data["dominated"]:
         errors, _ = of_families(data, [family])
         shown.add(min(errors, key=lambda one: errors[one]))
-    restricted = {name: one for name, one in found.items() if "only" in one and not one["problem"]}
-    for only in {one["only"] for one in restricted.values()}:
-        good = [
-            n for n, one in restricted.items() if one["only"] == only and one["largest"] <= found[default]["largest"]
-        ]
-        shown |= set(sorted(good, key=lambda one: found[one]["microseconds"]["median"])[:1])
     out = []
     for name in sorted(shown, key=lambda one: found[one]["microseconds"]["median"]):
         one = found[name]
@@ -204,8 +189,6 @@ def _stepping_stones(data: Data) -> list[str]:
 def _standing(data: Data, name: str) -> str:
     """Whether a rung is on the front, of which error, and if not what beats it."""
     one = data["rungs"][name]
-    if "only" in one:
-        return f"only {one['only']}"
     other = "".join(f", beaten by {other}" for other in one["beaten_by"])
     if one["family"] in data["dominated"]:
         return f"no setting of {one['family']} is{other}"
@@ -257,7 +240,7 @@ def plot(
     axes: Axes, data: Data, default: str, *, label: Callable[[str], str] | None = None, floor: float = 0.0,
     per_step: bool = False,
 ) -> None:  # fmt: skip
-    """Largest error over time: a mark for each rung, open where `only` is set; the front a line, the default a star.
+    """Largest error over time: a mark for each rung, the front a line, the default a star.
 
     Args:
         axes: To draw on; both become logarithmic.
@@ -274,11 +257,9 @@ def plot(
         return shown[name][key]["median"], max(shown[name]["largest"], floor)
 
     for family in dict.fromkeys(one["family"] for one in shown.values()):
-        for restricted in (False, True):
-            points = [point(n) for n, one in shown.items() if one["family"] == family and ("only" in one) == restricted]
-            if points:
-                look = LOOKS[family] | {"linestyle": "none", "fillstyle": "none" if restricted else "full"}
-                axes.loglog(*zip(*points, strict=True), **look, label=None if restricted else family)
+        points = [point(name) for name, one in shown.items() if one["family"] == family]
+        look = LOOKS[family] | {"linestyle": "none", "fillstyle": "full"}
+        axes.loglog(*zip(*points, strict=True), **look, label=family)
     if not per_step:
         line: list[tuple[float, float]] = []
         labelled = float("inf")

@@ -39,7 +39,6 @@ COUNTS = [12, 25, 50, 100, 200, 400]  # substeps a contact
 ANNULI = [5, 10, 20, 40]
 SINGLE = ("linear_spring", "mindlin", "mindlin_rescaled")
 GROWN = 3e-3  # of the energy: beyond, a way is not sane
-PLANE = [0.0, 1.0, 0.0]  # normal of the plane of planar motion
 PATIENCE = 0.06  # [s]: a ball that has not left by then is judged as it is
 DEFAULT = "microslip, default"
 CLOSER, FASTER = 30.0, 100.0
@@ -80,16 +79,12 @@ class Way:
         dt: Engine step [s].
         make: Gives the ball.
         patience: How long it may stay in contact [s].
-        planar: Whether the motion is to stay in `PLANE`.
-        only: Where alone it may be used; "": anywhere.
     """
 
     family: str
     dt: float
     make: Callable[[], Any]
     patience: float = 3.0 * DURATION
-    planar: bool = False
-    only: str = ""
 
     @property
     def phases(self) -> Array:
@@ -100,17 +95,11 @@ class Way:
 
 @dataclass(frozen=True)
 class Setting:
-    """What the law is told: a law, the step [s], substeps a contact, and whether the motion is planar."""
+    """What the law is told: a law, the step [s] and substeps a contact."""
 
     law: str | Law
     dt: float
     substeps: int = SUBSTEPS
-    planar: bool = False
-
-    @property
-    def only(self) -> str:
-        """Where alone it may be used; "": anywhere."""
-        return "where motion stays in a plane" if self.planar else ""
 
 
 def settings(own_step: float, quick: bool) -> dict[str, Setting]:
@@ -132,7 +121,6 @@ def settings(own_step: float, quick: bool) -> dict[str, Setting]:
     found |= {
         f"{name}, {counts[0]} substeps": Setting(name, own_step, counts[0]) for name in LAWS if name != "microslip"
     }
-    found |= {f"microslip, planar, {count} substeps": Setting("microslip", own_step, count, True) for count in counts}
     fine = f"T/{resolved[0]}"
     return found | {f"microslip, 64 nodes, {fine}": Setting(Microslip(node_count=64), steps[fine])}
 
@@ -170,8 +158,7 @@ def measured(
         errors[name] = np.array(found) - truth.psi_2
     seconds = interleaved(runs, repeats, prepare, lambda part: progress(0.5 + 0.5 * part))
     rungs = {
-        name: Rung(ways[name].family, one.errors, seconds[name], one.problem, one.counts_of(repeats),
-                   ways[name].only)
+        name: Rung(ways[name].family, one.errors, seconds[name], one.problem, one.counts_of(repeats))
         for name, one in bounces.items()
     }  # fmt: skip
     rungs |= {name: Rung("annuli", error, seconds[name]) for name, error in errors.items()}
@@ -216,8 +203,7 @@ class _Bounces:
     def place(self, number: int) -> Array:
         """Start an impact; returns the direction of sliding."""
         i, j = self.launches[number]
-        turned = 0.0 if self.way.planar else 2.4 * j
-        velocity, spin, along = launch(self.psi_1[i] * FRICTION / KAPPA * SPEED, turned, spinning=j % 2 == 1)
+        velocity, spin, along = launch(self.psi_1[i] * FRICTION / KAPPA * SPEED, 2.4 * j, spinning=j % 2 == 1)
         self.ball.start(float(self.way.phases[j]) * self.way.dt * SPEED, velocity, spin)
         return along
 
@@ -313,4 +299,4 @@ def _label(name: str) -> str:
     words = name.replace(",", "").split()
     if words[0] != "microslip" or words[-1] != "substeps":
         return ""
-    return f"{words[1] if words[2] == 'nodes' else words[1] + ' 16'}/{words[-2]}"
+    return f"{words[1]}/{words[-2]}"

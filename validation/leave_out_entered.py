@@ -1,4 +1,4 @@
-"""Which functions of the kernels a scene enters, and what its contacts remember: seen with the compiler off.
+"""Which functions of the kernels and the laws a scene enters: seen with the compiler off.
 
     NUMBA_DISABLE_JIT=1 python -m validation.leave_out_entered SCENE ...
 
@@ -21,19 +21,19 @@ from types import FrameType
 from typing import Any
 from unittest.mock import patch
 
-from contactlaw.kernels import contact
-from contactlaw.laws import LAWS
+from contactlaw.laws import hertz
+from contactlaw.laws.base import KNOWN
 from sims.scene import Settings
 from sims.superball import MASS, RADIUS, pair_of
 from sims.worlds import World, new_world
 from validation.leave_out_scenes import subjects
 
-KERNELS = str(Path(contact.__file__).parent)
+PACKAGE = Path(hertz.__file__).parents[1]
+FOLDERS = {str(PACKAGE / name) for name in ("kernels", "laws")}
 FAR = "far"
 Entered = dict[str, Any]
-"""calls: how often each function of the kernels was entered, by `module.name`; damper: how often the damper was
-evaluated; steps: those of contacts, by law; histories: numbers that a contact has room for beside the header, by law
-the most (contacts that share a callback have the room of the widest).
+"""calls: how often each function was entered, by `module.name`; laws: how often the force of each law was, by its name;
+damper: how often the damper was evaluated.
 """
 
 
@@ -52,33 +52,25 @@ def entered(run: Callable[[], object]) -> Entered:
     Raises:
         RuntimeError: The kernels are compiled.
     """
-    if not inspect.isfunction(contact.step):
+    if not inspect.isfunction(hertz.normal_force):
         raise RuntimeError("NUMBA_DISABLE_JIT must be 1: nothing is seen of compiled kernels")
-    calls, steps = Counter[str](), Counter[str]()
-    lines, first = inspect.getsourcelines(contact.normal_force)
-    damped = {first + number for number, line in enumerate(lines) if "damping *" in line}
-    damper, names = [0], {law.code: name for name, law in LAWS.items()}
-    histories: dict[str, int] = {}
+    calls, damper = Counter[str](), [0]
 
-    def line_of(frame: FrameType, event: str, _: Any) -> Any:
-        damper[0] += event == "line" and frame.f_lineno in damped
-        return line_of
+    def leave(frame: FrameType, event: str, _: Any) -> Any:
+        damper[0] += event == "return" and "damping" in frame.f_locals
+        return leave
 
-    def call_of(frame: FrameType, _: str, __: Any) -> Any:
-        code = frame.f_code
-        if not code.co_filename.startswith(KERNELS) or code.co_name == "<module>":
+    def enter(frame: FrameType, _: str, __: Any) -> Any:
+        path = Path(frame.f_code.co_filename)
+        if str(path.parent) not in FOLDERS:
             return None
-        calls[f"{Path(code.co_filename).stem}.{code.co_name}"] += 1
-        if code is contact.step.__code__:
-            law = names[int(frame.f_locals["p"][contact.LAW])]
-            steps[law] += 1
-            histories[law] = max(histories.get(law, 0), frame.f_locals["h_io"].size - contact.HEADER)
-        return line_of if code is contact.normal_force.__code__ else None
+        calls[f"{path.stem}.{frame.f_code.co_name}"] += 1
+        return leave if frame.f_code is hertz.normal_force.__code__ else None
 
     step = World._step
 
     def traced(world: World, count: int) -> None:
-        sys.settrace(call_of)
+        sys.settrace(enter)
         try:
             step(world, count)
         finally:
@@ -86,7 +78,9 @@ def entered(run: Callable[[], object]) -> Entered:
 
     with patch.object(World, "_step", traced):
         run()
-    return {"calls": dict(calls), "damper": damper[0], "steps": dict(steps), "histories": histories}
+    files = {name: Path(inspect.getfile(law)).stem for name, law in KNOWN.items()}
+    laws = {name: calls[f"{file}.force"] for name, file in files.items() if calls[f"{file}.force"]}
+    return {"calls": dict(calls), "laws": laws, "damper": damper[0]}
 
 
 def far() -> None:

@@ -1,74 +1,83 @@
-"""What a call of the kernels costs with and without a term of the law, and what its branches cost."""
+"""What whole impacts and substeps of one contact cost by law.
+
+A substep is `laws.step.advance`. Its impact goes from overlap 0 over D to 0 as a half sine, while the slide swings
+back; it starts stuck (psi_1 = 1/2), so that every node of the microslip law is at work in every step.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from hashlib import sha256
+from math import pi
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
-from contactlaw.laws.microslip import Microslip
-from validation.case import Data
-from validation.leave_out_branches import ALONE, BRANCHING, IMPACTS, STEPS, TIMED, kernels_of
-from validation.leave_out_scenes import BARELY
-from validation.measure import interleaved, spread
+from contactlaw import LAWS, MATERIALS, ContactPair, rebound
+from contactlaw.jit import jit_for
+from contactlaw.kernels.workspace import bare
+from contactlaw.laws.microslip import NODES
+from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
+from contactlaw.laws.step import advance
+from validation.measure import Spread, interleaved, spread
 
-FRICTION = 0.115
+Array = NDArray[np.float64]
+
+FRICTION, RADIUS = 0.115, 0.0254  # [m]
 CHI, RESTITUTION = 1.256, 0.93  # the paper's chi, its steel
 THROWS = np.linspace(0.05, 4.0 * CHI - 1.05, 200)
 """psi_1 of impacts that all stick at some time: those that slide throughout cost nothing."""
-PATH = 200  # points of a loop of force
-NODES = Microslip(16)  # as in the engines; left open, a path along a line takes all springs at once
+DEEPEST, SPEED = 1e-5, 0.1  # overlap [m] and speed of approach [m/s]
+STEPS = 100  # of an impact; its last one ends apart and is left out
+IMPACTS = 20  # in a call that is timed
+
+jit = jit_for(sha256(Path(__file__).read_bytes()).hexdigest())
 
 
-def kernel_times(repeats: int) -> Data:
-    """Times of calls, and ratios of those that differ by one term.
-
-    Returns:
-        microseconds: spread by the name of the call, for an impact or a path; ratios: spread by what was left out.
-    """
-    calls: dict[str, Callable[[], object]] = {
-        f"impact, {law}": (lambda law=law: rebound(THROWS, CHI, law)) for law in LAWS
-    }
-    calls["impact, microslip, e = 0.93"] = lambda: rebound(THROWS, CHI, "microslip", RESTITUTION)
-    calls["impact, microslip, e = 1"] = lambda: rebound(THROWS, CHI, "microslip", 1.0)
-    turn = np.linspace(0.0, 2.0 * np.pi, PATH)
-    approach = 1e-5 * (1.0 + 0.5 * np.sin(turn))
-    line = 1e-6 * np.sin(3.0 * turn)
-    plane = np.column_stack([line, np.zeros(PATH)])
-    for law in ("microslip", "mindlin", "coulomb"):
-        rule = NODES if law == "microslip" else law
-        pair = ContactPair(MATERIALS["steel"], MATERIALS["steel"], FRICTION, radius=0.0254, law=rule)
-        calls[f"path, {law}, planar"] = lambda pair=pair: force_along_path(pair, approach, line)
-        calls[f"path, {law}, in space"] = lambda pair=pair: force_along_path(pair, approach, plane)
-    sticky = ContactPair(
-        MATERIALS["steel"], MATERIALS["steel"], FRICTION, radius=0.0254, law=NODES, static_friction=BARELY * FRICTION
-    )
-    calls["path, microslip, planar, static friction"] = lambda: force_along_path(sticky, approach, line)
-    for law, told in TIMED.items():
-        calls |= {f"substep, {law}, {kind}": call for kind, call in kernels_of(*told).items()}
-    seconds = interleaved(calls, repeats)
-    many = {"impact": THROWS.size, "path": 1, "substep": STEPS * IMPACTS}
-    parts = {name: many[name.split(",")[0]] for name in calls}
-    less = {
-        "planar over in space": ("path, microslip, planar", "path, microslip, in space"),
-        "mindlin over microslip": ("path, mindlin, planar", "path, microslip, planar"),
-        "coulomb over mindlin": ("path, coulomb, planar", "path, mindlin, planar"),
-        "one friction over static friction too": (
-            "path, microslip, planar", "path, microslip, planar, static friction",
-        ),
-        "an impact, mindlin over microslip": ("impact, mindlin", "impact, microslip"),
-        "an impact, coulomb over mindlin": ("impact, coulomb", "impact, mindlin"),
-        "an impact, e = 1 over e = 0.93": ("impact, microslip, e = 1", "impact, microslip, e = 0.93"),
-        "a substep, e = 1 over e = 0.93": (
-            f"substep, microslip, e = 1, {BRANCHING}", f"substep, microslip, e = 0.93, {BRANCHING}",
-        ),
-    } | {
-        f"a substep, {law}: {BRANCHING} over {ALONE}": (
-            f"substep, {law}, {BRANCHING}", f"substep, {law}, {ALONE}",
-        ) for law in TIMED
-    }  # fmt: skip
+def kernel_times(repeats: int) -> dict[str, Spread]:
+    """Time [ns] of an impact or a substep, by law."""
+    calls: dict[str, Callable[[], object]] = {}
+    for law, restitution in [*((law, 1.0) for law in LAWS), ("microslip", RESTITUTION)]:
+        nodes = f", {NODES} nodes" if law == "microslip" else ""
+        damped = f", e = {restitution}" if restitution < 1.0 else ""
+        calls[f"impact, {law}{damped}"] = partial(rebound, THROWS, CHI, law, restitution)
+        calls[f"substep, {law}{nodes}{damped}"] = impacts_of(law, restitution)
+    parts = {"impact": THROWS.size, "substep": (STEPS - 1) * IMPACTS}
     return {
-        "microseconds": {name: spread(1e6 * taken / parts[name]) for name, taken in seconds.items()},
-        "ratios": {name: spread(seconds[one] / seconds[two]) for name, (one, two) in less.items()},
+        name: spread(1e9 * taken / parts[name.split(",")[0]])
+        for name, taken in sorted(interleaved(calls, repeats).items())
     }
+
+
+def impacts_of(law: str, restitution: float = 1.0, impacts: int = IMPACTS) -> Callable[[], Array]:
+    """A call that returns normal and tangential force of an impact [N], shape (STEPS - 1, 2)."""
+    pair = ContactPair(MATERIALS["steel"], MATERIALS["steel"], FRICTION, restitution, radius=RADIUS, law=law)
+    p, (header, memory) = pair.parameters(), pair.rule.with_nodes(None).new_contact()
+    dt, turn = pi * DEEPEST / SPEED / STEPS, np.linspace(0.0, pi, STEPS + 1)
+    overlap = DEEPEST * np.sin(turn[:-1])
+    slide = 0.5 * FRICTION / pair.kappa * SPEED * np.cos(2.0 * turn[:-2]) * dt
+    mass = 4.0 / 3.0 * pair.effective_modulus * RADIUS**0.5 * DEEPEST**2.5 / (1.25 * SPEED**2)
+    forces = np.zeros((STEPS - 1, 2))
+
+    def call() -> Array:
+        _impacts(p, header, memory, overlap, slide, dt, mass, impacts, forces)
+        return forces
+
+    return call
+
+
+@jit
+def _impacts(p, header, memory, overlap, slide, dt, mass, impacts, force_out):
+    p, header, memory = bare(p), bare(header), bare(memory)  # as the engines lend them: without a count of references
+    pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
+    for _ in range(impacts):
+        header[:] = 0.0
+        memory[:] = 0.0
+        contact.mass, contact.tangential_mass = mass, mass
+        for i in range(slide.size):
+            contact.before, contact.overlap = overlap[i], overlap[i + 1]
+            contact.closing = (overlap[i + 1] - overlap[i]) / dt
+            advance(contact, pair, law, memory, 0.0, slide[i], 0.0, dt)
+            force_out[i, 0], force_out[i, 1] = contact.force, contact.f

@@ -20,9 +20,7 @@ from validation.measure import interleaved, spread
 INGREDIENTS: dict[str, dict[str, Any]] = {
     "tangential history": {"law": "coulomb"},
     "microslip nodes": {"law": "mindlin"},
-    "motion in space": {"planar": True},
     "damping": {"elastic": True},
-    "static friction": {"static": False},
     "gravity": {"gravity": False},
     "half the substeps": {"substeps": 50},
     "ledger": {"ledger": False},

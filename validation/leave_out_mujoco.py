@@ -14,10 +14,10 @@ from validation.leave_out_scenes import Trims
 class TrimmedWorld(Trims, EngineWorld):
     """MuJoCo's world, with what the build says."""
 
-    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         build = self.build
         mujoco_plugin.add_contact(
-            self.spec, ones, twos, pair, plane=plane, others=build.others, substeps=build.substeps, ledger=build.ledger
+            self.spec, ones, twos, pair, others=build.others, substeps=build.substeps, ledger=build.ledger
         )
 
 

@@ -26,14 +26,14 @@ class TrimmedWorld(Trims, pybullet_world.EngineWorld):
             p.setCollisionFilterGroupMask(made, -1, group, mask, physicsClientId=self.client)
         return made
 
-    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair, plane: Any) -> None:
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         build = self.build
         if self._law is None:
             self._law = ContactCallback(
                 self.client, fixed_bodies_move=build.fixed_bodies_move, left_alone=build.left_alone
             )
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
-        self._law.add_contact(first, second, pair, plane=plane, substeps=build.substeps, ledger=build.ledger)
+        self._law.add_contact(first, second, pair, substeps=build.substeps, ledger=build.ledger)
         self._by_law |= {*ones, *twos}
 
 

@@ -26,11 +26,9 @@ from validation import ball
 
 Array = NDArray[np.float64]
 
-UP, ACROSS, NO_PULL = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.0)
+UP, NO_PULL = (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 ALMOST = 1.0 - 1e-6
 """Restitution with which a contact that is meant to be elastic has its damper in."""
-BARELY = 1.0 + 1e-9
-"""Static friction over the kinetic one where there is to be some, with its flags, that does not count."""
 RESOLVED = 200
 """Engine steps in a contact where the engine's step, instead of the law's own, has to resolve it."""
 RESTING = 0.4  # how long a ball rests [s]
@@ -43,9 +41,7 @@ class Build:
 
     Attributes:
         law: Name in `contactlaw.LAWS`, or the names of the pairs' own where these are several, as `World.law` has them.
-        planar: Whether the normal of the plane of motion is told, so that tractions have one component.
         elastic: Whether there is no damper: restitution 1.
-        static: Whether there is static friction.
         gravity: Whether there is any.
         ledger: Whether account is kept.
         substeps: Least number of the law's steps in a contact.
@@ -57,9 +53,7 @@ class Build:
     """
 
     law: str = "microslip"
-    planar: bool = False
     elastic: bool = False
-    static: bool = True
     gravity: bool = True
     ledger: bool = True
     substeps: int = 100
@@ -79,7 +73,6 @@ class Subject:
     Attributes:
         scene: Which.
         results: From a recording what the scene is about: psi_2, or velocities and accelerations over a typical one.
-        normal: Of the plane of motion.
         pull: Gravity [m/s^2], shape (3,), that it could have though the scene as shipped has none.
         weightless: Why it cannot have gravity; "": it can.
         row: Whether its bodies are in a row: the couples that never meet can be told of, too.
@@ -88,7 +81,6 @@ class Subject:
 
     scene: Scene
     results: Callable[[Recording], list[float]]
-    normal: tuple[float, float, float] = ACROSS
     pull: tuple[float, float, float] = NO_PULL
     weightless: str = ""
     row: bool = False
@@ -121,40 +113,33 @@ class Trims(World):
         self.subject, self.build, self.hold = subject, build, hold
         self.steps = 0
         self.contact_time = np.inf
-        self.asked = Build("", gravity=bool(asked.any()), planar=True, elastic=True, static=False)
+        self.asked = Build("", gravity=bool(asked.any()), elastic=True)
         """What the scene itself asks for; the rest is for the world to say."""
         self._couples: set[frozenset[str]] = set()
         self._all_told = False
 
-    def contact(
-        self, ones: str | list[str], twos: str | list[str], pair: ContactPair, *,
-        plane: ArrayLike | None = None, speed: float = 1.0,
-    ) -> None:  # fmt: skip
-        """As `World.contact`, with restitution, static friction and plane of the build."""
-        self._listen(ones, twos, pair, plane)
+    def contact(self, ones: str | list[str], twos: str | list[str], pair: ContactPair, *, speed: float = 1.0) -> None:
+        """As `World.contact`, with the restitution and the couples of the build."""
+        self._listen(ones, twos, pair)
         self.contact_time = min(self.contact_time, self._contact_time(ones, twos, pair, speed))
-        e = 1.0 if self.build.elastic else min(pair.restitution, ALMOST)
-        normal = self.subject.normal if self.build.planar else None
-        static = (pair.static_friction or BARELY * pair.friction) if self.build.static else None
-        told = replace(pair, restitution=e, static_friction=static)
+        told = replace(pair, restitution=1.0 if self.build.elastic else min(pair.restitution, ALMOST))
         if not self.subject.row or self.build.couples == "neighbours":
-            super().contact(ones, twos, told, plane=normal, speed=speed)
+            super().contact(ones, twos, told, speed=speed)
         elif not self._all_told:
             self._all_told = True
             row = [body.name for body in self.bodies]
             couples = combinations(row, 2) if self.build.couples == "all, a call each" else [(row, row)]
             for one, two in couples:
-                super().contact(one, two, told, plane=normal, speed=speed)
+                super().contact(one, two, told, speed=speed)
 
-    def _listen(self, ones: str | list[str], twos: str | list[str], pair: ContactPair, plane: ArrayLike | None) -> None:
+    def _listen(self, ones: str | list[str], twos: str | list[str], pair: ContactPair) -> None:
         """Add to what the scene asks for."""
         asked, (first, second) = self.asked, ([one] if isinstance(one, str) else one for one in (ones, twos))
         self._couples |= {frozenset((one, two)) for one in first for two in second if one != two}
         count = len(self.bodies)
         self.asked = replace(
             asked, law=" and ".join(dict.fromkeys([*filter(None, asked.law.split(" and ")), law_of(pair.law).name])),
-            planar=asked.planar and plane is not None, elastic=asked.elastic and pair.restitution == 1.0,
-            static=asked.static or (pair.static_friction or 0.0) > pair.friction,
+            elastic=asked.elastic and pair.restitution == 1.0,
             couples="neighbours" if self.subject.row and len(self._couples) < count * (count - 1) / 2 else "all",
         )  # fmt: skip
 
@@ -219,8 +204,8 @@ def subjects() -> dict[str, Subject]:
     no_table = "would fall along the block's face: has gravity only with the air table"
     no_tee = "would fall before it is struck: stands on a tee, which is not there"
     return {
-        "puck": Subject(scenes["puck"], _puck, UP, weightless=no_table),
-        "rubber experiment": Subject(scenes["rubber_experiment"], _rubber, UP, weightless=no_table),
+        "puck": Subject(scenes["puck"], _puck, weightless=no_table),
+        "rubber experiment": Subject(scenes["rubber_experiment"], _rubber, weightless=no_table),
         "superball": Subject(scenes["superball"], _superball),
         "under a table": Subject(scenes["under_table"], _under_table),
         "table tennis": Subject(scenes["table_tennis"], _table_tennis),

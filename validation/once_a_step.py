@@ -41,7 +41,7 @@ class OnceAStep:
         self.points = np.array([point for point, _ in trial.planes], dtype=float)
         self.normals = np.array([normal for _, normal in trial.planes], dtype=float)
         self.parameters = pair.parameters()
-        self.histories = np.array([pair.history() for _ in self.couples])
+        self.histories = np.zeros((len(self.couples), contact.HEADER + pair.memory_size))
         self.overlaps = np.full(len(self.couples), -inf)
         self.inverse = np.column_stack([1.0 / trial.masses, 1.0 / trial.inertias])
         self.gravity, self.step = trial.gravity, trial.step
@@ -94,7 +94,7 @@ def _push(
         if before == -np.inf:  # the first step of the trial
             before = overlap
         overlaps[number] = overlap
-        frame.turn_frame(p, h, normal, twist, row)
+        frame.turn_frame(h, normal, twist, row)
         first, second = row[FRAME + 3 : FRAME + 6], row[FRAME + 6 : FRAME + 9]
         force, f, g = contact.step(
             p, h, overlap, before, closing, free, dt * np.sum(velocity * first), dt * np.sum(velocity * second), dt,

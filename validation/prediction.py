@@ -45,7 +45,7 @@ def rebounds(
         psi_2 = (kappa/mu) V_x2/V_z1 by name of the law, shape (n,) each, best law first.
     """
     psi = np.atleast_1d(np.asarray(psi_1, dtype=float))
-    found = {name: np.atleast_1d(rebound(psi, chi, name, restitution)) for name in reversed(LAWS)}
+    found = {name: np.atleast_1d(rebound(psi, chi, name, restitution)) for name in [*LAWS][::-1]}
     if with_reference:
         found[REFERENCE] = reference(psi, chi, restitution)
     return found

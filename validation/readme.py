@@ -67,6 +67,8 @@ ROWS = (
         "any_step_cost", "^PyBullet, bouncing, left alone"),
     Row("A PyBullet step with a bouncing ball as time, callback and engine together",
         "any_step_cost", data=("microseconds", "PyBullet, bouncing, e = 1", "median"), unit="us"),
+    Row("A substep of one contact with 16 nodes, the law alone",
+        "leave_out", data=("kernels", "substep, microslip, 16 nodes", "median"), unit="ns"),
     Row("A million impacts by `rebound` on two cores at most, error within 0.007",
         "front_law", "^a million impacts, error .*, default"),
 )  # fmt: skip

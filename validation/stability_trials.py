@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import ContactPair, Material
-from contactlaw.kernels.contact import LINEAR_STIFFNESS
 from contactlaw.laws import Law
+from contactlaw.laws.hertz import LINEAR_STIFFNESS
 
 Array = NDArray[np.float64]
 

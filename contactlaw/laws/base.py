@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.jit import address_of
+from contactlaw.jit import INTERPRETED, address_of
 from contactlaw.laws import record
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Law:
     name: ClassVar[str]
     source: ClassVar[str]
     rung: ClassVar[float] = inf
-    memory: ClassVar[int | property] = 1
+    memory: ClassVar[Any] = 1
     linear: ClassVar[bool] = False
     force: ClassVar[Callable[..., tuple[float, float]]]
     stiffness: ClassVar[Callable[..., float]] = staticmethod(stuck_stiffness)
@@ -80,7 +80,7 @@ class Law:
         """The law with the number of its vectors settled: as many as suggested where it leaves that open."""
         return self
 
-    def numbers(self) -> Array:
+    def numbers(self) -> NDArray[Any]:
         """Its record, as `force` reads it: a structured array of one."""
         kind = np.dtype([("vectors", "f8"), *((field.name, "f8") for field in fields(self))], align=True)
         values = np.zeros(1, kind)
@@ -96,7 +96,7 @@ class Law:
 
     def new_contact(self) -> tuple[Array, Array]:
         """Room for a contact (`record.CONTACT`) and for what the law remembers of it, both empty."""
-        return np.zeros(record.CONTACT_SIZE), np.zeros(2 * self.memory)  # type: ignore[operator]
+        return np.zeros(record.CONTACT_SIZE), np.zeros(2 * self.memory)
 
     def addresses(self) -> tuple[float, float, float]:
         """Where its compiled force, stiffness and energy stand."""
@@ -120,7 +120,7 @@ KNOWN: dict[str, type[Law]] = {}
 def _addresses(kind: type[Law], numbers: np.dtype) -> tuple[float, float, float]:
     """Compile a law's functions for its record."""
     functions = [getattr(function, "py_func", function) for function in (kind.force, kind.stiffness, kind.energy)]
-    if numba.config.DISABLE_JIT:
+    if INTERPRETED:
         record.FUNCTIONS |= {len(record.FUNCTIONS) + i: (function, numbers) for i, function in enumerate(functions)}
         first = float(len(record.FUNCTIONS) - len(functions))
         return first, first + 1.0, first + 2.0

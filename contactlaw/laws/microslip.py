@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
-from contactlaw.laws.base import Array, Impacts, Law
+from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
@@ -55,7 +56,7 @@ class Microslip(Law):
         """As many as it says, else as suggested."""
         return replace(self, node_count=self.node_count or suggested or NODES)
 
-    def numbers(self) -> Array:
+    def numbers(self) -> NDArray[Any]:
         """The nodes' places on [0, 1], their squares, and their weights."""
         n = self.memory
         values = np.zeros(1, np.dtype([("x", "f8", (n,)), ("x2", "f8", (n,)), ("w", "f8", (n,))], align=True))

@@ -131,19 +131,21 @@ def _caller(result: Any, *last: Any) -> Any:
 _FLOAT, _BOTH = types.float64, types.UniTuple(types.float64, 2)
 
 
-@intrinsic
-def _call_force(typing_context, address, contact, law, memory, du, dv, dt):
+def _force_typing(typing_context, address, contact, law, memory, du, dv, dt):
     return _caller(_BOTH, MEMORY_TYPE, _FLOAT, _FLOAT, _FLOAT)(typing_context, address, contact, law)
 
 
-@intrinsic
-def _call_stiffness(typing_context, address, contact, law):
+def _stiffness_typing(typing_context, address, contact, law):
     return _caller(_FLOAT)(typing_context, address, contact, law)
 
 
-@intrinsic
-def _call_energy(typing_context, address, contact, law, memory):
+def _energy_typing(typing_context, address, contact, law, memory):
     return _caller(_FLOAT, MEMORY_TYPE)(typing_context, address, contact, law)
+
+
+_call_force: Any = intrinsic(_force_typing)
+_call_stiffness: Any = intrinsic(_stiffness_typing)
+_call_energy: Any = intrinsic(_energy_typing)
 
 
 @overload(contact_of)

@@ -22,6 +22,7 @@ def touch(contact, pair):
     """What the rest of the contact needs from its first instant; overlap, closing speed and masses are in place."""
     know(contact, pair)
     deepest = greatest_overlap(hertz_stiffness(pair), contact.mass, max(contact.before, 0.0), contact.closing)
+    deepest = max(deepest, contact.overlap)  # a step that is too long, or a contact that did not come by its speed
     contact.stiffness = stiffness_foreseen(pair, deepest)
     contact.reach = MARGIN * deepest
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pybullet as p
-from numba import config, typeof, types
+from numba import typeof, types
 from numpy.typing import NDArray
 
-from contactlaw.jit import compile_now, compiling
+from contactlaw.jit import INTERPRETED, compile_now, compiling
 from contactlaw.kernels.meeting import SAFETY, meet
 from contactlaw.kernels.rows import FRAME
 from contactlaw.kernels.scene import (
@@ -42,7 +42,7 @@ ON_A, ON_B, DIRECTION, DISTANCE = 5, 6, 7, 8  # in a point of getClosestPoints
 
 def prepare(tables: Tables) -> None:
     """Compile what a step of such contacts needs."""
-    if config.DISABLE_JIT:
+    if INTERPRETED:
         return
     t, number = tables, types.float64
     memory, seen, work = (typeof(value) for value in (t.memory, views(t.memory), workspace(t.memory)))

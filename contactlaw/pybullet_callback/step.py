@@ -10,9 +10,9 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 import numpy as np
-from numba import config, types
+from numba import types
 
-from contactlaw.jit import compile_now, compiling, jit
+from contactlaw.jit import INTERPRETED, compile_now, compiling, jit
 from contactlaw.kernels.contact import PHASE
 from contactlaw.kernels.coupling import add_cross, couple
 from contactlaw.kernels.cutting import needs_cutting
@@ -117,7 +117,7 @@ def advance(lent):
 
 def prepare() -> None:
     """Compile what a step needs."""
-    if not config.DISABLE_JIT:
+    if not INTERPRETED:
         with compiling("the PyBullet callback", COMPILE_TIME):
             compile_now(advance, types.float64[::1])
 

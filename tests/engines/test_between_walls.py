@@ -11,7 +11,8 @@ if numba.config.DISABLE_JIT:
     pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
 from contactlaw import MATERIALS, ContactPair  # noqa: E402
-from contactlaw.kernels.contact import hertz_stiffness  # noqa: E402
+from contactlaw.laws.hertz import hertz_stiffness  # noqa: E402
+from contactlaw.laws.record import pair_of as numbers_of  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model, owed_velocity  # noqa: E402
 
 RADIUS, DENSITY = 0.025, 7833.0
@@ -118,7 +119,7 @@ def test_what_a_compressed_contact_throws_off_meets_what_is_in_its_way(overlap):
         [("ball", ["floor", "ceiling"], pair)],
     )
     data = mujoco.MjData(model)
-    stiffness = hertz_stiffness(pair.parameters(RADIUS))
+    stiffness = hertz_stiffness(numbers_of(pair.parameters(RADIUS)))
     speed = np.sqrt(0.8 * stiffness * overlap**2.5 / model.body_mass[2])
     assert speed * dt > gap
     name, speeds = instances_of(model)[0], []

@@ -24,7 +24,7 @@ def static_overlap(pair, weight=MASS * GRAVITY):
 
 def error(pair, psi_1, step, phase, heading=0.4, integrator="EULER", floor="plane"):
     """psi_2 in the engine less the law's own, and the error of the restitution."""
-    spec, _ = ball_on_floor(pair, step, None, floor)
+    spec, _ = ball_on_floor(pair, step, floor)
     spec.option.integrator = INTEGRATORS[integrator]
     model = spec.compile()
     data = mujoco.MjData(model)

@@ -107,7 +107,6 @@ def test_edges_and_sides_need_a_radius(client: int, kind: str) -> None:
         ({"link_b": -2}, "link_b = -2"),
         ({"body_a": 0}, "the same as a"),
         ({"pair": "steel"}, "pair = 'steel'"),
-        ({"plane": (1.0, 1.0, 0.0)}, "plane = "),
         ({"substeps": 9}, "substeps = 9"),
         ({"substeps": 20.5}, "substeps = 20.5"),
         ({"ledger": 1}, "ledger = 1"),

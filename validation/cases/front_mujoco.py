@@ -13,7 +13,7 @@ import numpy as np
 from validation import front_engine
 from validation.ball import RADIUS, RESTITUTION, linear_spring, mujoco_ball, steel_pair, true_velocity
 from validation.case import Case, Data, Outcome, Progress, Table, register
-from validation.front_engine import DURATION, PATIENCE, PLANE, Way
+from validation.front_engine import DURATION, PATIENCE, Way
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ class FrontMujoco(Case):
     caption = (
         f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of the engine's steps "
         "from before the touch until the ball has left, and over that of one step. Line: the front. Numbers: "
-        "nodes/substeps of microslip at 2 ms. Open marks: for planar motion only. Native: its own contact, soft, and "
+        "nodes/substeps of microslip at 2 ms. Native: its own contact, soft, and "
         "as stiff as the law's."
     )
     needs = ("mujoco",)
@@ -50,13 +50,10 @@ class FrontMujoco(Case):
             name: Way(
                 name.split(",")[0],
                 one.dt,
-                partial(MujocoBall, one.dt, "law alone", one.law, substeps=one.substeps,
-                        plane=PLANE if one.planar else None),
-                planar=one.planar,
-                only=one.only,
+                partial(MujocoBall, one.dt, "law alone", one.law, substeps=one.substeps),
             )
             for name, one in front_engine.settings(OWN_STEP, quick).items()
-        }  # fmt: skip
+        }
         for number in RESOLVED[::3] if quick else RESOLVED:
             dt = DURATION / number
             ways[f"native, as stiff, T/{number}"] = Way("native", dt, partial(_native, dt, _bouncing(DURATION)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from validation import front_engine
 from validation.ball import RESTITUTION, BulletBall, steel_pair
 from validation.case import Case, Data, Outcome, Progress, Table, register
-from validation.front_engine import DURATION, PATIENCE, PLANE, Way
+from validation.front_engine import DURATION, PATIENCE, Way
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +32,7 @@ class FrontPybullet(Case):
     caption = (
         f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of callback and engine, "
         "from before the touch until the ball has left, and over that of one step. Line: the front. Numbers: "
-        "nodes/substeps of microslip at 1/240 s. Open marks: for planar motion only. Native: PyBullet's own contact, "
+        "nodes/substeps of microslip at 1/240 s. Native: PyBullet's own contact, "
         "with the same friction and restitution."
     )
     needs = ("pybullet",)
@@ -43,13 +43,10 @@ class FrontPybullet(Case):
             name: Way(
                 name.split(",")[0],
                 one.dt,
-                partial(BulletBall, one.dt, "law", steel_pair(one.law), PLANE if one.planar else None,
-                        substeps=one.substeps),
-                planar=one.planar,
-                only=one.only,
+                partial(BulletBall, one.dt, "law", steel_pair(one.law), substeps=one.substeps),
             )
             for name, one in front_engine.settings(OWN_STEP, quick).items()
-        }  # fmt: skip
+        }
         for dt in NATIVE_STEPS[:1] if quick else NATIVE_STEPS:
             name = f"native, {front_engine.in_words(dt)}"
             ways[name] = Way("native", dt, partial(_native, dt), PATIENCE)

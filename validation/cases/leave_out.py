@@ -8,7 +8,6 @@ import numpy as np
 
 from sims.panel import ENGINE_NAMES
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.leave_out_branches import ALONE, BRANCHING
 from validation.picture import SETTINGS
 
 if TYPE_CHECKING:
@@ -19,7 +18,6 @@ TRACED = "pybullet"  # which runs without the compiler, too
 QUICK = {"mujoco": ("puck", "superball", "cradle"), "pybullet": ("table tennis",)}
 BUDGET, QUICK_BUDGET = 1.4, 0.1  # for the interleaved rounds of a scene [s]
 TABLE = "gravity and the air table's own contact"  # of the puck: stands in the column of gravity
-BRANCHES = 1.1  # time with all branches over that of a kernel compiled for microslip alone
 LIGHT, DARK = -7.0, 0.5  # decimal logarithms of the changes that are drawn lightest and darkest
 
 
@@ -36,11 +34,9 @@ class LeaveOut(Case):
         "changes it by at most 1e-4, a quarter of the law's own error, is what the scene has no use for, and can be "
         "left out; that must also hold of all such ingredients together, and of what the scenes as shipped leave out. "
         "Fewer substeps are accuracy given away, and change more. A saving counts from 2 % on, and where it is twice "
-        "what two runs of the same build differ by. Static friction is in where the table says 'with everything', just "
-        "above the kinetic one; no scene as shipped has it. The engines' kernels are compiled once and branch, since "
-        "compiling takes longer than any scene: a scene's kernel runs only its terms (rows 'terms', counted with the "
-        "compiler off), and what the branches cost is measured against the same kernel compiled for one law alone. The "
-        "paddle, a body with a joint, is built by hand and not varied."
+        "what two runs of the same build differ by. The engines' kernels call a law by its address: a scene runs its "
+        "own laws and no other (rows 'terms', counted with the compiler off). Whole impacts and substeps of one "
+        "contact are timed by law, without an engine. The paddle, a body with a joint, is built by hand and not varied."
     )
     caption = (
         "Change of a scene's result without an ingredient (above; 'other': another motion altogether) and the time "
@@ -90,15 +86,10 @@ class LeaveOut(Case):
                 f"cradle with a call for each couple: changes {_number(change)}", "",
             ])  # fmt: skip
         for name, one in data["entered"].items():
-            table.rows.append([f"terms, {name}, {ENGINE_NAMES[TRACED]}", "", "", "", "", "", _terms(one, data, name)])
-        for what, ratio in data["kernels"]["ratios"].items():
-            said = f"{ratio['median']:.2f} ({ratio['low']:.2f} to {ratio['high']:.2f}) of the time"
-            if BRANCHING in what:
-                law = what.removeprefix("a ").split(":")[0]
-                nanoseconds = (1e3 * data["kernels"]["microseconds"][f"{law}, {kind}"]["median"]
-                               for kind in (BRANCHING, ALONE))  # fmt: skip
-                said += ", {:.0f} ns over {:.0f} ns".format(*nanoseconds)
-            table.rows.append([f"kernel, {what}", "", said, "", "", "", ""])
+            table.rows.append([f"terms, {name}, {ENGINE_NAMES[TRACED]}", "", "", "", "", "", _terms(one)])
+        for what, time in data["kernels"].items():
+            said = f"{time['median']:.0f} ns ({time['low']:.0f} to {time['high']:.0f})"
+            table.rows.append([f"kernel, {what}", said, "", "", "", "", ""])
         return table
 
     def draw(self, data: Data) -> Figure:
@@ -119,53 +110,28 @@ def _limits(data: Data) -> list[Limit]:
 
     scenes = [found for engine in data["engines"].values() for found in engine.values()]
     single = [cell["change"] for found in scenes for cell in found["cells"].values() if cell["verdict"] == OUT]
-    kernels = data["kernels"]["ratios"]
     return [
         Limit("change by one ingredient that is said to be left out", ALLOWED, max(single, default=0.0)),
         Limit("change by all of them together", ALLOWED, _largest(found["together"]["change"] for found in scenes)),
         Limit("change by what the scenes as shipped leave out", ALLOWED,
               _largest(found["shipped"]["change"] for found in scenes)),
         Limit("change by giving the cradle's couples one by one", 0.0, _largest(data["grouping"].values())),
-        *(Limit(f"time along a path, {what}", 1.0, kernels[what]["median"])
-          for what in ("planar over in space", "mindlin over microslip", "coulomb over mindlin",
-                       "one friction over static friction too")),
-        *(Limit(f"time of {what}", BRANCHES, ratio["median"])
-          for what, ratio in kernels.items() if what.startswith("a substep, microslip") and BRANCHING in what),
-        Limit("part of a scene's time that branches cost", BRANCHES - 1.0,
-              max(_branches(one, data, name) for name, one in data["entered"].items())),
     ]  # fmt: skip
 
 
-def _terms(entered: Data, data: Data, name: str) -> str:
-    """What a scene as shipped runs of the kernels."""
+def _terms(entered: Data) -> str:
+    """What a scene as shipped runs of the kernels and the laws."""
     calls = entered["calls"]
-    most = ", ".join(f"{count} steps by {law}" for law, count in entered["steps"].items())
+    laws = ", ".join(f"{count} steps by {law}" for law, count in entered["laws"].items()) or "no step"
     terms = {
-        "nodes on a line": calls.get("microslip.microslip_on_line", 0),
-        "nodes in a plane": calls.get("microslip.microslip_in_plane", 0),
-        "single spring": calls.get("contact.single_spring", 0),
+        "nodes": calls.get("microslip.displace", 0),
+        "single spring": calls.get("single_spring.spring_force", 0),
         "damper": entered["damper"],
         "intervals": calls.get("intervals.march", 0),
     }
     has = ", ".join(f"{what} {count}" for what, count in terms.items() if count) or "none of the terms"
-    never = ", ".join(what for what, count in terms.items() if not count)
-    held = ", ".join(f"{size}" for size in entered["histories"].values())
-    return (
-        f"{most}: {has}; never {never}; room in a history: {held} numbers; branches: "
-        f"{100.0 * _branches(entered, data, name):.1f} % of its time"
-    )
-
-
-def _branches(entered: Data, data: Data, name: str) -> float:
-    """Part of a scene's time, as shipped, that a kernel compiled for its law alone would save."""
-    found, calls = data["engines"][TRACED][name], data["kernels"]["microseconds"]
-    spent = found["microseconds"]["median"] * (1.0 - found["shipped"]["saved"]["part"])
-    saved = sum(
-        steps * max(calls[f"substep, {law}, e = 1, {BRANCHING}"]["median"]
-                    - calls[f"substep, {law}, e = 1, {ALONE}"]["median"], 0.0)
-        for law, steps in entered["steps"].items()
-    )  # fmt: skip
-    return saved / spent
+    never = ", ".join(what for what, count in terms.items() if not count) or "nothing"
+    return f"{laws}: {has}; never {never}"
 
 
 def _largest(changes: Any) -> float:

@@ -57,8 +57,6 @@ class MujocoCost(Case):
         scenes[TOUCHING_NATIVE] = (*mujoco_ball(TIMESTEP, "native"), -OVERLAP, TOUCH_STEPS)
         for law in LAWS:
             scenes[f"touching, {law}"] = (*mujoco_ball(TIMESTEP, "law", steel_pair(law)), -OVERLAP, TOUCH_STEPS)
-        planar = mujoco_ball(TIMESTEP, "law", plane=[0.0, 1.0, 0.0])
-        scenes["touching, microslip planar"] = (*planar, -OVERLAP, TOUCH_STEPS)
         problems = [problem for name, scene in scenes.items() for problem in _check(name, *scene)]
 
         def place(model: Any, data: Any, height: float) -> None:

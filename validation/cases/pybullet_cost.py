@@ -48,7 +48,6 @@ class PybulletCost(Case):
         }
         kinds |= {NATIVE: ("native", "microslip")} | {f"touching, {law}": ("law", law) for law in LAWS}
         scenes = {name: BulletBall(TIMESTEP, contact, steel_pair(law)) for name, (contact, law) in kinds.items()}
-        scenes["touching, microslip planar"] = BulletBall(TIMESTEP, "law", plane=[0.0, 1.0, 0.0])
         steps = {name: FREE_STEPS if name.startswith("free") else TOUCH_STEPS for name in scenes}
         heights = {name: 0.1 if name.startswith("free") else -OVERLAP for name in scenes}
         try:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactlaw.kernels.contact import HERTZ_DURATION
+from contactlaw.laws.hertz import HERTZ_DURATION
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.stability import on_all_cores, short, tally, without_names
 from validation.stability_draws import bounces

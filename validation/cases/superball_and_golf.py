@@ -63,7 +63,7 @@ class SuperballAndGolf(Case):
             progress((number + 1) / (len(rows) + 1))
         lines = {
             label: {
-                f"{e_n:g}": {law: e_t(kappa, friction, tan(radians(INCIDENCE)), e_n, law) for law in reversed(LAWS)}
+                f"{e_n:g}": {law: e_t(kappa, friction, tan(radians(INCIDENCE)), e_n, law) for law in [*LAWS][::-1]}
                 for e_n in PANELS.values()
             }
             for label, kappa in KAPPAS.items()
