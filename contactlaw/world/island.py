@@ -12,7 +12,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, settle
-from contactlaw.world.pace import look, radius_of, substep, touch_time
+from contactlaw.world.pace import look, radius_of, substep, time_to_close, touch_time
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, close, open_up, strike
@@ -176,14 +176,21 @@ def length(w, pairs, t, until):
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.mine, i))
         if p.closed == 0:
-            look(w, p, t, w.step - t)
-            w.looks += 1
-            speed = max(p.closing, 0.0) + MARGIN * (body_at(w.bodies, p.body_a).stir + body_at(w.bodies, p.body_b).stir)
-            block = BLOCK * h
-            p.watched = 1 if p.gap < block * (speed + 0.5 * block * max(p.push, 0.0)) else 0
-            if p.watched != 0 and p.gap < 2.0 * block * max(p.closing, 0.0):
-                h = min(h, touch_time(w, p) / count)
+            if p.clear <= t + BLOCK * h:
+                see(w, p, t)
+                if p.clear <= t + BLOCK * h and p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0):
+                    h = min(h, touch_time(w, p) / count)
+            p.watched = 1 if p.clear <= t + BLOCK * h else 0
     return h
+
+
+@jit_inside
+def see(w, p, t):
+    """Look at an open pair, and how long it stays so whatever impacts do."""
+    look(w, p, t, w.step - t)
+    w.looks += 1
+    stir = MARGIN * (body_at(w.bodies, p.body_a).stir + body_at(w.bodies, p.body_b).stir)
+    p.clear = t + time_to_close(max(p.gap, 0.0), max(p.closing, 0.0) + stir, max(p.push, 0.0))
 
 
 @jit_inside

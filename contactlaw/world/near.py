@@ -175,6 +175,7 @@ def consider(w, i, j, heads):
     p.active = 0
     p.watched = 0
     p.look = 0.0
+    p.seen = -1.0
     slot = whole_at(w.grid, heads + i)
     while slot >= 0:
         c = contact_at(w.contacts, slot)

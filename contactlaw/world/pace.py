@@ -56,6 +56,7 @@ def look(w, p, now, left):
         body_at(w.bodies, p.body_b),
     )
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
+    p.seen = now
     p.gap = -overlap
     p.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
     rest = sub(load(a.acceleration), load(b.acceleration))

@@ -80,8 +80,10 @@ NEAR = record(
     active="i8",  # taken into an island in this window
     watched="i8",  # may close within a block of substeps
     link="i8",  # next pair of the island
-    look="f8",  # time [s] before which it cannot close
-    gap="f8", closing="f8", push="f8",  # [m], [m/s] and [m/s^2] towards closing, when it was last looked at
+    look="f8",  # time [s] before which it cannot close by the motion that there is
+    clear="f8",  # time [s] before which it cannot close whatever impacts do, within a window
+    seen="f8",  # time [s] when it was last looked at
+    gap="f8", closing="f8", push="f8",  # [m], [m/s] and [m/s^2] towards closing, then
 )  # fmt: skip
 """Two shapes that may come to touch; A is a sphere."""
 

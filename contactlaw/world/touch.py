@@ -123,6 +123,7 @@ def clear(c):
 def open_up(q, c):
     """A contact has opened; its slot is kept until the next step."""
     q.closed = 0
+    q.clear = 0.0
     c.phase = PARTED
     store(c.push, (0.0, 0.0, 0.0))
     force.begin(c.touch)

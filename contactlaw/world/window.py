@@ -89,14 +89,16 @@ def gather(w, now, until):
             if p.closed == 0 and (not first or p.look > until):
                 if a.stir == 0.0 and b.stir == 0.0:
                     continue
-                fly(a, now)
-                fly(b, now)
-                look(w, p, now, w.step - now)
-                w.looks += 1
+                if p.seen != now:
+                    fly(a, now)
+                    fly(b, now)
+                    look(w, p, now, w.step - now)
+                    w.looks += 1
                 reach = (max(p.closing, 0.0) + MARGIN * (a.stir + b.stir) + 0.5 * max(p.push, 0.0) * length) * length
                 if p.gap > reach:
                     continue
             p.active = 1
+            p.clear = 0.0
             found = True
             fly(a, now)
             fly(b, now)
