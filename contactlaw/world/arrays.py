@@ -14,11 +14,15 @@ LEAST = 64  # near pairs and contacts that there is room for from the start
 
 def empty() -> Arrays:
     """A world without bodies but itself."""
+
+    def whole(count: int) -> Array:
+        return np.zeros(count, np.int64)
+
     made = Arrays(
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
-        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0),
-        groups=np.full((1, 1), -1), spare=np.arange(LEAST)[::-1].copy(), roots=np.zeros(1, np.int64),
-        own=np.zeros(1, np.int64), mine=np.zeros(LEAST, np.int64), grid=np.zeros(4, np.int64), world=np.zeros(1, WORLD),
+        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
+        spare=np.arange(LEAST)[::-1].copy(), roots=whole(1), island_bodies=whole(1), island_pairs=whole(LEAST),
+        grid=whole(4), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
@@ -48,7 +52,7 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """The world and more bodies."""
     bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
-    return one._replace(bodies=bodies, roots=room, own=room.copy())
+    return one._replace(bodies=bodies, roots=room, island_bodies=room.copy())
 
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
@@ -90,7 +94,7 @@ def with_more_room(one: Arrays) -> Arrays:
     one.world["lost"] = 0
     one.world["stale"] = 1
     return one._replace(
-        near=longer(one.near, one.near.size), mine=np.zeros(2 * one.near.size, np.int64),
+        near=longer(one.near, one.near.size), island_pairs=np.zeros(2 * one.near.size, np.int64),
         contacts=longer(one.contacts, more), memory=longer(one.memory, more),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip

@@ -12,16 +12,16 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, settle
-from contactlaw.world.pace import look, radius_of, substep, time_to_close, touch_time
+from contactlaw.world.pace import predict, radius_of, substep, time_to_close, touch_time
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep
-from contactlaw.world.touch import TOUCHING, advance, close, open_up, strike
-from contactlaw.world.window import MARGIN
+from contactlaw.world.touch import TOUCHING, advance, apply_force, close, open_up
+from contactlaw.world.window import fastest_closing
 
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 SHORTEST = 1e-6  # of a substep, a remainder that is none
-TRIES = 30  # looks on the way to a touch; after them it is stepped towards
+TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
 
@@ -35,10 +35,10 @@ def integrate(w, root, now, until):
         if t < until:
             t = run(w, bodies, pairs, t, now, until)
     for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.own, i))
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
         b.time = until
         settle(b)
-        b.moved = 1
+        b.changed = 1
     fall_asleep(w, bodies, pairs)
 
 
@@ -49,12 +49,12 @@ def members(w, root):
     i = root
     while i >= 0:
         if body_at(w.bodies, i).still == 0:
-            set_whole(w.own, bodies, i)
+            set_whole(w.island_bodies, bodies, i)
             bodies += 1
         i = body_at(w.bodies, i).link
     k = body_at(w.bodies, root).head
     while k >= 0:
-        set_whole(w.mine, pairs, k)
+        set_whole(w.island_pairs, pairs, k)
         pairs += 1
         k = near_at(w.near, k).link
     return bodies, pairs
@@ -67,12 +67,13 @@ def approach(w, bodies, pairs, t, until):
     for _ in range(TRIES):
         closed, first = False, NEVER
         for i in range(pairs):
-            p = near_at(w.near, whole_at(w.mine, i))
+            p = near_at(w.near, whole_at(w.island_pairs, i))
             if p.closed == 0:
-                look(w, p, t, w.step - t)
-                w.looks += 1
-                first = min(first, p.look)
-                if p.look <= t + soon and p.gap <= TOUCHING * radius_of(w, p) and close(w, whole_at(w.mine, i), -p.gap):
+                predict(w, p, t, w.step - t)
+                w.predictions += 1
+                first = min(first, p.toi)
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
+                if touches and close(w, whole_at(w.island_pairs, i), -p.gap):
                     closed = True
             else:
                 closed = True
@@ -80,7 +81,7 @@ def approach(w, bodies, pairs, t, until):
             return t
         t = min(max(first, t + 1e-6 * soon), until)
         for i in range(bodies):
-            fly(body_at(w.bodies, whole_at(w.own, i)), t)
+            fly(body_at(w.bodies, whole_at(w.island_bodies, i)), t)
         if t == until:
             return t
     return t
@@ -102,9 +103,10 @@ def run(w, bodies, pairs, t, now, until):
     if h < SHORTEST * following:
         h = following
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
-            strike(contact_at(w.contacts, p.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), 0.5 * h)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
     done, going = 0, True
     while going:
         done += 1
@@ -112,7 +114,7 @@ def run(w, bodies, pairs, t, now, until):
         last = left < 0.5 * following
         t = until if last else t + h
         for i in range(bodies):
-            drift(body_at(w.bodies, whole_at(w.own, i)), h)
+            drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
         closed, news = forces(w, pairs, h)
         going = closed > 0 and not last
         if not going:
@@ -123,15 +125,15 @@ def run(w, bodies, pairs, t, now, until):
                 following = left / ceil(left / target - 1e-9)
             done = 0
         for i in range(pairs):
-            p = near_at(w.near, whole_at(w.mine, i))
+            p = near_at(w.near, whole_at(w.island_pairs, i))
             if p.closed == 0:
                 continue
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if c.touch.overlap > 0.0:
-                strike(c, a, b, 0.5 * (h + following) + c.share * h)
+                apply_force(c, a, b, 0.5 * (h + following) + c.end_weight * h)
             else:
-                strike(c, a, b, c.share * h)
+                apply_force(c, a, b, c.end_weight * h)
                 open_up(p, c)
         w.kicks += closed
         h = following
@@ -143,7 +145,7 @@ def forces(w, pairs, h):
     """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched."""
     closed, news = 0, False
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed == 0:
             if p.watched == 0:
@@ -151,7 +153,7 @@ def forces(w, pairs, h):
             overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
             before = -p.gap
             p.gap = -overlap
-            if overlap <= 0.0 or not close(w, whole_at(w.mine, i), min(before, 0.0)):
+            if overlap <= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
             news = True
         c = contact_at(w.contacts, p.slot)
@@ -166,31 +168,31 @@ def length(w, pairs, t, until):
     """Length [s] that the next substeps should have, at most that of what is left of the window."""
     closed, h = 0, until - t
     for i in range(pairs):
-        closed += near_at(w.near, whole_at(w.mine, i)).closed
+        closed += near_at(w.near, whole_at(w.island_pairs, i)).closed
     count = w.substeps if closed <= w.crowd else w.crowd_substeps
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             h = min(h, substep(w, contact_at(w.contacts, p.slot), a, b, count))
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed == 0:
-            if p.clear <= t + BLOCK * h:
-                see(w, p, t)
-                if p.clear <= t + BLOCK * h and p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0):
+            if p.clear_until <= t + BLOCK * h:
+                predict_clear(w, p, t)
+                if p.clear_until <= t + BLOCK * h and p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0):
                     h = min(h, touch_time(w, p) / count)
-            p.watched = 1 if p.clear <= t + BLOCK * h else 0
+            p.watched = 1 if p.clear_until <= t + BLOCK * h else 0
     return h
 
 
 @jit_inside
-def see(w, p, t):
+def predict_clear(w, p, t):
     """Look at an open pair, and how long it stays so whatever impacts do."""
-    look(w, p, t, w.step - t)
-    w.looks += 1
-    stir = MARGIN * (body_at(w.bodies, p.body_a).stir + body_at(w.bodies, p.body_b).stir)
-    p.clear = t + time_to_close(max(p.gap, 0.0), max(p.closing, 0.0) + stir, max(p.push, 0.0))
+    predict(w, p, t, w.step - t)
+    w.predictions += 1
+    closing = fastest_closing(p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+    p.clear_until = t + time_to_close(max(p.gap, 0.0), closing, max(p.acceleration, 0.0))
 
 
 @jit_inside
@@ -198,7 +200,7 @@ def kept(w, pairs, target):
     """The length of substeps [s] that closed contacts had before the window, if it may stay; else the target."""
     last = NEVER
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             if c.touch.force > 0.0:

@@ -174,7 +174,7 @@ def consider(w, i, j, heads):
     p.closed = 0
     p.active = 0
     p.watched = 0
-    p.look = 0.0
+    p.toi = 0.0
     p.seen = -1.0
     slot = whole_at(w.grid, heads + i)
     while slot >= 0:

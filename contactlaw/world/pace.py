@@ -13,7 +13,7 @@ from contactlaw.world.records import NEVER, SPHERE
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
-WIDEST_LOOK = 0.2  # [rad] that a body with shapes off its centre may turn between two looks
+LARGEST_TURN = 0.2  # [rad] for which a time of impact of a body with shapes off its centre is foreseen
 
 
 @jit_inside
@@ -43,43 +43,40 @@ def time_to_close(gap, closing, push):
 
 
 @jit_inside
-def look(w, p, now, left):
-    """See how near two shapes are now, a time [s] of the step, and when they could close in the `left` [s] after it.
+def predict(w, p, now, left):
+    """Time of impact of two near shapes, at the earliest; now: of the step, left: what there is of it after [s].
 
-    The time is never too late: what the closing acceleration leaves out, the line of centres that turns, opens the gap;
-    that of shapes off their body's centre, which changes as the body turns, is bounded.
+    A step of conservative advancement (Mirtich 1996): the time is never too late, and exact for spheres that meet head
+    on. What the closing acceleration leaves out, the line of centres that turns, opens the gap; that of shapes off
+    their body's centre, which changes as the body turns, is bounded.
     """
-    sa, sb, a, b = (
-        shape_at(w.shapes, p.a),
-        shape_at(w.shapes, p.b),
-        body_at(w.bodies, p.body_a),
-        body_at(w.bodies, p.body_b),
-    )
+    sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
     p.seen = now
     p.gap = -overlap
     p.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
     rest = sub(load(a.acceleration), load(b.acceleration))
-    p.push = norm(rest) if sb.kind == SPHERE else -dot(rest, n)
-    p.look = now
+    p.acceleration = norm(rest) if sb.kind == SPHERE else -dot(rest, n)
+    p.toi = now
     if overlap > 0.0:
         return
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:
         from_a = centre(sa, a)
         turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
-        p.push -= dot(sub(turning, rest), n)
+        p.acceleration -= dot(sub(turning, rest), n)
         w = norm(load(a.spin)) + norm(load(b.spin))
         across = norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
         speed = w * (norm(arm_a) + norm(arm_b)) + across
         twist = torque_bound(a, from_a) + torque_bound(b, arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):
-            if w * horizon > WIDEST_LOOK:
-                horizon = WIDEST_LOOK / w
+            if w * horizon > LARGEST_TURN:
+                horizon = LARGEST_TURN / w
             slack = w * w * speed * horizon * horizon + twist * horizon
-            horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.push, 0.0)))
-    wait = time_to_close(p.gap, p.closing + slack, p.push)
-    p.look = now + min(wait, horizon) if wait < left or horizon < left else NEVER
+            horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
+    wait = time_to_close(p.gap, p.closing + slack, p.acceleration)
+    p.toi = now + min(wait, horizon) if wait < left or horizon < left else NEVER
 
 
 @jit_inside
@@ -103,7 +100,7 @@ def radius_of(w, p):
 def touch_time(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
     mass = 1.0 / (body_at(w.bodies, p.body_a).inverse_mass + body_at(w.bodies, p.body_b).inverse_mass)
-    push = max(p.push, 0.0)
+    push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
     k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p))
@@ -126,7 +123,7 @@ def substep(w, c, a, b, substeps):
     t = c.touch
     own = t.force / t.mass
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
-    if t.overlap > 0.0 and t.closing * t.closing < 0.1 * own * t.overlap and abs(c.hastening) < 0.3 * own:
+    if t.overlap > 0.0 and t.closing * t.closing < 0.1 * own * t.overlap and abs(c.closing_acceleration) < 0.3 * own:
         substeps = max(substeps / FEW, 20.0)
     return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
 

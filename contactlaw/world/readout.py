@@ -40,7 +40,7 @@ def contacts(world: Arrays) -> Array:
     out["closed"] = rows["phase"] == CLOSED
     out["overlap"] = np.maximum(rows["touch"]["overlap"], 0.0) * out["closed"]
     out["point"] = world.bodies["position"][rows["body_a"]] + rows["arm_a"]
-    out["force"] = rows["push"]
+    out["force"] = rows["force"]
     for name in ("normal", "impulse", "normal_work", "friction_work", "deepest", "strongest", "duration", "touches"):
         out[name] = rows[name]
     return out

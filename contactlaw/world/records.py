@@ -47,8 +47,8 @@ BODY = record(
     active="i8",  # presses on something
     still="i8",  # nothing moves it within this step
     asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
-    moved="i8",  # its velocity is no longer what was foreseen
-    stir="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
+    changed="i8",  # its velocity is no longer what was foreseen
+    delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
     island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
     # broad phase
     mark=VECTOR, turned="f8",  # position, and angle turned since, of the last list of near pairs
@@ -80,10 +80,10 @@ NEAR = record(
     active="i8",  # taken into an island in this window
     watched="i8",  # may close within a block of substeps
     link="i8",  # next pair of the island
-    look="f8",  # time [s] before which it cannot close by the motion that there is
-    clear="f8",  # time [s] before which it cannot close whatever impacts do, within a window
+    toi="f8",  # time [s] before which it cannot close by the motion that there is
+    clear_until="f8",  # time [s] before which it cannot close whatever impacts do, within a window
     seen="f8",  # time [s] when it was last looked at
-    gap="f8", closing="f8", push="f8",  # [m], [m/s] and [m/s^2] towards closing, then
+    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then
 )  # fmt: skip
 """Two shapes that may come to touch; A is a sphere."""
 
@@ -92,10 +92,10 @@ CONTACT = record(
     phase="i8", near="i8", link="i8",
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     interval="f8",  # [s] of the last substep
-    hastening="f8",  # closing acceleration over it [m/s^2]
-    share="f8",  # of a substep, by which its force counts besides: the ends of an impact
+    closing_acceleration="f8",  # closing acceleration over it [m/s^2]
+    end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
-    push=VECTOR,  # force on A [N]
+    force=VECTOR,  # force on A [N]
     # ledger, since the touch
     impulse=VECTOR,  # on A [N s]
     normal_work="f8", friction_work="f8",  # done on the bodies [J]: what is lost has a minus
@@ -107,7 +107,7 @@ CONTACT = record(
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
-    roots="u8", own="u8", mine="u8", grid="u8",
+    roots="u8", island_bodies="u8", island_pairs="u8", grid="u8",
     body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
     cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
@@ -116,7 +116,7 @@ WORLD = record(
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
     nears="i8", spares="i8", islands="i8",  # how many of each there are
     stale="i8",  # a body has travelled further than the list of near pairs holds
-    windows="i8", kicks="i8", looks="i8", lists="i8",  # counted for good
+    windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
     lost="i8",  # contacts and pairs that there was no room for
     slept="f8",  # energy of motion of bodies when they fell asleep [J]
@@ -136,7 +136,8 @@ class Arrays(NamedTuple):
         numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
-        roots, own, mine: Room for the islands of a window, the bodies of one, and the near pairs of one.
+        roots: Room for the islands of a window.
+        island_bodies, island_pairs: Room for what is in one.
         grid: Room for the broad phase.
         world: One record.
     """
@@ -151,8 +152,8 @@ class Arrays(NamedTuple):
     groups: Array
     spare: Array
     roots: Array
-    own: Array
-    mine: Array
+    island_bodies: Array
+    island_pairs: Array
     grid: Array
     world: Array
 

@@ -22,23 +22,23 @@ def fall_asleep(w, bodies, pairs):
     if w.stillness == 0.0 or not slow(w, pairs, w.stillness):
         return
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
-        b = body_at(w.bodies, whole_at(w.own, i))
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))
         store(b.twist, give(b, load(b.torque)))
         b.active = 0
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
-            press(body_at(w.bodies, p.body_a), load(c.arm_a), load(c.push))
-            press(body_at(w.bodies, p.body_b), load(c.arm_b), scale(-1.0, load(c.push)))
+            press(body_at(w.bodies, p.body_a), load(c.arm_a), load(c.force))
+            press(body_at(w.bodies, p.body_b), load(c.arm_b), scale(-1.0, load(c.force)))
     if not balanced(w, pairs, w.stillness):
         return
     for i in range(bodies):
-        if body_at(w.bodies, whole_at(w.own, i)).active == 0:
+        if body_at(w.bodies, whole_at(w.island_bodies, i)).active == 0:
             return
     for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.own, i))
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
         w.slept += 0.5 * dot(load(b.velocity), load(b.velocity)) / b.inverse_mass
         store(b.held, load(b.acceleration))
         store(b.velocity, ZERO)
@@ -53,7 +53,7 @@ def slow(w, pairs, part):
     """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time."""
     some = False
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             some = True
             c = contact_at(w.contacts, p.slot)
@@ -78,7 +78,7 @@ def press(b, arm, force):
 def balanced(w, pairs, part):
     """Whether the accelerations too, in `shift` and `twist`, would move the contacts by less."""
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.mine, i))
+        p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -99,16 +99,16 @@ def wake(w, now):
             for i in (p.body_a, p.body_b):
                 b = body_at(w.bodies, i)
                 if b.asleep != 0:
-                    rouse(b, now)
+                    wake_body(b, now)
 
 
 @jit_inside
-def rouse(b, now):
+def wake_body(b, now):
     """Wake one body."""
     b.asleep = 0
     b.still = 0
     b.time = now
-    b.moved = 1
+    b.changed = 1
 
 
 @jit_inside

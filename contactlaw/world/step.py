@@ -1,11 +1,11 @@
 """One step of a world: the sequence that engines and `World` share.
 
-begin       what the step starts from; lists of near pairs where bodies have gone far
-survey      when could the next pair close, how long does the shortest impact take
-gather      what is closed or could close in such a window, and the islands that it makes
-integrate   each island through the window
-...         and so on, from window to window; where nothing is closed, to the next touch at once
-fly         all bodies to the end of the step
+begin         what the step starts from; the list of near pairs where bodies have gone far
+look_ahead    when could the next pair close, how long is the shortest impact that is going on
+activate      what is closed or could close in a window of that length; the islands that it makes
+integrate     each island through the window
+...           from window to window; where nothing is closed, to the next touch at once
+fly           all bodies to the end of the step
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give
 from contactlaw.world.near import list_near, strayed
 from contactlaw.world.records import NEVER
-from contactlaw.world.sleep import disturbed, rouse, wake
+from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
-from contactlaw.world.window import gather, link, next_impact, survey
+from contactlaw.world.window import activate, link, look_ahead, next_impact
 
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
 
@@ -41,7 +41,7 @@ def step(world, dt, count):
         while now < dt:
             if w.stale != 0:
                 list_near(w, now)
-            first, shortest = survey(w, now, dt)
+            first, shortest = look_ahead(w, now, dt)
             if shortest == NEVER:
                 if first >= dt:
                     break
@@ -50,7 +50,7 @@ def step(world, dt, count):
             until = now + shortest
             if not dt - until > REMNANT * shortest:
                 until = dt
-            while gather(w, now, until):
+            while activate(w, now, until):
                 wake(w, now)
             link(w)
             for k in range(w.islands):
@@ -70,11 +70,11 @@ def begin(w, dt):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.time = 0.0
-        b.moved = 1
+        b.changed = 1
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
         if b.asleep != 0 and disturbed(b):
-            rouse(b, 0.0)
+            wake_body(b, 0.0)
         follow(b)
         moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
@@ -104,5 +104,5 @@ def watch(w, left):
     """See whether a body could leave its margin in what is left of the step."""
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if b.moved != 0 and strayed(b, left):
+        if b.changed != 0 and strayed(b, left):
             w.stale = 1

@@ -1,14 +1,6 @@
-"""A contact from its touch to its parting: its slot, its frame, its force, and the ends of an impact.
-
-The force is summed over substeps as the trapezoidal rule does. At both ends of an impact it goes with a power p of time
-and the first or last point of the sum lies s substeps inside: the sum is then too much by zeta(-p, s) times what the
-force grows to in one substep (Euler-Maclaurin; zeta is Hurwitz's). Elastic force begins and ends with p = 3/2; the
-damper sets in with p = 1/4. For a linear spring these are 1 and 0.
-"""
+"""A contact from its touch to its parting: its slot, its frame, its force, and the kicks that it gives."""
 
 from __future__ import annotations
-
-from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world import force
@@ -22,44 +14,14 @@ from contactlaw.world.access import (
     shape_at,
     whole_at,
 )
+from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import kick, moved_at
 from contactlaw.world.pace import masses, radius_of
 from contactlaw.world.records import CLOSED, FREE, PARTED
 from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub, tangent
 
-# (zeta(-3/2, 1 + s) - zeta(-3/2))/s and zeta(-1/4, 1 + s) in powers of s on (0, 1], to 4e-5 and 1e-4
-ELASTIC_END = (-0.31178923, -0.5489945, -0.15573116, 0.01654819)
-DAMPED_END = (-0.32035357, -0.86369735, -0.16467251, 0.02834923)
-
 TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
-
-
-@jit_inside
-def cubic(a, s):
-    """A polynomial of third degree."""
-    return a[0] + s * (a[1] + s * (a[2] + s * a[3]))
-
-
-@jit_inside
-def elastic_end(s, linear):
-    """By how many substeps the force at the first or last point acted too short; s in (0, 1]: see the module.
-
-    Counted from an end on a point, s = 1, so that impacts which begin on a point are as symmetric in time as they are.
-    """
-    if linear:
-        return 0.5 * (s - 1.0)
-    s = max(s, 1e-6)
-    return -(1.0 + cubic(ELASTIC_END, s) / sqrt(s))
-
-
-@jit_inside
-def damped_end(s, linear):
-    """The same of the damper's force at the touch, not counted from anything."""
-    if linear:
-        return s - 0.5
-    s = max(s, 1e-6)
-    return -(1.0 + cubic(DAMPED_END, s) / sqrt(sqrt(s)))
 
 
 @jit_inside
@@ -91,10 +53,10 @@ def close(w, k, overlap):
     store(c.tangent, tangent(n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
-    store(c.push, (0.0, 0.0, 0.0))
+    store(c.force, (0.0, 0.0, 0.0))
     c.interval = 0.0
-    c.hastening = 0.0
-    c.share = 0.0
+    c.closing_acceleration = 0.0
+    c.end_weight = 0.0
     masses(c, a, b)
     t.overlap = overlap
     t.before = overlap
@@ -103,7 +65,7 @@ def close(w, k, overlap):
         w.late += 1
         w.latest = max(w.latest, overlap)
         force.advance_contact(w, c, q.slot, 0.0, 0.0, 0.0, 0.0)
-        store(c.push, scale(t.force, n))
+        store(c.force, scale(t.force, n))
     return True
 
 
@@ -123,9 +85,9 @@ def clear(c):
 def open_up(q, c):
     """A contact has opened; its slot is kept until the next step."""
     q.closed = 0
-    q.clear = 0.0
+    q.clear_until = 0.0
     c.phase = PARTED
-    store(c.push, (0.0, 0.0, 0.0))
+    store(c.force, (0.0, 0.0, 0.0))
     force.begin(c.touch)
 
 
@@ -151,7 +113,7 @@ def turn_frame(c, n, twist):
 
 @jit_inside
 def advance(w, c, slot, a, b, h):
-    """Advance a contact, in a slot, whose bodies have just drifted for h [s]: new are its `push` and its `share`."""
+    """Advance a contact, in a slot, whose bodies have just drifted for h [s]: new are its force and its end weight."""
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
@@ -165,33 +127,33 @@ def advance(w, c, slot, a, b, h):
     before = t.overlap
     t.before = before
     t.overlap = overlap
-    c.share = 0.0
+    c.end_weight = 0.0
     law = law_of(w, pair_at(w.pairs, c.pair))
     linear = law.linear != 0.0
     if overlap <= 0.0:
         if before > 0.0 and law.zeta == 0.0 and c.interval > 0.0:
-            c.share = elastic_end(before / (before - overlap), linear)
-            store(c.push, force_of(c))
-        book(c, 0.5 + c.share, overlap - before, du, dv)
+            c.end_weight = elastic_end(before / (before - overlap), linear)
+            store(c.force, force_of(c))
+        add_work(c, 0.5 + c.end_weight, overlap - before, du, dv)
         return
-    book(c, 0.5, overlap - before, du, dv)
+    add_work(c, 0.5, overlap - before, du, dv)
     closing = (overlap - before) / h
     own = t.force / t.mass
     if c.interval > 0.0:
-        c.hastening = (closing - t.closing) / (0.5 * (h + c.interval))
+        c.closing_acceleration = (closing - t.closing) / (0.5 * (h + c.interval))
     else:
-        c.hastening = -dot(sub(load(a.acceleration), load(b.acceleration)), n) - own
+        c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), n) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
-    force.advance_contact(w, c, slot, du, dv, h, c.hastening + own)
+    force.advance_contact(w, c, slot, du, dv, h, c.closing_acceleration + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
-        c.share = elastic_end(inside, linear)
+        c.end_weight = elastic_end(inside, linear)
         if law.zeta > 0.0 and t.ratio > 1.0:
-            c.share = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + c.share / t.ratio
-    store(c.push, force_of(c))
+            c.end_weight = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + c.end_weight / t.ratio
+    store(c.force, force_of(c))
     c.interval = h
-    book(c, 0.5 + c.share, overlap - before, du, dv)
+    add_work(c, 0.5 + c.end_weight, overlap - before, du, dv)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
@@ -199,7 +161,7 @@ def advance(w, c, slot, a, b, h):
 
 
 @jit_inside
-def book(c, share, gained, du, dv):
+def add_work(c, share, gained, du, dv):
     """Enter the work that a share of the contact's force does over a displacement [m] into its ledger."""
     t = c.touch
     c.normal_work -= share * t.force * gained
@@ -214,9 +176,9 @@ def force_of(c):
 
 
 @jit_inside
-def strike(c, a, b, time):
+def apply_force(c, a, b, time):
     """Kick both bodies with the force of a contact for a time [s], equal and opposite, at one point."""
-    impulse = scale(time, load(c.push))
+    impulse = scale(time, load(c.force))
     kick(a, load(c.arm_a), impulse)
     kick(b, load(c.arm_b), scale(-1.0, impulse))
     store(c.impulse, add(load(c.impulse), impulse))

@@ -2,7 +2,7 @@
 
 A window is as long as the shortest impact that is going on, so that hardly anything else happens in it. Contacts are
 taken in that are closed, or that can close within the window: by the motion there is, and by what impacts may make of
-it. All other bodies fly, in closed form, whenever somebody looks at them next.
+it. All other bodies fly, in closed form, when something asks for them next.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole
 from contactlaw.world.motion import fly
-from contactlaw.world.pace import contact_time, look, touch_time
+from contactlaw.world.pace import contact_time, predict, time_to_close, touch_time
 from contactlaw.world.records import NEVER
 
 MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
-GROWN = 1.1  # a stir that has grown by less is not handed on
+GROWN = 1.1  # a bound that has grown by less is not handed on
 
 
 @jit_inside
-def survey(w, now, step):
+def look_ahead(w, now, step):
     """Look at all open pairs whose bodies have changed course or that could close now.
 
     Returns when the next one could close [s], and the duration [s] of the shortest impact that is going on.
@@ -34,15 +34,15 @@ def survey(w, now, step):
         if p.closed != 0:
             shortest = min(shortest, contact_time(w, contact_at(w.contacts, p.slot), a, b))
             continue
-        if a.moved != 0 or b.moved != 0 or p.look <= now:
+        if a.changed != 0 or b.changed != 0 or p.toi <= now:
             fly(a, now)
             fly(b, now)
-            look(w, p, now, step - now)
-            w.looks += 1
-        if p.look < step:
-            first = min(first, p.look)
+            predict(w, p, now, step - now)
+            w.predictions += 1
+        if p.toi < step:
+            first = min(first, p.toi)
     for i in range(w.body_count):
-        body_at(w.bodies, i).moved = 0
+        body_at(w.bodies, i).changed = 0
     return first, shortest
 
 
@@ -52,22 +52,19 @@ def next_impact(w, now):
     shortest = NEVER
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if (
-            p.closed == 0
-            and p.look <= now
-            and not (body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0)
-        ):
+        still = body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0
+        if p.closed == 0 and p.toi <= now and not still:
             shortest = min(shortest, touch_time(w, p))
     return shortest
 
 
 @jit_inside
-def gather(w, now, until):
+def activate(w, now, until):
     """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
     length = until - now
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        b.stir = 0.0
+        b.delta_v = 0.0
         b.island = i
         b.head = -1
         b.link = -1
@@ -84,38 +81,37 @@ def gather(w, now, until):
             if a.still != 0 and b.still != 0:
                 continue
             if p.active != 0:
-                found = stir(w, p, a, b, length) or found
+                found = bound_delta_v(w, p, a, b, length) or found
                 continue
-            if p.closed == 0 and (not first or p.look > until):
-                if a.stir == 0.0 and b.stir == 0.0:
+            if p.closed == 0 and (not first or p.toi > until):
+                if a.delta_v == 0.0 and b.delta_v == 0.0:
                     continue
                 if p.seen != now:
                     fly(a, now)
                     fly(b, now)
-                    look(w, p, now, w.step - now)
-                    w.looks += 1
-                reach = (max(p.closing, 0.0) + MARGIN * (a.stir + b.stir) + 0.5 * max(p.push, 0.0) * length) * length
-                if p.gap > reach:
+                    predict(w, p, now, w.step - now)
+                    w.predictions += 1
+                if time_to_close(p.gap, fastest_closing(p, a, b), max(p.acceleration, 0.0)) > length:
                     continue
             p.active = 1
-            p.clear = 0.0
+            p.clear_until = 0.0
             found = True
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
-            stir(w, p, a, b, length)
+            bound_delta_v(w, p, a, b, length)
             join(w, p.body_a, p.body_b)
         first = False
     return sleeper
 
 
 @jit_inside
-def stir(w, p, a, b, length):
+def bound_delta_v(w, p, a, b, length):
     """How much two bodies' velocities may change by their contact, or by what the other one may be given.
 
     Returns whether this is clearly more than known before.
     """
-    closing, push = max(p.closing, 0.0), max(p.push, 0.0)
+    closing, push = max(p.closing, 0.0), max(p.acceleration, 0.0)
     square = (closing + push * length) ** 2
     if p.closed != 0:
         t = contact_at(w.contacts, p.slot).touch
@@ -123,12 +119,18 @@ def stir(w, p, a, b, length):
         square = t.closing * t.closing + 0.8 * t.force * x / t.mass
     for_a, for_b = lightness(a), lightness(b)
     both = for_a + for_b
-    for_a *= 2.0 * max(sqrt(square), b.stir) / both
-    for_b *= 2.0 * max(sqrt(square), a.stir) / both
-    more = for_a > GROWN * a.stir or for_b > GROWN * b.stir
-    a.stir = max(a.stir, for_a)
-    b.stir = max(b.stir, for_b)
+    for_a *= 2.0 * max(sqrt(square), b.delta_v) / both
+    for_b *= 2.0 * max(sqrt(square), a.delta_v) / both
+    more = for_a > GROWN * a.delta_v or for_b > GROWN * b.delta_v
+    a.delta_v = max(a.delta_v, for_a)
+    b.delta_v = max(b.delta_v, for_b)
     return more
+
+
+@jit_inside
+def fastest_closing(p, a, b):
+    """Closing speed [m/s] of an open pair within a window, whatever impacts do, at most."""
+    return max(p.closing, 0.0) + MARGIN * (a.delta_v + b.delta_v)
 
 
 @jit_inside
