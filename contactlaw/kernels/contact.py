@@ -5,7 +5,7 @@ The numbers of a pair are a row as well: `laws.record.PAIR`, then the law's own.
 
 from __future__ import annotations
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import CONTACT, CONTACT_SIZE, PAIR, PAIR_SIZE, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import advance, ask

@@ -215,9 +215,12 @@ def subcycle(
                     continue
                 was_open = history[PHASE] == OPEN
                 old_p, old_f, old_g = force[i, 0], force[i, 1], force[i, 2]
+                mass, tangential_mass = 0.0, 0.0  # of the touch
+                if was_open:
+                    mass, tangential_mass = mass_of(own[0]), across(own, moved[1], moved[2])
                 force[i, 0], force[i, 1], force[i, 2] = step(
                     p, history, x[i], before, v[i, 0], acceleration[i, 0] + own[0] * old_p,
-                    moved[1], moved[2], h, mass_of(own[0]), across(own, moved[1], moved[2]),
+                    moved[1], moved[2], h, mass, tangential_mass,
                 )  # fmt: skip
                 if x[i] <= 0.0 and before > 0.0 and p[ZETA] == 0.0:
                     force[i, 0], force[i, 1], force[i, 2] = old_p, old_f, old_g

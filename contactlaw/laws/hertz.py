@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inline as jit
 
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
 # which makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from contactlaw.jit import jit, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
-from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
@@ -85,7 +84,7 @@ class Microslip(Law):
         pull_u, pull_v, load = displace(
             law, memory, s2, contact.overlap, contact.before, g_star * du, g_star * dv, mu_e
         )
-        share = 4.0 / 3.0 * sqrt(contact.radius * contact.overlap) * contact.overlap / load if load > 0.0 else 0.0
+        share = contact.elastic / (contact.e_star * load) if load > 0.0 else 0.0
         return carried(contact, pull_u * share, pull_v * share)
 
     @staticmethod
@@ -155,10 +154,11 @@ def follow(contact, law, memory):
     if a2 > span * span:
         span = 1.25 * sqrt(a2)
     elif a2 * 4.0 < span * span:
-        reach = greatest_overlap(contact.stiffness, contact.mass, contact.overlap, contact.closing)
-        reach = sqrt(contact.radius * reach)
-        if 2.0 * reach < span:
-            span = 1.02 * reach
+        overlap, quarter = contact.overlap, 0.25 * span * span / contact.radius
+        energy = overlap * overlap * sqrt(overlap)  # over 2/5 k, with that of the closing speed
+        energy += 1.25 * contact.mass * contact.closing * contact.closing / contact.stiffness
+        if energy < quarter * quarter * sqrt(quarter):
+            span = 1.02 * sqrt(contact.radius * energy**0.4)
     if span != contact.scale and contact.state == SPRUNG:
         regrid(contact, law, memory, span)
     contact.scale = span

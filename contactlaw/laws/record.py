@@ -148,17 +148,17 @@ _call_stiffness: Any = intrinsic(_stiffness_typing)
 _call_energy: Any = intrinsic(_energy_typing)
 
 
-@overload(contact_of)
+@overload(contact_of, jit_options={"forceinline": True})
 def _contact_of(values):
     return lambda values: _contact_at(types.uintp(values.ctypes.data))
 
 
-@overload(pair_of)
+@overload(pair_of, jit_options={"forceinline": True})
 def _pair_of(values):
     return lambda values: _pair_at(types.uintp(values.ctypes.data))
 
 
-@overload(ask_force)
+@overload(ask_force, jit_options={"forceinline": True})
 def _ask_force(pair, contact, law, memory, du, dv, dt):
     def ask(pair, contact, law, memory, du, dv, dt):
         vectors = carray(doubles_at(types.uintp(memory.ctypes.data)), (2, int(pair.vectors)))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.record import LASTING, SLIDING
 
 STRAIGHT = 1e-6  # sine of the angle to which a slide may turn in a step and still count as straight

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SPRUNG, ask_force
 
