@@ -66,6 +66,7 @@ def close(w, k, overlap):
         w.latest = max(w.latest, overlap)
         force.advance_contact(w, c, q.slot, 0.0, 0.0, 0.0, 0.0)
         store(c.force, scale(t.force, n))
+        c.closing_acceleration = -t.force / t.mass
     return True
 
 

@@ -25,10 +25,14 @@ class World:
     not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres and planes fixed to
     bodies: a capsule is its two ends, a box on ball feet eight of them.
 
+        from contactlaw import MATERIALS, ContactPair
+        from contactlaw.world import World
+
         world = World(timestep=2e-3)
         floor = world.add_plane(None, point=(0, 0, 0), normal=(0, 0, 1))
         body = world.add_body(mass=0.5, inertia=2e-4, position=(0, 0, 0.3), spin=(0, 50, 0))
         ball = world.add_sphere(body, radius=0.02)
+        steel = MATERIALS["steel"]
         world.add_contact(ball, floor, ContactPair(steel, steel, friction=0.1, restitution=0.9))
         world.step(500)
         print(world.position[body], world.energy.total)
@@ -39,8 +43,8 @@ class World:
         gravity: [m/s^2], shape (3,), or one number: downward along z.
         timestep: [s] of `step`.
         substeps: Of an impact between few bodies; with 100, psi_2 is right to 5e-4.
-        crowd_substeps: Of an impact in an island of more than `crowd` closed contacts.
-        crowd: See there.
+        crowd_substeps: Of an impact in an island of more than `crowd` closed contacts; 20 to 40 are enough for a heap.
+        crowd: How many closed contacts are few.
         stillness: Share of its overlap that a contact may move in an impact's time and still fall asleep; 0: never.
 
     Raises:
@@ -180,7 +184,8 @@ class World:
         """Move the world by n steps of `timestep`.
 
         Raises:
-            RuntimeError: More shapes came near each other within one step than there was room for.
+            RuntimeError: More shapes came near each other within one step than there was room for; or the motion is no
+                longer finite.
         """
         left = checks.count("n", n, 0)
         while left > 0:
@@ -189,6 +194,8 @@ class World:
                 self._arrays = with_more_room(self.arrays)
         if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
+        if not np.isfinite(self.arrays.bodies["position"]).all():
+            raise RuntimeError("the motion is no longer finite: speeds or overlaps are beyond what numbers can hold")
 
     @property
     def position(self) -> Array:

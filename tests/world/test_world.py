@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from math import inf
 
 import numpy as np
@@ -137,6 +138,25 @@ def test_a_body_of_infinite_mass_goes_its_way() -> None:
     made.step(5)
     assert made.velocity[0] == pytest.approx([0.0, 0.0, 1.0])
     assert made.velocity[1, 2] == pytest.approx(2.0 - 9.81 * 3e-3, abs=2e-3)
+
+
+@pytest.mark.heavy
+def test_a_ball_put_into_the_floor_leaves_with_what_it_holds() -> None:
+    """The elastic energy of its overlap, 2/5 P delta."""
+    made = balls(steel_pair(), [[0.0, 0.0, RADIUS - 1e-4]], 0.0, planes=[FLOOR], timestep=1e-3)
+    made.step(5)
+    stored = 0.4 * 4.0 / 3.0 * steel_pair().effective_modulus * RADIUS**0.5 * 1e-4**2.5
+    assert made.energy.total == pytest.approx(stored, rel=1e-3)
+
+
+@pytest.mark.heavy
+def test_the_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = (World.__doc__ or "").splitlines()
+    first = next(i for i, line in enumerate(lines) if "from contactlaw import" in line)
+    last = next(i for i, line in enumerate(lines) if "print(" in line)
+    exec(textwrap.dedent("\n".join(lines[first : last + 1])))
+    height = float(capsys.readouterr().out.split("]")[0].split()[-1])
+    assert 0.02 < height < 0.3
 
 
 @pytest.mark.heavy
