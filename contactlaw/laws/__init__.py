@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from functools import lru_cache
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -17,52 +15,39 @@ for _module in iter_modules(__path__, f"{__name__}."):
     import_module(_module.name)
 
 
-class _Laws(Mapping[str, Law]):
-    """Every law whose file has been imported, with its defaults, by its name; in the order of the rungs."""
-
-    def __getitem__(self, name: str) -> Law:
-        return _plain(KNOWN[name])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(sorted(KNOWN, key=lambda name: KNOWN[name].rung))
-
-    def __len__(self) -> int:
-        return len(KNOWN)
+def _ranked() -> list[tuple[str, type[Law]]]:
+    return sorted(KNOWN.items(), key=lambda item: item[1].rung)
 
 
-LAWS: Mapping[str, Law] = _Laws()
-
-
-@lru_cache(maxsize=64)
-def _plain(kind: type[Law]) -> Law:
-    return kind()
+LAWS: dict[str, Law] = {name: kind() for name, kind in _ranked()}
+"""Every law of the package by its name, with its defaults, in the order of the rungs."""
 
 
 def law_of(value: str | Law) -> Law:
     """The law that this says: its name, with fields after it where they are not the defaults, or the law itself.
 
-    For example "microslip" or "microslip node_count=32".
+    For example "microslip" or "microslip node_count=32". A law of the user's own is known once its file is imported.
 
     Raises:
         ValueError: No such law or field, or a value that the law refuses.
     """
     if isinstance(value, Law):
         return value
-    if isinstance(value, str) and value in KNOWN:
+    if isinstance(value, str) and value in LAWS:
         return LAWS[value]
     name, *words = value.split() if isinstance(value, str) and value.strip() else [value]
-    law = LAWS[checks.one_of("law", name, LAWS)]
+    kind = KNOWN[checks.one_of("law", name, KNOWN)]
     given = {}
     for word in words:
         key, _, text = word.partition("=")
-        checks.one_of(f"field of {name}", key, [field.name for field in fields(law)])
+        checks.one_of(f"field of {name}", key, [field.name for field in fields(kind)])
         given[key] = _number(f"law = {value!r}", text)
-    return type(law)(**given)
+    return kind(**given)
 
 
 def choices() -> str:
     """The names of the laws with their fields, for a line of help."""
-    return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in LAWS.items())
+    return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in _ranked())
 
 
 def text_of(law: Law) -> str:

@@ -47,8 +47,8 @@ class Law:
          the force along both tangents [N]. End with `return carried(contact, f, g)`: |F| <= mu P is the law's duty;
       4. where the defaults, those of Mindlin's spring, are not its own: `stiffness(contact, law)`, stuck [N/m]
          (infinite: rigid), and `energy(contact, law, memory)` [J];
-      5. `ContactPair(..., law=MyLaw())` then works everywhere. `LAWS`, the command line and the property tests find it
-         by its name once its file is imported.
+      5. `ContactPair(..., law=MyLaw())` then works everywhere. `law_of`, XML and the command line find it by its name
+         once its file is imported; one in this folder is in `LAWS`, over which all property tests run.
 
     Attributes:
         name: As users write it.
