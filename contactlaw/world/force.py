@@ -10,7 +10,7 @@ from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, a
 from contactlaw.laws.step import MARGIN, ask
 from contactlaw.world.access import law_numbers, law_of, memory_of, pair_at
 
-CALM = 0.3  # of critical damping: a dashpot across a contact that lasts and is damped along the normal
+CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
 
 
 @jit_inside
@@ -66,8 +66,16 @@ def advance_contact(w, c, slot, du, dv, dt, free):
         t.state = SLIDING
         return
     ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
-    if t.course == LASTING and law.zeta > 0.0 and dt > 0.0:
+    if t.course == LASTING and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c):
         calm(t, du / dt, dv / dt)
+
+
+@jit_inside
+def hardly_moves(c):
+    """Whether the normal motion of a closed contact is slow beside what its load would make of it."""
+    t = c.touch
+    own = t.force / t.mass
+    return t.closing * t.closing < 0.1 * own * t.overlap and abs(c.closing_acceleration) < 0.3 * own
 
 
 @jit_inside

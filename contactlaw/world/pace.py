@@ -6,7 +6,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
-from contactlaw.world.force import hertz
+from contactlaw.world.force import hardly_moves, hertz
 from contactlaw.world.geometry import centre, effective_radius, meet
 from contactlaw.world.motion import acceleration_at, mobility, velocity_at
 from contactlaw.world.records import NEVER, SPHERE
@@ -121,9 +121,8 @@ def contact_time(w, c, a, b):
 def substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
-    own = t.force / t.mass
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
-    if t.overlap > 0.0 and t.closing * t.closing < 0.1 * own * t.overlap and abs(c.closing_acceleration) < 0.3 * own:
+    if t.overlap > 0.0 and hardly_moves(c):
         substeps = max(substeps / FEW, 20.0)
     return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
 
