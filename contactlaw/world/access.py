@@ -1,0 +1,95 @@
+"""Elements of the arrays of a world, by their addresses: compiled code sees one record, `WORLD`, and what it points to.
+
+An array that is passed on or looked into costs a count of references at run time and a second of compiling in every
+function that it goes through; an address costs nothing. The arrays belong to Python (`world.arrays`), which keeps them
+alive and writes their addresses into the record.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from contactlaw.jit import jit_inside
+from contactlaw.laws.record import PAIR as LAW
+from contactlaw.laws.record import PAIR_SIZE
+from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE
+
+
+def _element(dtype: np.dtype) -> Any:
+    """A function of the address of an array of records and an index, that returns the record there."""
+    kind = numba.from_dtype(dtype)
+    size = dtype.itemsize
+
+    def at(typing_context, address, index):
+        def generate(context, builder, signature, arguments):
+            place = builder.add(arguments[0], builder.mul(arguments[1], ir.Constant(ir.IntType(64), size)))
+            return builder.inttoptr(place, context.get_value_type(kind))
+
+        return kind(types.uint64, types.int64), generate
+
+    return intrinsic(at)
+
+
+def _whole(typing_context, address, index):
+    def generate(context, builder, signature, arguments):
+        start = builder.inttoptr(arguments[0], ir.IntType(64).as_pointer())
+        return builder.load(builder.gep(start, [arguments[1]]))
+
+    return types.int64(types.uint64, types.int64), generate
+
+
+def _set_whole(typing_context, address, index, value):
+    def generate(context, builder, signature, arguments):
+        start = builder.inttoptr(arguments[0], ir.IntType(64).as_pointer())
+        builder.store(arguments[2], builder.gep(start, [arguments[1]]))
+        return context.get_dummy_value()
+
+    return types.none(types.uint64, types.int64, types.int64), generate
+
+
+def _numbers(typing_context, address):
+    def generate(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
+
+    return types.CPointer(types.float64)(types.uint64), generate
+
+
+body_at: Any = _element(BODY)
+shape_at: Any = _element(SHAPE)
+pair_at: Any = _element(PAIR)
+near_at: Any = _element(NEAR)
+contact_at: Any = _element(CONTACT)
+law_at: Any = _element(LAW)
+
+whole_at: Any = intrinsic(_whole)
+"""Element of an array of int64."""
+
+set_whole: Any = intrinsic(_set_whole)
+"""Write an element of an array of int64."""
+
+numbers_at: Any = intrinsic(_numbers)
+"""An address as a pointer to float64, for `numba.carray`."""
+
+
+@jit_inside
+def memory_of(w, slot):
+    """What the law remembers of the contact in a slot, shape (size,)."""
+    return numba.carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
+
+
+@jit_inside
+def law_of(w, pair):
+    """The materials and the law of a pair, as the law reads them."""
+    return law_at(w.numbers + 8 * pair.numbers, 0)
+
+
+@jit_inside
+def law_numbers(w, pair):
+    """The law's own numbers."""
+    return numba.carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)

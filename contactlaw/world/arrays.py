@@ -1,0 +1,100 @@
+"""The arrays of a world: made empty, and made longer when bodies, shapes or contacts come to it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, SPHERE, WORLD, Array, Arrays
+
+FAR = 1e3  # [m] that a plane on a body that moves may reach
+LEAST = 64  # near pairs and contacts that there is room for from the start
+
+
+def empty() -> Arrays:
+    """A world without bodies but itself."""
+
+    def whole(count: int) -> Array:
+        return np.zeros(count, np.int64)
+
+    made = Arrays(
+        bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
+        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
+        spare=np.arange(LEAST)[::-1].copy(), roots=whole(1), island_bodies=whole(1), island_pairs=whole(LEAST),
+        grid=whole(4), world=np.zeros(1, WORLD),
+    )  # fmt: skip
+    body = made.bodies[0]
+    body["quaternion"][0] = 1.0
+    body["axes"] = np.eye(3).ravel()
+    body["isotropic"] = 1
+    body["oriented"] = 1  # planes of the world have places
+    made.world["spares"] = LEAST
+    made.world["stale"] = 1
+    return made
+
+
+def longer(array: Array, count: int) -> Array:
+    """The array with so many rows of zeros behind it."""
+    return np.concatenate([array, np.zeros((count, *array.shape[1:]), array.dtype)])
+
+
+def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
+    """The array of records and more of them, given field by field."""
+    array = longer(array, len(rows))
+    for record, fields in zip(array[-len(rows) :], rows, strict=True):
+        for name, value in fields.items():
+            record[name] = value
+    return array
+
+
+def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
+    """The world and more bodies."""
+    bodies = with_rows(one.bodies, rows)
+    room = np.zeros(bodies.size, np.int64)
+    return one._replace(bodies=bodies, roots=room, island_bodies=room.copy())
+
+
+def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
+    """The world and more shapes; the bodies that they are on know how far they reach."""
+    shapes = with_rows(one.shapes, rows)
+    for shape in shapes[-len(rows) :]:
+        body, off = one.bodies[shape["body"]], float(np.linalg.norm(shape["at"]))
+        if shape["kind"] == SPHERE:
+            body["size"] = min(body["size"] or np.inf, shape["radius"])
+            body["reach"] = max(body["reach"], off)
+            body["oriented"] |= int(off > 0.0)
+        elif shape["body"] != 0:
+            body["reach"] = FAR
+            body["oriented"] = 1
+    cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
+    one.world["stale"] = 1
+    return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))
+
+
+def with_pair(one: Arrays, radius: float, numbers: Array, memory: int) -> Arrays:
+    """The world and one more pair of materials.
+
+    radius: see `records.PAIR`. numbers: as `ContactPair.parameters` gives them. memory: numbers that its law remembers.
+    """
+    pairs = longer(one.pairs, 1)
+    pairs["radius"][-1], pairs["numbers"][-1] = radius, one.numbers.size
+    more = max(memory - one.memory.shape[1], 0)
+    return one._replace(
+        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=np.pad(one.memory, ((0, 0), (0, more)))
+    )
+
+
+def with_more_room(one: Arrays) -> Arrays:
+    """The world with room for twice as many near pairs and contacts."""
+    more = one.contacts.size
+    spares = int(one.world["spares"][0])
+    new = np.arange(2 * more - 1, more - 1, -1)
+    one.world["spares"] += more
+    one.world["lost"] = 0
+    one.world["stale"] = 1
+    return one._replace(
+        near=longer(one.near, one.near.size), island_pairs=np.zeros(2 * one.near.size, np.int64),
+        contacts=longer(one.contacts, more), memory=longer(one.memory, more),
+        spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
+    )  # fmt: skip

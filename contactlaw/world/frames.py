@@ -1,0 +1,71 @@
+"""Quaternions, and the principal axes of a body, in numpy: for what is done once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import checks
+from contactlaw.world.records import Array
+
+ALIKE = 1e-12  # relative difference of moments of inertia that are equal
+
+
+def unit_quaternion(name: str, value: ArrayLike) -> Array:
+    """A checked unit quaternion, scalar first."""
+    q = checks.finite_array(name, value)
+    if q.shape != (4,) or not np.linalg.norm(q) > 0.0:
+        raise ValueError(f"{name} = {q.tolist()}: must be four numbers, scalar first, not all zero")
+    return q / np.linalg.norm(q)
+
+
+def product(p: Array, q: Array) -> Array:
+    """The quaternion p q."""
+    return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
+
+
+def matrix_of(q: Array) -> Array:
+    """The rotation matrix (3, 3) of a unit quaternion."""
+    w, v = q[0], q[1:]
+    skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew
+
+
+def quaternion_of(m: Array) -> Array:
+    """The unit quaternion of a rotation matrix (3, 3), from the largest of its components."""
+    squares = np.array([
+        1.0 + m[0, 0] + m[1, 1] + m[2, 2], 1.0 + m[0, 0] - m[1, 1] - m[2, 2],
+        1.0 - m[0, 0] + m[1, 1] - m[2, 2], 1.0 - m[0, 0] - m[1, 1] + m[2, 2],
+    ])  # fmt: skip
+    a, b, c = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+    d, e, f = m[1, 0] + m[0, 1], m[2, 0] + m[0, 2], m[2, 1] + m[1, 2]
+    rows = np.array([[squares[0], a, b, c], [a, squares[1], d, e], [b, d, squares[2], f], [c, e, f, squares[3]]])
+    row = rows[int(np.argmax(squares))]
+    return row / np.linalg.norm(row)
+
+
+def principal(inertia: ArrayLike) -> tuple[Array, Array]:
+    """Principal moments of inertia [kg m^2], and the quaternion of their axes in the body's.
+
+    Raises:
+        ValueError: Not the inertia of a body: not positive, not symmetric, or one moment above the sum of the others.
+    """
+    value = checks.finite_array("inertia", inertia)
+    if value.shape not in ((), (3,), (3, 3)):
+        raise ValueError(f"inertia: shape {value.shape}; must be one number, (3,) or (3, 3)")
+    moments, axes = np.broadcast_to(value, (3,)) if value.ndim < 2 else np.zeros(3), np.eye(3)
+    if value.ndim == 2:
+        if not np.allclose(value, value.T, rtol=1e-9, atol=0.0):
+            raise ValueError(f"inertia = {value.tolist()}: must be symmetric")
+        if np.count_nonzero(value - np.diag(np.diag(value))) == 0:
+            moments = np.diag(value)
+        else:
+            moments, axes = np.linalg.eigh(value)
+            axes = axes * np.sign(np.linalg.det(axes))
+    if not (moments.min() > 0.0 and 2.0 * moments.max() <= moments.sum() * (1.0 + 1e-9)):
+        raise ValueError(
+            f"inertia: principal moments {np.sort(moments).tolist()}; must be > 0, none above the sum of the others"
+        )
+    if np.ptp(moments) <= ALIKE * moments.max():
+        moments = np.full(3, moments.mean())
+    return moments.copy(), quaternion_of(axes)

@@ -1,0 +1,214 @@
+"""The bodies and contacts of one island through one window: fly to the first touch, step while anything is closed.
+
+A substep is a leapfrog: all bodies drift, then each contact looks where its bodies are and asks its law, then all
+bodies are kicked. The force at the end of a window is where the next one begins.
+"""
+
+from __future__ import annotations
+
+from math import ceil, floor
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
+from contactlaw.world.geometry import meet
+from contactlaw.world.motion import drift, fly, settle
+from contactlaw.world.pace import predict, radius_of, substep, time_to_close, touch_time
+from contactlaw.world.records import NEVER
+from contactlaw.world.sleep import fall_asleep
+from contactlaw.world.touch import TOUCHING, advance, apply_force, close, open_up
+from contactlaw.world.window import fastest_closing
+
+BLOCK = 16  # substeps of one length; then the paces are looked at anew
+LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
+SHORTEST = 1e-6  # of a substep, a remainder that is none
+TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
+AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
+
+
+@jit_inside
+def integrate(w, root, now, until):
+    """Move an island from one time of the step to another [s]."""
+    bodies, pairs = members(w, root)
+    t = now
+    while t < until:
+        t = approach(w, bodies, pairs, t, until)
+        if t < until:
+            t = run(w, bodies, pairs, t, now, until)
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        b.time = until
+        settle(b)
+        b.changed = 1
+    fall_asleep(w, bodies, pairs)
+
+
+@jit_inside
+def members(w, root):
+    """List the bodies and the near pairs of an island; returns how many."""
+    bodies, pairs = 0, 0
+    i = root
+    while i >= 0:
+        if body_at(w.bodies, i).still == 0:
+            set_whole(w.island_bodies, bodies, i)
+            bodies += 1
+        i = body_at(w.bodies, i).link
+    k = body_at(w.bodies, root).head
+    while k >= 0:
+        set_whole(w.island_pairs, pairs, k)
+        pairs += 1
+        k = near_at(w.near, k).link
+    return bodies, pairs
+
+
+@jit_inside
+def approach(w, bodies, pairs, t, until):
+    """While nothing is closed, fly all bodies together until the first two touch; returns when they do [s]."""
+    soon = AT_ONCE * (until - t)
+    for _ in range(TRIES):
+        closed, first = False, NEVER
+        for i in range(pairs):
+            p = near_at(w.near, whole_at(w.island_pairs, i))
+            if p.closed == 0:
+                predict(w, p, t, w.step - t)
+                w.predictions += 1
+                first = min(first, p.toi)
+                touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
+                if touches and close(w, whole_at(w.island_pairs, i), -p.gap):
+                    closed = True
+            else:
+                closed = True
+        if closed:
+            return t
+        t = min(max(first, t + 1e-6 * soon), until)
+        for i in range(bodies):
+            fly(body_at(w.bodies, whole_at(w.island_bodies, i)), t)
+        if t == until:
+            return t
+    return t
+
+
+@jit_inside
+def run(w, bodies, pairs, t, now, until):
+    """Step an island until nothing of it is closed, or to the end of the window; returns when [s].
+
+    The window is a whole number of substeps, so that those of windows of one length are alike. What is left of it from
+    a touch on is not: the first substep is the remainder, as long as there is hardly any force.
+    """
+    whole = until - now
+    h = length(w, pairs, t, until)
+    h = whole / ceil(whole / kept(w, pairs, h) - 1e-9)
+    count = floor((until - t) / h + 1e-9)
+    following = h
+    h = until - t - count * h
+    if h < SHORTEST * following:
+        h = following
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
+    done, going = 0, True
+    while going:
+        done += 1
+        left = until - t - h
+        last = left < 0.5 * following
+        t = until if last else t + h
+        for i in range(bodies):
+            drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
+        closed, news = forces(w, pairs, h)
+        going = closed > 0 and not last
+        if not going:
+            following = 0.0
+        elif news or done == BLOCK:
+            target = length(w, pairs, t, until)
+            if not alike(target, following):
+                following = left / ceil(left / target - 1e-9)
+            done = 0
+        for i in range(pairs):
+            p = near_at(w.near, whole_at(w.island_pairs, i))
+            if p.closed == 0:
+                continue
+            c = contact_at(w.contacts, p.slot)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if c.touch.overlap > 0.0:
+                apply_force(c, a, b, 0.5 * (h + following) + c.end_weight * h)
+            else:
+                apply_force(c, a, b, c.end_weight * h)
+                open_up(p, c)
+        w.kicks += closed
+        h = following
+    return t
+
+
+@jit_inside
+def forces(w, pairs, h):
+    """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched."""
+    closed, news = 0, False
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if p.closed == 0:
+            if p.watched == 0:
+                continue
+            overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+            before = -p.gap
+            p.gap = -overlap
+            if overlap <= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
+                continue
+            news = True
+        c = contact_at(w.contacts, p.slot)
+        advance(w, c, p.slot, a, b, h)
+        if c.touch.overlap > 0.0:
+            closed += 1
+    return closed, news
+
+
+@jit_inside
+def length(w, pairs, t, until):
+    """Length [s] that the next substeps should have, at most that of what is left of the window."""
+    closed, h = 0, until - t
+    for i in range(pairs):
+        closed += near_at(w.near, whole_at(w.island_pairs, i)).closed
+    count = w.substeps if closed <= w.crowd else w.crowd_substeps
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            h = min(h, substep(w, contact_at(w.contacts, p.slot), a, b, count))
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed == 0:
+            if p.clear_until <= t + BLOCK * h:
+                predict_clear(w, p, t)
+                if p.clear_until <= t + BLOCK * h and p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0):
+                    h = min(h, touch_time(w, p) / count)
+            p.watched = 1 if p.clear_until <= t + BLOCK * h else 0
+    return h
+
+
+@jit_inside
+def predict_clear(w, p, t):
+    """Look at an open pair, and how long it stays so whatever impacts do."""
+    predict(w, p, t, w.step - t)
+    w.predictions += 1
+    closing = fastest_closing(p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+    p.clear_until = t + time_to_close(max(p.gap, 0.0), closing, max(p.acceleration, 0.0))
+
+
+@jit_inside
+def kept(w, pairs, target):
+    """The length of substeps [s] that closed contacts had before the window, if it may stay; else the target."""
+    last = NEVER
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            c = contact_at(w.contacts, p.slot)
+            if c.touch.force > 0.0:
+                last = min(last, c.interval)
+    return last if alike(target, last) else target
+
+
+@jit_inside
+def alike(target, length):
+    """Whether substeps may keep their length though they should have another."""
+    return LEAST_CHANGE * length < target < length / LEAST_CHANGE

@@ -1,0 +1,184 @@
+"""How a body moves between forces, what an impulse does to it, and how much it gives way.
+
+The only file that knows how a body moves. A tree of joints has the same four: `drift` at second order, accelerations
+anew once its velocities have jumped; the velocity of a point J v; an impulse p at a point, v += M^-1 J^T p; and the
+mobility J M^-1 J^T of the touch.
+"""
+
+from __future__ import annotations
+
+from math import ceil, sqrt
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.vec import (
+    add,
+    axpy,
+    cross,
+    dot,
+    half_turn,
+    load,
+    norm,
+    rotate,
+    scale,
+    store,
+    sub,
+    to_body,
+    to_world,
+)
+
+LARGEST_TURN = 0.1  # [rad] a step of the rotation of a body that is not isotropic
+EXACT = 1e-31  # relative change of a spin, squared, at which it counts as found
+
+
+@jit_inside
+def fly(b, until):
+    """Bring a body to a time [s] of the step, in free flight."""
+    if b.still == 0 and b.time != until:
+        drift(b, until - b.time)
+        settle(b)
+    b.time = until
+
+
+@jit_inside
+def drift(b, h):
+    """Move a body for h [s] without contacts; `shift` and `twist` are what it moved by."""
+    v, a = load(b.velocity), load(b.acceleration)
+    shift = scale(h, axpy(0.5 * h, a, v))
+    store(b.shift, shift)
+    store(b.position, add(load(b.position), shift))
+    store(b.velocity, axpy(h, a, v))
+    b.time += h
+    if b.isotropic != 0:
+        w = load(b.spin)
+        rate = scale(b.inverse_inertia[0], load(b.torque))
+        twist = scale(h, axpy(0.5 * h, rate, w))
+        store(b.twist, twist)
+        store(b.turn, add(load(b.turn), twist))
+        store(b.spin, axpy(h, rate, w))
+        if b.oriented != 0:
+            settle(b)
+    else:
+        torque = scale(0.5 * h, load(b.torque))
+        store(b.momentum, add(load(b.momentum), torque))
+        tumble(b, h)
+        store(b.momentum, add(load(b.momentum), torque))
+        store(b.spin, give(b, load(b.momentum)))
+
+
+@jit_inside
+def settle(b):
+    """Turn the quaternion by what a body has turned."""
+    t = load(b.turn)
+    t2 = dot(t, t)
+    if t2 == 0.0:
+        return
+    c, s = half_turn(t2)
+    x, y, z = s * t[0], s * t[1], s * t[2]
+    q0, q1, q2, q3 = b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3]
+    p0 = c * q0 - x * q1 - y * q2 - z * q3
+    p1 = c * q1 + x * q0 + y * q3 - z * q2
+    p2 = c * q2 + y * q0 + z * q1 - x * q3
+    p3 = c * q3 + z * q0 + x * q2 - y * q1
+    one = 1.0 / sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
+    b.quaternion[0] = one * p0
+    b.quaternion[1] = one * p1
+    b.quaternion[2] = one * p2
+    b.quaternion[3] = one * p3
+    b.turned += sqrt(t2)
+    store(b.turn, (0.0, 0.0, 0.0))
+    set_axes(b)
+
+
+@jit_inside
+def set_axes(b):
+    """The matrix of the quaternion."""
+    w, x, y, z = b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3]
+    m = b.axes
+    m[0] = 1.0 - 2.0 * (y * y + z * z)
+    m[1] = 2.0 * (x * y - w * z)
+    m[2] = 2.0 * (x * z + w * y)
+    m[3] = 2.0 * (x * y + w * z)
+    m[4] = 1.0 - 2.0 * (x * x + z * z)
+    m[5] = 2.0 * (y * z - w * x)
+    m[6] = 2.0 * (x * z - w * y)
+    m[7] = 2.0 * (y * z + w * x)
+    m[8] = 1.0 - 2.0 * (x * x + y * y)
+
+
+@jit_inside
+def tumble(b, h):
+    """Turn a body with three moments of inertia for h [s], free of torque: its energy and momentum stay to rounding.
+
+    With L the angular momentum along the body, the rotation R <- R exp(theta), theta = h I^-1 (L + exp(-theta) L)/2,
+    is the implicit midpoint rule of L' = L x I^-1 L for a slightly other h; that rule keeps all quadratic invariants
+    (Hairer, Lubich & Wanner, Geometric Numerical Integration, section IV.2), and R L stays what it was.
+    """
+    total = (0.0, 0.0, 0.0)
+    m, i = load(b.momentum), load(b.inverse_inertia)
+    speed = norm(give(b, m))
+    count = max(ceil(speed * abs(h) / LARGEST_TURN), 1.0)
+    part = h / count
+    for _ in range(int(count)):
+        start = to_body(b.axes, m)
+        w = (i[0] * start[0], i[1] * start[1], i[2] * start[2])
+        for _ in range(40):
+            mean = scale(0.5, add(start, rotate(scale(-part, w), start)))
+            new = (i[0] * mean[0], i[1] * mean[1], i[2] * mean[2])
+            change = sub(new, w)
+            w = new
+            if dot(change, change) <= EXACT * dot(w, w):
+                break
+        turn = to_world(b.axes, scale(part, w))
+        store(b.turn, turn)
+        settle(b)
+        total = add(total, turn)
+    store(b.twist, total)
+
+
+@jit_inside
+def give(b, moment):
+    """Change of spin by an angular impulse [N m s] about the centre of mass: R I^-1 R^T L [rad/s]."""
+    if b.isotropic != 0:
+        return scale(b.inverse_inertia[0], moment)
+    p, i = to_body(b.axes, moment), b.inverse_inertia
+    return to_world(b.axes, (i[0] * p[0], i[1] * p[1], i[2] * p[2]))
+
+
+@jit_inside
+def velocity_at(b, arm):
+    """Velocity [m/s] of the point of a body at an arm [m] from its centre of mass."""
+    return add(load(b.velocity), cross(load(b.spin), arm))
+
+
+@jit_inside
+def acceleration_at(b, arm):
+    """Acceleration [m/s^2] of that point, without contacts and without the change of spin."""
+    w = load(b.spin)
+    return add(load(b.acceleration), cross(w, cross(w, arm)))
+
+
+@jit_inside
+def moved_at(b, arm):
+    """What that point moved by in the last substep [m]; arm: in its middle."""
+    return add(load(b.shift), cross(load(b.twist), arm))
+
+
+@jit_inside
+def kick(b, arm, impulse):
+    """Give a body an impulse [N s] at an arm [m] from its centre of mass."""
+    if b.inverse_mass == 0.0:
+        return
+    store(b.velocity, axpy(b.inverse_mass, impulse, load(b.velocity)))
+    moment = cross(arm, impulse)
+    if b.isotropic != 0:
+        store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
+    else:
+        store(b.momentum, add(load(b.momentum), moment))
+        store(b.spin, give(b, load(b.momentum)))
+
+
+@jit_inside
+def mobility(b, arm, direction):
+    """Velocity [m/s] of a point along a unit vector, by a unit impulse along it [1/kg]."""
+    r = cross(arm, direction)
+    return b.inverse_mass + dot(r, give(b, r))

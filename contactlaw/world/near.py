@@ -1,0 +1,187 @@
+"""Broad phase: which shapes are near each other, by grids of several widths, kept for as long as nobody went far.
+
+Every body has a margin by which its surface may travel, turning included. Two shapes are near if their margins meet;
+the list is made anew when a body could use its margin up. Spheres lie in cells as wide as they are with their margins,
+to the next power of two; each looks into cells of its own width and wider.
+"""
+
+from __future__ import annotations
+
+from math import ceil, floor, log2
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
+from contactlaw.world.geometry import centre, meet
+from contactlaw.world.motion import fly
+from contactlaw.world.records import CLOSED, FREE, NEVER, PLANE, SPHERE
+from contactlaw.world.touch import release
+from contactlaw.world.vec import add, dot, load, norm, store, sub
+
+SLACK = 0.2  # of a body's smallest radius: its margin besides what its speed asks for
+STEPS = 4.0  # steps that the margin is to last at the speed there is
+
+
+@jit_inside
+def strayed(b, left):
+    """Whether a body may leave its margin within a time [s]."""
+    if b.size == 0.0 and b.reach == 0.0:  # it has no shapes
+        return False
+    way = norm(sub(load(b.position), load(b.mark))) + b.turned * b.reach
+    if b.still == 0:
+        way += left * surface_speed(b, left)
+    return way > b.margin
+
+
+@jit_inside
+def surface_speed(b, time):
+    """Speed [m/s] of a body's shapes within a time [s], at most."""
+    return norm(load(b.velocity)) + norm(load(b.spin)) * b.reach + time * norm(load(b.acceleration))
+
+
+@jit_inside
+def list_near(w, now):
+    """Make the list of near pairs anew; contacts keep what they remember."""
+    smallest = mark(w, now)
+    shapes = w.shape_count
+    cells = w.cells  # first in the grid's room: heads of the cells' lists; then of each shape: next, level, contacts
+    for i in range(cells):
+        set_whole(w.grid, i, -1)
+    keep_contacts(w, cells + 2 * shapes)
+    w.nears = 0
+    levels = 0
+    for i in range(shapes):
+        if shape_at(w.shapes, i).kind == SPHERE:
+            level = level_of(w, i, smallest)
+            levels |= 1 << level
+            set_whole(w.grid, cells + shapes + i, level)
+            cell = hashed(cell_of(w, i, smallest * 2.0**level), level, cells)
+            set_whole(w.grid, cells + i, whole_at(w.grid, cell))
+            set_whole(w.grid, cell, i)
+    for i in range(shapes):
+        if shape_at(w.shapes, i).kind == PLANE:
+            for j in range(shapes):
+                if shape_at(w.shapes, j).kind == SPHERE:
+                    consider(w, j, i, cells + 2 * shapes)
+            continue
+        own = whole_at(w.grid, cells + shapes + i)
+        for level in range(own, 63):
+            if levels >> level == 0:
+                break
+            if (levels >> level) & 1:
+                around(w, i, level, smallest * 2.0**level, cells)
+    for slot in range(w.contact_room):
+        if contact_at(w.contacts, slot).phase != FREE and contact_at(w.contacts, slot).near < 0:
+            release(w, slot)
+    w.lists += 1
+    w.stale = 0
+
+
+@jit_inside
+def mark(w, now):
+    """Give all bodies new margins; returns the width [m] of the smallest sphere with its margin."""
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        fly(b, now)
+        store(b.mark, load(b.position))
+        b.turned = 0.0
+        time = STEPS * w.step
+        b.margin = SLACK * b.size + (0.0 if b.still != 0 else time * surface_speed(b, time))
+    smallest = NEVER
+    for i in range(w.shape_count):
+        s = shape_at(w.shapes, i)
+        if s.kind == SPHERE:
+            smallest = min(smallest, 2.0 * (s.radius + body_at(w.bodies, s.body).margin))
+    return smallest
+
+
+@jit_inside
+def keep_contacts(w, heads):
+    """String up the contacts of each shape that is their A, from the heads on in the grid's room."""
+    for i in range(w.shape_count):
+        set_whole(w.grid, heads + i, -1)
+    for slot in range(w.contact_room):
+        c = contact_at(w.contacts, slot)
+        if c.phase != FREE:
+            c.near = -1
+            c.link = whole_at(w.grid, heads + c.shape_a)
+            set_whole(w.grid, heads + c.shape_a, slot)
+
+
+@jit_inside
+def level_of(w, i, smallest):
+    """Level of the grid that a sphere lies in."""
+    s = shape_at(w.shapes, i)
+    return max(ceil(log2((s.radius + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
+
+
+@jit_inside
+def cell_of(w, i, width):
+    """Indices of the cell that a sphere's centre lies in."""
+    b = body_at(w.bodies, shape_at(w.shapes, i).body)
+    at = add(load(b.position), centre(shape_at(w.shapes, i), b))
+    return floor(at[0] / width), floor(at[1] / width), floor(at[2] / width)
+
+
+@jit_inside
+def hashed(cell, level, cells):
+    """Place of a cell in a table whose size is a power of two."""
+    return (cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791 ^ level * 25165843) & (cells - 1)
+
+
+@jit_inside
+def around(w, i, level, width, cells):
+    """Consider a sphere with all of a level in the cells around it; those of its own level once."""
+    shapes = w.shape_count
+    own = whole_at(w.grid, cells + shapes + i)
+    x, y, z = cell_of(w, i, width)
+    for dx in range(-1, 2):
+        for dy in range(-1, 2):
+            for dz in range(-1, 2):
+                cell = (x + dx, y + dy, z + dz)
+                j = whole_at(w.grid, hashed(cell, level, cells))
+                while j >= 0:
+                    if whole_at(w.grid, cells + shapes + j) == level and (level > own or j < i):
+                        at = cell_of(w, j, width)
+                        if at[0] == cell[0] and at[1] == cell[1] and at[2] == cell[2]:
+                            consider(w, max(i, j), min(i, j), cells + 2 * shapes)
+                    j = whole_at(w.grid, cells + j)
+
+
+@jit_inside
+def consider(w, i, j, heads):
+    """List two shapes if they make a pair and are near; A is a sphere."""
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    pair = whole_at(w.groups, sa.group * w.group_count + sb.group)
+    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
+    if pair < 0 or sa.body == sb.body or (a.inverse_mass == 0.0 and b.inverse_mass == 0.0):
+        return
+    margin = a.margin + b.margin
+    if sb.kind == SPHERE:
+        d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
+        far = margin + sa.radius + sb.radius
+        if dot(d, d) > far * far:
+            return
+    else:
+        overlap, _, _, _ = meet(sa, a, sb, b)
+        if overlap < -margin:
+            return
+    if w.nears == w.near_room:
+        w.lost += 1
+        return
+    p = near_at(w.near, w.nears)
+    p.a, p.b, p.body_a, p.body_b, p.pair = i, j, sa.body, sb.body, pair
+    p.slot = -1
+    p.closed = 0
+    p.active = 0
+    p.watched = 0
+    p.toi = 0.0
+    p.seen = -1.0
+    slot = whole_at(w.grid, heads + i)
+    while slot >= 0:
+        c = contact_at(w.contacts, slot)
+        if c.shape_b == j:
+            p.slot = slot
+            p.closed = 1 if c.phase == CLOSED else 0
+            c.near = w.nears
+        slot = c.link
+    w.nears += 1

@@ -1,0 +1,138 @@
+"""How fast contacts go: when an open one could close, and how long a substep of a closed one may be."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, law_of, pair_at, shape_at
+from contactlaw.world.force import hardly_moves, hertz
+from contactlaw.world.geometry import centre, effective_radius, meet
+from contactlaw.world.motion import acceleration_at, mobility, velocity_at
+from contactlaw.world.records import NEVER, SPHERE
+from contactlaw.world.vec import add, cross, dot, load, norm, sub
+
+FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
+LARGEST_TURN = 0.2  # [rad] for which a time of impact of a body with shapes off its centre is foreseen
+
+
+@jit_inside
+def impact_time(k, duration, mass, overlap, closing, push):
+    """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration.
+
+    k: of P = k delta^1.5. duration: of an impact, times speed, over the greatest overlap. A contact that is pressed
+    together is as fast as its overlap at rest makes it, however slowly it began.
+    """
+    square = closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass
+    if push > 0.0:
+        square += 2.0 * push * (mass * push / k) ** (2.0 / 3.0)
+    if square == 0.0:
+        return NEVER
+    return duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
+
+
+@jit_inside
+def time_to_close(gap, closing, push):
+    """Time [s] until a gap [m] >= 0 closes, at a closing speed [m/s] and acceleration [m/s^2]."""
+    square = closing * closing + 2.0 * push * gap
+    if square < 0.0:
+        return NEVER
+    if closing > 0.0:
+        return 2.0 * gap / (closing + sqrt(square))
+    return (sqrt(square) - closing) / push if push > 0.0 else NEVER
+
+
+@jit_inside
+def predict(w, p, now, left):
+    """Time of impact of two near shapes, at the earliest; now: of the step, left: what there is of it after [s].
+
+    A step of conservative advancement (Mirtich 1996): the time is never too late, and exact for spheres that meet head
+    on. What the closing acceleration leaves out, the line of centres that turns, opens the gap; that of shapes off
+    their body's centre, which changes as the body turns, is bounded.
+    """
+    sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
+    p.seen = now
+    p.gap = -overlap
+    p.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
+    rest = sub(load(a.acceleration), load(b.acceleration))
+    p.acceleration = norm(rest) if sb.kind == SPHERE else -dot(rest, n)
+    p.toi = now
+    if overlap > 0.0:
+        return
+    slack, horizon = 0.0, left
+    if a.oriented != 0 or b.oriented != 0:
+        from_a = centre(sa, a)
+        turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
+        p.acceleration -= dot(sub(turning, rest), n)
+        w = norm(load(a.spin)) + norm(load(b.spin))
+        across = norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
+        speed = w * (norm(arm_a) + norm(arm_b)) + across
+        twist = torque_bound(a, from_a) + torque_bound(b, arm_b) + 2.0 * norm(load(b.spin)) * across
+        for _ in range(2):
+            if w * horizon > LARGEST_TURN:
+                horizon = LARGEST_TURN / w
+            slack = w * w * speed * horizon * horizon + twist * horizon
+            horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
+    wait = time_to_close(p.gap, p.closing + slack, p.acceleration)
+    p.toi = now + min(wait, horizon) if wait < left or horizon < left else NEVER
+
+
+@jit_inside
+def torque_bound(b, arm):
+    """Acceleration [m/s^2] of a point by torques, the gyroscopic one included, at most."""
+    if b.isotropic != 0:
+        return norm(load(b.torque)) * b.inverse_inertia[0] * norm(arm)
+    i = b.inverse_inertia
+    moment = norm(load(b.torque)) + norm(cross(load(b.spin), load(b.momentum)))
+    return moment * max(i[0], max(i[1], i[2])) * norm(arm)
+
+
+@jit_inside
+def radius_of(w, p):
+    """Effective radius [m] of a near pair."""
+    own = pair_at(w.pairs, p.pair).radius
+    return own if own > 0.0 else effective_radius(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
+
+
+@jit_inside
+def touch_time(w, p):
+    """Duration [s] of the impact that two near shapes are about to have."""
+    mass = 1.0 / (body_at(w.bodies, p.body_a).inverse_mass + body_at(w.bodies, p.body_b).inverse_mass)
+    push = max(p.acceleration, 0.0)
+    closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
+    law = law_of(w, pair_at(w.pairs, p.pair))
+    k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p))
+    return impact_time(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
+
+
+@jit_inside
+def contact_time(w, c, a, b):
+    """Duration [s] of the impact that a closed contact is in."""
+    t = c.touch
+    pull = sub(load(a.acceleration), load(b.acceleration))
+    return impact_time(
+        hertz(t), law_of(w, pair_at(w.pairs, c.pair)).duration, t.mass, max(t.overlap, 0.0), t.closing, norm(pull)
+    )
+
+
+@jit_inside
+def substep(w, c, a, b, substeps):
+    """Longest substep [s] for a closed contact; substeps: of an impact."""
+    t = c.touch
+    chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
+    if t.overlap > 0.0 and hardly_moves(c):
+        substeps = max(substeps / FEW, 20.0)
+    return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+
+
+@jit_inside
+def masses(c, a, b):
+    """Effective masses [kg] along the normal and across, the mean of both tangents, at the touch."""
+    n, e = load(c.normal), load(c.tangent)
+    arm_a, arm_b = load(c.arm_a), load(c.arm_b)
+    c.touch.mass = 1.0 / (mobility(a, arm_a, n) + mobility(b, arm_b, n))
+    t = cross(n, e)
+    both = mobility(a, arm_a, e) + mobility(b, arm_b, e) + mobility(a, arm_a, t) + mobility(b, arm_b, t)
+    c.touch.tangential_mass = 2.0 / both

@@ -1,0 +1,78 @@
+"""What can be read from a world: contacts, energy and momentum."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contactlaw.jit import jit
+from contactlaw.world.access import contact_at
+from contactlaw.world.force import stored_energy
+from contactlaw.world.records import CLOSED, FREE, Array, Arrays
+
+READOUT = np.dtype([
+    ("shapes", "i8", 2), ("bodies", "i8", 2), ("closed", "?"), ("overlap", "f8"), ("point", "f8", 3),
+    ("normal", "f8", 3), ("force", "f8", 3), ("impulse", "f8", 3), ("normal_work", "f8"), ("friction_work", "f8"),
+    ("deepest", "f8"), ("strongest", "f8"), ("duration", "f8"), ("touches", "i8"),
+])  # fmt: skip
+
+
+class Energy(NamedTuple):
+    """Of a world [J]: of motion, of gravity, and stored in contacts."""
+
+    kinetic: float
+    potential: float
+    elastic: float
+
+    @property
+    def total(self) -> float:
+        """All together [J]."""
+        return self.kinetic + self.potential + self.elastic
+
+
+def contacts(world: Arrays) -> Array:
+    """Contacts that are closed now or were in the last step, a row each."""
+    rows = world.contacts[world.contacts["phase"] != FREE]
+    out = np.zeros(rows.size, READOUT)
+    out["shapes"] = np.stack([rows["shape_a"], rows["shape_b"]], 1)
+    out["bodies"] = np.stack([rows["body_a"], rows["body_b"]], 1) - 1
+    out["closed"] = rows["phase"] == CLOSED
+    out["overlap"] = np.maximum(rows["touch"]["overlap"], 0.0) * out["closed"]
+    out["point"] = world.bodies["position"][rows["body_a"]] + rows["arm_a"]
+    out["force"] = rows["force"]
+    for name in ("normal", "impulse", "normal_work", "friction_work", "deepest", "strongest", "duration", "touches"):
+        out[name] = rows[name]
+    return out
+
+
+def energy(world: Arrays) -> Energy:
+    """See `Energy`; potential: counted from the origin."""
+    b = world.bodies[world.bodies["inverse_mass"] > 0.0]
+    mass = 1.0 / b["inverse_mass"]
+    axes = b["axes"].reshape(-1, 3, 3)
+    spin = np.einsum("nij,ni->nj", axes, b["spin"])
+    kinetic = 0.5 * mass @ (b["velocity"] ** 2).sum(1) + 0.5 * (spin**2 / b["inverse_inertia"]).sum()
+    potential = -mass @ (b["position"] * b["acceleration"]).sum(1)
+    return Energy(float(kinetic), float(potential), float(_elastic(world.bound().world)))
+
+
+@jit
+def _elastic(world):
+    """Elastic energy [J] of all closed contacts."""
+    w, out = world[0], 0.0
+    for slot in range(w.contact_room):
+        c = contact_at(w.contacts, slot)
+        if c.phase == CLOSED:
+            out += stored_energy(w, c, slot)
+    return out
+
+
+def momentum(world: Arrays) -> tuple[Array, Array]:
+    """Linear [N s] and angular [N m s] momentum, about the origin, of all bodies that have a mass."""
+    b = world.bodies[world.bodies["inverse_mass"] > 0.0]
+    linear = b["velocity"] / b["inverse_mass"][:, None]
+    axes = b["axes"].reshape(-1, 3, 3)
+    along = np.einsum("nij,ni->nj", axes, b["spin"]) / b["inverse_inertia"]
+    own = np.einsum("nij,nj->ni", axes, along)
+    return linear.sum(0), (np.cross(b["position"], linear) + own).sum(0)

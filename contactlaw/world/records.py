@@ -1,0 +1,169 @@
+"""What a world holds: bodies, the shapes fixed to them, near pairs of shapes, and contacts that are closed.
+
+All state is in plain arrays of these records: a copy of the arrays is a copy of the world. SI units, world frame
+unless said otherwise; the normal of a contact points from B to A, forces are those on A.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw.laws.record import CONTACT as TOUCH
+
+NEVER = np.inf
+
+SPHERE, PLANE = 0, 1  # kinds of shapes
+FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
+
+VECTOR = ("f8", (3,))
+MATRIX = ("f8", (9,))  # row by row
+
+
+def record(**fields: Any) -> np.dtype:
+    """A record with these fields, aligned."""
+    columns = [(name, *kind) if isinstance(kind, tuple) else (name, kind) for name, kind in fields.items()]
+    return np.dtype(columns, align=True)
+
+
+BODY = record(
+    # motion: of the centre of mass, and of the principal axes of inertia
+    position=VECTOR, velocity=VECTOR, spin=VECTOR,
+    quaternion=("f8", (4,)),  # scalar first
+    axes=MATRIX,  # the quaternion as a matrix: principal axes to world
+    momentum=VECTOR,  # angular, about the centre of mass; followed where the body is not isotropic
+    # inertia
+    inverse_mass="f8", inverse_inertia=VECTOR,  # about the principal axes
+    isotropic="i8",  # the three are equal
+    oriented="i8",  # its axes matter: not isotropic, or a shape is off its centre
+    # what moves it besides contacts, constant over a step
+    acceleration=VECTOR, torque=VECTOR,
+    # within a step
+    time="f8",  # [s] since the step began, up to which it has moved
+    shift=VECTOR, twist=VECTOR,  # displacement and rotation vector of its last substep
+    turn=VECTOR,  # rotation vector that the quaternion does not know yet
+    active="i8",  # presses on something
+    still="i8",  # nothing moves it within this step
+    asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
+    changed="i8",  # its velocity is no longer what was foreseen
+    delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
+    island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
+    # broad phase
+    mark=VECTOR, turned="f8",  # position, and angle turned since, of the last list of near pairs
+    margin="f8",  # [m] by which its surface may travel before the list must be made anew
+    reach="f8",  # [m] distance of its furthest sphere's centre or plane's foot from the centre of mass
+    size="f8",  # [m] radius of its smallest sphere
+)  # fmt: skip
+"""A rigid body. The first one is the world itself, which does not move."""
+
+SHAPE = record(
+    kind="i8", body="i8",
+    group="i8",  # row and column in the table that says which pair of materials two shapes make
+    radius="f8",  # of a sphere
+    at=VECTOR,  # centre of a sphere or point of a plane, along the body's principal axes
+    normal=VECTOR,  # of a plane, outward, along the same
+)  # fmt: skip
+"""A sphere or a plane, fixed to a body."""
+
+PAIR = record(
+    radius="f8",  # effective radius of every such contact [m]; zero: that of the shapes
+    numbers="i8",  # where its `laws.record.PAIR` begins, and the law's own numbers behind it
+)  # fmt: skip
+"""Two materials in contact."""
+
+NEAR = record(
+    a="i8", b="i8", body_a="i8", body_b="i8", pair="i8",
+    slot="i8",  # of the contact, if it is closed or has been in this step; else -1
+    closed="i8",
+    active="i8",  # taken into an island in this window
+    watched="i8",  # may close within a block of substeps
+    link="i8",  # next pair of the island
+    toi="f8",  # time [s] before which it cannot close by the motion that there is
+    clear_until="f8",  # time [s] before which it cannot close whatever impacts do, within a window
+    seen="f8",  # time [s] when it was last looked at
+    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then
+)  # fmt: skip
+"""Two shapes that may come to touch; A is a sphere."""
+
+CONTACT = record(
+    touch=TOUCH,  # what its law knows of it
+    phase="i8", near="i8", link="i8",
+    shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
+    interval="f8",  # [s] of the last substep
+    closing_acceleration="f8",  # closing acceleration over it [m/s^2]
+    end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
+    normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
+    force=VECTOR,  # force on A [N]
+    # ledger, since the touch
+    impulse=VECTOR,  # on A [N s]
+    normal_work="f8", friction_work="f8",  # done on the bodies [J]: what is lost has a minus
+    deepest="f8", strongest="f8", duration="f8",  # [m], [N], [s]
+    touches="i8",
+)  # fmt: skip
+"""A contact; what its law knows of it comes first."""
+
+WORLD = record(
+    # addresses of the arrays, see `Arrays`, and how many of each there are
+    bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
+    roots="u8", island_bodies="u8", island_pairs="u8", grid="u8",
+    body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
+    cells="i8",  # of the grid's table, a power of two
+    step="f8",  # length of the step [s]
+    substeps="f8",  # of an impact between few bodies
+    crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than this
+    stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
+    nears="i8", spares="i8", islands="i8",  # how many of each there are
+    stale="i8",  # a body has travelled further than the list of near pairs holds
+    windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
+    late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
+    lost="i8",  # contacts and pairs that there was no room for
+    slept="f8",  # energy of motion of bodies when they fell asleep [J]
+)  # fmt: skip
+"""A world as a whole: what compiled code is given."""
+
+Array = NDArray[Any]
+
+
+class Arrays(NamedTuple):
+    """A world, array by array.
+
+    Attributes:
+        bodies, shapes, pairs, near, contacts: Records. The list of near pairs and the contacts are room, of which
+            `world` says how much is used.
+        memory: What the laws remember of each contact, shape (contacts, size).
+        numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
+        groups: Index of the pair that shapes of two groups make, or -1.
+        spare: Contacts that are free, the next one last.
+        roots: Room for the islands of a window.
+        island_bodies, island_pairs: Room for what is in one.
+        grid: Room for the broad phase.
+        world: One record.
+    """
+
+    bodies: Array
+    shapes: Array
+    pairs: Array
+    near: Array
+    contacts: Array
+    memory: Array
+    numbers: Array
+    groups: Array
+    spare: Array
+    roots: Array
+    island_bodies: Array
+    island_pairs: Array
+    grid: Array
+    world: Array
+
+    def bound(self) -> Arrays:
+        """Write the addresses and sizes of the arrays into the record; returns itself."""
+        one = self.world
+        for name, array in zip(self._fields[:-1], self[:-1], strict=True):
+            one[name] = array.ctypes.data
+        one["body_count"], one["shape_count"] = self.bodies.size, self.shapes.size
+        one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
+        one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
+        one["cells"] = self.grid.size - 3 * self.shapes.size
+        return self

@@ -1,0 +1,119 @@
+"""Islands in which nothing moves: their bodies stand still to the last bit, and cost nothing.
+
+An island falls asleep when, in the time of an impact, no contact of it would move by more than a tiny share of its
+overlap, neither by the motion nor by the acceleration that there is. It wakes when a body that is awake comes near, or
+when somebody changes the velocity or the acceleration of one of its bodies.
+"""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, contact_at, near_at, whole_at
+from contactlaw.world.motion import give
+from contactlaw.world.pace import contact_time
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+@jit_inside
+def fall_asleep(w, bodies, pairs):
+    """Put an island to sleep if it hardly moves and is in balance."""
+    if w.stillness == 0.0 or not slow(w, pairs, w.stillness):
+        return
+    for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        store(b.shift, load(b.acceleration))
+        store(b.twist, give(b, load(b.torque)))
+        b.active = 0
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            c = contact_at(w.contacts, p.slot)
+            press(body_at(w.bodies, p.body_a), load(c.arm_a), load(c.force))
+            press(body_at(w.bodies, p.body_b), load(c.arm_b), scale(-1.0, load(c.force)))
+    if not balanced(w, pairs, w.stillness):
+        return
+    for i in range(bodies):
+        if body_at(w.bodies, whole_at(w.island_bodies, i)).active == 0:
+            return
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        w.slept += 0.5 * dot(load(b.velocity), load(b.velocity)) / b.inverse_mass
+        store(b.held, load(b.acceleration))
+        store(b.velocity, ZERO)
+        store(b.spin, ZERO)
+        store(b.momentum, ZERO)
+        b.asleep = 1
+        b.still = 1
+
+
+@jit_inside
+def slow(w, pairs, part):
+    """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time."""
+    some = False
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            some = True
+            c = contact_at(w.contacts, p.slot)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            speed = norm(load(a.velocity)) + norm(load(b.velocity))
+            speed += norm(load(a.spin)) * norm(load(c.arm_a)) + norm(load(b.spin)) * norm(load(c.arm_b))
+            if speed * contact_time(w, c, a, b) > part * c.touch.overlap:
+                return False
+    return some
+
+
+@jit_inside
+def press(b, arm, force):
+    """Count a force towards a body's accelerations."""
+    if b.still == 0:
+        store(b.shift, axpy(b.inverse_mass, force, load(b.shift)))
+        store(b.twist, add(load(b.twist), give(b, cross(arm, force))))
+        b.active = 1
+
+
+@jit_inside
+def balanced(w, pairs, part):
+    """Whether the accelerations too, in `shift` and `twist`, would move the contacts by less."""
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            c = contact_at(w.contacts, p.slot)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            time = contact_time(w, c, a, b)
+            rate = norm(load(a.shift)) + norm(load(a.twist)) * norm(load(c.arm_a))
+            rate += norm(load(b.shift)) + norm(load(b.twist)) * norm(load(c.arm_b))
+            if rate * time * time > part * c.touch.overlap:
+                return False
+    return True
+
+
+@jit_inside
+def wake(w, now):
+    """Wake all bodies that sleep in pairs taken into the window that begins now."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.active != 0:
+            for i in (p.body_a, p.body_b):
+                b = body_at(w.bodies, i)
+                if b.asleep != 0:
+                    wake_body(b, now)
+
+
+@jit_inside
+def wake_body(b, now):
+    """Wake one body."""
+    b.asleep = 0
+    b.still = 0
+    b.time = now
+    b.changed = 1
+
+
+@jit_inside
+def disturbed(b):
+    """Whether a body that sleeps was given a velocity, or is pressed otherwise than when it fell asleep."""
+    change = sub(load(b.acceleration), load(b.held))
+    moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
+    return moving != 0.0 or dot(change, change) != 0.0 or dot(load(b.torque), load(b.torque)) != 0.0

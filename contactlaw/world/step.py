@@ -1,0 +1,108 @@
+"""One step of a world: the sequence that engines and `World` share.
+
+begin         what the step starts from; the list of near pairs where bodies have gone far
+look_ahead    when could the next pair close, how long is the shortest impact that is going on
+activate      what is closed or could close in a window of that length; the islands that it makes
+integrate     each island through the window
+...           from window to window; where nothing is closed, to the next touch at once
+fly           all bodies to the end of the step
+"""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit, jit_inside
+from contactlaw.world.access import body_at, near_at, whole_at
+from contactlaw.world.island import integrate
+from contactlaw.world.motion import fly, give
+from contactlaw.world.near import list_near, strayed
+from contactlaw.world.records import NEVER
+from contactlaw.world.sleep import disturbed, wake, wake_body
+from contactlaw.world.touch import release
+from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
+from contactlaw.world.window import activate, link, look_ahead, next_impact
+
+REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
+
+
+@jit
+def step(world, dt, count):
+    """Move a world by a number of steps of dt [s]; stops before a step for which there may not be room enough.
+
+    world: array of one `records.WORLD`, with the addresses of its arrays. Between two steps anybody may change
+    positions, velocities and accelerations. Returns how many steps were made.
+    """
+    w = world[0]
+    for i in range(count):
+        begin(w, dt)
+        if 2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0:
+            w.stale = 1
+            return i
+        now = 0.0
+        while now < dt:
+            if w.stale != 0:
+                list_near(w, now)
+            first, shortest = look_ahead(w, now, dt)
+            if shortest == NEVER:
+                if first >= dt:
+                    break
+                now = max(now, first)
+                shortest = next_impact(w, now)
+            until = now + shortest
+            if not dt - until > REMNANT * shortest:
+                until = dt
+            while activate(w, now, until):
+                wake(w, now)
+            link(w)
+            for k in range(w.islands):
+                integrate(w, whole_at(w.roots, k), now, until)
+            w.windows += 1
+            now = until
+            watch(w, dt - now)
+        for k in range(w.body_count):
+            fly(body_at(w.bodies, k), dt)
+    return count
+
+
+@jit_inside
+def begin(w, dt):
+    """What a step starts from."""
+    w.step = dt
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        b.time = 0.0
+        b.changed = 1
+        store(b.shift, (0.0, 0.0, 0.0))
+        store(b.twist, (0.0, 0.0, 0.0))
+        if b.asleep != 0 and disturbed(b):
+            wake_body(b, 0.0)
+        follow(b)
+        moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
+        b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
+        if strayed(b, dt):
+            w.stale = 1
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0 and p.closed == 0:
+            release(w, p.slot)
+            p.slot = -1
+    if w.stale != 0:
+        list_near(w, 0.0)
+
+
+@jit_inside
+def follow(b):
+    """The angular momentum of the spin that a body was given."""
+    spin = load(b.spin)
+    change = sub(spin, give(b, load(b.momentum)))
+    if b.isotropic == 0 and dot(change, change) != 0.0:
+        w, i = to_body(b.axes, spin), b.inverse_inertia
+        store(b.momentum, to_world(b.axes, (w[0] / i[0], w[1] / i[1], w[2] / i[2])))
+
+
+@jit_inside
+def watch(w, left):
+    """See whether a body could leave its margin in what is left of the step."""
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        if b.changed != 0 and strayed(b, left):
+            w.stale = 1

@@ -1,0 +1,185 @@
+"""A contact from its touch to its parting: its slot, its frame, its force, and the kicks that it gives."""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.world import force
+from contactlaw.world.access import (
+    body_at,
+    contact_at,
+    law_of,
+    near_at,
+    pair_at,
+    set_whole,
+    shape_at,
+    whole_at,
+)
+from contactlaw.world.ends import damped_end, elastic_end
+from contactlaw.world.geometry import meet
+from contactlaw.world.motion import kick, moved_at
+from contactlaw.world.pace import masses, radius_of
+from contactlaw.world.records import CLOSED, FREE, PARTED
+from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub, tangent
+
+TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
+
+
+@jit_inside
+def close(w, k, overlap):
+    """Close near pair k: it has a contact from now on. Returns whether there was room for it.
+
+    overlap [m]: when it was last open, zero or less; more where it is found closed.
+    """
+    q = near_at(w.near, k)
+    if q.slot < 0:
+        if w.spares == 0:
+            w.lost += 1
+            return False
+        w.spares -= 1
+        q.slot = whole_at(w.spare, w.spares)
+        clear(contact_at(w.contacts, q.slot))
+    q.closed = 1
+    c = contact_at(w.contacts, q.slot)
+    c.phase = CLOSED
+    c.near = k
+    c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
+    c.touches += 1
+    t = c.touch
+    force.made_of(t, law_of(w, pair_at(w.pairs, q.pair)), radius_of(w, q))
+    force.begin(t)
+    a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
+    _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
+    store(c.normal, n)
+    store(c.tangent, tangent(n))
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    store(c.force, (0.0, 0.0, 0.0))
+    c.interval = 0.0
+    c.closing_acceleration = 0.0
+    c.end_weight = 0.0
+    masses(c, a, b)
+    t.overlap = overlap
+    t.before = overlap
+    t.closing = q.closing
+    if overlap > TOUCHING * t.radius:
+        w.late += 1
+        w.latest = max(w.latest, overlap)
+        force.advance_contact(w, c, q.slot, 0.0, 0.0, 0.0, 0.0)
+        store(c.force, scale(t.force, n))
+        c.closing_acceleration = -t.force / t.mass
+    return True
+
+
+@jit_inside
+def clear(c):
+    """Begin the ledger of a contact."""
+    c.touches = 0
+    c.deepest = 0.0
+    c.strongest = 0.0
+    c.duration = 0.0
+    c.normal_work = 0.0
+    c.friction_work = 0.0
+    store(c.impulse, (0.0, 0.0, 0.0))
+
+
+@jit_inside
+def open_up(q, c):
+    """A contact has opened; its slot is kept until the next step."""
+    q.closed = 0
+    q.clear_until = 0.0
+    c.phase = PARTED
+    store(c.force, (0.0, 0.0, 0.0))
+    force.begin(c.touch)
+
+
+@jit_inside
+def release(w, slot):
+    """Make the slot of a contact free."""
+    contact_at(w.contacts, slot).phase = FREE
+    set_whole(w.spare, w.spares, slot)
+    w.spares += 1
+
+
+@jit_inside
+def turn_frame(c, n, twist):
+    """Turn the tangent with the normal, without twist, then about it [rad]."""
+    old = load(c.normal)
+    e = load(c.tangent)
+    e = axpy(-dot(e, n) / max(1.0 + dot(n, old), 1e-300), add(n, old), e)
+    e = axpy(twist, cross(n, e), e)
+    e = axpy(-dot(e, n), n, e)
+    store(c.tangent, scale(1.5 - 0.5 * dot(e, e), e))
+    store(c.normal, n)
+
+
+@jit_inside
+def advance(w, c, slot, a, b, h):
+    """Advance a contact, in a slot, whose bodies have just drifted for h [s]: new are its force and its end weight."""
+    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
+    t = c.touch
+    mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
+    moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
+    turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    e = load(c.tangent)
+    f = cross(n, e)
+    du, dv = dot(moved, e), dot(moved, f)
+    before = t.overlap
+    t.before = before
+    t.overlap = overlap
+    c.end_weight = 0.0
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    linear = law.linear != 0.0
+    if overlap <= 0.0:
+        if before > 0.0 and law.zeta == 0.0 and c.interval > 0.0:
+            c.end_weight = elastic_end(before / (before - overlap), linear)
+            store(c.force, force_of(c))
+        add_work(c, 0.5 + c.end_weight, overlap - before, du, dv)
+        return
+    add_work(c, 0.5, overlap - before, du, dv)
+    closing = (overlap - before) / h
+    own = t.force / t.mass
+    if c.interval > 0.0:
+        c.closing_acceleration = (closing - t.closing) / (0.5 * (h + c.interval))
+    else:
+        c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), n) - own
+    t.closing = closing
+    opening = t.force == 0.0 and c.interval == 0.0
+    force.advance_contact(w, c, slot, du, dv, h, c.closing_acceleration + own)
+    if opening:
+        inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
+        c.end_weight = elastic_end(inside, linear)
+        if law.zeta > 0.0 and t.ratio > 1.0:
+            c.end_weight = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + c.end_weight / t.ratio
+    store(c.force, force_of(c))
+    c.interval = h
+    add_work(c, 0.5 + c.end_weight, overlap - before, du, dv)
+    c.deepest = max(c.deepest, overlap)
+    c.strongest = max(c.strongest, t.force)
+    if t.force > 0.0:
+        c.duration += h
+
+
+@jit_inside
+def add_work(c, share, gained, du, dv):
+    """Enter the work that a share of the contact's force does over a displacement [m] into its ledger."""
+    t = c.touch
+    c.normal_work -= share * t.force * gained
+    c.friction_work -= share * (t.f * du + t.g * dv)
+
+
+@jit_inside
+def force_of(c):
+    """Force on A [N], in the frame that the contact has now."""
+    t, n, e = c.touch, load(c.normal), load(c.tangent)
+    return axpy(t.force, n, axpy(-t.f, e, scale(-t.g, cross(n, e))))
+
+
+@jit_inside
+def apply_force(c, a, b, time):
+    """Kick both bodies with the force of a contact for a time [s], equal and opposite, at one point."""
+    impulse = scale(time, load(c.force))
+    kick(a, load(c.arm_a), impulse)
+    kick(b, load(c.arm_b), scale(-1.0, impulse))
+    store(c.impulse, add(load(c.impulse), impulse))

@@ -1,0 +1,111 @@
+"""Vectors in space as tuples of three floats: no allocation, no reference counts, every component in a register."""
+
+from __future__ import annotations
+
+from math import cos, sin, sqrt
+
+from contactlaw.jit import jit_inside
+
+SMALL_ANGLE = 0.03  # [rad] below which sine and cosine are taken from their series, exact to rounding
+
+
+@jit_inside
+def load(a):
+    """The first three numbers of an array as a vector."""
+    return a[0], a[1], a[2]
+
+
+@jit_inside
+def store(a_out, v):
+    """Write a vector into the first three numbers of an array."""
+    a_out[0] = v[0]
+    a_out[1] = v[1]
+    a_out[2] = v[2]
+
+
+@jit_inside
+def add(a, b):
+    """The sum a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@jit_inside
+def sub(a, b):
+    """The difference a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@jit_inside
+def scale(s, a):
+    """The product s a."""
+    return s * a[0], s * a[1], s * a[2]
+
+
+@jit_inside
+def axpy(s, a, b):
+    """The sum s a + b."""
+    return b[0] + s * a[0], b[1] + s * a[1], b[2] + s * a[2]
+
+
+@jit_inside
+def dot(a, b):
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@jit_inside
+def cross(a, b):
+    """Vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@jit_inside
+def norm(a):
+    """Length."""
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+@jit_inside
+def to_world(m, a):
+    """The product R a of a matrix (9,), row by row, and a vector."""
+    return (
+        m[0] * a[0] + m[1] * a[1] + m[2] * a[2],
+        m[3] * a[0] + m[4] * a[1] + m[5] * a[2],
+        m[6] * a[0] + m[7] * a[1] + m[8] * a[2],
+    )
+
+
+@jit_inside
+def to_body(m, a):
+    """The product of the matrix transposed and a vector."""
+    return (
+        m[0] * a[0] + m[3] * a[1] + m[6] * a[2],
+        m[1] * a[0] + m[4] * a[1] + m[7] * a[2],
+        m[2] * a[0] + m[5] * a[1] + m[8] * a[2],
+    )
+
+
+@jit_inside
+def half_turn(angle2):
+    """Cosine of half an angle, and sine of half of it over the angle [1/rad]; angle2: the angle squared."""
+    if angle2 < SMALL_ANGLE * SMALL_ANGLE:
+        x = 0.25 * angle2
+        return 1.0 - x * (0.5 - x * (1.0 / 24.0 - x / 720.0)), 0.5 - x * (1.0 / 12.0 - x * (1.0 / 240.0 - x / 10080.0))
+    angle = sqrt(angle2)
+    return cos(0.5 * angle), sin(0.5 * angle) / angle
+
+
+@jit_inside
+def rotate(turn, a):
+    """The vector a turned by a rotation vector [rad] (Rodrigues, by half angles)."""
+    c, s = half_turn(dot(turn, turn))
+    q = scale(s, turn)
+    t = scale(2.0, cross(q, a))
+    return add(a, add(scale(c, t), cross(q, t)))
+
+
+@jit_inside
+def tangent(n):
+    """A unit vector across n, the same for the same n."""
+    e = cross(n, (1.0, 0.0, 0.0)) if abs(n[0]) < 0.6 else cross(n, (0.0, 1.0, 0.0))
+    return scale(1.0 / norm(e), e)

@@ -1,0 +1,189 @@
+"""Which contacts are stepped in a window of time, and which bodies they join into islands.
+
+A window is as long as the shortest impact that is going on, so that hardly anything else happens in it. Contacts are
+taken in that are closed, or that can close within the window: by the motion there is, and by what impacts may make of
+it. All other bodies fly, in closed form, when something asks for them next.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, contact_at, near_at, set_whole
+from contactlaw.world.motion import fly
+from contactlaw.world.pace import contact_time, predict, time_to_close, touch_time
+from contactlaw.world.records import NEVER
+
+MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
+GROWN = 1.1  # a bound that has grown by less is not handed on
+
+
+@jit_inside
+def look_ahead(w, now, step):
+    """Look at all open pairs whose bodies have changed course or that could close now.
+
+    Returns when the next one could close [s], and the duration [s] of the shortest impact that is going on.
+    """
+    first, shortest = NEVER, NEVER
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if a.still != 0 and b.still != 0:
+            continue
+        if p.closed != 0:
+            shortest = min(shortest, contact_time(w, contact_at(w.contacts, p.slot), a, b))
+            continue
+        if a.changed != 0 or b.changed != 0 or p.toi <= now:
+            fly(a, now)
+            fly(b, now)
+            predict(w, p, now, step - now)
+            w.predictions += 1
+        if p.toi < step:
+            first = min(first, p.toi)
+    for i in range(w.body_count):
+        body_at(w.bodies, i).changed = 0
+    return first, shortest
+
+
+@jit_inside
+def next_impact(w, now):
+    """Duration [s] of the shortest impact that may begin now."""
+    shortest = NEVER
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        still = body_at(w.bodies, p.body_a).still != 0 and body_at(w.bodies, p.body_b).still != 0
+        if p.closed == 0 and p.toi <= now and not still:
+            shortest = min(shortest, touch_time(w, p))
+    return shortest
+
+
+@jit_inside
+def activate(w, now, until):
+    """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
+    length = until - now
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        b.delta_v = 0.0
+        b.island = i
+        b.head = -1
+        b.link = -1
+    sleeper = False
+    found = True
+    first = True
+    while found:
+        found = False
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if first:
+                p.active = 0
+            if a.still != 0 and b.still != 0:
+                continue
+            if p.active != 0:
+                found = bound_delta_v(w, p, a, b, length) or found
+                continue
+            if p.closed == 0 and (not first or p.toi > until):
+                if a.delta_v == 0.0 and b.delta_v == 0.0:
+                    continue
+                if p.seen != now:
+                    fly(a, now)
+                    fly(b, now)
+                    predict(w, p, now, w.step - now)
+                    w.predictions += 1
+                if time_to_close(p.gap, fastest_closing(p, a, b), max(p.acceleration, 0.0)) > length:
+                    continue
+            p.active = 1
+            p.clear_until = 0.0
+            found = True
+            fly(a, now)
+            fly(b, now)
+            sleeper = sleeper or a.asleep != 0 or b.asleep != 0
+            bound_delta_v(w, p, a, b, length)
+            join(w, p.body_a, p.body_b)
+        first = False
+    return sleeper
+
+
+@jit_inside
+def bound_delta_v(w, p, a, b, length):
+    """How much two bodies' velocities may change by their contact, or by what the other one may be given.
+
+    Returns whether this is clearly more than known before.
+    """
+    closing, push = max(p.closing, 0.0), max(p.acceleration, 0.0)
+    square = (closing + push * length) ** 2
+    if p.closed != 0:
+        t = contact_at(w.contacts, p.slot).touch
+        x = max(t.overlap, 0.0)
+        square = t.closing * t.closing + 0.8 * t.force * x / t.mass
+    for_a, for_b = lightness(a), lightness(b)
+    both = for_a + for_b
+    for_a *= 2.0 * max(sqrt(square), b.delta_v) / both
+    for_b *= 2.0 * max(sqrt(square), a.delta_v) / both
+    more = for_a > GROWN * a.delta_v or for_b > GROWN * b.delta_v
+    a.delta_v = max(a.delta_v, for_a)
+    b.delta_v = max(b.delta_v, for_b)
+    return more
+
+
+@jit_inside
+def fastest_closing(p, a, b):
+    """Closing speed [m/s] of an open pair within a window, whatever impacts do, at most."""
+    return max(p.closing, 0.0) + MARGIN * (a.delta_v + b.delta_v)
+
+
+@jit_inside
+def lightness(b):
+    """Mobility [1/kg] of a body's shapes, at most."""
+    i = b.inverse_inertia
+    return b.inverse_mass + b.reach * b.reach * max(i[0], max(i[1], i[2]))
+
+
+@jit_inside
+def root_of(w, i):
+    """First body of the island that a body is in."""
+    b = body_at(w.bodies, i)
+    while b.island != i:
+        b.island = body_at(w.bodies, b.island).island
+        i = b.island
+        b = body_at(w.bodies, i)
+    return i
+
+
+@jit_inside
+def join(w, i, j):
+    """Make two bodies members of one island; those that nothing moves are in none."""
+    if fixed(body_at(w.bodies, i)) or fixed(body_at(w.bodies, j)):
+        return
+    i, j = root_of(w, i), root_of(w, j)
+    body_at(w.bodies, max(i, j)).island = min(i, j)
+
+
+@jit_inside
+def fixed(b):
+    """Whether nothing can move a body."""
+    return b.still != 0 and b.asleep == 0
+
+
+@jit_inside
+def link(w):
+    """String up the near pairs and the bodies of each island."""
+    w.islands = 0
+    for k in range(w.nears - 1, -1, -1):
+        p = near_at(w.near, k)
+        if p.active == 0:
+            continue
+        own = p.body_a if body_at(w.bodies, p.body_a).still == 0 else p.body_b
+        root = root_of(w, own)
+        r = body_at(w.bodies, root)
+        if r.head < 0:
+            set_whole(w.roots, w.islands, root)
+            w.islands += 1
+        p.link = r.head
+        r.head = k
+    for i in range(w.body_count - 1, -1, -1):
+        root = root_of(w, i)
+        if root != i and body_at(w.bodies, root).head >= 0:
+            body_at(w.bodies, i).link = body_at(w.bodies, root).link
+            body_at(w.bodies, root).link = i

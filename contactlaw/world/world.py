@@ -1,0 +1,283 @@
+"""`World`: bodies, shapes and contacts from Python, without an engine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import inf, isinf
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import checks
+from contactlaw.pair import ContactPair
+from contactlaw.world import readout
+from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes
+from contactlaw.world.frames import matrix_of, principal, product, unit_quaternion
+from contactlaw.world.records import PLANE, SPHERE, Array, Arrays
+from contactlaw.world.step import step
+
+
+class World:
+    """Rigid bodies that fly, and touch with an elastic-frictional contact law.
+
+    Bodies are moved inside each step, and kicked by their contacts in substeps that resolve them: what comes out does
+    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres and planes fixed to
+    bodies: a capsule is its two ends, a box on ball feet eight of them.
+
+        from contactlaw import MATERIALS, ContactPair
+        from contactlaw.world import World
+
+        world = World(timestep=2e-3)
+        floor = world.add_plane(None, point=(0, 0, 0), normal=(0, 0, 1))
+        body = world.add_body(mass=0.5, inertia=2e-4, position=(0, 0, 0.3), spin=(0, 50, 0))
+        ball = world.add_sphere(body, radius=0.02)
+        steel = MATERIALS["steel"]
+        world.add_contact(ball, floor, ContactPair(steel, steel, friction=0.1, restitution=0.9))
+        world.step(500)
+        print(world.position[body], world.energy.total)
+
+    All that it knows is in `arrays`, plain arrays of records (`world.records`), which `save` copies.
+
+    Args:
+        gravity: [m/s^2], shape (3,), or one number: downward along z.
+        timestep: [s] of `step`.
+        substeps: Of an impact between few bodies; with 100, psi_2 is right to 5e-4.
+        crowd_substeps: Of an impact in an island of more than `crowd` closed contacts; 20 to 40 are enough for a heap.
+        crowd: How many closed contacts are few.
+        stillness: Share of its overlap that a contact may move in an impact's time and still fall asleep; 0: never.
+
+    Raises:
+        ValueError: A value outside its range; the message names it.
+    """
+
+    def __init__(
+        self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
+        crowd_substeps: float = 60.0, crowd: int = 8, stillness: float = 1e-6,
+    ) -> None:  # fmt: skip
+        pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
+        self.gravity = checks.vector("gravity", pull)
+        self.timestep = checks.positive("timestep", timestep)
+        self._arrays = empty()
+        state = self._arrays.world
+        state["substeps"] = checks.number("substeps", substeps, "at least 10", low=10.0, high=1e6)
+        state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "at least 10", low=10.0, high=1e6)
+        state["crowd"] = checks.count("crowd", crowd, 0)
+        state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
+        self._frames: list[Array] = []  # of the principal axes, in that of each body
+        self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
+        self._sets = 0
+        self._new_bodies: list[dict[str, Any]] = []
+        self._new_shapes: list[dict[str, Any]] = []
+        self._regroup = False
+
+    @property
+    def arrays(self) -> Arrays:
+        """All that the world knows."""
+        if self._new_bodies:
+            self._arrays = with_bodies(self._arrays, self._new_bodies)
+            self._new_bodies = []
+        if self._new_shapes:
+            self._arrays = with_shapes(self._arrays, self._new_shapes)
+            self._new_shapes = []
+        if self._regroup:
+            self._arrays = self._arrays._replace(groups=self._groups())
+            self._regroup = False
+        return self._arrays
+
+    def add_body(
+        self, mass: float, inertia: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0),
+        velocity: ArrayLike = (0.0, 0.0, 0.0), quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        spin: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Add a body; returns its number.
+
+        Args:
+            mass: [kg]; inf: it keeps its velocity whatever hits it, and is not pulled by gravity.
+            inertia: About the centre of mass [kg m^2]: one number, three along the body's axes, or a matrix (3, 3).
+            position: Of the centre of mass [m], shape (3,).
+            velocity: [m/s], shape (3,).
+            quaternion: Of the body's axes, scalar first, shape (4,).
+            spin: Angular velocity, world frame [rad/s], shape (3,).
+        """
+        heavy = isinstance(mass, float) and isinf(mass) and mass > 0.0
+        moments, frame = (np.full(3, inf), np.array([1.0, 0.0, 0.0, 0.0])) if heavy else principal(inertia)
+        isotropic = bool(heavy or np.ptp(moments) == 0.0)
+        own = product(unit_quaternion("quaternion", quaternion), frame)
+        self._new_bodies.append({
+            "position": checks.vector("position", position), "velocity": checks.vector("velocity", velocity),
+            "spin": checks.vector("spin", spin), "quaternion": own, "axes": matrix_of(own).ravel(),
+            "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
+            "isotropic": isotropic, "oriented": not isotropic, "acceleration": 0.0 if heavy else self.gravity,
+        })  # fmt: skip
+        self._frames.append(frame)
+        return len(self._frames) - 1
+
+    def place(
+        self, body: int, position: ArrayLike | None = None, velocity: ArrayLike | None = None,
+        quaternion: ArrayLike | None = None, spin: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        """Put a body somewhere, or give it another motion; arguments as for `add_body`, None: as it is."""
+        b = self.arrays.bodies[self._body(body)]
+        if position is not None:
+            b["position"] = checks.vector("position", position)
+        if velocity is not None:
+            b["velocity"] = checks.vector("velocity", velocity)
+        if quaternion is not None:
+            b["quaternion"] = product(unit_quaternion("quaternion", quaternion), self._frames[body])
+            b["axes"] = matrix_of(b["quaternion"]).ravel()
+        if spin is not None:
+            b["spin"] = checks.vector("spin", spin)
+        b["held"] = np.nan  # differs from any acceleration: it wakes
+        self.arrays.world["stale"] = 1
+
+    def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
+        """Fix a sphere to a body; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
+        """
+        index = self._body(body)
+        own = matrix_of(self._frames[body]).T @ checks.vector("at", at)
+        return self._shape(kind=SPHERE, body=index, radius=checks.positive("radius", radius), at=own)
+
+    def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
+        """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            normal: Out of the half space, a unit vector along the same axes.
+        """
+        p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
+        if body is None:
+            return self._shape(kind=PLANE, body=0, at=p, normal=n)
+        index = self._body(body)
+        to_own = matrix_of(self._frames[body]).T
+        return self._shape(kind=PLANE, body=index, at=to_own @ p, normal=to_own @ n)
+
+    def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
+        """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
+
+        Args:
+            shapes1, shapes2: Numbers of shapes. Shapes of one body and two planes never touch.
+            pair: Materials, friction, restitution and law; its radius, where it has one, holds for all.
+        """
+        if not isinstance(pair, ContactPair):
+            raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
+        for side, shapes in enumerate((shapes1, shapes2)):
+            name = f"shapes{side + 1}"
+            numbers = [shapes] if isinstance(shapes, int | np.integer) else list(shapes)
+            if not numbers:
+                raise ValueError(f"{name}: is empty; name at least one shape")
+            for number in numbers:
+                if checks.count(name, number, 0) >= len(self._memberships):
+                    raise ValueError(f"{name} = {number}: there are {len(self._memberships)} shapes, counted from 0")
+                self._memberships[number] += (2 * self._sets + side,)
+        self._sets += 1
+        self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
+        self._regroup = True
+
+    def step(self, n: int = 1) -> None:
+        """Move the world by n steps of `timestep`.
+
+        Raises:
+            RuntimeError: More shapes came near each other within one step than there was room for; or the motion is no
+                longer finite.
+        """
+        left = checks.count("n", n, 0)
+        while left > 0:
+            left -= step(self.arrays.bound().world, self.timestep, left)
+            if left > 0:
+                self._arrays = with_more_room(self.arrays)
+        if self.arrays.world["lost"][0] > 0:
+            raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
+        if not np.isfinite(self.arrays.bodies["position"]).all():
+            raise RuntimeError("the motion is no longer finite: speeds or overlaps are beyond what numbers can hold")
+
+    @property
+    def position(self) -> Array:
+        """Centres of mass [m], shape (bodies, 3)."""
+        return self.arrays.bodies["position"][1:].copy()
+
+    @property
+    def velocity(self) -> Array:
+        """Of the centres of mass [m/s], shape (bodies, 3)."""
+        return self.arrays.bodies["velocity"][1:].copy()
+
+    @property
+    def spin(self) -> Array:
+        """Angular velocities, world frame [rad/s], shape (bodies, 3)."""
+        return self.arrays.bodies["spin"][1:].copy()
+
+    @property
+    def quaternion(self) -> Array:
+        """Of the bodies' axes, scalar first, shape (bodies, 4)."""
+        own = self.arrays.bodies["quaternion"][1:]
+        return np.array([product(q, f * [1, -1, -1, -1]) for q, f in zip(own, self._frames, strict=True)]).reshape(
+            -1, 4
+        )
+
+    @property
+    def asleep(self) -> Array:
+        """Which bodies stand still until something disturbs them, shape (bodies,)."""
+        return self.arrays.bodies["asleep"][1:] != 0
+
+    @property
+    def energy(self) -> readout.Energy:
+        """Kinetic, potential and elastic energy [J]."""
+        return readout.energy(self.arrays)
+
+    @property
+    def momentum(self) -> tuple[Array, Array]:
+        """Linear [N s] and angular momentum about the origin [N m s], shape (3,) each."""
+        return readout.momentum(self.arrays)
+
+    @property
+    def contacts(self) -> Array:
+        """Contacts that are closed, or were in the last step: an array with named fields, a row each.
+
+        shapes, bodies: numbers of A and B (body -1: the world). closed. overlap [m]. point [m], normal from B to A,
+        force on A [N], shape (3,). Since the touch: impulse on A [N s], normal_work and friction_work done on the
+        bodies [J], deepest [m], strongest normal force [N], duration [s], touches: how many.
+        """
+        return readout.contacts(self.arrays)
+
+    def save(self) -> Arrays:
+        """A copy of all that the world knows; what follows from it is the same to the bit."""
+        return Arrays(*(array.copy() for array in self.arrays))
+
+    def restore(self, saved: Arrays) -> None:
+        """Go back to what `save` returned.
+
+        Raises:
+            ValueError: Bodies or shapes have been added since.
+        """
+        if saved.bodies.size != self.arrays.bodies.size or saved.shapes.size != self.arrays.shapes.size:
+            raise ValueError("saved: is of another world, or bodies or shapes have been added since")
+        self._arrays = Arrays(*(array.copy() for array in saved))
+
+    def _body(self, body: int) -> int:
+        """Row of a body."""
+        if checks.count("body", body, 0) >= len(self._frames):
+            raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
+        return body + 1
+
+    def _shape(self, **fields: ArrayLike | int) -> int:
+        self._new_shapes.append(fields)
+        self._memberships.append(())
+        self._regroup = True
+        return len(self._memberships) - 1
+
+    def _groups(self) -> Array:
+        """Sort the shapes into groups that are in the same sets; the table of which pair each two groups make."""
+        kinds = {kind: number for number, kind in enumerate(dict.fromkeys(self._memberships))}
+        self._arrays.shapes["group"] = [kinds[kind] for kind in self._memberships]
+        table = np.full((len(kinds), len(kinds)), -1)
+        for first, i in kinds.items():
+            for second, j in kinds.items():
+                table[i, j] = max((one // 2 for one in first if one ^ 1 in second), default=-1)
+        self._arrays.world["stale"] = 1
+        return table

@@ -1,0 +1,172 @@
+"""`World` from Python: what it refuses, what it shows, saving and restoring, rest."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from math import inf
+
+import numpy as np
+import pytest
+
+from contactlaw.world import World
+from tests.world.world_scenes import FLOOR, RADIUS, balls, mass_of, steel_pair
+
+WEIGHT = mass_of(RADIUS) * 9.81
+
+
+def resting(restitution: float = 0.5, **more) -> World:
+    """A ball dropped on a floor, some time ago."""
+    made = balls(steel_pair(restitution=restitution), [[0.0, 0.0, RADIUS + 0.01]], 0.0, planes=[FLOOR], gravity=9.81,
+                 timestep=2e-3, **more)  # fmt: skip
+    made.step(1000)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda w: World(gravity=(0.0, 1.0)), "gravity: shape (2,)"),
+        (lambda w: World(timestep=0.0), "timestep = 0.0: must be finite and > 0"),
+        (lambda w: World(substeps=3.0), "substeps = 3.0: must be at least 10"),
+        (lambda w: w.add_body(0.0, 1.0), "mass = 0.0: must be finite and > 0"),
+        (lambda w: w.add_body(1.0, (1.0, 1.0)), "inertia: shape (2,); must be one number, (3,) or (3, 3)"),
+        (lambda w: w.add_body(1.0, (1.0, 1.0, 3.0)), "none above the sum of the others"),
+        (lambda w: w.add_body(1.0, [[1.0, 0.2, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "must be symmetric"),
+        (lambda w: w.add_body(1.0, 1.0, (np.nan, 0.0, 0.0)), "position: holds nan"),
+        (lambda w: w.add_body(1.0, 1.0, quaternion=(0.0, 0.0, 0.0, 0.0)), "must be four numbers"),
+        (lambda w: w.add_sphere(3, 0.1), "body = 3: there are 1 bodies, counted from 0"),
+        (lambda w: w.add_sphere(0, -1.0), "radius = -1.0: must be finite and > 0"),
+        (lambda w: w.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 2.0)), "must be a unit vector"),
+        (lambda w: w.add_contact([], [0], steel_pair()), "shapes1: is empty"),
+        (lambda w: w.add_contact([0], [7], steel_pair()), "shapes2 = 7: there are 1 shapes, counted from 0"),
+        (lambda w: w.add_contact([0], [0], "steel"), "pair = 'steel': must be a contactlaw.ContactPair"),
+        (lambda w: w.step(-1), "n = -1: must be an integer >= 0"),
+        (lambda w: w.restore(World().save()), "saved: is of another world"),
+    ],
+)
+def test_bad_input_is_named(call, message: str) -> None:
+    world = World()
+    world.add_sphere(world.add_body(1.0, 1.0), 0.1)
+    with pytest.raises(ValueError, match=re.escape(message)):
+        call(world)
+
+
+@pytest.mark.heavy
+def test_a_ball_at_rest_is_still_to_the_bit_and_costs_nothing() -> None:
+    made = resting()
+    before = made.save()
+    assert made.asleep.all()
+    overlap = RADIUS - made.position[0, 2]
+    assert steel_pair().effective_modulus * 4.0 / 3.0 * RADIUS**0.5 * overlap**1.5 == pytest.approx(WEIGHT, rel=1e-5)
+    made.step(1000)
+    for name in ("position", "velocity", "quaternion", "spin"):
+        np.testing.assert_array_equal(before.bodies[name], made.arrays.bodies[name])
+    assert made.arrays.world["kicks"] == before.world["kicks"]
+    assert made.contacts["force"][0] == pytest.approx([0.0, 0.0, WEIGHT], rel=1e-5, abs=1e-12)
+
+
+@pytest.mark.heavy
+def test_what_sleeps_wakes_when_it_is_hit_or_given_a_motion() -> None:
+    made = resting()
+    other = made.add_body(0.1, 1e-5, (0.06, 0.0, RADIUS), (-1.0, 0.0, 0.0))
+    made.add_contact(made.add_sphere(other, 0.01), 1, steel_pair(restitution=0.5))
+    made.step(30)
+    assert not made.asleep.any() and made.velocity[0, 0] < -0.05
+    made = resting()
+    made.place(0, velocity=(0.0, 0.0, 1.0))
+    made.step(10)
+    assert made.position[0, 2] > RADIUS + 0.015
+
+
+@pytest.mark.heavy
+def test_a_ball_on_a_slope_holds_or_slides_as_coulomb_says() -> None:
+    for friction, holds in ((0.6, True), (0.2, False)):  # a sliding ball rolls: 2/7 tan 60 = 0.49
+        tilt = np.array([np.sin(np.pi / 3.0), 0.0, np.cos(np.pi / 3.0)])
+        made = balls(steel_pair(friction, 0.5), [RADIUS * tilt], 0.0, planes=[((0.0, 0.0, 0.0), tilt)], gravity=9.81,
+                     timestep=1e-3)  # fmt: skip
+        made.step(100)
+        slip = made.velocity[0] + np.cross(made.spin[0], -RADIUS * tilt)
+        along = 9.81 * np.sin(np.pi / 3.0) * 0.1
+        speed = np.linalg.norm(made.velocity[0])
+        if holds:
+            assert np.linalg.norm(slip) < 2e-3 * speed
+            assert speed == pytest.approx(5.0 / 7.0 * along, rel=1e-2)
+        else:
+            assert speed == pytest.approx(along - 0.2 * 9.81 * 0.5 * 0.1, rel=1e-2)
+
+
+@pytest.mark.heavy
+def test_saved_in_mid_contact_it_goes_on_to_the_bit() -> None:
+    made = balls(steel_pair(restitution=0.9), [[0.0, 0.0, RADIUS + 1e-4]], [0.3, 0.0, -1.0], planes=[FLOOR],
+                 timestep=1e-5)  # fmt: skip
+    made.step(15)
+    assert made.contacts["closed"].all() and made.contacts.size == 1
+    saved = made.save()
+    ends = []
+    for _ in range(2):
+        made.restore(saved)
+        made.step(20)
+        ends.append(made.save())
+    for name in ("position", "velocity", "spin", "quaternion"):
+        np.testing.assert_array_equal(ends[0].bodies[name], ends[1].bodies[name])
+    np.testing.assert_array_equal(ends[0].memory, ends[1].memory)
+
+
+@pytest.mark.heavy
+def test_the_ledger_of_an_impact_balances() -> None:
+    made = balls(steel_pair(restitution=0.8), [[0.0, 0.0, RADIUS + 5e-4]], [0.3, 0.0, -1.0], planes=[FLOOR],
+                 timestep=1e-3)  # fmt: skip
+    first, start = made.energy.total, made.velocity[0]
+    made.step()
+    (row,) = made.contacts
+    pair = steel_pair(restitution=0.8, radius=RADIUS)
+    np.testing.assert_allclose(row["impulse"], mass_of(RADIUS) * (made.velocity[0] - start), rtol=1e-12, atol=1e-15)
+    assert row["normal_work"] + row["friction_work"] == pytest.approx(made.energy.total - first, rel=2e-5)
+    assert row["deepest"] == pytest.approx(pair.greatest_overlap(mass_of(RADIUS), 1.0), rel=1e-3)
+    assert row["strongest"] == pytest.approx(pair.greatest_force(mass_of(RADIUS), 1.0), rel=1e-2)
+    assert row["duration"] == pytest.approx(pair.contact_duration(mass_of(RADIUS), 1.0), rel=2e-2)
+    assert not row["closed"] and row["touches"] == 1 and tuple(row["bodies"]) == (0, -1)
+
+
+@pytest.mark.heavy
+def test_a_body_of_infinite_mass_goes_its_way() -> None:
+    made = World(timestep=1e-3)
+    plate = made.add_plane(made.add_body(inf, 1.0, velocity=(0.0, 0.0, 1.0)), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    ball = made.add_sphere(made.add_body(mass_of(RADIUS), 1e-4, (0.0, 0.0, RADIUS + 1e-3)), RADIUS)
+    made.add_contact(ball, plate, steel_pair(0.0))
+    made.step(5)
+    assert made.velocity[0] == pytest.approx([0.0, 0.0, 1.0])
+    assert made.velocity[1, 2] == pytest.approx(2.0 - 9.81 * 3e-3, abs=2e-3)
+
+
+@pytest.mark.heavy
+def test_a_ball_put_into_the_floor_leaves_with_what_it_holds() -> None:
+    """The elastic energy of its overlap, 2/5 P delta."""
+    made = balls(steel_pair(), [[0.0, 0.0, RADIUS - 1e-4]], 0.0, planes=[FLOOR], timestep=1e-3)
+    made.step(5)
+    stored = 0.4 * 4.0 / 3.0 * steel_pair().effective_modulus * RADIUS**0.5 * 1e-4**2.5
+    assert made.energy.total == pytest.approx(stored, rel=1e-3)
+
+
+@pytest.mark.heavy
+def test_the_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = (World.__doc__ or "").splitlines()
+    first = next(i for i, line in enumerate(lines) if "from contactlaw import" in line)
+    last = next(i for i, line in enumerate(lines) if "print(" in line)
+    exec(textwrap.dedent("\n".join(lines[first : last + 1])))
+    height = float(capsys.readouterr().out.split("]")[0].split()[-1])
+    assert 0.02 < height < 0.3
+
+
+@pytest.mark.heavy
+def test_the_later_rule_holds_and_shapes_without_one_pass() -> None:
+    made = balls(steel_pair(restitution=0.9), [[0.0, 0.0, 0.03], [1.0, 0.0, 0.03]], 0.0, planes=[FLOOR], gravity=9.81)
+    made.add_contact(2, 0, steel_pair(restitution=0.5))
+    third = made.add_body(1.0, 1e-3, (2.0, 0.0, 0.03))
+    made.add_sphere(third, RADIUS)
+    made.step(36)
+    fall = np.sqrt(2.0 * 9.81 * 0.005)
+    rest = made.velocity[:, 2] + 9.81 * (0.036 - fall / 9.81)
+    np.testing.assert_allclose(rest[:2] / fall, [0.9, 0.5], atol=1e-2)
+    assert made.velocity[2, 2] == pytest.approx(-9.81 * 0.036)

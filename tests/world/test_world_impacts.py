@@ -1,0 +1,85 @@
+"""Single impacts in a world without an engine, against the theory; order of convergence in the substeps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contactlaw.laws.microslip import Microslip
+from tests.world.world_scenes import FLOOR, FRICTION, RADIUS, balls, mass_of, steel_pair
+
+MASS = mass_of(RADIUS)
+PSI = np.array([0.25, 0.5, 1.0, 1.2, 2.0, 3.0, 4.0, 5.0, 7.0])
+
+
+def impact(psi: float, restitution: float, steps: float, phase: float, nodes: int = 16, **world: float):
+    """psi_2 and restitution of a ball that hits a floor at 1 m/s, in steps of so many contact times."""
+    pair = steel_pair(restitution=restitution, radius=RADIUS, law=Microslip(nodes))
+    dt = steps * pair.contact_duration(MASS, 1.0)
+    velocity = [psi * FRICTION / pair.kappa, 0.0, -1.0]
+    made = balls(pair, [[0.0, 0.0, RADIUS + (1.5 + phase) * dt]], velocity, planes=[FLOOR], timestep=dt, **world)
+    made.step(int(6 + 8 / steps))
+    v, w = made.velocity[0], made.spin[0]
+    return pair.kappa / FRICTION * (v[0] - RADIUS * w[1]), v[2]
+
+
+def errors(restitution: float, steps: float, phase: float, **more) -> tuple[float, float]:
+    """Largest of psi_2 and of restitution."""
+    found = np.array([impact(psi, restitution, steps, phase, **more) for psi in PSI])
+    return truth(restitution, found[:, 0]), float(np.abs(found[:, 1] - restitution).max())
+
+
+def truth(restitution: float, psi_2: np.ndarray) -> float:
+    """How far it is from rings with Coulomb friction each."""
+    pair = steel_pair()
+    chi = pair.chi(1.0, 1.0 / 3.5)
+    return float(np.abs(psi_2 - CACHE.setdefault(restitution, reference(chi, restitution))).max())
+
+
+def reference(chi: float, restitution: float) -> np.ndarray:
+    """psi_2 of all."""
+    from validation.impacts import judge
+
+    return np.asarray(judge([(psi, round(chi, 12), restitution) for psi in PSI], annuli=20).psi_2)
+
+
+CACHE: dict[float, np.ndarray] = {}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5])
+@pytest.mark.parametrize(
+    ("steps", "phase"), [(24.0, 0.1), (24.0, 0.8), (2.5, 0.3), (1.1, 0.6), (0.3, 0.2), (0.02, 0.5)]
+)
+def test_psi_2_at_any_step_and_phase(restitution: float, steps: float, phase: float) -> None:
+    across, along = errors(restitution, steps, phase)
+    assert across < 5e-4
+    assert along < (4e-6 if restitution == 1.0 else 5e-5)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("restitution", [1.0, 0.5])
+def test_psi_2_of_fine_nodes(restitution: float) -> None:
+    assert errors(restitution, 24.0, 0.4, nodes=64, substeps=200.0)[0] < 1e-4
+
+
+@pytest.mark.heavy
+def test_a_whole_impact_converges_with_the_substeps() -> None:
+    """Restitution of a damped impact: the ends are corrected, what is left is of second order at least."""
+    counts = np.array([50.0, 100.0, 200.0, 400.0])
+    found = [abs(impact(0.5, 0.7, 24.0, 0.4, substeps=count)[1] - 0.7) for count in counts]
+    slope = np.polyfit(np.log(counts), np.log(found), 1)[0]
+    assert slope < -1.5
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("law", ["coulomb", "linear_spring", "mindlin", "mindlin_rescaled", "microslip"])
+def test_every_law_runs_without_compiling_the_world_anew(law: str) -> None:
+    from contactlaw.world.step import step
+
+    pair = steel_pair(restitution=0.9, law=law)
+    made = balls(pair, [[0.0, 0.0, RADIUS + 1e-3]], [0.1, 0.0, -1.0], planes=[FLOOR], timestep=1e-3)
+    made.step(5)
+    assert made.velocity[0, 2] == pytest.approx(0.9, abs=2e-4)
+    assert made.velocity[0, 0] < 0.1
+    assert len(step.signatures) == 1

@@ -1,0 +1,91 @@
+"""Worlds that the tests share: balls of steel between planes."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import MATERIALS, ContactPair, Material
+from contactlaw.world import World
+
+STEEL = MATERIALS["steel"]
+RADIUS = 0.025  # [m]
+FLOOR = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # a point and a normal
+FRICTION = 0.115
+
+
+def mass_of(radius: float, density: float = 7833.0) -> float:
+    """Of a ball [kg]."""
+    return 4.0 / 3.0 * pi * radius**3 * density
+
+
+def steel_pair(friction: float = FRICTION, restitution: float = 1.0, **more: Any) -> ContactPair:
+    """Steel on steel."""
+    return ContactPair(STEEL, STEEL, friction, restitution, **more)
+
+
+def balls(
+    pair: ContactPair, places: ArrayLike, velocities: ArrayLike, spins: ArrayLike = (0.0, 0.0, 0.0), *,
+    radius: ArrayLike = RADIUS, density: float = 7833.0, planes: Any = (), gravity: float = 0.0, **world: Any,
+) -> World:  # fmt: skip
+    """A world of solid balls that touch each other and the planes, points and normals."""
+    made = World(gravity=gravity, **world)
+    walls = [made.add_plane(None, point, normal) for point, normal in planes]
+    places = np.asarray(places, float)
+    shapes = []
+    for x, v, w, r in zip(*(np.broadcast_to(a, places.shape) for a in (places, velocities, spins)),
+                          np.broadcast_to(radius, len(places)), strict=True):  # fmt: skip
+        m = mass_of(float(r), density)
+        shapes.append(made.add_sphere(made.add_body(m, 0.4 * m * r * r, x, v, spin=w), float(r)))
+    made.add_contact(shapes, [*shapes, *walls], pair)
+    return made
+
+
+def box_of_planes(half: float) -> list[tuple[Any, Any]]:
+    """Six walls around the origin."""
+    return [(-s * half * axis, s * axis) for axis in np.eye(3) for s in (1.0, -1.0)]
+
+
+def column(count: int, gap: float, timestep: float) -> World:
+    """Elastic balls above each other, 0.1 m above a floor."""
+    z = 0.1 + RADIUS + np.arange(count) * (2.0 * RADIUS + gap)
+    places = np.stack([0.0 * z, 0.0 * z, z], 1)
+    return balls(steel_pair(0.1), places, 0.0, planes=[FLOOR], gravity=9.81, timestep=timestep)
+
+
+def rack(pair: ContactPair, timestep: float, speed: float, radius: float = 0.028575) -> World:
+    """A cue ball that is about to hit fifteen others, which touch."""
+    rows = [[row * np.sqrt(3.0) * radius, (2 * k - row) * radius, 0.0] for row in range(5) for k in range(row + 1)]
+    places = np.array([[-2.0 * radius - 0.011, 0.003, 0.0], *rows])
+    velocities = np.zeros((16, 3))
+    velocities[0, 0] = speed
+    return balls(pair, places, velocities, radius=radius, density=1750.0, timestep=timestep)
+
+
+PHENOLIC = Material(5.84e9, 0.34, 1750.0)
+
+
+def tumbler(kind: str, seed: int, timestep: float, pair: ContactPair) -> World:
+    """A capsule, a dumbbell or a box on ball feet, thrown between two planes, without gravity."""
+    rng = np.random.default_rng(seed)
+    r = 0.01
+    m = mass_of(r)
+    if kind == "capsule":
+        mass, inertia, feet = 2.5 * m, (1.1e-5, 1.1e-5, 3e-6), [(0.0, 0.0, 0.02), (0.0, 0.0, -0.02)]
+    elif kind == "dumbbell":
+        long = 0.8 * m * r * r
+        inertia = (long + 2.0 * m * 9e-4, long + 2.0 * m * 9e-4, long)
+        mass, feet = 2.0 * m, [(0.0, 0.0, 0.03), (0.0, 0.0, -0.03)]
+    else:
+        a, b, c = 0.02, 0.03, 0.04
+        mass, inertia = 0.3, tuple(0.1 * np.array([b * b + c * c, a * a + c * c, a * a + b * b]))
+        feet = [(i * a, j * b, k * c) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
+    world = World(gravity=0.0, timestep=timestep)
+    walls = [world.add_plane(None, (0.0, 0.0, -s * 0.1), (0.0, 0.0, s)) for s in (1.0, -1.0)]
+    velocity = np.append(rng.normal(size=2), rng.choice([-1.0, 1.0]))
+    body = world.add_body(mass, inertia, (0.0, 0.0, 0.0), velocity, rng.normal(size=4), 20.0 * rng.normal(size=3))
+    world.add_contact([world.add_sphere(body, r, at) for at in feet], walls, pair)
+    return world
