@@ -9,7 +9,7 @@ from pathlib import Path
 from sims.animation import draw_animation
 from sims.panel import Panel, panel_of
 from sims.recording import Recording
-from sims.scene import NATIVE, Scene, Settings
+from sims.scene import NATIVE, NONE, Scene, Settings
 from sims.stroboscope import draw_stroboscope
 
 
@@ -29,7 +29,7 @@ def panels_of(scene: Scene, settings: Settings, recording: Recording, engines: I
         return panels
     for engine in engines or [settings.engine]:
         timestep = settings.timestep if engine == settings.engine else None
-        if engine in scene.engines:
+        if engine in scene.engines and engine != NONE:
             other = scene.run(replace(settings, engine=engine, law=NATIVE, timestep=timestep))
             panels.append(panel_of(scene, other))
     return panels

@@ -16,7 +16,11 @@ from contactlaw.laws import law_of
 from sims.recording import Recording
 
 ENGINES = ("mujoco", "pybullet")
-OWN_STEP = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0}
+NONE = "none"
+"""Name of the package's own world, where an engine is asked for."""
+EVERYWHERE = (*ENGINES, NONE)
+"""Where a scene of balls and planes runs."""
+OWN_STEP = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0, NONE: 2e-3}
 """The step [s] that an engine has unless told otherwise."""
 NATIVE = "native"
 """Name of the engine's own contact, where a law is asked for."""
@@ -39,7 +43,7 @@ class Settings:
     """How a scene is to be run.
 
     Attributes:
-        engine: "mujoco" or "pybullet".
+        engine: "mujoco", "pybullet", or "none" for the package's own world.
         law: As `contactlaw.laws.law_of` has it, or "native" for the engine's own contact; None: that of the pairs.
         material: Name in `contactlaw.MATERIALS`; None: the scene's own.
         timestep: Engine step [s]; None: the engine's own.
@@ -60,7 +64,7 @@ class Settings:
     progress: Callable[[float], None] = field(default=_no_progress, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        checks.one_of("engine", self.engine, ENGINES)
+        checks.one_of("engine", self.engine, EVERYWHERE)
         if self.law is not None:
             check_law(self.law)
         if self.material is not None:

@@ -13,7 +13,7 @@ pytest.importorskip("scipy")
 from contactlaw import MATERIALS, RIGID, ContactPair
 from sims.cli import app
 from sims.contact_point import contact_velocity, rebound_of
-from sims.scene import ENGINES, Settings, find_scenes
+from sims.scene import EVERYWHERE, NATIVE, NONE, Settings, find_scenes
 from sims.worlds import new_world
 
 SCENES = find_scenes()
@@ -22,12 +22,13 @@ pytestmark = pytest.mark.heavy
 
 
 def measured(name, engine, law=None, timestep=None, **options):
-    pytest.importorskip(engine)
+    if engine != NONE:
+        pytest.importorskip(engine)
     if engine == "mujoco" and numba.config.DISABLE_JIT:
         pytest.skip("the MuJoCo plugin needs compiled callbacks")
     scene = SCENES[name]
-    if engine in scene.unable:
-        pytest.skip(scene.unable[engine])
+    if engine not in scene.engines:
+        pytest.skip(scene.unable.get(engine, "has more than balls and planes"))
     return scene.measure(scene.run(Settings(engine, law, timestep=timestep, options=options)))
 
 
@@ -35,7 +36,7 @@ def failed(name, values):
     return [one for one in SCENES[name].check(values) if not one.passed]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EVERYWHERE)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_holds_what_it_checks(name, engine):
     values = measured(name, engine)
@@ -44,7 +45,7 @@ def test_a_scene_holds_what_it_checks(name, engine):
     assert json.loads(json.dumps(values)) == values  # JSON types only
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EVERYWHERE)
 @pytest.mark.parametrize(("name", "own"), [("cradle", "coulomb"), ("incline", "coulomb"), ("superball", "microslip")])
 def test_a_scene_has_a_law_of_its_own_and_runs_by_another_on_demand(name, own, engine):
     assert measured(name, engine)["law"] == own
@@ -154,3 +155,13 @@ def test_a_rebound_is_told_along_the_slip_before_it():
 def test_options_outside_what_is_allowed_are_refused(name, options, said):
     with pytest.raises(ValueError, match=said):
         SCENES[name].run(Settings("pybullet", options=options))
+
+
+def test_what_the_packages_own_world_has_not_is_refused():
+    world = new_world(Settings(NONE))
+    with pytest.raises(ValueError, match="'table' is a block"):
+        world.block("table", (1.0, 1.0, 0.1), (0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="'crate' is a box"):
+        world.box("crate", (0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 1.0))
+    with pytest.raises(ValueError, match="no contact of its own"):
+        SCENES["superball"].run(Settings(NONE, NATIVE))

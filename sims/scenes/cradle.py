@@ -17,7 +17,7 @@ import numpy as np
 from contactlaw import MATERIALS, ContactPair, checks
 from sims.contact_point import Array
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Check, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 RADIUS = 0.0254  # [m]
@@ -31,6 +31,7 @@ class Cradle(Scene):
 
     name = "cradle"
     title = "Newton's cradle: a row of steel balls in touch, struck at one end, against a chain of Hertz springs"
+    engines = EVERYWHERE
     slow = 20.0
     options = {
         "balls": (5, "how many there are"),

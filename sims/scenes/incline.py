@@ -21,7 +21,7 @@ import numpy as np
 from contactlaw import MATERIALS, ContactPair, checks
 from sims.contact_point import Array, contact_velocity, static_overlap
 from sims.recording import Recording
-from sims.scene import NATIVE, Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, NATIVE, Check, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 GRAVITY = 9.81  # [m/s^2]
@@ -36,6 +36,7 @@ class Incline(Scene):
 
     name = "incline"
     title = "two balls sent up an incline: one rolls, one slips; heights and accelerations against the closed form"
+    engines = EVERYWHERE
     options = {
         "angle": (10.0, "of the incline, in degrees"),
         "speed": (1.0, "up the incline at the start, in m/s"),

@@ -8,7 +8,7 @@ from typing import ClassVar
 from contactlaw import checks
 from sims.bounces import bounces_of
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Check, Measured, Scene, Settings, register
 from sims.superball import (
     BACKSPIN,
     GRAVITY,
@@ -33,6 +33,7 @@ class Superball(Scene):
 
     name = "superball"
     title = "a superball with backspin bounces back and forth"
+    engines = EVERYWHERE
     shown: ClassVar[float] = 0.92
     exposure, slow = 0.0505, 8.0
     options = {

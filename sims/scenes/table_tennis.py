@@ -24,7 +24,7 @@ from contactlaw import RIGID, ContactPair, Material, checks
 from sims.bounces import bounces_of
 from sims.loaded_rebound import loaded_rebound, scaled_load
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Check, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 RADIUS, MASS, GRAVITY = 0.02, 2.7e-3, 9.81  # [m], [kg], [m/s^2]
@@ -44,6 +44,7 @@ class TableTennis(Scene):
 
     name = "table_tennis"
     title = "table tennis balls, hollow, meet the table with topspin, backspin and none"
+    engines = EVERYWHERE
     exposure, slow = 0.015, 20.0
     options = {"down": (DOWN, "speed onto the table, in m/s")}
 

@@ -281,7 +281,11 @@ def table() -> dict[str, Run]:
             runs[f"readout/{engine}/{law}"] = Run(partial(readout, engine, law), engine)
             runs[f"puck-resolved/{engine}/{law}"] = Run(partial(resolved_puck, engine, law), engine)
     for name, scene in find_scenes().items():
-        runs |= {f"scene-{name}/{engine}": Run(partial(of_scene, name, engine), engine) for engine in scene.engines}
+        runs |= {
+            f"scene-{name}/{engine}": Run(partial(of_scene, name, engine), engine)
+            for engine in ENGINES
+            if engine in scene.engines
+        }
     return runs
 
 

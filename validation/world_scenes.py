@@ -1,4 +1,4 @@
-"""Worlds that the tests share: balls of steel between planes."""
+"""Worlds without an engine that tests and cases share: balls of steel between planes, tumbling bodies."""
 
 from __future__ import annotations
 

@@ -1,0 +1,60 @@
+"""A world without an engine: the package's own bodies, spheres on planes and on each other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import ContactPair
+from contactlaw import world as own
+from sims.scene import NONE, Settings
+from sims.worlds.world import Array, Body, World, matrix_to_quaternion
+
+
+class EngineWorld(World):
+    """`contactlaw.world.World`."""
+
+    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
+        super().__init__(settings, gravity)
+        self.world = own.World(self.gravity, self.timestep)
+        self._shapes: dict[str, list[int]] = {}
+
+    def _make_body(self, body: Body) -> None:
+        if body.shape == "box" or body.path is not None:
+            raise ValueError(f"engine = {NONE!r}: has spheres and planes alone; {body.name!r} is a {body.shape}")
+        number = self.world.add_body(
+            body.mass, body.inertia, body.position, body.velocity, matrix_to_quaternion(body.rotation), body.spin
+        )
+        ends = [0.0] if body.shape != "capsule" else [-body.size[1], body.size[1]]
+        self._shapes[body.name] = [self.world.add_sphere(number, body.size[0], (0.0, 0.0, end)) for end in ends]
+
+    def _make_plane(self, name: str, point: Array, normal: Array) -> None:
+        self._shapes[name] = [self.world.add_plane(None, point, normal)]
+
+    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None:
+        raise ValueError(f"engine = {NONE!r}: has spheres and planes alone; {name!r} is a block")
+
+    def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
+        first, second = ([shape for name in names for shape in self._shapes[name]] for names in (ones, twos))
+        self.world.add_contact(first, second, pair)
+
+    def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
+        raise ValueError(f"law = 'native': engine = {NONE!r} has no contact of its own")
+
+    def _start(self) -> None:
+        """There is nothing to make ready."""
+
+    def _drive(self, body: Body, position: Array, velocity: Array) -> None:
+        """No body is driven."""
+
+    def _advance(self, count: int) -> None:
+        self.world.step(count)
+
+    def _read(self) -> tuple[Array, Array, Array, Array]:
+        w, x, y, z = self.world.quaternion.T
+        turns = np.array([
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]).transpose(2, 0, 1)  # fmt: skip
+        return self.world.position, turns, self.world.velocity, self.world.spin

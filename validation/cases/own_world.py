@@ -1,0 +1,186 @@
+"""The package's own world, without an engine: impacts, energy and momentum at any step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contactlaw.laws.microslip import Microslip
+from contactlaw.world import World
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.impacts import judge
+from validation.picture import STYLES, limit_line, panels
+from validation.world_scenes import (
+    FLOOR,
+    FRICTION,
+    RADIUS,
+    balls,
+    box_of_planes,
+    column,
+    mass_of,
+    rack,
+    steel_pair,
+    tumbler,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MASS = mass_of(RADIUS)
+STEPS = [1.0 / 60.0, 2e-3, 1e-4, 1e-5, 1e-6]  # [s]
+PSI_1 = [0.25, 0.5, 1.0, 1.2, 2.0, 3.0, 4.0, 5.0]
+RESTITUTIONS = [1.0, 0.93, 0.5]
+FINE = Microslip(64), 200  # nodes and substeps
+
+
+@register
+class OwnWorld(Case):
+    """The world of bodies that move and contacts that push, which engines are to be measured by."""
+
+    name = "own_world"
+    place = 48
+    title = "Without an engine"
+    claim = (
+        "Bodies that drift, contacts that look where the bodies are, and equal and opposite kicks at one point: psi_2, "
+        "energy and momentum are right at any step, with no correction for what moves within it."
+    )
+    caption = "Largest error of psi_2 over the step of the world, 100 substeps and 16 nodes; dotted: 200 and 64."
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Impacts first, then what is conserved."""
+        steps = STEPS[:3] if quick else STEPS
+        psi_2: list[Data] = []
+        for number, dt in enumerate(steps):
+            for e in RESTITUTIONS:
+                found = {"step": dt, "restitution": e, "error": psi_2_error(e, dt)}
+                if e == 1.0:
+                    found["fine"] = psi_2_error(e, dt, *FINE)
+                psi_2.append(found)
+            progress(0.6 * (number + 1) / len(steps))
+        kept: list[tuple[str, float, Callable[[], float]]] = [
+            ("energy of elastic bounces, 10 s", 2e-4, lambda: max(map(bounces, steps[:3]))),
+            ("momentum of two spinning balls, any step", 1e-14, lambda: max(map(momentum, steps[:4]))),
+            ("energy of a gas of 8 elastic balls, 1 s", 2e-3, lambda: max(gas(dt)[0] for dt in (4e-3, 2e-4))),
+            ("spin of that gas at the rim, without friction", 1e-9, lambda: max(gas(dt)[1] for dt in (4e-3, 2e-4))),
+            ("energy of a column of 20 elastic balls", 1e-3, lambda: max(map(heap, steps[1:4]))),
+            ("momentum of a break, 16 balls at 8 m/s", 1e-13, lambda: broken(2e-3)[0]),
+            ("spin of that break at the rim, without friction", 1e-9, lambda: broken(2e-3)[1]),
+            ("energy gained by tumbling bodies, over the first", 1e-3,
+             lambda: max(tumble(kind, seed, dt) for kind in ("capsule", "dumbbell", "box") for dt in (4e-3, 5e-4)
+                         for seed in range(1 if quick else 4))),
+        ]  # fmt: skip
+        limits = [
+            Limit("error of psi_2 at any step", 5e-4, max(one["error"] for one in psi_2)),
+            Limit("error of psi_2 with 64 nodes and 200 substeps", 1e-4, max(one.get("fine", 0.0) for one in psi_2)),
+        ]
+        for number, (name, asked, measure) in enumerate(kept):
+            limits.append(Limit(name, asked, measure()))
+            progress(0.6 + 0.4 * (number + 1) / len(kept))
+        return Outcome(limits, {"psi_2": psi_2, "kept": {limit.name: limit.reached for limit in limits[2:]}})
+
+    def table(self, data: Data) -> Table:
+        """A row a step, then a row for each thing that is conserved."""
+        table = Table(["what", *(f"e = {e:g}" for e in RESTITUTIONS)])
+        for dt in dict.fromkeys(one["step"] for one in data["psi_2"]):
+            own = [one for one in data["psi_2"] if one["step"] == dt]
+            table.rows.append([f"error of psi_2, steps of {dt:.3g} s", *(f"{one['error']:.1e}" for one in own)])
+        table.rows.extend([name, f"{reached:.1e}", "", ""] for name, reached in data["kept"].items())
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Errors over the step."""
+        figure, (axes,) = panels(1)
+        for style, e in zip(STYLES, RESTITUTIONS, strict=False):
+            own = [one for one in data["psi_2"] if one["restitution"] == e]
+            axes.loglog([one["step"] for one in own], [one["error"] for one in own], **style, label=f"e = {e:g}")
+        fine = [one for one in data["psi_2"] if "fine" in one]
+        axes.loglog([one["step"] for one in fine], [one["fine"] for one in fine], "k:", label="e = 1, fine")
+        limit_line(axes, 5e-4, "asked")
+        axes.set(xlabel="step of the world [s]", ylabel="largest error of psi_2 [-]")
+        axes.legend()
+        return figure
+
+
+def psi_2_error(restitution: float, dt: float, law: Microslip | str = "microslip", substeps: float = 100.0) -> float:
+    """Largest over psi_1 and phases of the touch within a step, against the annuli."""
+    pair = steel_pair(restitution=restitution, radius=RADIUS, law=law)
+    chi, length = pair.chi(1.0, 1.0 / 3.5), max(dt, pair.contact_duration(MASS, 1.0))
+    truth, worst = judge([(psi, round(chi, 12), restitution) for psi in PSI_1]).psi_2, 0.0
+    for phase in (0.1, 0.6):
+        for psi, exact in zip(PSI_1, np.atleast_1d(truth), strict=True):
+            velocity = [psi * FRICTION / pair.kappa, 0.0, -1.0]
+            place = [[0.0, 0.0, RADIUS + (1.0 + phase) * dt]]
+            made = balls(pair, place, velocity, planes=[FLOOR], timestep=dt, substeps=substeps)
+            made.step(round(3.0 * length / dt) + 3)
+            v, w = made.velocity[0], made.spin[0]
+            worst = max(worst, abs(pair.kappa / FRICTION * (v[0] - RADIUS * w[1]) - exact))
+    return float(worst)
+
+
+def bounces(dt: float) -> float:
+    """Largest change of energy, every tenth of a second, over the first."""
+    made = balls(steel_pair(), [[0.0, 0.0, RADIUS + 0.05]], 0.0, planes=[FLOOR], gravity=9.81, timestep=dt)
+    return _change(made, 10.0, MASS * 9.81 * RADIUS)
+
+
+def gas(dt: float) -> tuple[float, float]:
+    """Of elastic balls without friction: largest change of energy over the first; speed of a rim by spin [m/s]."""
+    rng = np.random.default_rng(5)
+    places = 0.06 * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) + rng.normal(
+        0, 0.005, (8, 3)
+    )
+    made = balls(steel_pair(0.0), places, rng.normal(0.0, 1.0, (8, 3)), planes=box_of_planes(0.12), timestep=dt)
+    return _change(made, 1.0), _rim(made)
+
+
+def heap(dt: float) -> float:
+    """Of elastic balls above each other that fall on a floor, half a second."""
+    return _change(column(20, 1e-4, dt), 0.5)
+
+
+def broken(dt: float) -> tuple[float, float]:
+    """Change of momentum over the cue ball's; speed of the rims by spin [m/s]; without friction."""
+    made = rack(steel_pair(0.0), dt, 8.0)
+    before = made.momentum[0]
+    made.step(round(0.1 / dt))
+    return float(np.abs(made.momentum[0] - before).max() / np.linalg.norm(before)), _rim(made)
+
+
+def tumble(kind: str, seed: int, dt: float) -> float:
+    """What an elastic body between two planes gains of its energy in two seconds, at most."""
+    made = tumbler(kind, seed, dt, steel_pair(0.3 if seed % 2 else 0.0))
+    first, gained = made.energy.total, 0.0
+    for _ in range(20):
+        made.step(round(0.1 / dt))
+        gained = max(gained, made.energy.total / first - 1.0)
+    return gained
+
+
+def momentum(dt: float) -> float:
+    """Largest change of linear and angular momentum of two balls that meet off-centre, over what they have of it."""
+    rng, worst = np.random.default_rng(3), 0.0
+    for _ in range(4):
+        places = np.array([[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]]) + 0.002 * rng.normal(size=(2, 3))
+        velocities = np.array([[3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]]) + 0.3 * rng.normal(size=(2, 3))
+        made = balls(steel_pair(restitution=0.93), places, velocities, 50.0 * rng.normal(size=(2, 3)), timestep=dt)
+        linear, angular = made.momentum
+        made.step(max(round(0.01 / dt), 3))
+        size = MASS * np.linalg.norm(velocities, axis=1).sum()
+        worst = max(worst, np.abs(made.momentum[0] - linear).max() / size,
+                    np.abs(made.momentum[1] - angular).max() / (size * 2.0 * RADIUS))  # fmt: skip
+    return float(worst)
+
+
+def _change(made: World, duration: float, offset: float = 0.0) -> float:
+    first = made.energy.total
+    changes = []
+    for _ in range(round(10 * duration)):
+        made.step(round(0.1 / made.timestep))
+        changes.append(abs(made.energy.total - first))
+    return float(max(changes) / (first - offset))
+
+
+def _rim(made: World) -> float:
+    return float(RADIUS * np.abs(made.spin).max())
