@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import (
+    carray,  # pyright: ignore[reportPrivateImportUsage]
+    types,
+)
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
@@ -80,7 +82,7 @@ numbers_at: Any = intrinsic(_numbers)
 @jit_inside
 def memory_of(w, slot):
     """What the law remembers of the contact in a slot, shape (size,)."""
-    return numba.carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
+    return carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
 
 
 @jit_inside
@@ -92,4 +94,4 @@ def law_of(w, pair):
 @jit_inside
 def law_numbers(w, pair):
     """The law's own numbers."""
-    return numba.carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
+    return carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
