@@ -76,7 +76,7 @@ set_whole: Any = intrinsic(_set_whole)
 """Write an element of an array of int64."""
 
 numbers_at: Any = intrinsic(_numbers)
-"""An address as a pointer to float64, for `numba.carray`."""
+"""An address as a pointer to float64, for `carray`."""
 
 
 @jit_inside
