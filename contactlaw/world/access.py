@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numba
 import numpy as np
 from llvmlite import ir
-from numba import (
-    carray,  # pyright: ignore[reportPrivateImportUsage]
-    types,
-)
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
