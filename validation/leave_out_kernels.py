@@ -20,7 +20,7 @@ from contactlaw.jit import jit_for
 from contactlaw.kernels.workspace import bare
 from contactlaw.laws.microslip import NODES
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
-from contactlaw.laws.step import advance
+from contactlaw.laws.step import advance, know
 from validation.measure import Spread, interleaved, spread
 
 Array = NDArray[np.float64]
@@ -73,8 +73,8 @@ def _impacts(p, header, memory, overlap, slide, dt, mass, impacts, force_out):
     p, header, memory = bare(p), bare(header), bare(memory)  # as the engines lend them: without a count of references
     pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
     for _ in range(impacts):
-        header[:] = 0.0
         memory[:] = 0.0
+        know(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = mass, mass
         for i in range(slide.size):
             contact.before, contact.overlap = overlap[i], overlap[i + 1]

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.record import CONTACT, CONTACT_SIZE, PAIR, PAIR_SIZE, ask_stiffness, contact_of, pair_of
-from contactlaw.laws.step import advance, ask
+from contactlaw.laws.record import CONTACT, CONTACT_SIZE, OPEN, PAIR, PAIR_SIZE, ask_stiffness, contact_of, pair_of
+from contactlaw.laws.step import advance, ask, know
 
 _PLACE = {name: place for kind in (CONTACT, PAIR) for place, name in enumerate(kind.names or ())}
 # Where what both records have by one name would be found is that of the pair.
@@ -36,11 +36,12 @@ def step(p, h_io, overlap, before, closing, free, du, dv, dt, mass, tangential_m
     if overlap <= 0.0:
         forget(h_io)
         return 0.0, 0.0, 0.0
-    contact = contact_of(h_io)
-    contact.overlap, contact.before, contact.closing = overlap, before, closing
-    if contact.state == 0.0:
+    contact, pair = contact_of(h_io), pair_of(p)
+    if contact.state == OPEN:
+        know(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = mass, tangential_mass
-    advance(contact, pair_of(p), p[PAIR_SIZE:], h_io[HEADER:], free, du, dv, dt)
+    contact.overlap, contact.before, contact.closing = overlap, before, closing
+    advance(contact, pair, p[PAIR_SIZE:], h_io[HEADER:], free, du, dv, dt)
     return contact.force, contact.f, contact.g
 
 

@@ -19,7 +19,7 @@ LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
 
 @jit
 def hertz_stiffness(pair):
-    """k = 4/3 E* sqrt(R) [N/m^1.5]."""
+    """k = 4/3 E* sqrt(R) [N/m^1.5], of a pair or of a contact, which may have a radius of its own."""
     return 4.0 / 3.0 * pair.e_star * sqrt(pair.radius)
 
 
@@ -46,10 +46,10 @@ def time_scale(pair, mass, overlap, closing, push):
 
 
 @jit
-def stiffness_foreseen(pair, deepest):
+def stiffness_foreseen(contact, linear, deepest):
     """k of the contact: of a linear spring [N/m] for the greatest overlap foreseen [m], else Hertz's [N/m^1.5]."""
-    k = hertz_stiffness(pair)
-    return LINEAR_STIFFNESS * k * sqrt(deepest) if pair.linear != 0.0 else k
+    k = hertz_stiffness(contact)
+    return LINEAR_STIFFNESS * k * sqrt(deepest) if linear else k
 
 
 @jit

@@ -4,41 +4,45 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
-from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SPRUNG, ask_force
+from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, ask_force
 
 # Of the greatest overlap foreseen: the steps' own error must not outgrow it. The square of 1.02, of a contact radius.
 MARGIN = 1.0404
 
 
 @jit
-def know(contact, pair):
-    """Tell a contact of its pair."""
+def know(contact, pair, radius):
+    """Tell a contact of its pair and its effective radius [m]; nothing else is known of it yet."""
     contact.e_star, contact.g_star = pair.e_star, pair.g_star
-    contact.radius, contact.friction = pair.radius, pair.friction
+    contact.radius, contact.friction = radius, pair.friction
+    contact.state, contact.course, contact.ratio = OPEN, PRESSED, 1.0
+    contact.force, contact.f, contact.g = 0.0, 0.0, 0.0
+    contact.scale, contact.reach, contact.stiffness = 0.0, 0.0, hertz_stiffness(contact)
 
 
 @jit
-def touch(contact, pair):
+def touch(contact, linear):
     """What the rest of the contact needs from its first instant; overlap, closing speed and masses are in place."""
-    know(contact, pair)
-    deepest = greatest_overlap(hertz_stiffness(pair), contact.mass, max(contact.before, 0.0), contact.closing)
+    deepest = greatest_overlap(contact.stiffness, contact.mass, max(contact.before, 0.0), contact.closing)
     deepest = max(deepest, contact.overlap)  # a step that is too long, or a contact that did not come by its speed
-    contact.stiffness = stiffness_foreseen(pair, deepest)
+    contact.stiffness = stiffness_foreseen(contact, linear, deepest)
     contact.reach = MARGIN * deepest
 
 
 @jit
 def prescribe(contact, pair, deepest):
     """Begin a contact whose normal motion is given, up to an overlap [m]: nothing that touches it changes that."""
-    know(contact, pair)
-    contact.state, contact.course, contact.f, contact.g = OPEN, PRESSED, 0.0, 0.0
+    know(contact, pair, pair.radius)
     contact.mass, contact.tangential_mass, contact.closing = 1e300, 1e300, 1.0
-    contact.stiffness, contact.reach = stiffness_foreseen(pair, deepest), deepest
+    contact.stiffness, contact.reach = stiffness_foreseen(contact, pair.linear != 0.0, deepest), deepest
 
 
 @jit
 def ask(contact, pair, law, memory, du, dv, dt):
     """The law's tangential force, for the normal forces that the contact has; see `record.ask_force`."""
+    if contact.friction == 0.0:
+        contact.state = SLIDING
+        return
     contact.f, contact.g = ask_force(pair, contact, law, memory, du, dv, dt)
     if contact.state == OPEN:
         contact.state = SPRUNG
@@ -48,11 +52,12 @@ def ask(contact, pair, law, memory, du, dv, dt):
 def advance(contact, pair, law, memory, free, du, dv, dt):
     """Advance one contact to the overlap > 0 that it has now.
 
-    contact: `record.CONTACT`; overlap, before and closing are of this step, mass and tangential_mass of the touch. law,
+    contact: `record.CONTACT` that knows its pair; overlap, before and closing are of this step, mass and
+    tangential_mass of the touch. law,
     memory, du, dv, dt: as for `record.ask_force`. free: as for `hertz.normal_force`.
     """
     if contact.state == OPEN:
-        touch(contact, pair)
+        touch(contact, pair.linear != 0.0)
     contact.force, contact.ratio = normal_force(contact, pair, free, dt)
     if contact.course == PRESSED and contact.ratio < 1.0:
         contact.course = EXPANDING

@@ -5,41 +5,12 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.laws.hertz import LINEAR_STIFFNESS, elastic_force, greatest_overlap, normal_force
-from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, ask_energy
-from contactlaw.laws.step import MARGIN, ask
+from contactlaw.laws.hertz import elastic_force
+from contactlaw.laws.record import LASTING, OPEN, ask_energy
+from contactlaw.laws.step import advance
 from contactlaw.world.access import law_numbers, law_of, memory_of, pair_at
 
 CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
-
-
-@jit_inside
-def hertz(t):
-    """k of P = k delta^1.5 [N/m^1.5], of a contact between its own two radii."""
-    return 4.0 / 3.0 * t.e_star * sqrt(t.radius)
-
-
-@jit_inside
-def begin(t):
-    """A contact of which nothing is known yet."""
-    t.state = OPEN
-    t.course = PRESSED
-    t.force = 0.0
-    t.ratio = 1.0
-    t.f = 0.0
-    t.g = 0.0
-    t.scale = 0.0
-    t.reach = 0.0
-
-
-@jit_inside
-def made_of(t, law, radius):
-    """Tell a contact of its materials and its effective radius [m]."""
-    t.e_star = law.e_star
-    t.g_star = law.g_star
-    t.friction = law.friction
-    t.radius = radius
-    t.stiffness = hertz(t)
 
 
 @jit_inside
@@ -52,21 +23,10 @@ def advance_contact(w, c, slot, du, dv, dt, free):
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
     if t.state == OPEN:
-        deepest = greatest_overlap(hertz(t), t.mass, max(t.before, 0.0), t.closing)
-        t.reach = MARGIN * max(deepest, t.overlap)
-        t.stiffness = hertz(t) if law.linear == 0.0 else LINEAR_STIFFNESS * hertz(t) * sqrt(t.reach / MARGIN)
         for i in range(memory.size):
             memory[i] = 0.0
-    t.force, t.ratio = normal_force(t, law, free, dt)
-    if t.course == PRESSED and t.ratio < 1.0:
-        t.course = EXPANDING
-    elif t.course == EXPANDING and t.ratio >= 1.0:
-        t.course = LASTING
-    if t.friction == 0.0:
-        t.state = SLIDING
-        return
-    ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
-    if t.course == LASTING and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c):
+    advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
+    if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c):
         calm(t, du / dt, dv / dt)
 
 

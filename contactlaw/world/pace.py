@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
-from contactlaw.world.force import hardly_moves, hertz
+from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
 from contactlaw.world.motion import acceleration_at, mobility, velocity_at
 from contactlaw.world.records import NEVER, SPHERE
@@ -112,9 +113,8 @@ def contact_time(w, c, a, b):
     """Duration [s] of the impact that a closed contact is in."""
     t = c.touch
     pull = sub(load(a.acceleration), load(b.acceleration))
-    return impact_time(
-        hertz(t), law_of(w, pair_at(w.pairs, c.pair)).duration, t.mass, max(t.overlap, 0.0), t.closing, norm(pull)
-    )
+    duration = law_of(w, pair_at(w.pairs, c.pair)).duration
+    return impact_time(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), t.closing, norm(pull))
 
 
 @jit_inside

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws.record import OPEN
+from contactlaw.laws.step import know
 from contactlaw.world import force
 from contactlaw.world.access import (
     body_at,
@@ -45,8 +47,7 @@ def close(w, k, overlap):
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
     t = c.touch
-    force.made_of(t, law_of(w, pair_at(w.pairs, q.pair)), radius_of(w, q))
-    force.begin(t)
+    know(t, law_of(w, pair_at(w.pairs, q.pair)), radius_of(w, q))
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
@@ -89,7 +90,7 @@ def open_up(q, c):
     q.clear_until = 0.0
     c.phase = PARTED
     store(c.force, (0.0, 0.0, 0.0))
-    force.begin(c.touch)
+    c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0
 
 
 @jit_inside
