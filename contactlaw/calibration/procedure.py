@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.calibration.assessment import assess
-from contactlaw.calibration.impact_fit import Impacts
-from contactlaw.calibration.result import Array, Calibration
+from contactlaw.calibration.result import Calibration
+from contactlaw.calibration.table import Array, Impacts
 from contactlaw.collision import Body
 
 
@@ -70,23 +69,27 @@ def calibrate(
         raise ValueError("before, after: None stands for V_z2 alone, the first of after")
     if z2 is not None and given is not None:
         raise ValueError(f"restitution = {given!r}: must be None where V_z2 was measured; it is told by the table")
-    measured = z2 is not None
-    leaving = z2 if z2 is not None else (given or 1.0) * z1
+    leaving = (given or 1.0) * z1 if z2 is None else z2
+    sizes = {"V_z1": z1.size, "V_x1": x1.size, "V_z2": leaving.size, "V_x2": x2.size}
+    if len(set(sizes.values())) > 1 or z1.size == 0:
+        raise ValueError(f"before, after: lengths are {sizes}; must be one length, at least 1")
     for name, column in (("before[0] (V_z1)", z1), ("after[0] (V_z2)", leaving)):
         if (column <= 0.0).any():
             row = int(np.argmin(column))
             raise ValueError(f"{name}: is {column[row]:g} in impact {row}; speeds of approach and leaving must be > 0")
-    sizes = {"V_z1": z1.size, "V_x1": x1.size, "V_z2": leaving.size, "V_x2": x2.size}
-    if len(set(sizes.values())) > 1 or z1.size == 0:
-        raise ValueError(f"before, after: lengths are {sizes}; must be one length, at least 1")
     if (normal_error is None) != (tangential_error is None):
         raise ValueError("normal_error, tangential_error: give both, or neither")
-    known = normal_error is not None and tangential_error is not None
     errors = np.ones((4, z1.size))
     if normal_error is not None and tangential_error is not None:
-        errors[[0, 2]] = _errors("normal_error", normal_error, z1.size)
-        errors[[1, 3]] = _errors("tangential_error", tangential_error, z1.size)
-    table = Impacts(z1, x1, leaving, x2, errors, known, ratio, measured)
+        errors[::2] = _errors("normal_error", normal_error, z1.size)
+        errors[1::2] = _errors("tangential_error", tangential_error, z1.size)
+    try:
+        from contactlaw.calibration.assessment import assess
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "scipy":
+            raise
+        raise ImportError("calibrate needs scipy: pip install 'contactlaw[calibration]'") from error
+    table = Impacts(np.stack([z1, x1, leaving, x2]), errors, normal_error is not None, ratio, z2 is not None)
     return assess(table, given, kappa, hold=hold_stiffness_ratio)
 
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import checks
+from contactlaw.calibration.table import Array
 from contactlaw.impact import rebound
 from contactlaw.material import Material
 from contactlaw.pair import ContactPair
 
-Array = NDArray[np.float64]
 SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = "slides throughout", "slides, then sticks", "starts stuck", "not told"
 
 
