@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import stats
 
@@ -58,11 +60,14 @@ def assess(impacts: Impacts, restitution: float | None, kappa: float | None, *, 
     )
 
 
-def _mean(values: Array, errors: Array, known: bool) -> tuple[float, float | None]:
-    """Weighted mean, and the reach of its 95 % range; None: one value without an error."""
+def _mean(values: Array, errors: Array, known: bool, note: str = "") -> Estimate:
+    """Weighted mean and its 95 % range; one value without an error has none."""
     mean = float(np.average(values, weights=errors**-2.0))
     wider = widening(float(np.sum(((values - mean) / errors) ** 2)), values.size - 1, known)
-    return mean, None if wider is None else wider[0] * wider[1] * float(np.sum(errors**-2.0)) ** -0.5
+    if wider is None:
+        return Estimate("measured", mean, note="One impact has no scatter: its error is not known.")
+    reach = wider[0] * wider[1] * float(np.sum(errors**-2.0)) ** -0.5
+    return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach, note)
 
 
 def _restitution(impacts: Impacts) -> Estimate:
@@ -74,13 +79,11 @@ def _restitution(impacts: Impacts) -> Estimate:
         far = np.abs(ratio - np.median(ratio)) / error
         keep = far <= far_limit(ratio.size - 1) * middle(far, 1, 1.0 if known else 1e-9)
         ratio, error, z1 = ratio[keep], error[keep], z1[keep]
-    mean, reach = _mean(ratio, error, known)
-    if reach is None:
-        return Estimate("measured", mean, note="One impact has no scatter: the error of the restitution is not known.")
-    note = _speed_note(np.log(z1), ratio, error)
-    if mean - reach > 1.0:
-        note = f"A restitution above 1 ({mean:.3g}) means that something is wrong with V_z1 or V_z2."
-    return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach, note)
+    mean = _mean(ratio, error, known, _speed_note(np.log(z1), ratio, error))
+    if mean.value is not None and (mean.lower or 0.0) > 1.0:
+        note = f"A restitution above 1 ({mean.value:.3g}) means that something is wrong with V_z1 or V_z2."
+        return replace(mean, note=note)
+    return mean
 
 
 def _speed_note(log_speed: Array, ratio: Array, error: Array) -> str:
@@ -117,41 +120,32 @@ def _sliding(impacts: Impacts, sliding: Mask) -> Estimate:
     if not sliding.any():
         return Estimate("not determined", note="No impact is sure to slide throughout.")
     ratio, error = impacts.impulse_ratio
-    mean, reach = _mean(ratio[sliding], error[sliding], impacts.known_errors)
-    if reach is None:
-        return Estimate("measured", mean, note="One sliding impact has no scatter to tell its error by.")
-    return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach)
+    return _mean(ratio[sliding], error[sliding], impacts.known_errors)
 
 
 def _estimate(evidence: Evidence, which: int, low: float, note: str) -> Estimate:
     """mu (0) or kappa (1): a value where it is determined, or else bounds and the note."""
     high = float(evidence.ranges[which][1])
     if evidence.determined(which):
-        uncertainty = (high - low) / (2.0 * NORMAL)
-        return Estimate("measured", float(evidence.best[which]), uncertainty, low, high)
+        return Estimate("measured", float(evidence.best[which]), (high - low) / (2.0 * NORMAL), low, high)
     return Estimate("not determined", lower=low or None, upper=high if np.isfinite(high) else None, note=note)
 
 
 def _friction(impacts: Impacts, evidence: Evidence, regimes: list[str]) -> Estimate:
     (low, high), (ratio, error) = evidence.ranges[0].tolist(), impacts.impulse_ratio
+    why, least = "without given errors it takes two impacts more than unknowns", low
+    bounds = f"Up to errors of measurement it is at least {ratio.max():.3g}, the greatest ratio of tangential to normal"
+    bounds += " impulse that was seen"
+    if evidence.scatter is not None:
+        seen = max(float((ratio - 2.0 * error * evidence.scatter).max()), 0.0)
+        why = "the impacts fit a wide range of friction"
+        if SLIDES not in regimes:
+            why = "no impact is sure to slide throughout, and the others fit a wide range of friction"
+        how = "by the fit" if low > seen else "the greatest ratio of tangential to normal impulse less twice its error"
+        least = low if evidence.determined(0) else max(low, seen)
+        bounds = f"It is at least {least:.3g}, {how}" + (f", and at most {high:.3g}" if np.isfinite(high) else "")
     grazing = "More impacts that slide throughout (grazing ones) would tell."
-    if evidence.scatter is None:
-        note = (
-            "Friction is not determined: without given errors it takes two impacts more than unknowns. Up to errors of "
-            f"measurement it is at least {ratio.max():.3g}, the greatest ratio of tangential to normal impulse that "
-            f"was seen. {grazing}"
-        )
-        return _estimate(evidence, 0, 0.0, note)
-    if evidence.determined(0):
-        return _estimate(evidence, 0, low, "")
-    seen = max(float((ratio - 2.0 * error * evidence.scatter).max()), 0.0)
-    why = "the impacts fit a wide range of friction"
-    if SLIDES not in regimes:
-        why = "no impact is sure to slide throughout, and the others fit a wide range of friction"
-    how = "by the fit" if low > seen else "the greatest ratio of tangential to normal impulse less twice its error"
-    most = f", and at most {high:.3g}" if np.isfinite(high) else ""
-    note = f"Friction is not determined: {why}. It is at least {max(low, seen):.3g}, {how}{most}. {grazing}"
-    return _estimate(evidence, 0, max(low, seen), note)
+    return _estimate(evidence, 0, least, f"Friction is not determined: {why}. {bounds}. {grazing}")
 
 
 def _stiffness(evidence: Evidence, regimes: list[str]) -> Estimate:
@@ -159,8 +153,7 @@ def _stiffness(evidence: Evidence, regimes: list[str]) -> Estimate:
     why = "too few impacts that stick, or errors too large, tell values apart"
     if all(regime == SLIDES for regime in regimes):
         why = "every impact slides throughout, and sliding does not feel the tangential stiffness, only that it slides"
-    bounds = [f"at least {low:.2g}"] if low > 0.0 else []
-    bounds += [f"at most {high:.2g}"] if np.isfinite(high) else []
+    bounds = [f"at least {low:.2g}"] * (low > 0.0) + [f"at most {high:.2g}"] * bool(np.isfinite(high))
     where = f" It is {' and '.join(bounds)}." if bounds else ""
     note = f"The stiffness ratio kappa is not determined: {why}.{where} Take it from the elastic constants."
-    return _estimate(evidence, 1, low, "" if evidence.determined(1) else note)
+    return _estimate(evidence, 1, low, note)
