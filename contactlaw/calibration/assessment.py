@@ -137,11 +137,11 @@ def _friction(impacts: Impacts, evidence: Evidence, regimes: list[str]) -> Estim
     bounds = f"Up to errors of measurement it is at least {ratio.max():.3g}, the greatest ratio of tangential to normal"
     bounds += " impulse that was seen"
     if evidence.scatter is not None:
-        seen = max(float((ratio - 2.0 * error * evidence.scatter).max()), 0.0)
+        seen = max(float((ratio - evidence.reach * error).max()), 0.0)
         why = "the impacts fit a wide range of friction"
         if SLIDES not in regimes:
             why = "no impact is sure to slide throughout, and the others fit a wide range of friction"
-        how = "by the fit" if low > seen else "the greatest ratio of tangential to normal impulse less twice its error"
+        how = "by the fit" if low > seen else "the greatest ratio of tangential to normal impulse less its error (95 %)"
         least = low if evidence.determined(0) else max(low, seen)
         bounds = f"It is at least {least:.3g}, {how}" + (f", and at most {high:.3g}" if np.isfinite(high) else "")
     grazing = "More impacts that slide throughout (grazing ones) would tell."

@@ -108,6 +108,7 @@ class Problem:
         found = optimize.least_squares(
             lambda free: terms(np.append(free, held)), np.clip(start[: self.fitted], *edges), loss=loss,
             bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0), xtol=1e-9, ftol=1e-10,
+            gtol=None,  # type: ignore[arg-type]
         )  # fmt: skip
         felt = np.abs(found.jac).max(axis=0)
         return np.append(found.x, held), int(np.count_nonzero(felt > 1e-5 * felt.max()))

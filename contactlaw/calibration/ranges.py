@@ -1,4 +1,9 @@
-"""What a table allows at 95 %: how far mu and kappa can go before the best curve through the impacts fits too badly."""
+"""What a table allows at 95 %: how far mu and kappa can go before even the best curve fits too badly.
+
+The limit is that of a likelihood ratio where errors are given, and of an F test, Student's t squared, where the scatter
+tells them. Two parameters bend the curve so well that a few impacts may lie on it by chance: the scatter of V_z2/V_z1
+then tells the error too. Places allowed need not hang together: the map is searched for all of them.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +45,8 @@ class Evidence:
         best: mu and kappa of the best fit, shape (2,).
         misfit: chi^2 of the best fit in the errors as given; in (m/s)^2 where they are not.
         freedom: Impacts less parameters that they feel.
-        scatter: Factor from the errors as held to those that count; None: not known.
+        scatter: Factor from the errors as held to those that the residuals point to; None: not known.
+        reach: 95 % of errors lie within so many of the errors as held; inf: not known.
         ranges: Least and greatest mu and kappa allowed at 95 %, shape (2, 2); 0 and inf where the map ends first.
         allowed: mu and kappa of places within the range, shape (m, 2).
     """
@@ -50,6 +56,7 @@ class Evidence:
     misfit: float
     freedom: int
     scatter: float | None
+    reach: float
     ranges: Array
     allowed: Array
 
@@ -59,8 +66,16 @@ class Evidence:
         return bool(high <= WIDEST * low)
 
 
+def pooled(misfit: float, freedom: int, problem: Problem) -> float:
+    """Reach of 95 % from the scatter about the curve and that of V_z2/V_z1, unless these differ beyond chance."""
+    other, more = problem.impacts.bounce_misfit()
+    if more < 1 or other / more > stats.f.ppf(0.999, more, freedom) * misfit / freedom:
+        return 0.0
+    return float(np.sqrt((misfit + other) / (freedom + more)) * stats.t.ppf(0.975, freedom + more))
+
+
 def weigh(whole: Problem) -> Evidence:
-    """Fit a table, and follow the profile of each parameter from every fit that the table allows."""
+    """Fit a table, find all that it allows, and follow the profile of each parameter from the outermost to its ends."""
     used = kept(whole)
     problem = whole if used.all() else replace(whole, impacts=whole.impacts.chosen(used))
     n, known = problem.impacts.size, problem.impacts.known_errors
@@ -72,18 +87,21 @@ def weigh(whole: Problem) -> Evidence:
     wider = widening(misfit, freedom, known)
     if wider is None or (not known and freedom < LEAST_FREEDOM):
         open_range = np.array([[0.0, np.inf], [0.0, np.inf]])
-        return Evidence(used, np.exp(best), misfit, freedom, None, open_range, np.empty((0, 2)))
+        return Evidence(used, np.exp(best), misfit, freedom, None, np.inf, open_range, np.empty((0, 2)))
     scatter, quantile = wider
+    reach = scatter * quantile if known else max(scatter * quantile, pooled(misfit, freedom, problem))
     least = float(problem.cost(best))
-    most = least + quantile**2 * (scatter**2 if known else max(least, n * problem.least_scale**2) / freedom)
+    most = least + reach**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
     places = np.array([place for place, _ in fits if problem.cost(place) <= most])
     places = np.concatenate([places, *(_bottoms(problem, axis, most) for axis in range(problem.fitted))])
     ranges = np.exp(np.stack([best, best], axis=1))
     for axis in range(problem.fitted):
         low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
         ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
+    if felt == 2 and np.abs(best[1] - problem.grid[0, [0, -1], 1]).min() < 1e-6:
+        ranges[0] = 0.0, np.inf  # a better curve may lie beyond the map
     allowed = np.concatenate([problem.grid[problem.map <= most], places])
-    return Evidence(used, np.exp(best), misfit, freedom, scatter, ranges, np.exp(allowed))
+    return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(allowed))
 
 
 def _bottoms(problem: Problem, axis: int, most: float) -> Array:
