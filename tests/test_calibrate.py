@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from contactlaw import MATERIALS, Body, calibrate, collide, contact_velocities, rebound
+from contactlaw.calibration.fit import pose
 from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN
+from contactlaw.calibration.table import Impacts
 from contactlaw.pair import ContactPair
 from validation.calibrate_table import app
 from validation.calibration_figure import draw_calibration
@@ -125,6 +127,55 @@ def test_only_sliding_impacts_tell_friction_and_not_kappa(known):
 
 
 @pytest.mark.parametrize("known", [True, False])
+def test_three_sliding_impacts_tell_friction(known):
+    """One parameter is felt, so two degrees of freedom are left."""
+    before, after = table((6.0, 6.6, 7.2))
+    result = calibrate(before, after, DISK, **(errors() if known else {}))
+    assert result.friction.lower < MU < result.friction.upper < 1.05 * result.friction.lower
+    assert result.degrees_of_freedom == 2
+    assert result.stiffness_ratio.value is None
+
+
+def test_two_sliding_impacts_may_not_slide_at_all():
+    """A curve of stiff springs and great friction passes within the errors of both."""
+    before, after = table((6.0, 7.0))
+    result = calibrate(before, after, DISK, **errors())
+    assert result.friction.value is None
+    assert result.friction.lower < MU < 10.0 * MU < result.friction.upper
+
+
+@pytest.mark.parametrize("noise", [0.005, 0.02])
+@pytest.mark.parametrize("count", [4, 5, 8])
+def test_ranges_of_few_impacts_without_errors_hold_the_truth(count, noise):
+    """95 % of the ranges, also of those that belong to a value: a scatter that is small by chance must not make one."""
+    generator = np.random.default_rng(count)
+    told, missed = np.zeros(2), np.zeros(2)
+    for seed in range(60):
+        psi_1 = tuple(generator.uniform(0.3, 8.0, count))
+        result = calibrate(*table(psi_1, noise, seed=1000 * count + seed, law=True), DISK)
+        pairs = ((result.friction, MU), (result.stiffness_ratio, KAPPA))
+        told += [one.value is not None for one, _ in pairs]
+        missed += [one.value is not None and not one.lower <= truth <= one.upper for one, truth in pairs]
+    chance = 0.05 * told + 2.6 * np.sqrt(0.05 * told)
+    assert (missed <= chance).all(), (told, missed)
+
+
+@pytest.mark.parametrize("psi_1", [0.3, 1.0, 3.0, 7.0])
+def test_what_one_impact_allows_is_all_that_a_fine_map_allows(psi_1):
+    before, after = table((psi_1,))
+    result = calibrate(before, after, DISK, **errors())
+    impacts = Impacts(np.stack([*before, *after]), np.full((4, 1), NOISE), True, RATIO, True)
+    problem = pose(impacts, result.restitution.value, KAPPA, hold=False)
+    mu = np.linspace(problem.grid[0, 0, 0], problem.grid[-1, 0, 0], 1200)
+    cost = np.stack(
+        [problem.cost(np.stack([mu, np.full(mu.size, k)], axis=-1)) for k in np.linspace(*np.log([0.3, 2]), 240)]
+    )
+    allowed = mu[(cost - cost.min() <= 1.96**2).any(axis=0)]
+    assert result.friction.lower <= np.exp(allowed[0])
+    assert result.friction.upper is None or result.friction.upper >= np.exp(allowed[-1])
+
+
+@pytest.mark.parametrize("known", [True, False])
 def test_only_sticking_impacts_bound_friction_from_below(known):
     before, after = table((0.1, 0.2, 0.3, 0.4, 0.5, 0.6))
     result = calibrate(before, after, DISK, **(errors() if known else {}))
@@ -232,18 +283,19 @@ def test_contact_velocities_of_rolling_and_backspin():
     signs=st.lists(st.sampled_from([-1.0, 1.0]), min_size=10, max_size=10),
 )
 def test_unit_of_velocity_and_side_change_nothing(scale, seed, signs):
-    """The fit ends where its misfit changes by less than 1e-7: some 1e-4 of an uncertainty."""
+    """With given errors and without."""
     before, after = table((0.4, 0.9, 1.6, 2.4, 3.2, 3.8, 5.0, 6.0, 7.0, 8.0), seed=seed)
-    plain = calibrate(before, after, DISK, **errors())
     side = scale * np.array(signs)
-    moved = calibrate(
-        (scale * before[0], side * before[1]), (scale * after[0], side * after[1]), DISK, **errors(scale * NOISE)
-    )
-    for name in ("friction", "stiffness_ratio", "restitution"):
-        one, other = getattr(plain, name), getattr(moved, name)
-        assert abs(one.value - other.value) < 1e-3 * one.uncertainty
-        assert other.uncertainty == pytest.approx(one.uncertainty, rel=1e-3)
-    assert moved.regimes == plain.regimes
+    for plain_errors, moved_errors in ((errors(), errors(scale * NOISE)), ({}, {})):
+        plain = calibrate(before, after, DISK, **plain_errors)
+        moved = calibrate(
+            (scale * before[0], side * before[1]), (scale * after[0], side * after[1]), DISK, **moved_errors
+        )
+        for name in ("friction", "stiffness_ratio", "restitution"):
+            one, other = getattr(plain, name), getattr(moved, name)
+            assert abs(one.value - other.value) < 1e-3 * one.uncertainty
+            assert other.uncertainty == pytest.approx(one.uncertainty, rel=1e-3)
+        assert moved.regimes == plain.regimes
 
 
 @pytest.mark.parametrize(

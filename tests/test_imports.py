@@ -46,6 +46,19 @@ print([name for name in sys.modules if name.startswith("contactlaw.") and ("mujo
     assert run_python(code, PACKAGE.parent) == "[]\n[]"
 
 
+def test_without_scipy_calibrate_names_the_extra() -> None:
+    code = """
+import sys
+sys.modules["scipy"] = None
+import contactlaw
+try:
+    contactlaw.calibrate(([1.0], [0.1]), ([0.9], [0.0]), 0.4)
+except ImportError as error:
+    print(error)
+"""
+    assert run_python(code, PACKAGE.parent) == "calibrate needs scipy: pip install 'contactlaw[calibration]'"
+
+
 def test_public_names_exist() -> None:
     assert all(hasattr(contactlaw, name) for name in contactlaw.__all__)
     assert list(contactlaw.__all__) == sorted(contactlaw.__all__, key=lambda name: (not name.isupper(), name))

@@ -1,7 +1,7 @@
-"""Friction, restitution and stiffness ratio from a table of impacts, each with its uncertainty.
+"""Friction, restitution and stiffness ratio from a table of impacts, each with its uncertainty; needs scipy.
 
-procedure: what a user calls. impact_fit: the law through the data. evidence: what the data say and how surely; scatter:
-the statistics of few numbers. assessment: verdicts in words. result: what comes out.
+procedure: what a user calls. table: the impacts. curve: the law. fit: the curve through the impacts. outliers: impacts
+left out. ranges: what is allowed at 95 %. assessment: verdicts in words. result: what comes out.
 """
 
 from contactlaw.calibration.procedure import calibrate, contact_velocities

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from contactlaw.calibration import impact_fit as law
-from contactlaw.calibration.evidence import Evidence, Mask, Problem, weigh
-from contactlaw.calibration.impact_fit import Array, Impacts
+import numpy as np
+from scipy import stats
+
+from contactlaw.calibration.curve import sliding_from
+from contactlaw.calibration.fit import pose
+from contactlaw.calibration.outliers import far_limit, middle
+from contactlaw.calibration.ranges import NORMAL, Evidence, weigh, widening
 from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN, Calibration, Estimate
-from contactlaw.calibration.scatter import NORMAL, far_limit, quantile, widening
+from contactlaw.calibration.table import Array, Impacts, Mask
 
 USUAL_KAPPA = 0.85  # of like materials with nu = 0.26
 
@@ -25,172 +29,131 @@ def assess(impacts: Impacts, restitution: float | None, kappa: float | None, *, 
     bounce = _restitution(impacts) if restitution is None else Estimate("given", restitution)
     start = kappa or USUAL_KAPPA
     known = Estimate("given", start) if hold else None
-    if impacts.impulse_ratio.max() <= 0.0:
-        return _nothing(impacts, bounce, known)
-    problem = Problem(impacts, min(bounce.value or 1.0, 1.0), start, fitted=1 if hold else 2)
-    return _report(impacts, bounce, weigh(problem), known)
+    table = {"restitution": bounce, "mass_ratio": impacts.mass_ratio,
+             "before": impacts.velocities[:2], "after": impacts.velocities[2:]}  # fmt: skip
+    n = impacts.size
+    if impacts.impulse_ratio[0].max() <= 0.0:
+        note = "no impact lost tangential velocity. Are V_x1 and V_x2 counted along the same direction?"
+        return Calibration(
+            friction=Estimate("not determined", note=f"Friction is not determined: {note}"),
+            stiffness_ratio=known or Estimate("not determined", note="Nor is the stiffness ratio kappa."),
+            sliding_friction=Estimate("not determined"), regimes=(UNKNOWN,) * n, outliers=(), residuals=np.zeros(n),
+            residual_rms=0.0, degrees_of_freedom=0, chi_squared=None, scatter=None, curve_parameters=None, **table,
+        )  # fmt: skip
+    whole = pose(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
+    evidence = weigh(whole)
+    residuals, _ = whole.residuals(np.log(evidence.best))
+    regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
+    return Calibration(
+        friction=_friction(impacts, evidence, regimes),
+        stiffness_ratio=known or _stiffness(evidence, regimes),
+        sliding_friction=_sliding(impacts, (np.array(regimes) == SLIDES) & evidence.used),
+        regimes=tuple(regimes),
+        outliers=tuple(np.flatnonzero(~evidence.used).tolist()),
+        residuals=residuals,
+        residual_rms=float(np.sqrt(np.mean(residuals[evidence.used] ** 2))),
+        degrees_of_freedom=freedom,
+        chi_squared=evidence.misfit / freedom if impacts.known_errors and freedom > 0 else None,
+        scatter=None if impacts.known_errors else evidence.scatter,
+        curve_parameters=(float(evidence.best[0]), float(evidence.best[1])),
+        **table,
+    )
+
+
+def _mean(values: Array, errors: Array, known: bool, note: str = "") -> Estimate:
+    """Weighted mean and its 95 % range; one value without an error has none."""
+    mean = float(np.average(values, weights=errors**-2.0))
+    wider = widening(float(np.sum(((values - mean) / errors) ** 2)), values.size - 1, known)
+    if wider is None:
+        return Estimate("measured", mean, note="One impact has no scatter: its error is not known.")
+    reach = wider[0] * wider[1] * float(np.sum(errors**-2.0)) ** -0.5
+    return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach, note)
 
 
 def _restitution(impacts: Impacts) -> Estimate:
     """Weighted mean of V_z2/V_z1, and whether it depends on speed."""
-    z1, n = impacts.normal_before, impacts.normal_before.size
-    ratio = impacts.normal_after / z1
-    variance = (impacts.errors[2] ** 2 + (ratio.mean() * impacts.errors[0]) ** 2) / z1**2
-    if n >= 6:
-        far = np.abs(ratio - np.median(ratio)) / np.sqrt(variance)
-        scale = max(law.robust_scale(far, 1), 1.0 if impacts.known_errors else 1e-9)
-        keep = far <= far_limit(n - 1) * scale
-        ratio, variance, z1 = ratio[keep], variance[keep], z1[keep]
-    mean = float(np.sum(ratio / variance) / np.sum(1.0 / variance))
-    freedom = ratio.size - 1
-    wider = widening(float(np.sum((ratio - mean) ** 2 / variance)), freedom, impacts.known_errors)
-    if wider is None:
-        return Estimate("measured", mean, note="One impact has no scatter: the error of the restitution is not known.")
-    reach = wider / float(np.sqrt(np.sum(1.0 / variance)))
-    reach *= quantile(freedom) if wider > 1.0 or not impacts.known_errors else NORMAL
-    note = _speed_note(np.log(z1), ratio - mean, variance * wider**2)
-    if mean - reach > 1.0:
-        note = f"A restitution above 1 ({mean:.3g}) means that something is wrong with V_z1 or V_z2."
-    return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach, note)
+    (z1, _, z2, _), (s_z1, _, s_z2, _), known = impacts.velocities, impacts.errors, impacts.known_errors
+    ratio = z2 / z1
+    error = np.hypot(s_z2, ratio.mean() * s_z1) / z1
+    if ratio.size >= 6:
+        far = np.abs(ratio - np.median(ratio)) / error
+        keep = far <= far_limit(ratio.size - 1) * middle(far, 1, 1.0 if known else 1e-9)
+        ratio, error, z1 = ratio[keep], error[keep], z1[keep]
+    mean = _mean(ratio, error, known, _speed_note(np.log(z1), ratio, error))
+    if mean.value is not None and (mean.lower or 0.0) > 1.0:
+        note = f"A restitution above 1 ({mean.value:.3g}) means that something is wrong with V_z1 or V_z2."
+        return replace(mean, note=note)
+    return mean
 
 
-def _speed_note(log_speed: Array, departure: Array, variance: Array) -> str:
-    """Words for a slope of e over ln V_z1 beyond three standard errors."""
-    if log_speed.size < 5 or np.ptp(log_speed) < 0.1 or not (variance > 0.0).all():
+def _speed_note(log_speed: Array, ratio: Array, error: Array) -> str:
+    """Words for a slope of e over ln V_z1 as large as scatter makes in 0.3 % of tables."""
+    if log_speed.size < 5 or np.ptp(log_speed) < 0.1:
         return ""
-    weight = 1.0 / variance
-    centred = log_speed - np.sum(weight * log_speed) / np.sum(weight)
-    power = float(np.sum(weight * centred**2))
-    slope, error = float(np.sum(weight * centred * departure)) / power, power**-0.5
-    if abs(slope) < 3.0 * error:
+    (slope, _), covariance = np.polyfit(log_speed, ratio, 1, w=1.0 / error, cov=True)
+    deviation = float(np.sqrt(covariance[0, 0]))
+    if abs(slope) < max(float(stats.t.ppf(0.99865, log_speed.size - 2)) * deviation, 1e-9):
         return ""
     way = "falls" if slope < 0.0 else "rises"
     return (
-        f"Restitution {way} with speed, by {abs(slope) * np.log(2.0):.2g} +- {error * np.log(2.0):.1g} for twice the "
-        f"approach speed; the value is that of the middle of the table."
+        f"Restitution {way} with speed, by {abs(slope) * np.log(2.0):.2g} +- {deviation * np.log(2.0):.1g} for twice "
+        f"the approach speed; the value is that of the middle of the table."
     )
 
 
-def _report(impacts: Impacts, bounce: Estimate, evidence: Evidence, known: Estimate | None) -> Calibration:
-    """The evidence in numbers and words."""
-    best, used = evidence.best, evidence.used
-    whole = law.evaluate(impacts, evidence.problem.restitution, best.friction, best.stiffness_ratio)
-    regimes, freedom = _regimes(impacts, evidence), evidence.freedom
-    sliding = np.array([regime == SLIDES for regime in regimes]) & used
-    return Calibration(
-        restitution=bounce,
-        friction=_friction(evidence, regimes),
-        stiffness_ratio=known or _stiffness(evidence, regimes),
-        sliding_friction=_sliding(impacts, sliding),
-        regimes=tuple(regimes),
-        outliers=tuple(int(index) for index in np.flatnonzero(~used)),
-        before=np.stack([impacts.normal_before, impacts.tangential_before]),
-        after=np.stack([impacts.normal_after, impacts.tangential_after]),
-        residuals=whole.residual,
-        residual_rms=float(np.sqrt(np.mean(whole.residual[used] ** 2))),
-        degrees_of_freedom=freedom,
-        chi_squared=whole.misfit(used) / freedom if impacts.known_errors and freedom > 0 else None,
-        scatter=None if impacts.known_errors else evidence.widening,
-        mass_ratio=impacts.mass_ratio,
-        curve_parameters=(best.friction, best.stiffness_ratio),
-    )
-
-
-def _regimes(impacts: Impacts, evidence: Evidence) -> list[str]:
+def _regimes(impacts: Impacts, evidence: Evidence, restitution: float) -> list[str]:
     """What each impact does at the best values; where one of them is not determined, only what all allowed ones say."""
-    cells = np.array([[evidence.best.friction, evidence.best.stiffness_ratio]])
+    cells = evidence.best[None]
     if not (evidence.determined(0) and evidence.determined(1)):
-        if evidence.widening is None:
-            return [UNKNOWN] * impacts.normal_before.size
+        if evidence.scatter is None:
+            return [UNKNOWN] * impacts.size
         cells = np.concatenate([cells, evidence.allowed])
-    psi = cells[:, 1:] / cells[:, :1] * np.abs(impacts.incidence)
-    ends = np.asarray(law.sliding_from(cells[:, 1:], impacts.mass_ratio, evidence.problem.restitution))
+    psi = cells[:, 1:] / cells[:, :1] * np.abs(impacts.velocities[1] / impacts.velocities[0])
+    ends = sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
     tests = {SLIDES: psi >= ends, STICKS_FIRST: psi <= 1.0, SLIDES_FIRST: (psi > 1.0) & (psi < ends)}
-    sure = {name: np.atleast_1d(test.all(axis=0)) for name, test in tests.items()}
-    return [next((name for name in sure if sure[name][row]), UNKNOWN) for row in range(psi.shape[1])]
+    sure = {name: test.all(axis=0) for name, test in tests.items()}
+    return [next((name for name in sure if sure[name][row]), UNKNOWN) for row in range(impacts.size)]
 
 
 def _sliding(impacts: Impacts, sliding: Mask) -> Estimate:
     """The paper's mean mu of the impacts that slide throughout."""
-    count = int(sliding.sum())
-    if count == 0:
+    if not sliding.any():
         return Estimate("not determined", note="No impact is sure to slide throughout.")
-    ratio, error = impacts.impulse_ratio[sliding], impacts.impulse_ratio_error[sliding]
-    mean = float(np.sum(ratio / error**2) / np.sum(error**-2.0))
-    wider = widening(float(np.sum(((ratio - mean) / error) ** 2)), count - 1, impacts.known_errors)
-    if wider is None:
-        return Estimate("measured", mean, note="One sliding impact has no scatter to tell its error by.")
-    reach = wider / float(np.sqrt(np.sum(error**-2.0)))
-    reach *= quantile(count - 1) if wider > 1.0 or not impacts.known_errors else NORMAL
-    return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach)
+    ratio, error = impacts.impulse_ratio
+    return _mean(ratio[sliding], error[sliding], impacts.known_errors)
 
 
-def _friction(evidence: Evidence, regimes: list[str]) -> Estimate:
-    low, high = (float(bound) for bound in evidence.ranges[0])
-    if evidence.determined(0):
-        return Estimate("measured", evidence.best.friction, evidence.uncertainty(0), low, high)
-    impacts = evidence.problem.impacts
-    grazing = "More impacts that slide throughout (grazing ones) would tell."
-    if evidence.widening is None:
-        note = (
-            "Friction is not determined: without given errors it takes two impacts more than unknowns. Up to errors of "
-            f"measurement it is at least {impacts.impulse_ratio.max():.3g}, the greatest ratio of tangential to normal "
-            f"impulse that was seen. {grazing}"
-        )
-        return Estimate("not determined", note=note)
-    error = impacts.impulse_ratio_error * evidence.widening
-    seen = max(float((impacts.impulse_ratio - 2.0 * error).max()), 0.0)
-    if SLIDES not in regimes:
-        why = "no impact is sure to slide throughout, and the others fit a wide range of friction"
-    else:
-        why = "the impacts fit a wide range of friction"
-    bounds = f"It is at least {max(low, seen):.3g}"
-    bounds += (
-        ", by the fit" if low > seen else ", the greatest ratio of tangential to normal impulse less twice its error"
-    )
-    if np.isfinite(high):
-        bounds += f", and at most {high:.3g}"
-    note = f"Friction is not determined: {why}. {bounds}. {grazing}"
-    upper = high if np.isfinite(high) else None
-    return Estimate("not determined", lower=max(low, seen) or None, upper=upper, note=note)
-
-
-def _stiffness(evidence: Evidence, regimes: list[str]) -> Estimate:
-    low, high = (float(bound) for bound in evidence.ranges[1])
-    if evidence.determined(1):
-        return Estimate("measured", evidence.best.stiffness_ratio, evidence.uncertainty(1), low, high)
-    if all(regime == SLIDES for regime in regimes):
-        why = "every impact slides throughout, and sliding does not feel the tangential stiffness, only that it slides"
-    else:
-        why = "too few impacts that stick, or errors too large, tell values apart"
-    bounds = [f"at least {low:.2g}"] if low > 0.0 else []
-    bounds += [f"at most {high:.2g}"] if np.isfinite(high) else []
-    where = f" It is {' and '.join(bounds)}." if bounds else ""
-    note = f"The stiffness ratio kappa is not determined: {why}.{where} Take it from the elastic constants."
+def _estimate(evidence: Evidence, which: int, low: float, note: str) -> Estimate:
+    """mu (0) or kappa (1): a value where it is determined, or else bounds and the note."""
+    high = float(evidence.ranges[which][1])
+    if evidence.determined(which):
+        return Estimate("measured", float(evidence.best[which]), (high - low) / (2.0 * NORMAL), low, high)
     return Estimate("not determined", lower=low or None, upper=high if np.isfinite(high) else None, note=note)
 
 
-def _nothing(impacts: Impacts, bounce: Estimate, known: Estimate | None) -> Calibration:
-    """No impact lost tangential velocity."""
-    n = impacts.normal_before.size
-    note = (
-        "Friction is not determined: no impact lost tangential velocity. Are V_x1 and V_x2 counted along the same "
-        "direction?"
-    )
-    return Calibration(
-        restitution=bounce,
-        friction=Estimate("not determined", note=note),
-        stiffness_ratio=known or Estimate("not determined", note="Nor is the stiffness ratio kappa."),
-        sliding_friction=Estimate("not determined"),
-        regimes=(UNKNOWN,) * n,
-        outliers=(),
-        before=np.stack([impacts.normal_before, impacts.tangential_before]),
-        after=np.stack([impacts.normal_after, impacts.tangential_after]),
-        residuals=np.zeros(n),
-        residual_rms=0.0,
-        degrees_of_freedom=0,
-        chi_squared=None,
-        scatter=None,
-        mass_ratio=impacts.mass_ratio,
-        curve_parameters=None,
-    )
+def _friction(impacts: Impacts, evidence: Evidence, regimes: list[str]) -> Estimate:
+    (low, high), (ratio, error) = evidence.ranges[0].tolist(), impacts.impulse_ratio
+    why, least = "without given errors it takes two impacts more than unknowns", low
+    bounds = f"Up to errors of measurement it is at least {ratio.max():.3g}, the greatest ratio of tangential to normal"
+    bounds += " impulse that was seen"
+    if evidence.scatter is not None:
+        seen = max(float((ratio - evidence.reach * error).max()), 0.0)
+        why = "the impacts fit a wide range of friction"
+        if SLIDES not in regimes:
+            why = "no impact is sure to slide throughout, and the others fit a wide range of friction"
+        how = "by the fit" if low > seen else "the greatest ratio of tangential to normal impulse less its error (95 %)"
+        least = low if evidence.determined(0) else max(low, seen)
+        bounds = f"It is at least {least:.3g}, {how}" + (f", and at most {high:.3g}" if np.isfinite(high) else "")
+    grazing = "More impacts that slide throughout (grazing ones) would tell."
+    return _estimate(evidence, 0, least, f"Friction is not determined: {why}. {bounds}. {grazing}")
+
+
+def _stiffness(evidence: Evidence, regimes: list[str]) -> Estimate:
+    low, high = evidence.ranges[1].tolist()
+    why = "too few impacts that stick, or errors too large, tell values apart"
+    if all(regime == SLIDES for regime in regimes):
+        why = "every impact slides throughout, and sliding does not feel the tangential stiffness, only that it slides"
+    bounds = [f"at least {low:.2g}"] * (low > 0.0) + [f"at most {high:.2g}"] * bool(np.isfinite(high))
+    where = f" It is {' and '.join(bounds)}." if bounds else ""
+    note = f"The stiffness ratio kappa is not determined: {why}.{where} Take it from the elastic constants."
+    return _estimate(evidence, 1, low, note)

@@ -1,23 +1,19 @@
 """From a table of velocities before and after impacts to restitution, friction and stiffness ratio of a contact.
 
-The procedure of Maw, Barber & Fawcett (1981): impacts that slide throughout give mu by eq. (6), the others then lie on
-the curve psi_2(psi_1). Two things are done otherwise. The paper's 2 V_z1 stands for the normal impulse of an elastic
-impact and is V_z1 + V_z2 here (1 + e for 2: 3.5 % in mu at e = 0.93). And which impacts slide depends on mu and kappa
-themselves, so what the paper does by hand is only the start of a least-squares fit to all impacts.
+Maw, Barber & Fawcett (1981) take mu from impacts that slide throughout, by hand, and lay the others on the curve
+psi_2(psi_1). Which impacts slide depends on mu and kappa themselves: here one curve is fitted to all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.calibration.assessment import assess
-from contactlaw.calibration.impact_fit import Impacts
-from contactlaw.calibration.result import Array, Calibration
+from contactlaw.calibration.result import Calibration
+from contactlaw.calibration.table import Array, Impacts, errors_of, mass_ratio_of, velocities_of
 from contactlaw.collision import Body
 
 
@@ -56,6 +52,7 @@ def calibrate(
 
     Raises:
         ValueError: An argument is outside its range; the message names it.
+        ImportError: scipy is missing.
     """
     ratio = mass_ratio_of(inertia_ratio)
     given = None if restitution is None else checks.restitution("restitution", restitution)
@@ -64,29 +61,20 @@ def calibrate(
     )  # fmt: skip
     if hold_stiffness_ratio and kappa is None:
         raise ValueError("hold_stiffness_ratio = True: needs the stiffness_ratio to hold")
-    z1, x1 = _two_columns("before", before)
-    z2, x2 = _two_columns("after", after, missing=given is not None)
-    if z1 is None or x1 is None or x2 is None:
-        raise ValueError("before, after: None stands for V_z2 alone, the first of after")
-    if z2 is not None and given is not None:
-        raise ValueError(f"restitution = {given!r}: must be None where V_z2 was measured; it is told by the table")
-    measured = z2 is not None
-    leaving = z2 if z2 is not None else (given or 1.0) * z1
-    for name, column in (("before[0] (V_z1)", z1), ("after[0] (V_z2)", leaving)):
-        if (column <= 0.0).any():
-            row = int(np.argmin(column))
-            raise ValueError(f"{name}: is {column[row]:g} in impact {row}; speeds of approach and leaving must be > 0")
-    sizes = {"V_z1": z1.size, "V_x1": x1.size, "V_z2": leaving.size, "V_x2": x2.size}
-    if len(set(sizes.values())) > 1 or z1.size == 0:
-        raise ValueError(f"before, after: lengths are {sizes}; must be one length, at least 1")
+    velocities = velocities_of(before, after, given)
     if (normal_error is None) != (tangential_error is None):
         raise ValueError("normal_error, tangential_error: give both, or neither")
-    known = normal_error is not None and tangential_error is not None
-    errors = np.ones((4, z1.size))
+    errors = np.ones_like(velocities)
     if normal_error is not None and tangential_error is not None:
-        errors[[0, 2]] = _errors("normal_error", normal_error, z1.size)
-        errors[[1, 3]] = _errors("tangential_error", tangential_error, z1.size)
-    table = Impacts(z1, x1, leaving, x2, errors, known, ratio, measured)
+        errors[::2] = errors_of("normal_error", normal_error, errors.shape[1])
+        errors[1::2] = errors_of("tangential_error", tangential_error, errors.shape[1])
+    try:
+        from contactlaw.calibration.assessment import assess
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "scipy":
+            raise
+        raise ImportError("calibrate needs scipy: pip install 'contactlaw[calibration]'") from error
+    table = Impacts(velocities, errors, normal_error is not None, ratio, given is None)
     return assess(table, given, kappa, hold=hold_stiffness_ratio)
 
 
@@ -115,49 +103,3 @@ def contact_velocities(normal: ArrayLike, tangential: ArrayLike, spin: ArrayLike
         shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
         raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
     return np.atleast_1d(z).copy(), np.atleast_1d(v - arm * w)
-
-
-def mass_ratio_of(inertia_ratio: Any) -> float:
-    """m_N/m_T at the contact: 1 + 1/K^2 for a body on a fixed one, shared masses and arms for two."""
-    if not isinstance(inertia_ratio, Body | tuple):
-        return 1.0 + 1.0 / checks.positive("inertia_ratio", inertia_ratio)
-    bodies = inertia_ratio if isinstance(inertia_ratio, tuple) else (inertia_ratio,)
-    if not bodies or not all(isinstance(body, Body) for body in bodies) or len(bodies) > 2:
-        raise ValueError(f"inertia_ratio = {inertia_ratio!r}: must be K^2 = I/(M L^2) > 0, a Body, or two of them")
-    normal = sum(body.inverse_mass for body in bodies)
-    if normal == 0.0:
-        raise ValueError("inertia_ratio: every body is held fast; at least one mass must be finite")
-    turning = sum(body.radius**2 * body.inverse_inertia for body in bodies if np.isfinite(body.radius))
-    return float(1.0 + turning / normal)
-
-
-def _two_columns(
-    name: str, value: Sequence[ArrayLike | None], *, missing: bool = False
-) -> tuple[Array | None, Array | None]:
-    """A pair of arrays of shape (n,), the first None where that is allowed."""
-    try:
-        first, second = value
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r}: must be two arrays, normal and tangential velocities") from None
-    columns: list[Array | None] = []
-    for number, column in enumerate((first, second)):
-        if column is None and missing and number == 0:
-            columns.append(None)
-            continue
-        if column is None:
-            raise ValueError(f"{name}[{number}] = None: only V_z2 may be None, with a restitution")
-        array = np.atleast_1d(checks.finite_array(f"{name}[{number}]", column))
-        if array.ndim != 1:
-            raise ValueError(f"{name}[{number}]: shape {array.shape}; must be (n,)")
-        columns.append(array)
-    return columns[0], columns[1]
-
-
-def _errors(name: str, value: ArrayLike, count: int) -> Array:
-    """Standard deviations before and after, shape (2, n)."""
-    array = checks.finite_array(name, value)
-    if array.shape not in ((), (count,), (2, count)):
-        raise ValueError(f"{name}: shape {array.shape}; must be a number, ({count},) or (2, {count})")
-    if (array <= 0.0).any():
-        raise ValueError(f"{name}: holds {array.min():g}; standard deviations must be > 0")
-    return np.broadcast_to(array, (2, count))

@@ -6,15 +6,17 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import checks
+from contactlaw.calibration.table import Array
 from contactlaw.impact import rebound
 from contactlaw.material import Material
 from contactlaw.pair import ContactPair
 
-Array = NDArray[np.float64]
-SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = "slides throughout", "slides, then sticks", "starts stuck", "not told"
+REGIMES = SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = (
+    "slides throughout", "slides, then sticks", "starts stuck", "not told",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -59,29 +61,25 @@ class Estimate:
 class Calibration:
     """What `calibrate` found.
 
-    Uncertainties are standard uncertainties of the fit: of random errors of the velocities. With given errors they
-    follow from these (and grow with the scatter where that is larger than the errors explain); without, from the
-    scatter about the curve. The scatter of a few impacts is itself not well known: the standard uncertainty is then
-    widened by Student's quantile over the normal one, so that 1.96 of it is always the 95 % range. Errors that all
-    impacts share (a scale, an angle of the camera) and those of the law are not in it.
+    Uncertainties are of random errors of the velocities, given or told by the scatter (the larger). 1.96 of them are
+    always half the 95 % range, wider than normal where few impacts tell the scatter. Errors that all impacts share (a
+    scale, an angle of the camera) and those of the law are not in them.
 
     Attributes:
         restitution: e, weighted mean of V_z2/V_z1.
         friction: mu of the fit to all impacts.
         stiffness_ratio: kappa of the fit.
-        sliding_friction: mu as the paper takes it, from the impacts that slide throughout alone (its eq. (6) with
-            1 + e for 2).
+        sliding_friction: mu of the impacts that slide throughout alone, as the paper takes it.
         regimes: Of each impact: "slides throughout", "slides, then sticks", "starts stuck", or "not told".
         outliers: Indices of impacts that lie too far off to be scatter; they were left out.
         before, after: The table, V_z and V_x [m/s], shape (2, n); V_z2 is e V_z1 where it was not measured.
         residuals: V_x2 less the curve [m/s], shape (n,); zeros where there is no curve.
         residual_rms: Of the impacts used [m/s].
-        degrees_of_freedom: Impacts used less parameters fitted.
+        degrees_of_freedom: Impacts used less parameters that they feel.
         chi_squared: chi^2 per degree of freedom, about 1 where law and errors fit; None without given errors.
         scatter: Error of a velocity that the residuals point to [m/s]; None with given errors.
         mass_ratio: m_N/m_T.
-        curve_parameters: mu and kappa of the curve nearest to the impacts, for pictures; where one of them is not
-            determined it is one of many. None: no curve.
+        curve_parameters: mu and kappa of the nearest curve; of many where one is not determined. None: no curve.
     """
 
     restitution: Estimate
@@ -110,14 +108,7 @@ class Calibration:
         return min(self.restitution.value or 1.0, 1.0)
 
     def curve(self, incidence: ArrayLike) -> Array:
-        """V_x2/V_z1 of the nearest curve over V_x1/V_z1.
-
-        Args:
-            incidence: V_x1/V_z1, any shape.
-
-        Raises:
-            ValueError: There is no curve.
-        """
+        """V_x2/V_z1 of the nearest curve over V_x1/V_z1, any shape; ValueError where there is none."""
         if self.curve_parameters is None:
             raise ValueError(f"curve: there is none. {self.friction.note}")
         mu, kappa = self.curve_parameters
@@ -126,19 +117,15 @@ class Calibration:
         return mu / kappa * np.asarray(rebound(kappa / mu * t, chi, restitution=self.mean_restitution))
 
     def pair(self, a: Material, b: Material) -> ContactPair:
-        """The contact with what was measured, for a simulation; kappa from the materials where the table has none.
-
-        Args:
-            a, b: The materials, for the elastic moduli.
+        """The contact of two materials with what was measured; kappa from these where the table has none.
 
         Raises:
             ValueError: The friction is not determined.
         """
         if self.friction.value is None:
             raise ValueError(f"friction = {self.friction}: give the pair a value of your own")
-        return ContactPair(
-            a, b, self.friction.value, self.mean_restitution, stiffness_ratio=self.stiffness_ratio.value
-        )  # fmt: skip
+        kappa = self.stiffness_ratio.value
+        return ContactPair(a, b, self.friction.value, self.mean_restitution, stiffness_ratio=kappa)
 
     @property
     def verdict(self) -> str:
@@ -160,21 +147,18 @@ class Calibration:
 
     def summary(self) -> str:
         """A few lines to print."""
-        known = [name for name in (SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN) if self.count(name)]
-        error = (
-            f"chi^2 per degree of freedom {self.chi_squared:.2f}" if self.chi_squared is not None
-            else f"points to an error of {self.scatter:.2g} m/s in each velocity" if self.scatter is not None
-            else "nothing left to judge the scatter by"
-        )  # fmt: skip
-        return "\n".join(
-            [
-                f"{len(self.regimes)} impact{'s' if len(self.regimes) > 1 else ''}: "
-                + ", ".join(f"{self.count(name)} {name}" for name in known),
-                f"restitution e           {self.restitution}",
-                f"friction mu             {self.friction}",
-                f"  of sliding impacts    {self.sliding_friction}",
-                f"stiffness ratio kappa   {self.stiffness_ratio}",
-                f"residual of V_x2        {self.residual_rms:.2g} m/s rms; {error}",
-                self.verdict,
-            ]
+        known = [f"{self.count(name)} {name}" for name in REGIMES if self.count(name)]
+        error = "nothing left to judge the scatter by"
+        if self.chi_squared is not None:
+            error = f"chi^2 per degree of freedom {self.chi_squared:.2f}"
+        elif self.scatter is not None:
+            error = f"points to an error of {self.scatter:.2g} m/s in each velocity"
+        return (
+            f"{len(self.regimes)} impact{'s' if len(self.regimes) > 1 else ''}: {', '.join(known)}\n"
+            f"restitution e           {self.restitution}\n"
+            f"friction mu             {self.friction}\n"
+            f"  of sliding impacts    {self.sliding_friction}\n"
+            f"stiffness ratio kappa   {self.stiffness_ratio}\n"
+            f"residual of V_x2        {self.residual_rms:.2g} m/s rms; {error}\n"
+            f"{self.verdict}"
         )

@@ -1,0 +1,124 @@
+"""The rebound curve laid through measured impacts.
+
+With t = V_x1/V_z1 the law gives V_x2/V_z1 = (mu/kappa) psi_2(psi_1 = kappa t/mu, chi = kappa c/2), c = m_N/m_T. All
+velocities have errors, those before too: each residual counts by its error along the curve (effective variance). The
+curve turns back on itself, and does not feel kappa where all slides, nor mu where all sticks: fits start from every
+hollow of a map. Places are (ln mu, ln kappa), shape (..., 2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import ndimage, optimize
+
+from contactlaw.calibration.curve import Curve, curve
+from contactlaw.calibration.table import Array, Impacts
+
+KAPPA_RANGE = (0.3, 2.0)  # where kappa is sought; G*/E* of elastic materials is 2/3 to 4/3
+FRICTION_GRID = np.geomspace(0.4, 25.0, 64)  # in units of the greatest impulse ratio
+STARTS = 5
+LEAST_SCATTER = 1e-9  # of a velocity, relative: rounding, where synthetic impacts lie exactly on the curve
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is asked of a table.
+
+    Attributes:
+        impacts: n impacts.
+        curve: The law.
+        grid: Places of the map, shape (m, k, 2); k = 1: kappa is held.
+        column: Where on the map the given kappa is.
+    """
+
+    impacts: Impacts
+    curve: Curve
+    grid: Array
+    column: int
+
+    @property
+    def fitted(self) -> int:
+        """Number of parameters."""
+        return 1 if self.grid.shape[1] == 1 else 2
+
+    @property
+    def least_scale(self) -> float:
+        """Least scale of residuals over deviations that there can be: given errors, or rounding."""
+        return 1.0 if self.impacts.known_errors else LEAST_SCATTER * float(self.impacts.velocities[0].mean())
+
+    def residuals(self, place: Array) -> tuple[Array, Array]:
+        """V_x2 less the curve, and its standard deviation [m/s], shapes (..., n)."""
+        (z1, x1, z2, x2), (s_z1, s_x1, s_z2, s_x2) = self.impacts.velocities, self.impacts.errors
+        side, t, e = np.where(x1 < 0.0, -1.0, 1.0), np.abs(x1) / z1, z2 / z1
+        mu, kappa = np.exp(place[..., :1]), np.exp(place[..., 1:])
+        value, slope, by_e = self.curve(kappa / mu * t, kappa)
+        value, by_e = mu / kappa * (value + by_e * (e - self.curve.restitution)), mu / kappa * by_e
+        own = by_e if self.impacts.own_restitution else 0.0
+        by_z1 = t * slope - value + own * e
+        deviation = np.sqrt(s_x2**2 + (slope * s_x1) ** 2 + (by_z1 * s_z1) ** 2 + (own * s_z2) ** 2)
+        return x2 - side * z1 * value, deviation
+
+    def scaled(self, place: Array) -> Array:
+        """Residuals over their deviations, shape (..., n)."""
+        return np.divide(*self.residuals(place))
+
+    def terms(self, place: Array) -> Array:
+        """Numbers whose squares sum to the cost, shape (..., n or 2 n).
+
+        With given errors the cost is -2 ln(likelihood) but for a constant; without, -2 ln(likelihood) is n ln(cost).
+        """
+        residual, deviation = self.residuals(place)
+        if not self.impacts.known_errors:
+            return residual / deviation * np.exp(np.mean(np.log(deviation), axis=-1, keepdims=True))
+        volume = np.sqrt(2.0 * np.log(np.maximum(deviation / self.impacts.errors[3], 1.0)))
+        return np.concatenate([residual / deviation, volume], axis=-1)
+
+    def cost(self, place: Array) -> Array:
+        """Sum of the squared `terms`, shape (...)."""
+        return np.sum(self.terms(place) ** 2, axis=-1)
+
+    @cached_property
+    def map(self) -> Array:
+        """The cost at all places of the grid, shape (m, k)."""
+        return np.stack([self.cost(column) for column in self.grid.swapaxes(0, 1)], axis=1)
+
+    def starts(self) -> list[Array]:
+        """The best place at the given kappa, and the best hollows of the map, shape (2,) each."""
+        low = self.map <= ndimage.minimum_filter(self.map, 3) * (1.0 + 1e-9)
+        labels = np.array(ndimage.label(low, np.ones((3, 3)))[0])  # type: ignore[index]
+        cells = ndimage.minimum_position(self.map, labels, range(1, int(labels.max()) + 1))
+        given = int(np.argmin(self.map[:, self.column])), self.column
+        return [self.grid[cell] for cell in (given, *sorted(cells, key=lambda cell: self.map[cell])[:STARTS])]
+
+    def solve(self, start: Array, scale: float | None = None) -> tuple[Array, int]:
+        """Least squares from one start.
+
+        Args:
+            start: Place, shape (2,).
+            scale: Residuals beyond 1.345 of this pull with constant force (Huber); None: all are squared.
+
+        Returns:
+            The place, and how many parameters the impacts feel there.
+        """
+        held, edges = start[self.fitted :], self.grid[[0, -1], [0, -1], : self.fitted]
+        terms, loss = (self.terms, "linear") if scale is None else (self.scaled, "huber")
+        found = optimize.least_squares(
+            lambda free: terms(np.append(free, held)), np.clip(start[: self.fitted], *edges), loss=loss,
+            bounds=edges + [[-1e-9], [1e-9]], f_scale=1.345 * (scale or 1.0), xtol=1e-9, ftol=1e-10,
+            gtol=None,  # type: ignore[arg-type]
+        )  # fmt: skip
+        felt = np.abs(found.jac).max(axis=0)
+        return np.append(found.x, held), int(np.count_nonzero(felt > 1e-5 * felt.max()))
+
+
+def pose(impacts: Impacts, restitution: float, kappa: float, *, hold: bool) -> Problem:
+    """The problem of a table in which some impact lost tangential velocity; kappa is a start, or held."""
+    low, high = (0.9 * kappa, 1.1 * kappa) if hold else KAPPA_RANGE
+    law = curve(max(round(restitution, 2), 0.01), impacts.mass_ratio, low, high)
+    kappas = np.array([kappa]) if hold else np.geomspace(low, high, 25)
+    frictions = FRICTION_GRID * float(impacts.impulse_ratio[0].max())
+    grid = np.log(np.stack(np.meshgrid(frictions, kappas, indexing="ij"), axis=-1))
+    return Problem(impacts, law, grid, int(np.argmin(np.abs(kappas - kappa))))

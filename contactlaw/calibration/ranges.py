@@ -1,0 +1,153 @@
+"""What a table allows at 95 %: how far mu and kappa can go before even the best curve fits too badly.
+
+The limit is that of a likelihood ratio where errors are given, and of an F test, Student's t squared, where the scatter
+tells them. Two parameters bend the curve so well that a few impacts may lie on it by chance: the scatter of V_z2/V_z1
+then tells the error too. Places allowed need not hang together: the map is searched for all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import ndimage, optimize, stats
+
+from contactlaw.calibration.fit import Problem
+from contactlaw.calibration.outliers import kept
+from contactlaw.calibration.table import Array, Mask
+
+WIDEST = 2.5  # a 95 % range that spans more than this factor determines nothing
+LEAST_FREEDOM = 2  # degrees of freedom below which scatter does not tell the errors
+NORMAL = float(stats.norm.ppf(0.975))
+WINDOW = 0.2  # of a logarithm, in which the bottom of a hollow lies, or a profile goes on
+BOTTOM_STEPS = 6
+FAITH = 0.02  # share of the cost by which a straight curve foretells it wrongly
+FIRST_STEP, LAST_STEP = 0.01, 0.15  # along a profile, in the logarithm
+
+
+def widening(misfit: float, freedom: int, known: bool) -> tuple[float, float] | None:
+    """Factor from the errors as they are held to those that count, and the 95 % quantile that goes with it.
+
+    Given errors are widened to the scatter only where that is beyond chance; then, and where they are not given, the
+    quantile is Student's. None: unknown errors and nothing to tell them by.
+    """
+    if known and (freedom < 1 or misfit <= stats.chi2.ppf(0.975, freedom)):
+        return 1.0, NORMAL
+    return None if freedom < 1 else (float(np.sqrt(misfit / freedom)), float(stats.t.ppf(0.975, freedom)))
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What a table allows.
+
+    Attributes:
+        used: Which impacts of the table count, shape (n,).
+        best: mu and kappa of the best fit, shape (2,).
+        misfit: chi^2 of the best fit in the errors as given; in (m/s)^2 where they are not.
+        freedom: Impacts less parameters that they feel.
+        scatter: Factor from the errors as held to those that the residuals point to; None: not known.
+        reach: 95 % of errors lie within so many of the errors as held; inf: not known.
+        ranges: Least and greatest mu and kappa allowed at 95 %, shape (2, 2); 0 and inf where the map ends first.
+        allowed: mu and kappa of places within the range, shape (m, 2).
+    """
+
+    used: Mask
+    best: Array
+    misfit: float
+    freedom: int
+    scatter: float | None
+    reach: float
+    ranges: Array
+    allowed: Array
+
+    def determined(self, which: int) -> bool:
+        """Whether the range of mu (0) or kappa (1) is closed and narrow."""
+        low, high = self.ranges[which]
+        return bool(high <= WIDEST * low)
+
+
+def pooled(misfit: float, freedom: int, problem: Problem) -> float:
+    """Reach of 95 % from the scatter about the curve and that of V_z2/V_z1, unless these differ beyond chance."""
+    other, more = problem.impacts.bounce_misfit()
+    if more < 1 or other / more > stats.f.ppf(0.999, more, freedom) * misfit / freedom:
+        return 0.0
+    return float(np.sqrt((misfit + other) / (freedom + more)) * stats.t.ppf(0.975, freedom + more))
+
+
+def weigh(whole: Problem) -> Evidence:
+    """Fit a table, find all that it allows, and follow the profile of each parameter from the outermost to its ends."""
+    used = kept(whole)
+    problem = whole if used.all() else replace(whole, impacts=whole.impacts.chosen(used))
+    n, known = problem.impacts.size, problem.impacts.known_errors
+    fits = sorted((problem.solve(start) for start in problem.starts()), key=lambda fit: problem.cost(fit[0]))
+    best, felt = fits[0]
+    misfit, freedom = float(np.sum(problem.scaled(best) ** 2)), n - felt
+    if not known:
+        misfit = max(misfit, n * problem.least_scale**2)
+    wider = widening(misfit, freedom, known)
+    if wider is None or (not known and freedom < LEAST_FREEDOM):
+        open_range = np.array([[0.0, np.inf], [0.0, np.inf]])
+        return Evidence(used, np.exp(best), misfit, freedom, None, np.inf, open_range, np.empty((0, 2)))
+    scatter, quantile = wider
+    reach = scatter * quantile if known else max(scatter * quantile, pooled(misfit, freedom, problem))
+    least = float(problem.cost(best))
+    most = least + reach**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
+    places = np.array([place for place, _ in fits if problem.cost(place) <= most])
+    places = np.concatenate([places, *(_bottoms(problem, axis, most) for axis in range(problem.fitted))])
+    ranges = np.exp(np.stack([best, best], axis=1))
+    for axis in range(problem.fitted):
+        low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
+        ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
+    if felt == 2 and np.abs(best[1] - problem.grid[0, [0, -1], 1]).min() < 1e-6:
+        ranges[0] = 0.0, np.inf  # a better curve may lie beyond the map
+    allowed = np.concatenate([problem.grid[problem.map <= most], places])
+    return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(allowed))
+
+
+def _bottoms(problem: Problem, axis: int, most: float) -> Array:
+    """Places that the cost allows, shape (m, 2): the hollows of the map along one axis, moved to their bottoms."""
+    near = ndimage.minimum_filter1d(problem.map, 3, axis) * (1.0 + 1e-9)
+    places, unit = problem.grid[problem.map <= near], np.eye(2)[axis]
+    for _ in range(BOTTOM_STEPS):
+        terms = problem.terms(places)
+        slopes = (problem.terms(places + 1e-6 * unit) - terms) / 1e-6
+        cost, down, power = (np.sum(one, axis=-1) for one in (terms**2, slopes * terms, slopes**2))
+        power = np.maximum(power, 1e-300)
+        hopeful = cost - down**2 / power <= most + FAITH * cost  # the bottom, if the curve were straight
+        step = np.clip(-down / power, -WINDOW, WINDOW)[:, None] * unit
+        places = np.clip(places + step, problem.grid[0, 0], problem.grid[-1, -1])[hopeful]
+    return places[problem.cost(places) <= most]
+
+
+def _end(problem: Problem, most: float, place: Array, axis: int, side: int) -> float:
+    """Where the profile of one parameter, followed from a place to one side, reaches the greatest cost allowed.
+
+    Args:
+        problem: The impacts.
+        most: That cost.
+        place: Within it, shape (2,).
+        axis, side: Along ln mu (0) or ln kappa (1), down (-1) or up (1).
+
+    Returns:
+        ln mu or ln kappa; -inf or inf where the map ends first.
+    """
+    first, last, other = problem.grid[0, 0], problem.grid[-1, -1], 1 - axis
+    across = np.eye(2)[other]
+
+    def on(value: float) -> Array:
+        """The best place near with this value of the parameter."""
+        new = np.where(np.arange(2) == axis, value, place)
+        if problem.fitted == 1:
+            return new
+        window = np.clip(place[other] + [-WINDOW, WINDOW], first[other], last[other]) - place[other]
+        shift = optimize.fminbound(lambda shift: float(problem.cost(new + shift * across)), *window)
+        return min(new + shift * across, new, key=problem.cost)
+
+    step, edge = FIRST_STEP, (first if side < 0 else last)[axis]
+    while abs(edge - place[axis]) > 1e-6:
+        value = place[axis] + side * min(step, abs(edge - place[axis]))
+        new = on(value)
+        if problem.cost(new) > most:
+            return float(optimize.brentq(lambda x: problem.cost(on(x)) - most, place[axis], value, xtol=1e-6))  # type: ignore[arg-type]
+        place, step = new, min(2.0 * step, LAST_STEP)
+    return side * np.inf

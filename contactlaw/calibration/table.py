@@ -1,0 +1,116 @@
+"""A checked table of impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contactlaw import checks
+from contactlaw.collision import Body
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """A checked table of n impacts.
+
+    Attributes:
+        velocities: V_z1, V_x1, V_z2, V_x2 [m/s], shape (4, n).
+        errors: Their standard deviations [m/s], shape (4, n); all 1 where they are not known.
+        known_errors: Whether they are.
+        mass_ratio: m_N/m_T.
+        own_restitution: Whether V_z2 was measured, so that its error counts.
+    """
+
+    velocities: Array
+    errors: Array
+    known_errors: bool
+    mass_ratio: float
+    own_restitution: bool
+
+    @property
+    def size(self) -> int:
+        """n."""
+        return self.velocities.shape[1]
+
+    def chosen(self, used: Mask) -> Impacts:
+        """The impacts that are used, shape (n,)."""
+        return replace(self, velocities=self.velocities[:, used], errors=self.errors[:, used])
+
+    @property
+    def impulse_ratio(self) -> tuple[Array, Array]:
+        """Tangential over normal impulse, mu where all slides, and its standard deviation, shape (n,).
+
+        Eq. (6) of Maw, Barber & Fawcett (1981) with V_z1 + V_z2 for 2 V_z1, which stands for an elastic impact.
+        """
+        z1, x1, z2, x2 = self.velocities
+        s_z1, s_x1, s_z2, s_x2 = self.errors
+        normal = self.mass_ratio * (z1 + z2)
+        ratio = np.sign(x1) * (x1 - x2) / normal
+        return ratio, np.sqrt(s_x1**2 + s_x2**2 + (self.mass_ratio * ratio) ** 2 * (s_z1**2 + s_z2**2)) / normal
+
+    def bounce_misfit(self) -> tuple[float, int]:
+        """Sum of squares of V_z2/V_z1 about its mean in units of the errors, and its degrees of freedom; 0: none."""
+        z1, z2 = self.velocities[::2]
+        weight = z1**2 / (self.errors[2] ** 2 + (z2.mean() / z1.mean() * self.errors[0]) ** 2)
+        mean = np.average(z2 / z1, weights=weight)
+        return float(np.sum(weight * (z2 / z1 - mean) ** 2)), self.size - 1 if self.own_restitution else 0
+
+
+def velocities_of(before: Sequence[ArrayLike], after: Sequence[ArrayLike | None], restitution: float | None) -> Array:
+    """V_z1, V_x1, V_z2, V_x2, shape (4, n), from what a user gave; V_z2 may be None where the restitution is given."""
+    columns = []
+    for name, value in (("before", before), ("after", after)):
+        try:
+            normal, tangential = value
+        except (TypeError, ValueError):
+            raise ValueError(f"{name} = {value!r}: must be two arrays, normal and tangential velocities") from None
+        if normal is None and name == "after" and restitution is not None:
+            normal = restitution * columns[0]
+        elif name == "after" and restitution is not None:
+            raise ValueError(f"restitution = {restitution!r}: must be None where V_z2 was measured")
+        for number, column in enumerate((normal, tangential)):
+            if column is None:
+                raise ValueError(f"{name}[{number}] = None: only V_z2 may be None, with a restitution")
+            array = np.atleast_1d(checks.finite_array(f"{name}[{number}]", column))
+            if array.ndim != 1:
+                raise ValueError(f"{name}[{number}]: shape {array.shape}; must be (n,)")
+            columns.append(array)
+    sizes = dict(zip(("V_z1", "V_x1", "V_z2", "V_x2"), (column.size for column in columns), strict=True))
+    if len(set(sizes.values())) > 1 or columns[0].size == 0:
+        raise ValueError(f"before, after: lengths are {sizes}; must be one length, at least 1")
+    for name, column in (("before[0] (V_z1)", columns[0]), ("after[0] (V_z2)", columns[2])):
+        if column.min() <= 0.0:
+            row = int(np.argmin(column))
+            raise ValueError(f"{name}: is {column[row]:g} in impact {row}; speeds of approach and leaving must be > 0")
+    return np.stack(columns)
+
+
+def errors_of(name: str, value: ArrayLike, count: int) -> Array:
+    """Standard deviations before and after, shape (2, count)."""
+    array = checks.finite_array(name, value)
+    if array.shape not in ((), (count,), (2, count)):
+        raise ValueError(f"{name}: shape {array.shape}; must be a number, ({count},) or (2, {count})")
+    if (array <= 0.0).any():
+        raise ValueError(f"{name}: holds {array.min():g}; standard deviations must be > 0")
+    return np.broadcast_to(array, (2, count))
+
+
+def mass_ratio_of(inertia_ratio: Any) -> float:
+    """m_N/m_T at the contact: 1 + 1/K^2 for a body on a fixed one, shared masses and arms for two."""
+    if not isinstance(inertia_ratio, Body | tuple):
+        return 1.0 + 1.0 / checks.positive("inertia_ratio", inertia_ratio)
+    bodies = inertia_ratio if isinstance(inertia_ratio, tuple) else (inertia_ratio,)
+    if len(bodies) not in (1, 2) or not all(isinstance(body, Body) for body in bodies):
+        raise ValueError(f"inertia_ratio = {inertia_ratio!r}: must be K^2 = I/(M L^2) > 0, a Body, or two of them")
+    normal = sum(body.inverse_mass for body in bodies)
+    if normal == 0.0:
+        raise ValueError("inertia_ratio: every body is held fast; at least one mass must be finite")
+    turning = sum(body.radius**2 * body.inverse_inertia for body in bodies if np.isfinite(body.radius))
+    return float(1.0 + turning / normal)
