@@ -12,7 +12,7 @@ from typing import Any
 import numba
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
@@ -75,13 +75,13 @@ set_whole: Any = intrinsic(_set_whole)
 """Write an element of an array of int64."""
 
 numbers_at: Any = intrinsic(_numbers)
-"""An address as a pointer to float64, for `numba.carray`."""
+"""An address as a pointer to float64, for `carray`."""
 
 
 @jit_inside
 def memory_of(w, slot):
     """What the law remembers of the contact in a slot, shape (size,)."""
-    return numba.carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
+    return carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
 
 
 @jit_inside
@@ -93,4 +93,4 @@ def law_of(w, pair):
 @jit_inside
 def law_numbers(w, pair):
     """The law's own numbers."""
-    return numba.carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
+    return carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from contactlaw.world.coordinates import addresses
 from contactlaw.world.records import (
     BODY,
     CONTACT,
@@ -19,7 +20,6 @@ from contactlaw.world.records import (
     Arrays,
     numbers_of,
 )
-from contactlaw.world.trees import addresses
 
 FAR = 1e3  # [m] that a plane on a body that moves may reach
 LEAST = 64  # near pairs and contacts that there is room for from the start

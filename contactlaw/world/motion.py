@@ -1,7 +1,7 @@
 """How a body moves between forces, what an impulse does to it, and how much it gives way.
 
-The only file that knows how a free body moves. A body of a tree moves with all of it: its functions, `trees`, are
-called by their addresses.
+The only file that knows how a free body moves. A body of a tree moves with all of it: the functions of `trees` and
+`tree_motion` are called by their addresses.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ TREE = record(
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8",
     # addresses of its model's functions, each of one argument, this record; bodies are as `move` left them
     move="u8",  # q <- q moved by x; position, quaternion and Jacobian of its bodies
-    accelerate="u8",  # the mass matrix and its factor at q; a at q and v; and what its bodies' accelerations are at a = 0
+    accelerate="u8",  # M(q) and its factor; a at q and v; the bias, what its bodies' accelerations are at a = 0
     respond="u8",  # x <- M^-1 x, with the factor that there is
     model="u8",  # address of the model's own data
     # its bodies: a run of rows

@@ -14,9 +14,9 @@ from contactlaw.pair import ContactPair
 from contactlaw.world import readout
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.chain import Chain
+from contactlaw.world.coordinates import coordinates, write_coordinates
 from contactlaw.world.frames import matrix_of, principal, product, unit_quaternion
 from contactlaw.world.records import PLANE, SPHERE, Array, Arrays
-from contactlaw.world.trees import coordinates, write_coordinates
 from contactlaw.world.step import step
 
 
@@ -132,7 +132,9 @@ class World:
 
     def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
         """Give a tree other coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""
-        write_coordinates(self.arrays.bound(), self._tree(tree), checks.finite_array("q", q), checks.finite_array("v", v))
+        write_coordinates(
+            self.arrays.bound(), self._tree(tree), checks.finite_array("q", q), checks.finite_array("v", v)
+        )
         self.arrays.world["stale"] = 1
 
     def tree(self, tree: int) -> tuple[Array, Array]:
