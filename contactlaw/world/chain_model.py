@@ -19,7 +19,7 @@ from contactlaw.world.call import model_function
 from contactlaw.world.motion import set_axes
 from contactlaw.world.records import VECTOR as THREE
 from contactlaw.world.records import record
-from contactlaw.world.trees import vector
+from contactlaw.world.trees import clear, vector
 from contactlaw.world.vec import add, cross, dot, half_turn, load, scale, store, sub, to_body, to_world
 
 LINK = record(anchor=THREE, hinge=THREE, axis=THREE, point=THREE, direction=THREE)
@@ -83,7 +83,7 @@ def fill_jacobian(t, i, free, first):
     """Velocity and spin of body i by each velocity: of an axis e through p, e x (position - p) and e."""
     b, base = body_at(t.bodies, i), body_at(t.bodies, 0)
     j = vector(t.jacobian + 48 * t.v_size * i, (6, t.v_size))
-    j[:] = 0.0
+    clear(vector(t.jacobian + 48 * t.v_size * i, 6 * t.v_size))
     for k in range(first + i + 1 - free):
         if k < first - 3:
             j[k, k] = 1.0
@@ -129,8 +129,8 @@ def accelerate(t):
     free = 1 if n > t.count else 0
     fill_bias(t, 6 * free, free)
     a, m, bias = vector(t.a, n), vector(t.factor, (n, n)), vector(t.bias, (t.count, 6))
-    a[:] = 0.0
-    m[:] = 0.0
+    clear(a)
+    clear(vector(t.factor, n * n))
     for i in range(t.count):
         b, j = body_at(t.bodies, i), vector(t.jacobian + 48 * n * i, (6, n))
         mass, spin = 1.0 / b.inverse_mass, load(b.spin)

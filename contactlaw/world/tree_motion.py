@@ -15,7 +15,7 @@ from math import ceil
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, tree_at
 from contactlaw.world.call import call_on_tree
-from contactlaw.world.trees import accelerate, place, vector
+from contactlaw.world.trees import accelerate, clear, copy, place, vector
 from contactlaw.world.vec import add, load, norm, scale, store, sub
 
 HOLD = 4  # substeps that M and a are held for
@@ -45,16 +45,17 @@ def runge_kutta(t, h):
     """
     n = t.v_size
     q, v, a = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n)
-    q0, rest = vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, (3, n))
-    v0, middle, gained = rest[0], rest[1], rest[2]  # middle: v2 + v3; gained: sum of accelerations
-    q0[:] = q
-    v0[:] = v
-    middle[:] = 0.0
-    gained[:] = a
+    rest = t.room + 8 * t.q_size
+    q0, v0 = vector(t.room, t.q_size), vector(rest, n)
+    middle, gained = vector(rest + 8 * n, n), vector(rest + 16 * n, n)  # v2 + v3; sum of accelerations
+    copy(q, q0)
+    copy(v, v0)
+    clear(middle)
+    copy(a, gained)
     for stage in range(3):
         last = stage == 2
         part, weight = (h, 1.0) if last else (0.5 * h, 2.0)
-        q[:] = q0
+        copy(q0, q)
         if last:
             combine(t, 0.5 * h, v0, 0.0, v)
             call_on_tree(t.move, t)
@@ -69,7 +70,7 @@ def runge_kutta(t, h):
     for k in range(n):
         v[k] -= v0[k]
         middle[k] = 2.0 * middle[k] + 2.0 * v0[k] + v[k]  # v1 + 2 v2 + 2 v3 + v4; and v4 - v1 in v
-    q[:] = q0
+    copy(q0, q)
     combine(t, h / 12.0, middle, -h / 6.0, v)
     call_on_tree(t.move, t)
     combine(t, h / 12.0, middle, h / 6.0, v)
@@ -113,7 +114,7 @@ def drift(b, h):
         store(one.twist, scale(0.5 * h, add(load(one.spin), load(one.twist))))
         one.turned += norm(load(one.twist))
         one.time += h
-    vector(t.push, n)[:] = 0.0
+    clear(vector(t.push, n))
     t.stale = 1
 
 
@@ -125,13 +126,13 @@ def foresee(t, h):
     half = 0.5 * h * t.hold
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.push, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
-    q0[:] = q
-    v0[:] = v
+    copy(q, q0)
+    copy(v, v0)
     for k in range(n):
         change = half * a[k] + 0.5 * (t.hold - 1) * push[k]  # kicks follow drifts
         x[k] = half * (v[k] + 0.5 * change)
         v[k] += change
     place(t)
     accelerate(t)
-    q[:] = q0
-    v[:] = v0
+    copy(q0, q)
+    copy(v0, v)

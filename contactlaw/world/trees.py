@@ -29,6 +29,20 @@ def vector(address, size):
 
 
 @jit_inside
+def copy(source, target):
+    """Copy numbers; a loop compiles faster than an assignment of arrays."""
+    for k in range(source.size):
+        target[k] = source[k]
+
+
+@jit_inside
+def clear(target):
+    """Make numbers zero."""
+    for k in range(target.size):
+        target[k] = 0.0
+
+
+@jit_inside
 def place(t):
     """Move the coordinates by x, and bring all bodies along."""
     call_on_tree(t.move, t)
@@ -84,7 +98,7 @@ def settle(b):
     """Find the accelerations of a tree whose coordinates or velocities have been changed."""
     t = tree_at(b.tree, 0)
     if t.stale != 0:
-        vector(t.x, t.v_size)[:] = 0.0
+        clear(vector(t.x, t.v_size))
         place(t)
         accelerate(t)
         t.stale = 0
