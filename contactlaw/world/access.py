@@ -18,10 +18,10 @@ from numba.extending import intrinsic
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
-from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE
+from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, TREE
 
 
-def _element(dtype: np.dtype) -> Any:
+def element(dtype: np.dtype) -> Any:
     """A function of the address of an array of records and an index, that returns the record there."""
     kind = numba.from_dtype(dtype)
     size = dtype.itemsize
@@ -60,12 +60,13 @@ def _numbers(typing_context, address):
     return types.CPointer(types.float64)(types.uint64), generate
 
 
-body_at: Any = _element(BODY)
-shape_at: Any = _element(SHAPE)
-pair_at: Any = _element(PAIR)
-near_at: Any = _element(NEAR)
-contact_at: Any = _element(CONTACT)
-law_at: Any = _element(LAW)
+body_at: Any = element(BODY)
+shape_at: Any = element(SHAPE)
+pair_at: Any = element(PAIR)
+near_at: Any = element(NEAR)
+contact_at: Any = element(CONTACT)
+law_at: Any = element(LAW)
+tree_at: Any = element(TREE)
 
 whole_at: Any = intrinsic(_whole)
 """Element of an array of int64."""

@@ -6,7 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, SPHERE, WORLD, Array, Arrays
+from contactlaw.world.coordinates import addresses
+from contactlaw.world.records import (
+    BODY,
+    CONTACT,
+    NEAR,
+    PAIR,
+    SHAPE,
+    SPHERE,
+    TREE,
+    WORLD,
+    Array,
+    Arrays,
+    numbers_of,
+)
 
 FAR = 1e3  # [m] that a plane on a body that moves may reach
 LEAST = 64  # near pairs and contacts that there is room for from the start
@@ -22,7 +35,7 @@ def empty() -> Arrays:
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
         contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(), roots=whole(1), island_bodies=whole(1), island_pairs=whole(LEAST),
-        grid=whole(4), world=np.zeros(1, WORLD),
+        grid=whole(4), trees=np.zeros(0, TREE), joints=np.zeros(0), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
@@ -53,6 +66,17 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
     return one._replace(bodies=bodies, roots=room, island_bodies=room.copy())
+
+
+def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
+    """The world and one more tree, whose bodies are in it; fields: of its record, sizes and functions among them."""
+    trees = with_rows(one.trees, [addresses() | fields])
+    tree = trees[-1]
+    tree["numbers"] = one.joints.size
+    own = slice(int(tree["first"]), int(tree["first"] + tree["count"]))
+    one.bodies["member"][own] = np.arange(tree["count"])
+    one.bodies["oriented"][own] = 1
+    return one._replace(trees=trees, joints=longer(one.joints, sum(numbers_of(tree).values())))
 
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:

@@ -37,7 +37,6 @@ def integrate(w, root, now, until):
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         b.time = until
-        settle(b)
         b.changed = 1
     fall_asleep(w, bodies, pairs)
 
@@ -137,6 +136,8 @@ def run(w, bodies, pairs, t, now, until):
                 open_up(p, c)
         w.kicks += closed
         h = following
+    for i in range(bodies):
+        settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
     return t
 
 

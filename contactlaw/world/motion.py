@@ -1,8 +1,7 @@
 """How a body moves between forces, what an impulse does to it, and how much it gives way.
 
-The only file that knows how a body moves. A tree of joints has the same four: `drift` at second order, accelerations
-anew once its velocities have jumped; the velocity of a point J v; an impulse p at a point, v += M^-1 J^T p; and the
-mobility J M^-1 J^T of the touch.
+The only file that knows how a free body moves. A body of a tree moves with all of it: the functions of `trees` and
+`tree_motion` are called by their addresses.
 """
 
 from __future__ import annotations
@@ -10,6 +9,8 @@ from __future__ import annotations
 from math import ceil, sqrt
 
 from contactlaw.jit import jit_inside
+from contactlaw.world.access import tree_at
+from contactlaw.world.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.vec import (
     add,
     axpy,
@@ -27,6 +28,7 @@ from contactlaw.world.vec import (
 )
 
 LARGEST_TURN = 0.1  # [rad] a step of the rotation of a body that is not isotropic
+LEAST_MOBILITY = 1e-9  # of a free body's, below which a tree does not give way
 EXACT = 1e-31  # relative change of a spin, squared, at which it counts as found
 
 
@@ -34,6 +36,9 @@ EXACT = 1e-31  # relative change of a spin, squared, at which it counts as found
 def fly(b, until):
     """Bring a body to a time [s] of the step, in free flight."""
     if b.still == 0 and b.time != until:
+        if b.tree != 0:
+            call_with_number(tree_at(b.tree, 0).fly, b, until)
+            return
         drift(b, until - b.time)
         settle(b)
     b.time = until
@@ -41,7 +46,11 @@ def fly(b, until):
 
 @jit_inside
 def drift(b, h):
-    """Move a body for h [s] without contacts; `shift` and `twist` are what it moved by."""
+    """Move a body for h [s] without contacts; `shift` and `twist` are what it moved by. A tree moves with its first."""
+    if b.tree != 0:
+        if b.member == 0:
+            call_with_number(tree_at(b.tree, 0).drift, b, h)
+        return
     v, a = load(b.velocity), load(b.acceleration)
     shift = scale(h, axpy(0.5 * h, a, v))
     store(b.shift, shift)
@@ -67,7 +76,10 @@ def drift(b, h):
 
 @jit_inside
 def settle(b):
-    """Turn the quaternion by what a body has turned."""
+    """Turn the quaternion by what a body has turned; a tree finds its accelerations anew."""
+    if b.tree != 0:
+        call_with_body(tree_at(b.tree, 0).settle, b)
+        return
     t = load(b.turn)
     t2 = dot(t, t)
     if t2 == 0.0:
@@ -152,9 +164,9 @@ def velocity_at(b, arm):
 
 @jit_inside
 def acceleration_at(b, arm):
-    """Acceleration [m/s^2] of that point, without contacts and without the change of spin."""
+    """Acceleration [m/s^2] of that point, without contacts and without the change of spin of a free body."""
     w = load(b.spin)
-    return add(load(b.acceleration), cross(w, cross(w, arm)))
+    return add(load(b.acceleration), add(cross(load(b.turning), arm), cross(w, cross(w, arm))))
 
 
 @jit_inside
@@ -166,6 +178,9 @@ def moved_at(b, arm):
 @jit_inside
 def kick(b, arm, impulse):
     """Give a body an impulse [N s] at an arm [m] from its centre of mass."""
+    if b.tree != 0:
+        call_with_vectors(tree_at(b.tree, 0).kick, b, arm, impulse)
+        return
     if b.inverse_mass == 0.0:
         return
     store(b.velocity, axpy(b.inverse_mass, impulse, load(b.velocity)))
@@ -180,5 +195,39 @@ def kick(b, arm, impulse):
 @jit_inside
 def mobility(b, arm, direction):
     """Velocity [m/s] of a point along a unit vector, by a unit impulse along it [1/kg]."""
+    if b.tree != 0:
+        return ask_mobility(tree_at(b.tree, 0).mobility, b, arm, b, arm, direction)
     r = cross(arm, direction)
     return b.inverse_mass + dot(r, give(b, r))
+
+
+@jit_inside
+def mobility_between(a, arm_a, b, arm_b, direction):
+    """The same of the point of A over that of B, by unit impulses on both, equal and opposite."""
+    both = mobility(a, arm_a, direction) + mobility(b, arm_b, direction)
+    if a.tree != 0 and a.tree == b.tree:
+        both -= 2.0 * ask_mobility(tree_at(a.tree, 0).mobility, a, arm_a, b, arm_b, direction)
+        both = max(both, LEAST_MOBILITY * a.inverse_mass)
+    return both
+
+
+@jit_inside
+def lightness(b):
+    """Mobility [1/kg] of a body's shapes, at most: joints only take from it."""
+    i = b.inverse_inertia
+    return b.inverse_mass + b.reach * b.reach * max(i[0], max(i[1], i[2]))
+
+
+@jit_inside
+def rate(b):
+    """Angular speed [1/s] of a body, or, in a tree, of all that its motion depends on, at most."""
+    return norm(load(b.spin)) if b.tree == 0 else tree_at(b.tree, 0).rate
+
+
+@jit_inside
+def jerk(b, reach):
+    """Bound on how fast joints change the acceleration of a point [m/s^3] this far from the centre of mass [m]."""
+    if b.tree == 0:
+        return 0.0
+    t = tree_at(b.tree, 0)
+    return 4.0 * t.rate * (t.pull + t.rate * t.rate * reach)

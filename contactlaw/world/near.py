@@ -12,7 +12,7 @@ from math import ceil, floor, log2
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import centre, meet
-from contactlaw.world.motion import fly
+from contactlaw.world.motion import fly, jerk
 from contactlaw.world.records import CLOSED, FREE, NEVER, PLANE, SPHERE
 from contactlaw.world.touch import release
 from contactlaw.world.vec import add, dot, load, norm, store, sub
@@ -35,7 +35,8 @@ def strayed(b, left):
 @jit_inside
 def surface_speed(b, time):
     """Speed [m/s] of a body's shapes within a time [s], at most."""
-    return norm(load(b.velocity)) + norm(load(b.spin)) * b.reach + time * norm(load(b.acceleration))
+    gained = time * (norm(load(b.acceleration)) + b.reach * norm(load(b.turning)) + time * jerk(b, b.reach))
+    return norm(load(b.velocity)) + norm(load(b.spin)) * b.reach + gained
 
 
 @jit_inside

@@ -9,7 +9,7 @@ from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
-from contactlaw.world.motion import acceleration_at, mobility, velocity_at
+from contactlaw.world.motion import acceleration_at, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, SPHERE
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
@@ -67,14 +67,15 @@ def predict(w, p, now, left):
         from_a = centre(sa, a)
         turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
         p.acceleration -= dot(sub(turning, rest), n)
-        w = norm(load(a.spin)) + norm(load(b.spin))
+        w = rate(a) + rate(b)
         across = norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
         speed = w * (norm(arm_a) + norm(arm_b)) + across
+        change = jerk(a, norm(from_a)) + jerk(b, norm(arm_b))
         twist = torque_bound(a, from_a) + torque_bound(b, arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):
             if w * horizon > LARGEST_TURN:
                 horizon = LARGEST_TURN / w
-            slack = w * w * speed * horizon * horizon + twist * horizon
+            slack = (w * w * speed + change) * horizon * horizon + twist * horizon
             horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
     wait = time_to_close(p.gap, p.closing + slack, p.acceleration)
     p.toi = now + min(wait, horizon) if wait < left or horizon < left else NEVER
@@ -132,7 +133,6 @@ def masses(c, a, b):
     """Effective masses [kg] along the normal and across, the mean of both tangents, at the touch."""
     n, e = load(c.normal), load(c.tangent)
     arm_a, arm_b = load(c.arm_a), load(c.arm_b)
-    c.touch.mass = 1.0 / (mobility(a, arm_a, n) + mobility(b, arm_b, n))
-    t = cross(n, e)
-    both = mobility(a, arm_a, e) + mobility(b, arm_b, e) + mobility(a, arm_a, t) + mobility(b, arm_b, t)
+    c.touch.mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
+    both = mobility_between(a, arm_a, b, arm_b, e) + mobility_between(a, arm_a, b, arm_b, cross(n, e))
     c.touch.tangential_mass = 2.0 / both

@@ -48,12 +48,16 @@ def contacts(world: Arrays) -> Array:
 
 def energy(world: Arrays) -> Energy:
     """See `Energy`; potential: counted from the origin."""
-    b = world.bodies[world.bodies["inverse_mass"] > 0.0]
+    pull = world.bodies["acceleration"].copy()
+    for tree in world.trees:
+        pull[tree["first"] : tree["first"] + tree["count"]] = tree["gravity"]
+    massive = world.bodies["inverse_mass"] > 0.0
+    b, pull = world.bodies[massive], pull[massive]
     mass = 1.0 / b["inverse_mass"]
     axes = b["axes"].reshape(-1, 3, 3)
     spin = np.einsum("nij,ni->nj", axes, b["spin"])
     kinetic = 0.5 * mass @ (b["velocity"] ** 2).sum(1) + 0.5 * (spin**2 / b["inverse_inertia"]).sum()
-    potential = -mass @ (b["position"] * b["acceleration"]).sum(1)
+    potential = -mass @ (b["position"] * pull).sum(1)
     return Energy(float(kinetic), float(potential), float(_elastic(world.bound().world)))
 
 

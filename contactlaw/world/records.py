@@ -40,6 +40,10 @@ BODY = record(
     oriented="i8",  # its axes matter: not isotropic, or a shape is off its centre
     # what moves it besides contacts, constant over a step
     acceleration=VECTOR, torque=VECTOR,
+    # of a tree of joints
+    tree="u8",  # address of its `TREE`; zero: it is free
+    member="i8",  # its number in the tree
+    turning=VECTOR,  # angular acceleration [rad/s^2] in a tree; `acceleration` is that of its motion there
     # within a step
     time="f8",  # [s] since the step began, up to which it has moved
     shift=VECTOR, twist=VECTOR,  # displacement and rotation vector of its last substep
@@ -57,6 +61,36 @@ BODY = record(
     size="f8",  # [m] radius of its smallest sphere
 )  # fmt: skip
 """A rigid body. The first one is the world itself, which does not move."""
+
+TREE = record(
+    # addresses of what moves it, see `trees`
+    fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8",
+    # addresses of its model's functions, each of one argument, this record; bodies are as `move` left them
+    move="u8",  # q <- q moved by x; position, quaternion and Jacobian of its bodies
+    accelerate="u8",  # M(q) and its factor; a at q and v; the bias, what its bodies' accelerations are at a = 0
+    respond="u8",  # x <- M^-1 x, with the factor that there is
+    model="u8",  # address of the model's own data
+    # its bodies: a run of rows
+    bodies="u8", first="i8", count="i8",
+    q_size="i8", v_size="i8",
+    gravity=VECTOR,
+    # addresses of its numbers
+    q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
+    x="u8",  # (v_size,), what a function of the model is given, and what it returns
+    jacobian="u8",  # (count, 6, v_size): velocity of each centre of mass, and spin, by v
+    bias="u8",  # (count, 6): dJ/dt v
+    factor="u8",  # room of the model (v_size, v_size)
+    push="u8",  # (v_size,), what contacts have changed v by since its last substep
+    room="u8",  # q_size + 3 v_size
+    numbers="i8",  # where they begin in `Arrays.joints`
+    model_size="i8",  # numbers of the model that stand there too, behind them
+    # within a step
+    hold="i8",  # substeps for which its mass matrix and accelerations still hold
+    stale="i8",  # they do not belong to q and v
+    rate="f8",  # [1/s] at which its motion changes, at most
+    pull="f8",  # [m/s^2] the greatest acceleration of its bodies
+)  # fmt: skip
+"""Bodies that joints hold together, a tree with generalised coordinates; the model of an engine or of `chain`."""
 
 SHAPE = record(
     kind="i8", body="i8",
@@ -107,7 +141,7 @@ CONTACT = record(
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
-    roots="u8", island_bodies="u8", island_pairs="u8", grid="u8",
+    roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", trees="u8", joints="u8",
     body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
     cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
@@ -126,6 +160,15 @@ WORLD = record(
 Array = NDArray[Any]
 
 
+def numbers_of(tree: Any) -> dict[str, int]:
+    """How many numbers a tree keeps, by their names in its record, in their order; a model may have its own."""
+    q, v, count = int(tree["q_size"]), int(tree["v_size"]), int(tree["count"])
+    return {
+        "q": q, "v": v, "a": v, "x": v, "jacobian": 6 * count * v, "bias": 6 * count, "factor": v * v, "push": v,
+        "room": q + 3 * v, "model": int(tree["model_size"]),
+    }  # fmt: skip
+
+
 class Arrays(NamedTuple):
     """A world, array by array.
 
@@ -139,6 +182,8 @@ class Arrays(NamedTuple):
         roots: Room for the islands of a window.
         island_bodies, island_pairs: Room for what is in one.
         grid: Room for the broad phase.
+        trees: Records.
+        joints: Of all trees: coordinates, velocities, and what follows from them.
         world: One record.
     """
 
@@ -155,6 +200,8 @@ class Arrays(NamedTuple):
     island_bodies: Array
     island_pairs: Array
     grid: Array
+    trees: Array
+    joints: Array
     world: Array
 
     def bound(self) -> Arrays:
@@ -166,4 +213,13 @@ class Arrays(NamedTuple):
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["cells"] = self.grid.size - 3 * self.shapes.size
+        for number, tree in enumerate(self.trees):
+            first, count = int(tree["first"]), int(tree["count"])
+            tree["bodies"] = self.bodies[first:].ctypes.data
+            self.bodies["tree"][first : first + count] = self.trees[number:].ctypes.data
+            place = self.joints.ctypes.data + 8 * int(tree["numbers"])
+            for name, size in numbers_of(tree).items():
+                if size > 0:
+                    tree[name] = place
+                place += 8 * size
         return self

@@ -35,7 +35,8 @@ def fall_asleep(w, bodies, pairs):
     if not balanced(w, pairs, w.stillness):
         return
     for i in range(bodies):
-        if body_at(w.bodies, whole_at(w.island_bodies, i)).active == 0:
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.active == 0 or b.tree != 0:  # a tree stays awake
             return
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))

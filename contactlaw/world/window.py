@@ -10,8 +10,9 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, set_whole
-from contactlaw.world.motion import fly
+from contactlaw.world.access import body_at, contact_at, near_at, set_whole, tree_at
+from contactlaw.world.call import call_with_body
+from contactlaw.world.motion import fly, lightness
 from contactlaw.world.pace import contact_time, predict, time_to_close, touch_time
 from contactlaw.world.records import NEVER
 
@@ -65,7 +66,7 @@ def activate(w, now, until):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.delta_v = 0.0
-        b.island = i
+        b.island = i - b.member  # a tree is in one island
         b.head = -1
         b.link = -1
     sleeper = False
@@ -124,6 +125,9 @@ def bound_delta_v(w, p, a, b, length):
     more = for_a > GROWN * a.delta_v or for_b > GROWN * b.delta_v
     a.delta_v = max(a.delta_v, for_a)
     b.delta_v = max(b.delta_v, for_b)
+    for one in (a, b):
+        if one.tree != 0:
+            call_with_body(tree_at(one.tree, 0).spread, one)
     return more
 
 
@@ -131,13 +135,6 @@ def bound_delta_v(w, p, a, b, length):
 def fastest_closing(p, a, b):
     """Closing speed [m/s] of an open pair within a window, whatever impacts do, at most."""
     return max(p.closing, 0.0) + MARGIN * (a.delta_v + b.delta_v)
-
-
-@jit_inside
-def lightness(b):
-    """Mobility [1/kg] of a body's shapes, at most."""
-    i = b.inverse_inertia
-    return b.inverse_mass + b.reach * b.reach * max(i[0], max(i[1], i[2]))
 
 
 @jit_inside

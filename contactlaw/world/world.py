@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.world import readout
-from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes
+from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
+from contactlaw.world.chain import Chain
+from contactlaw.world.coordinates import coordinates, write_coordinates
 from contactlaw.world.frames import matrix_of, principal, product, unit_quaternion
 from contactlaw.world.records import PLANE, SPHERE, Array, Arrays
 from contactlaw.world.step import step
@@ -113,12 +115,40 @@ class World:
         self._frames.append(frame)
         return len(self._frames) - 1
 
+    def add_tree(self, chain: Chain, q: ArrayLike | None = None, v: ArrayLike | None = None) -> tuple[int, list[int]]:
+        """Add bodies that joints hold together; returns the tree's number, and those of its bodies.
+
+        Args:
+            chain: Its bodies and joints.
+            q, v: Its coordinates and velocities, see `Chain`; None: zeros, a free base at the origin.
+        """
+        bodies = [self.add_body(link.mass, link.inertia) for link in chain.links]
+        fields = chain.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
+        arrays = self._arrays = with_tree(self.arrays, fields)
+        number = arrays.trees.size - 1
+        chain.write(arrays, number)
+        self.place_tree(number, chain.start if q is None else q, np.zeros(chain.v_size) if v is None else v)
+        return number, bodies
+
+    def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
+        """Give a tree other coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""
+        write_coordinates(
+            self.arrays.bound(), self._tree(tree), checks.finite_array("q", q), checks.finite_array("v", v)
+        )
+        self.arrays.world["stale"] = 1
+
+    def tree(self, tree: int) -> tuple[Array, Array]:
+        """Coordinates and velocities of a tree."""
+        return coordinates(self.arrays, self._tree(tree))
+
     def place(
         self, body: int, position: ArrayLike | None = None, velocity: ArrayLike | None = None,
         quaternion: ArrayLike | None = None, spin: ArrayLike | None = None,
     ) -> None:  # fmt: skip
         """Put a body somewhere, or give it another motion; arguments as for `add_body`, None: as it is."""
         b = self.arrays.bodies[self._body(body)]
+        if b["tree"] != 0:
+            raise ValueError(f"body = {body}: belongs to a tree of joints; use place_tree")
         if position is not None:
             b["position"] = checks.vector("position", position)
         if velocity is not None:
@@ -264,6 +294,11 @@ class World:
         if checks.count("body", body, 0) >= len(self._frames):
             raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
         return body + 1
+
+    def _tree(self, tree: int) -> int:
+        if checks.count("tree", tree, 0) >= self.arrays.trees.size:
+            raise ValueError(f"tree = {tree}: there are {self.arrays.trees.size} trees, counted from 0")
+        return tree
 
     def _shape(self, **fields: ArrayLike | int) -> int:
         self._new_shapes.append(fields)

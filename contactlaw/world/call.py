@@ -1,0 +1,69 @@
+"""Functions called by their addresses: what moves trees is compiled only where there are trees."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from contactlaw.jit import address_of
+from contactlaw.world.records import BODY, TREE
+
+BODY_TYPE = numba.from_dtype(BODY)
+TREE_TYPE = numba.from_dtype(TREE)
+NUMBER = types.float64
+VECTOR = types.UniTuple(NUMBER, 3)
+
+ON_TREE = types.void(TREE_TYPE)
+WITH_BODY = types.void(BODY_TYPE)
+WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
+WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
+MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
+
+
+def _generate(signature: Any) -> Any:
+    """What calls a C function of this signature at the address that is the first argument."""
+
+    def generate(context, builder, own, arguments):
+        nothing = signature.return_type == types.void
+        result = ir.VoidType() if nothing else context.get_value_type(signature.return_type)
+        kind = ir.FunctionType(result, [context.get_value_type(one) for one in signature.args])
+        out = builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        return context.get_dummy_value() if nothing else out
+
+    return signature.return_type(types.uint64, *signature.args), generate
+
+
+def _call_on_tree(typing_context, address, tree):
+    return _generate(ON_TREE)
+
+
+def _call_with_body(typing_context, address, body):
+    return _generate(WITH_BODY)
+
+
+def _call_with_number(typing_context, address, body, number):
+    return _generate(WITH_NUMBER)
+
+
+def _call_with_vectors(typing_context, address, body, arm, impulse):
+    return _generate(WITH_VECTORS)
+
+
+def _ask_mobility(typing_context, address, a, arm_a, b, arm_b, direction):
+    return _generate(MOBILITY)
+
+
+call_on_tree: Any = intrinsic(_call_on_tree)
+call_with_body: Any = intrinsic(_call_with_body)
+call_with_number: Any = intrinsic(_call_with_number)
+call_with_vectors: Any = intrinsic(_call_with_vectors)
+ask_mobility: Any = intrinsic(_ask_mobility)
+
+
+def model_function(function: Any, key: str = "", ours: bool = True) -> int:
+    """Address of a function of a model of trees (`records.TREE`: move, accelerate, respond); see `jit.address_of`."""
+    return address_of(function, ON_TREE, key, ours)

@@ -1,0 +1,138 @@
+"""How a tree of bodies moves between contacts: in free flight, and in the substeps of a leapfrog.
+
+    flight     Runge-Kutta steps of q' = v, v' = a(q, v), of fourth order
+    drift      q <- q + h v + h^2/2 a,  v <- v + h a,  all of the tree's bodies at q
+
+In the leapfrog the mass matrix M and a are held for a few substeps, from the middle of these: what is left out is of
+second order in how far the tree goes in this time. The middle is foreseen with the contact forces that there are, for
+a holds centripetal terms, which jump with v.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, tree_at
+from contactlaw.world.call import call_on_tree
+from contactlaw.world.trees import accelerate, clear, copy, place, vector
+from contactlaw.world.vec import add, load, norm, scale, store, sub
+
+HOLD = 4  # substeps that M and a are held for
+LONGEST_HOLD = 1e-3  # [s]
+LARGEST_TURN = 0.1  # [rad] of a Runge-Kutta step
+
+
+def fly(b, until):
+    """Bring a tree to a time [s] of the step, in free flight."""
+    t = tree_at(b.tree, 0)
+    left = until - b.time
+    steps = int(max(ceil(abs(left) * t.rate / LARGEST_TURN), 1.0))
+    h = left / steps
+    for _ in range(steps):
+        runge_kutta(t, h)
+    for i in range(t.count):
+        body_at(t.bodies, i).time = until
+
+
+@jit_inside
+def runge_kutta(t, h):
+    """One step of h [s], from accelerations that are those of q and v; of fourth order, on rotations too.
+
+    The classical method with two moves where one would not commute (Celledoni, Marthinsen & Owren 2003):
+    q4 = q moved by h/2 v1, then by h (v3 - v1/2); at the end by h/12 (3 v1 + 2 v2 + 2 v3 - v4), then by
+    h/12 (-v1 + 2 v2 + 2 v3 + 3 v4).
+    """
+    n = t.v_size
+    q, v, a = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n)
+    rest = t.room + 8 * t.q_size
+    q0, v0 = vector(t.room, t.q_size), vector(rest, n)
+    middle, gained = vector(rest + 8 * n, n), vector(rest + 16 * n, n)  # v2 + v3; sum of accelerations
+    copy(q, q0)
+    copy(v, v0)
+    clear(middle)
+    copy(a, gained)
+    for stage in range(3):
+        last = stage == 2
+        part, weight = (h, 1.0) if last else (0.5 * h, 2.0)
+        copy(q0, q)
+        if last:
+            combine(t, 0.5 * h, v0, 0.0, v)
+            call_on_tree(t.move, t)
+        combine(t, part, v, -0.5 * h if last else 0.0, v0)
+        for k in range(n):
+            v[k] = v0[k] + part * a[k]
+            middle[k] += 0.0 if last else v[k]
+        place(t)
+        call_on_tree(t.accelerate, t)
+        for k in range(n):
+            gained[k] += weight * a[k]
+    for k in range(n):
+        v[k] -= v0[k]
+        middle[k] = 2.0 * middle[k] + 2.0 * v0[k] + v[k]  # v1 + 2 v2 + 2 v3 + v4; and v4 - v1 in v
+    copy(q0, q)
+    combine(t, h / 12.0, middle, -h / 6.0, v)
+    call_on_tree(t.move, t)
+    combine(t, h / 12.0, middle, h / 6.0, v)
+    for k in range(n):
+        v[k] = v0[k] + h / 6.0 * gained[k]
+    place(t)
+    accelerate(t)
+    t.hold = 0
+    for i in range(t.count):
+        b = body_at(t.bodies, i)
+        b.turned += abs(h) * t.rate
+
+
+@jit_inside
+def combine(t, r, a, s, b):
+    """x <- r a + s b."""
+    x = vector(t.x, t.v_size)
+    for k in range(t.v_size):
+        x[k] = r * a[k] + s * b[k]
+
+
+def drift(b, h):
+    """Move a tree for h [s] without contacts; `shift` and `twist` are what its bodies moved by."""
+    t = tree_at(b.tree, 0)
+    n = t.v_size
+    for i in range(t.count):
+        one = body_at(t.bodies, i)
+        store(one.shift, load(one.position))
+        store(one.twist, load(one.spin))
+    if t.hold == 0:
+        foresee(t, h)
+    t.hold -= 1
+    v, a, x = vector(t.v, n), vector(t.a, n), vector(t.x, n)
+    for k in range(n):
+        x[k] = h * (v[k] + 0.5 * h * a[k])
+        v[k] += h * a[k]
+    place(t)
+    for i in range(t.count):
+        one = body_at(t.bodies, i)
+        store(one.shift, sub(load(one.position), load(one.shift)))
+        store(one.twist, scale(0.5 * h, add(load(one.spin), load(one.twist))))
+        one.turned += norm(load(one.twist))
+        one.time += h
+    clear(vector(t.push, n))
+    t.stale = 1
+
+
+@jit_inside
+def foresee(t, h):
+    """Find mass matrix and accelerations for the next substeps of h [s], in the middle of them."""
+    n = t.v_size
+    t.hold = int(max(min(HOLD, LONGEST_HOLD / h), 1.0))
+    half = 0.5 * h * t.hold
+    q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
+    push, q0, v0 = vector(t.push, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
+    copy(q, q0)
+    copy(v, v0)
+    for k in range(n):
+        change = half * a[k] + 0.5 * (t.hold - 1) * push[k]  # kicks follow drifts
+        x[k] = half * (v[k] + 0.5 * change)
+        v[k] += change
+    place(t)
+    accelerate(t)
+    copy(q0, q)
+    copy(v0, v)
