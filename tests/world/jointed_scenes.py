@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw.world import World
 from contactlaw.world.chain import Chain, Link
-from tests.world.world_scenes import mass_of, steel_pair
+from validation.world_scenes import mass_of, steel_pair
 
 TIP = 0.01  # [m] radius of the ball at a tip
 UPPER, LOWER = 0.3, 0.25  # [m] lengths of the rods of the double pendulum

@@ -8,7 +8,7 @@ import pytest
 from contactlaw.world import World
 from contactlaw.world.chain import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, pendulum, pendulum_between_walls
-from tests.world.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
+from validation.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
 
 
 @pytest.mark.heavy
