@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numba
 import pytest
 from hypothesis import settings
@@ -23,3 +25,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("heavy"):
             item.add_marker(skip)
+
+
+@pytest.fixture
+def no_other_client() -> None:
+    """PyBullet's calls mean client 0 unless told otherwise: close what other tests have left open."""
+    engine = sys.modules.get("pybullet")
+    for client in range(64):
+        if engine is not None and engine.isConnected(client):
+            engine.disconnect(client)

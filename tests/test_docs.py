@@ -44,7 +44,7 @@ def differences(printed: str, expected: str) -> list[str]:
 @pytest.mark.heavy
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_page_runs_and_prints_what_it_says(
-    page: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    page: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, no_other_client: None
 ) -> None:
     text = page.read_text(encoding="utf-8")
     for engine in ("mujoco", "pybullet"):
