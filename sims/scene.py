@@ -120,8 +120,7 @@ class Scene(ABC):
       3. `shown`, `exposure`, `slow` where the usual ones do not make a good picture;
       4. `options`: its own numbers, name -> (default, help); each becomes an option of its command;
       5. `run`: build it with `sims.worlds.new_world`, throw, and return what was recorded; its pairs have the simplest
-         law that it can do with, and where all motion is in a plane its contacts are told so (`leave_out` in validation
-         measures what that saves and changes);
+         law that it can do with (`leave_out` in validation measures what that saves and changes);
       6. `measure`: what came out, from the recording alone; `check`: what must hold of it.
     """
 

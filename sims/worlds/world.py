@@ -1,4 +1,4 @@
-"""The one face that both engines show to a scene."""
+"""The one face that both engines, and the world without one, show to a scene."""
 
 from __future__ import annotations
 
