@@ -26,15 +26,13 @@ from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402  (needs the registe
 from contactlaw.mujoco_plugin.readout import (  # noqa: E402
     ContactState,
     Ledger,
-    contact_history,
     contacts_of,
     ledger_of,
-    owed_velocity,
 )
 from contactlaw.mujoco_plugin.selection import geoms_of  # noqa: E402
 from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402
 
 __all__ = [
-    "ContactState", "Ledger", "add_contact", "contact_history", "contacts_of", "geoms_of", "instances_of", "ledger_of",
-    "load_model", "model_xml", "overlaps_of", "owed_velocity", "save_model",
+    "ContactState", "Ledger", "add_contact", "contacts_of", "geoms_of", "instances_of", "ledger_of", "load_model",
+    "model_xml", "overlaps_of", "save_model",
 ]  # fmt: skip

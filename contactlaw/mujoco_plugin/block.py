@@ -1,39 +1,94 @@
-"""The memory that the compiled callbacks of a model share: one block of float64 for each mjData.
+"""The memory that the compiled callbacks work with: one block for each mjData, which holds its world.
 
-The first plugin instance of a model leads: its block holds the contacts of all instances, for bodies that touch
-through several of them move together. The blocks of the others hold FOLLOWS and OWN_SIZE alone.
+The first plugin instance of a model leads: all contacts of the model are in its block and in its part of plugin_state,
+for bodies that touch through several of them move together. The blocks of the others say no more than that.
+
+Of plugin_state the leader uses, in doubles: a token, which says whose block wrote the rest; the generalised force with
+which the contacts press, shape (nv,); the world between two steps (`world.state`).
 """
 
 from __future__ import annotations
 
-# Head of the block: numbers, then where each table starts. OWN_SIZE: floats of an instance's state.
-(
-    LEADS, OWN_SIZE, REPORT, INSTANCES, SHAPES, BODIES, PAIRS, PARAMETERS, NV, STRIDE, CAPACITY, WIDTH, ACTUATED,
-    LEDGERS, PENDING, STAGE_TIME, STILL, SLACK, INPUTS, GEOMS_AT, SHAPES_AT, BODIES_AT, PAIRS_AT, PARAMETERS_AT,
-    INSTANCES_AT, PLACES_AT, MOTION_AT, NEW_AT, LEDGER_AT, FORCE_AT, INPUTS_AT, FRAMES_AT, WORK_AT, WORK, HEAD,
-) = range(35)  # fmt: skip
-FOLLOWS = 0.0
-# STILL: 1 where the last evaluation found all at rest; its force then stands as long as the inputs, kept from INPUTS_AT
-# on, stay the same: exactly, but for places and velocities, which may differ by SLACK [m] in a step.
+from typing import Any
 
-# An instance: where its state is in plugin_state, floats of one record, room for records, its first and last pair (the
-# one after), 1: keeps a ledger, 1: its pair has a radius, what has been reported of it, its number in the model.
-STATE, RECORD_SIZE, ROOM, FIRST_PAIR, LAST_PAIR, HAS_LEDGER, RADIUS_GIVEN, REPORTED, NUMBER, INSTANCE = range(10)
+import numpy as np
 
-# What the model says of a body: its id, its root, its last degree of freedom (-1: none moves it), its tree and the
-# first degree of freedom of that, for a free one inverse mass [1/kg] and inertia [1/(kg m^2)] about its main axes.
-BODY_ID, ROOT, LAST_DOF, TREE_ID, TREE_DOF, TREE_SIZE, LIGHTNESS, EASE, BODY_FACTS = 0, 1, 2, 3, 4, 5, 6, 7, 10
+from contactlaw.world.access import element
+from contactlaw.world.records import VECTOR, Array, Arrays, record
 
-# State of an instance in plugin_state: how many records there are; the ledger; the records.
-COUNT, LEDGER_STATE, LEDGER_SIZE = 0, 1, 7
-# The ledger: impacts, greatest overlap [m], greatest force [N], time in contact [s], shortest contact time [s], work
-# taken along the normal and across [J].
-IMPACTS, OVERLAP, FORCE, TIME, SHORTEST, NORMAL_WORK, TANGENTIAL_WORK = range(7)
+STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four times a step
 
-# What is reported to Python, once for each instance and mjData.
-DEEP, UNCLEAR_RADIUS, SPENT_SUBSTEPS, FULL, RUNGE_KUTTA_JOINTS, DAMAGED = 1, 2, 4, 8, 16, 32
+HEAD = record(
+    leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
+    world="u8", step="u8",  # addresses of its `records.WORLD`, and of the function that moves it
+    report="u8",  # address of what tells Python
+    state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
+    nq="i8", nv="i8",
+    starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
+    given="u8",  # address of the generalised force (nv,) that compute gave last
+    contacts="i8",  # whether there are any that press or sleep
+    frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
+    probes="u8", probe_count="i8",
+    token="f8",  # of the state that the world is in
+    said="u8",  # address of what has been reported of each contact
+    # within a step
+    start="u8",  # address of the state that it began with: time, coordinates, velocities
+    lag="f8",  # [s] by which velocities of the engine are behind its coordinates
+    step_size="f8", gravity=VECTOR,
+)  # fmt: skip
+"""What a block begins with."""
+
+FREE = record(
+    body="i8", id="i8",  # row in the world; number in the model
+    q="i8", v="i8",  # where its coordinates and velocities begin
+    offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
+    plain="i8",  # these two are none
+    left=("f8", (13,)),  # coordinates and velocities that the last step left it with
+)  # fmt: skip
+"""A body that nothing but its contacts holds."""
+
+PLACED = record(body="i8", id="i8")
+"""A body that nothing pushes and the user may place: mocap."""
+
+JOINTED = record(
+    tree="i8",  # in the world
+    q="i8", q_size="i8", v="i8", v_size="i8",
+)  # fmt: skip
+"""Bodies that joints hold: a kinematic tree."""
+
+LEADS_NOT = np.zeros(1, HEAD)
+
+head_at: Any = element(HEAD)
+free_at: Any = element(FREE)
+placed_at: Any = element(PLACED)
+jointed_at: Any = element(JOINTED)
 
 
-def records_at(has_ledger: float) -> int:
-    """Where the records of an instance start in its state."""
-    return LEDGER_STATE + (LEDGER_SIZE if has_ledger else 0)
+def size_of(world: Arrays, *more: Array) -> int:
+    """Bytes of a block."""
+    return HEAD.itemsize + sum(_padded(array) for array in (*world, *more))
+
+
+def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
+    """Write a block: its head, the world, and arrays whose addresses the head keeps by their names.
+
+    memory: bytes (size,), which stay where they are.
+    """
+    at = HEAD.itemsize
+
+    def moved(array: Array) -> Array:
+        nonlocal at
+        here = memory[at : at + array.nbytes].view(array.dtype).reshape(array.shape)
+        here[...] = array
+        at += _padded(array)
+        return here
+
+    arrays = Arrays(*map(moved, world)).bound()
+    head["world"] = arrays.world.ctypes.data
+    for name, array in more.items():
+        head[name] = moved(array).ctypes.data
+    memory[: HEAD.itemsize].view(HEAD)[:] = head
+
+
+def _padded(array: Array) -> int:
+    return -(-array.nbytes // 64) * 64

@@ -1,162 +1,189 @@
-"""The compiled callbacks: what MuJoCo calls in every step. No Python runs here."""
+"""The compiled callbacks: what MuJoCo calls in every step. No Python runs here.
+
+`compute`, which MuJoCo asks for forces as often as it likes, changes nothing that lasts: it gives the force that the
+contacts pressed with at the end of the last step, so that joint limits, equalities and the engine's own contacts feel
+it, and notes the state. `advance`, called once when the engine has taken its step, moves the world from the noted state
+through the step, with the accelerations that the engine had but for that force, and writes coordinates and velocities
+of all that was touched.
+"""
 
 from __future__ import annotations
 
-import numpy as np
-from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
+from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import c_callback, jit_for
-from contactlaw.kernels.scene import (
-    KEY,
-    MOST_SLOTS,
-)
-from contactlaw.memory import doubles_at, load_double, load_int, load_pointer
-from contactlaw.mujoco_plugin import block as b
+from contactlaw.jit import c_callback
+from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.evaluate import evaluate
-from contactlaw.mujoco_plugin.flight import far_apart
-from contactlaw.mujoco_plugin.memo import stands
-from contactlaw.mujoco_plugin.motion import field as field_of
-from contactlaw.mujoco_plugin.motion import row as row_of
-from contactlaw.mujoco_plugin.tables import address_of_block, part, report, room_taken, table
+from contactlaw.mujoco_plugin.block import STARTS, free_at, head_at, placed_at
+from contactlaw.mujoco_plugin.free import is_far, jit, note, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.memory import call_step, field, floats, inside, place
+from contactlaw.mujoco_plugin.notices import DAMAGED, look_over, notice
+from contactlaw.mujoco_plugin.placed import read_placed
+from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
+from contactlaw.world.records import CLOSED
+from contactlaw.world.state import pack, unpack
+from contactlaw.world.vec import load, scale, store
 
-STATE_AT = layout.DATA["plugin_state"]
-TIME_AT = layout.DATA["time"]
-XMAT_AT = layout.DATA["xmat"]
-PASSIVE_AT = layout.DATA["qfrc_passive"]
-TIMESTEP_AT = layout.TIMESTEP
-INTEGRATOR_AT = layout.INTEGRATOR
-RUNGE_KUTTA = layout.RUNGE_KUTTA
+STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
+    layout.DATA[name] for name in ("plugin_state", "time", "qfrc_passive", "qpos", "qvel", "plugin_data")
+)
+TIMESTEP, INTEGRATOR, RUNGE_KUTTA = layout.TIMESTEP, layout.INTEGRATOR, layout.RUNGE_KUTTA
+GRAVITY, DISABLED, NO_GRAVITY = layout.GRAVITY, layout.DISABLED, layout.NO_GRAVITY
+LARGEST = 1e100  # [N], a force that can be computed with
+TOKEN, PUSH = 0, 1  # of the state: where its parts begin
 
-jit = jit_for(layout.KEY)
 free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
 
 
 @jit
-def add_up(ledger_io, step):
-    """Add a step to a ledger."""
-    for i in range(step.size):
-        if i in (b.OVERLAP, b.FORCE):
-            ledger_io[i] = max(ledger_io[i], step[i])
-        elif i == b.SHORTEST:
-            if step[i] < 1e300:
-                ledger_io[i] = min(ledger_io[i], step[i]) if ledger_io[i] > 0.0 else step[i]
-        else:
-            ledger_io[i] += step[i]
+def block_of(d, instance):
+    """Address of the block of an instance."""
+    return load_pointer(place(load_pointer(d + types.uintp(BLOCKS)), instance))
 
 
 @jit
-def keep_frames(d, block, head):
-    """Note how free bodies are turned at the start of a Runge-Kutta step."""
-    facts = table(block, int(head[b.BODIES_AT]), int(head[b.BODIES]), b.BODY_FACTS)
-    frames = table(block, int(head[b.FRAMES_AT]), facts.shape[0], 9)
-    for i in range(1, facts.shape[0]):
-        now = row_of(d, XMAT_AT, int(facts[i, b.BODY_ID]), 9)
-        for j in range(9):
-            frames[i, j] = now[j]
+def move(d, head, w, state):
+    """Take the step of the world."""
+    find_pressed(w)
+    for i in range(head.free_count):
+        read_free(d, head, free_at(head.frees, i))
+    for i in range(head.placed_count):
+        read_placed(d, w, placed_at(head.placed, i))
+    call_step(head.step, head.world, head.step_size)
+    find_pressed(w)
+    for i in range(head.free_count):
+        write_free(d, head, free_at(head.frees, i))
+    look_over(head, w)
+    leave(head, w, state)
 
 
 @jit
-def turn_torques(d, block, head, total_io):
-    """Keep the torques on free bodies fixed in space while Runge-Kutta turns the axes that they are told along."""
-    facts = table(block, int(head[b.BODIES_AT]), int(head[b.BODIES]), b.BODY_FACTS)
-    frames = table(block, int(head[b.FRAMES_AT]), facts.shape[0], 9)
-    turn, torque = np.empty(3), np.empty(3)
-    for i in range(1, facts.shape[0]):
-        if facts[i, b.LIGHTNESS] == 0.0:
-            continue
-        now, first = row_of(d, XMAT_AT, int(facts[i, b.BODY_ID]), 9), int(facts[i, b.TREE_DOF]) + 3
-        for j in range(3):
-            turn[j] = 0.0
-            for k in range(3):
-                turn[j] += frames[i, 3 * j + k] * total_io[first + k]
-        for j in range(3):
-            torque[j] = 0.0
-            for k in range(3):
-                torque[j] += now[3 * k + j] * turn[k]
-        for j in range(3):
-            total_io[first + j] = torque[j]
-    keep_frames(d, block, head)
+def find_start(m, d, head):
+    """What the step began with.
+
+    Runge-Kutta has asked three times more since then, the last time at the step's end; only stepping in two halves
+    under it does not, for MuJoCo then takes a step of Euler.
+    """
+    dt = inside(m, TIMESTEP, 1)[0]
+    size = 1 + head.nq + head.nv
+    head.start = place(head.starts, size * head.turn)
+    if floats(head.start, 0, 1)[0] + dt != inside(d, TIME, 1)[0]:
+        head.start = place(head.starts, size * ((head.turn + 1) % STARTS))
+    head.step_size = dt
+    head.lag = 0.0 if load_int(m + types.uintp(INTEGRATOR)) == RUNGE_KUTTA else 0.5 * dt
+    off = load_int(m + types.uintp(DISABLED)) & NO_GRAVITY
+    store(head.gravity, (0.0, 0.0, 0.0) if off else load(inside(m, GRAVITY, 3)))
+
+
+@jit
+def take_over(head, w, state):
+    """Bring the world to a state that its own last step did not leave."""
+    dropped = unpack(w, state[PUSH + head.nv :])
+    head.token = state[TOKEN]
+    if dropped > 0:
+        notice(head, 0, DAMAGED, float(dropped))
+
+
+@jit
+def all_far(d, head):
+    """Whether no body has left its margin."""
+    for i in range(head.free_count):
+        if not is_far(head, free_at(head.frees, i), d):
+            return False
+    return head.placed_count == 0 and head.tree_count == 0 and head.probe_count == 0
+
+
+@jit
+def find_pressed(w):
+    """Which bodies have closed contacts."""
+    for i in range(w.body_count):
+        body_at(w.bodies, i).pressed = 0
+    for slot in range(w.contact_room - w.spares):
+        c = contact_at(w.contacts, slot)
+        if c.phase == CLOSED:
+            body_at(w.bodies, c.body_a).pressed = 1
+            body_at(w.bodies, c.body_b).pressed = 1
+
+
+@jit
+def leave(head, w, state):
+    """Write the state that the next step is given."""
+    for i in range(PUSH, PUSH + head.nv):
+        state[i] = 0.0
+    push = state[PUSH : PUSH + head.nv]
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.closed != 0:
+            c = contact_at(w.contacts, p.slot)
+            press(head, p.body_a, load(c.arm_a), load(c.force), push)
+            press(head, p.body_b, load(c.arm_b), scale(-1.0, load(c.force)), push)
+    used = pack(w, state[PUSH + head.nv :])
+    head.token = token_of(state, PUSH + head.nv + used)
+    state[TOKEN] = head.token
+
+
+@jit
+def press(head, body, arm, force, push_io):
+    """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised one."""
+    if 0 < body <= head.free_count:
+        press_free(head, free_at(head.frees, body - 1), arm, force, push_io)
+
+
+@jit
+def token_of(state, size):
+    """A number that tells one state from another; zero where all are zero (FNV-1a, of 52 bits)."""
+    if state[size - 1] == 0.0:
+        return 0.0
+    mixed = types.uint64(14695981039346656037)
+    for i in range(1, size):
+        mixed = (mixed ^ types.uint64(whole_at(state.ctypes.data, i))) * types.uint64(1099511628211)
+    return 1.0 + float(mixed >> types.uint64(12))
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
 def compute(m, d, instance, capability):
-    """Force of all contacts of the model at the present state; committed state is only read."""
-    block = address_of_block(d, instance)
-    head = part(block, 0, b.HEAD)
-    if head[b.LEADS] == b.FOLLOWS:
+    """Note the state, and give the force that contacts press with."""
+    head = head_at(block_of(d, instance), 0)
+    if head.leads == 0:
         return
-    nv = int(head[b.NV])
-    total, passive = part(block, int(head[b.FORCE_AT]), nv), field_of(d, PASSIVE_AT, 0, nv)
-    dt = load_double(m + types.uintp(TIMESTEP_AT))
-    moves = load_int(m + types.uintp(INTEGRATOR_AT)) == RUNGE_KUTTA
-    time = load_double(d + types.uintp(TIME_AT))
-    # Runge-Kutta looks three times more into its step: the force is that of the first time, as the impulses say.
-    ahead = time - head[b.STAGE_TIME]
-    later = moves and (abs(ahead - 0.5 * dt) < 1e-9 * dt or abs(ahead - dt) < 1e-9 * dt)
-    if not later:
-        head[b.PENDING] = -1.0
-        head[b.STAGE_TIME] = time
-        if not stands(m, d, head, part(block, int(head[b.INPUTS_AT]), int(head[b.INPUTS]))):
-            head[b.STILL] = 0.0
-            if far_apart(m, d, block, head, dt):
-                if moves:
-                    for i in range(nv):
-                        total[i] = 0.0
-                return
-            for i in range(nv):
-                total[i] = 0.0
-            if not evaluate(m, d, block, head, dt, moves, total):
-                return
-        if moves:
-            keep_frames(d, block, head)
-    else:
-        turn_torques(d, block, head, total)
+    nq, nv = head.nq, head.nv
+    head.turn = (head.turn + 1) % STARTS
+    start = floats(head.starts, head.turn * (1 + nq + nv), 1 + nq + nv)
+    q, v = field(d, QPOS, 0, nq), field(d, QVEL, 0, nv)
+    start[0] = inside(d, TIME, 1)[0]
+    for i in range(nq):
+        start[1 + i] = q[i]
     for i in range(nv):
-        passive[i] += total[i]
+        start[1 + nq + i] = v[i]
+    push = field(d, STATE, head.state + PUSH, nv)
+    given, passive = floats(head.given, 0, nv), field(d, PASSIVE, 0, nv)
+    for i in range(nv):
+        given[i] = push[i] if abs(push[i]) < LARGEST else 0.0
+        passive[i] += given[i]
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
 def advance(m, d, instance):
-    """The step is taken: what compute left becomes the state of all instances."""
-    block = address_of_block(d, instance)
-    head = part(block, 0, b.HEAD)
-    if head[b.LEADS] == b.FOLLOWS:
+    """The engine has taken its step: take that of the world, and write what was touched."""
+    head = head_at(block_of(d, instance), 0)
+    if head.leads == 0:
         return
-    head[b.STAGE_TIME] = np.nan
-    if head[b.PENDING] < 0.0:
-        return
-    instances = table(block, int(head[b.INSTANCES_AT]), int(head[b.INSTANCES]), b.INSTANCE)
-    new = table(block, int(head[b.NEW_AT]), int(head[b.CAPACITY]), int(head[b.STRIDE]))
-    ledgers = table(block, int(head[b.LEDGER_AT]), instances.shape[0], b.LEDGER_SIZE)
-    at, last = 0, int(head[b.PENDING])
-    for k in range(instances.shape[0]):
-        instance_row = instances[k]
-        own = load_pointer(d + types.uintp(STATE_AT)) + types.uintp(8 * int(instance_row[b.STATE]))
-        size, room = int(instance_row[b.RECORD_SIZE]), int(instance_row[b.ROOM])
-        start = b.LEDGER_STATE + (b.LEDGER_SIZE if instance_row[b.HAS_LEDGER] != 0.0 else 0)
-        state = carray(doubles_at(own), start + room * size)
-        before, count = room_taken(state[b.COUNT], room), 0
-        while at < last and new[at, KEY] < MOST_SLOTS * instance_row[b.LAST_PAIR]:
-            if count < room:
-                record = state[start + count * size : start + (count + 1) * size]
-                record[:] = new[at, :size]
-                record[KEY] -= MOST_SLOTS * instance_row[b.FIRST_PAIR]
-                count += 1
-            else:
-                report(instances, k, b.FULL, float(room), head)
-            at += 1
-        state[start + count * size : start + max(before, count) * size] = 0.0
-        state[b.COUNT] = count
-        if instance_row[b.HAS_LEDGER] != 0.0:
-            add_up(state[b.LEDGER_STATE : b.LEDGER_STATE + b.LEDGER_SIZE], ledgers[k])
+    w = world_at(head.world, 0)
+    find_start(m, d, head)
+    state = field(d, STATE, head.state, PUSH + head.nv + head.state_size)
+    if state[TOKEN] != head.token:
+        take_over(head, w, state)
+    if w.nears > 0 or w.stale != 0 or not all_far(d, head):
+        move(d, head, w, state)
+    for i in range(head.free_count):
+        note(d, free_at(head.frees, i))
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)
 def reset(m, state, block, instance):
-    """No contact, an empty ledger."""
-    own = part(block, 0, b.OWN_SIZE + 1)
-    values = part(state, 0, int(own[b.OWN_SIZE]))
+    """No contact."""
+    head = head_at(block, 0)
+    values = floats(state, 0, head.own_size)
     for i in range(values.size):
         values[i] = 0.0
 
@@ -164,4 +191,4 @@ def reset(m, state, block, instance):
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)
 def destroy(d, instance):
     """Free the block of an instance."""
-    free_memory(address_of_block(d, instance))
+    free_memory(block_of(d, instance))

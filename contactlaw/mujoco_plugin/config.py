@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cache
 
 from contactlaw import checks
-from contactlaw.kernels.contact import HEADER
 from contactlaw.laws import law_of, text_of
 from contactlaw.material import MATERIALS, Material
 from contactlaw.pair import ContactPair
@@ -14,14 +13,13 @@ from contactlaw.pair import ContactPair
 PLUGIN_NAME = "contactlaw.contact"
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
-    "substeps", "ledger", "room",
+    "substeps",
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
 geom1 and geom2 are names of geoms, or several with spaces between: then each of the first with each of the second. A
 material is a name in `MATERIALS` or "E nu" in SI units. law: as for `laws.law_of`, "microslip node_count=32" say.
-substeps: the least number of the law's own steps in a contact. ledger: "true" to keep one. room: for how many contacts
-at once.
+substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
 """
 
 SUBSTEPS = 100
@@ -46,21 +44,12 @@ class Contact:
         geoms1, geoms2: As the configuration has them; `resolve` splits what is no name by itself.
         pair: The contact.
         substeps: Least number of the law's steps in a contact.
-        ledger: Whether to keep one.
-        room: For how many contacts at once; None: for as many as bodies can have.
     """
 
     geoms1: tuple[str, ...]
     geoms2: tuple[str, ...]
     pair: ContactPair
     substeps: int = SUBSTEPS
-    ledger: bool = False
-    room: int | None = None
-
-    @property
-    def history_size(self) -> int:
-        """Entries of the history of one contact."""
-        return HEADER + self.pair.memory_size
 
 
 def write(contact: Contact) -> dict[str, str]:
@@ -80,10 +69,6 @@ def write(contact: Contact) -> dict[str, str]:
             config[key] = repr(getattr(pair, key))
     if contact.substeps != SUBSTEPS:
         config["substeps"] = str(contact.substeps)
-    if contact.ledger:
-        config["ledger"] = "true"
-    if contact.room is not None:
-        config["room"] = str(contact.room)
     return config
 
 
@@ -111,11 +96,9 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         law=law_of(config.get("law", "microslip")),
         stiffness_ratio=optional("stiffness_ratio"),
     )
-    ledger = checks.one_of("ledger", config.get("ledger", "false"), ("true", "false")) == "true"
     return Contact(
         (config["geom1"],), (config["geom2"],), pair,
         checks.count("substeps", int(_floats("substeps", config.get("substeps", str(SUBSTEPS)), 1)[0]), LEAST_SUBSTEPS),
-        ledger, checks.count("room", int(_floats("room", config["room"], 1)[0]), 1) if "room" in config else None,
     )  # fmt: skip
 
 

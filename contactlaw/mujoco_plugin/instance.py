@@ -12,9 +12,10 @@ import warnings
 import mujoco
 import numpy as np
 
-from contactlaw.mujoco_plugin import block as b
-from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.system import LIBRARY, Member, System, members
+from contactlaw.mujoco_plugin import layout, notices
+from contactlaw.mujoco_plugin.block import HEAD
+from contactlaw.mujoco_plugin.members import LIBRARY, members
+from contactlaw.mujoco_plugin.model import Model
 from contactlaw.pair import DEEPEST, ContactWarning
 
 LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
@@ -32,8 +33,10 @@ def _complain(number: int, error: Exception) -> None:
 def nstate(model: int, number: int) -> int:
     """Size of the state of an instance, called when a model is compiled."""
     try:
-        return Member(layout.ModelView(model), number).state_size
-    except Exception:  # `init` comes next, fails in the same way and says why
+        view = layout.ModelView(model)
+        return Model(view).state_size if number == members(view)[0] else 0
+    except Exception:
+        import traceback; traceback.print_exc()  # `init` comes next, fails in the same way and says why
         return 0
 
 
@@ -47,10 +50,15 @@ def init(model: int, data: int, number: int) -> int:
         if view.option("disableflags") & _NO_PASSIVE == _NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         leads = number == members(view)[0]
-        block = System(view).block(_REPORT_ADDRESS) if leads else np.array([b.FOLLOWS, 0.0])
-        block[b.OWN_SIZE] = Member(view, number).state_size
-        memory = LIBRARY.mju_malloc(block.nbytes)
-        ctypes.memmove(memory, block.ctypes.data, block.nbytes)
+        made = Model(view) if leads else None
+        if made:
+            made.check()
+        size = made.block_size() if made else HEAD.itemsize
+        memory = LIBRARY.mju_malloc(size)
+        here = np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory))
+        here[:] = 0
+        if made:
+            made.fill(here, _REPORT_ADDRESS)
         blocks = ctypes.c_size_t.from_address(data + layout.DATA["plugin_data"]).value
         ctypes.c_size_t.from_address(blocks + 8 * number).value = memory
     except Exception as error:
@@ -62,31 +70,16 @@ def init(model: int, data: int, number: int) -> int:
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
 def report(number: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData."""
-    if code == b.DEEP:
+    if code == notices.DEEP:
         text = f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right"
-    elif code == b.UNCLEAR_RADIUS:
+    elif code == notices.DAMAGED:
         text = (
-            f"touching at an edge or the side of a capsule, with R = {value:.3g} m taken from the ball or capsule; "
-            "give the pair its radius"
-        )
-    elif code == b.SPENT_SUBSTEPS:
-        text = (
-            "the time step is so long that its substeps ran out: for its rest the contacts stood, without bounce; "
-            "shorten the step"
-        )
-    elif code == b.RUNGE_KUTTA_JOINTS:
-        text = (
-            "a body with joints is struck under RK4, whose later stages do not see how it turns: it may gain energy; "
-            "use Euler, implicit or implicitfast"
-        )
-    elif code == b.DAMAGED:
-        text = (
-            f"its part of plugin_state is not what a step of this model leaves: {value:.0f} record(s) of contacts "
-            "dropped, these start anew"
+            f"the part of plugin_state that is the law's is not what a step of this model leaves: {value:.0f} "
+            "contact(s) dropped, these start anew"
         )
     else:
-        text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten; give room"
-    warnings.warn(f"contact of plugin instance {number}: {text}", ContactWarning, stacklevel=2)
+        text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten"
+    warnings.warn(f"contact {number} of the model: {text}", ContactWarning, stacklevel=2)
 
 
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0

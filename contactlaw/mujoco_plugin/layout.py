@@ -32,15 +32,15 @@ _NUMBERS: dict[str, Any] = {
 }
 
 DATA_FIELDS = (
-    "plugin_state", "plugin_data", "geom_xpos", "geom_xmat", "xipos", "ximat", "xmat", "subtree_com", "cdof",
-    "cdof_dot", "cvel", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "xfrc_applied", "qfrc_actuator", "time",
-    "mocap_pos", "mocap_quat", "M",
+    "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
+    "qfrc_constraint", "xfrc_applied", "xpos", "xquat", "geom_xpos", "geom_xmat",
 )  # fmt: skip
 MODEL_FIELDS = (
-    "dof_parentid", "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid",
-    "body_parentid", "body_rootid", "body_dofadr", "body_dofnum", "body_mass", "body_subtreemass", "body_inertia",
-    "body_jntadr", "body_jntnum", "jnt_type", "geom_contype", "geom_conaffinity", "pair_geom1", "pair_geom2",
-    "M_rowadr", "M_rownnz", "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
+    "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat",
+    "geom_contype", "geom_conaffinity", "body_parentid", "body_rootid", "body_pos", "body_quat", "body_ipos",
+    "body_iquat", "body_mass", "body_subtreemass", "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum",
+    "body_dofadr", "body_dofnum", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0",
+    "pair_geom1", "pair_geom2", "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
 )  # fmt: skip
 
 
@@ -80,21 +80,13 @@ def offset(struct: str, field: str) -> int:
 
 
 DATA = {field: offset("mjData", field) for field in DATA_FIELDS}
-DOF_PARENTS = offset("mjModel", "dof_parentid")
-DOF_DAMPING = offset("mjModel", "dof_damping")
-M_ROWS = offset("mjModel", "M_rowadr"), offset("mjModel", "M_rownnz")
 DISABLED = offset("mjModel", "opt") + offset("mjOption", "disableflags")
 TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
-NQ, NV, NBODY, NMOCAP = (offset("mjModel", size) for size in ("nq", "nv", "nbody", "nmocap"))
-NPLUGINSTATE = offset("mjModel", "npluginstate")
-EULER = int(mujoco.mjtIntegrator.mjINT_EULER)
-NO_DAMPER, NO_EULER_DAMPING = int(mujoco.mjtDisableBit.mjDSBL_DAMPER), int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
-_OFFSETS = (
-    DOF_PARENTS, DOF_DAMPING, M_ROWS, DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, NQ, NV, NBODY, NMOCAP, NPLUGINSTATE,
-)  # fmt: skip
+_OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY
 KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 """What compiled code that knows the offsets depends on."""
 

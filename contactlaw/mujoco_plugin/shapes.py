@@ -1,4 +1,4 @@
-"""Which geoms can touch, how their contact is found, and the radius of curvature there."""
+"""Geoms as shapes of a world: which can touch, and the radius of curvature there."""
 
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
@@ -12,19 +12,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.kernels import touch
-
 _TYPE = mujoco.mjtGeom
-KINDS = {
-    int(_TYPE.mjGEOM_SPHERE): touch.BALL,
-    int(_TYPE.mjGEOM_CAPSULE): touch.CAPSULE,
-    int(_TYPE.mjGEOM_PLANE): touch.PLANE,
-    int(_TYPE.mjGEOM_BOX): touch.BOX,
-}
-ELLIPSOID = int(_TYPE.mjGEOM_ELLIPSOID)
+SPHERE, CAPSULE, PLANE, BOX, ELLIPSOID = (
+    int(kind) for kind in (
+        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_ELLIPSOID
+    )
+)  # fmt: skip
 UNMEASURED = (int(_TYPE.mjGEOM_HFIELD), int(_TYPE.mjGEOM_SDF))
-ROUND = (touch.BALL, touch.CAPSULE)
-FLAT = (touch.PLANE, touch.BOX)
 
 
 @dataclass(frozen=True)
@@ -36,19 +30,24 @@ class Shape:
     size: NDArray[np.float64]
 
     @property
-    def kind(self) -> float:
-        """As `kernels.touch` has it."""
-        return KINDS.get(self.type, touch.OTHER)
-
-    @property
     def is_round(self) -> bool:
         """A ball or a capsule."""
-        return self.kind in ROUND
+        return self.is_spherical or self.type == CAPSULE
 
     @property
     def is_spherical(self) -> bool:
         """A ball, if need be as an ellipsoid."""
-        return self.kind == touch.BALL or (self.type == ELLIPSOID and bool(np.ptp(self.size) == 0.0))
+        return self.type == SPHERE or (self.type == ELLIPSOID and bool(np.ptp(self.size) == 0.0))
+
+    @property
+    def is_flat(self) -> bool:
+        """A plane or a box."""
+        return self.type in (PLANE, BOX)
+
+    @property
+    def has_closed_form(self) -> bool:
+        """Whether the world knows it."""
+        return self.is_round or self.is_flat
 
     @property
     def curvature(self) -> float:
@@ -56,21 +55,13 @@ class Shape:
         return 1.0 / float(self.size[0]) if self.is_round else 0.0
 
     @property
-    def sizes(self) -> tuple[float, float, float]:
-        """For `kernels.touch` [m]."""
-        if self.kind == touch.BALL:
-            return float(self.size[0]), 0.0, 0.0
-        if self.kind == touch.CAPSULE:
-            return float(self.size[0]), float(self.size[1]), 0.0
-        x, y, z = (float(size) for size in self.size)
-        return (x, y, z) if self.kind == touch.BOX else (0.0, 0.0, 0.0)
-
-    @property
     def bound(self) -> float:
         """Radius of a sphere around a round shape or box [m]; infinite otherwise."""
-        if self.is_round:
-            return sum(self.sizes)
-        return float(np.linalg.norm(self.size)) if self.kind == touch.BOX else inf
+        if self.is_spherical:
+            return float(self.size[0])
+        if self.type == CAPSULE:
+            return float(self.size[0] + self.size[1])
+        return float(np.linalg.norm(self.size)) if self.type == BOX else inf
 
     @property
     def type_name(self) -> str:
@@ -91,8 +82,7 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
     """
     if radius is not None:
         return radius
-    kinds = (one.kind, two.kind)
-    if (one.is_round or two.is_round) and touch.OTHER not in kinds:
+    if (one.is_round or two.is_round) and one.has_closed_form and two.has_closed_form:
         return 1.0 / (one.curvature + two.curvature)
     raise ValueError(
         f"radius = None: {one.label} on {two.label} has no one clear radius of curvature; give the pair its effective "
@@ -106,12 +96,11 @@ SERVED = (
 )
 
 
-def check_served(one: Shape, two: Shape, free: bool = False) -> None:
+def check_served(one: Shape, two: Shape) -> None:
     """Refuse two shapes that do not touch as a ball does, in one point each, whatever radius they are given.
 
     A flat face, a cylinder or an edge would be taken for a ball and sink in, or be thrown up by forces at one corner
-    that the others do not know of. free: whether one of them is free to turn every way; a capsule then strikes what the
-    engine measures with one end after the other, and within a step only one is seen.
+    that the others do not know of.
 
     Raises:
         ValueError: They are such.
@@ -120,11 +109,10 @@ def check_served(one: Shape, two: Shape, free: bool = False) -> None:
         return
     if one.is_round or two.is_round:
         other = two if one.is_round else one
-        if other.kind in FLAT or not free:
+        if other.is_flat:
             return
         raise ValueError(
-            f"{one.label} on {two.label}, one of them free: a capsule that tumbles touches a {other.type_name} in more "
-            f"than one point; {SERVED} (a capsule on other shapes if neither has a free joint)"
+            f"{one.label} on {two.label}: a capsule touches a {other.type_name} in more than one point; {SERVED}"
         )
     raise ValueError(f"{one.label} on {two.label}: they touch along a face or edge, not in one point; {SERVED}")
 
@@ -142,11 +130,8 @@ def check_measurable(shape: Shape) -> None:
         )
 
 
-def in_order(one: Shape, two: Shape) -> bool:
-    """Whether the first is the rounder, as `kernels.touch` wants it."""
-    return one.is_round or not two.is_round
-
-
-def has_closed_form(one: Shape, two: Shape) -> bool:
-    """Whether `kernels.touch` can place their contact."""
-    return (one.is_round or two.is_round) and touch.OTHER not in (one.kind, two.kind)
+def native_margin(one: Shape, two: Shape) -> float:
+    """Margin, to be negated, of an explicit pair that the engine's bounding test always rejects."""
+    bounds = [shape.bound for shape in (one, two)]
+    # Bounding spheres are compared by squares: only a sum of exactly zero rejects all. Planes are compared signed.
+    return sum(bounds) if max(bounds) < inf else 1e6

@@ -14,7 +14,7 @@ import numpy as np
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius
-from contactlaw.mujoco_plugin.system import native_margin
+from contactlaw.mujoco_plugin.shapes import native_margin
 from contactlaw.pair import ContactPair
 
 Geoms = str | mujoco.MjsGeom | Sequence[str | mujoco.MjsGeom]
@@ -28,8 +28,6 @@ def add_contact(
     *,
     others: bool = True,
     substeps: int = config.SUBSTEPS,
-    ledger: bool = False,
-    room: int | None = None,
 ) -> str:
     """Let geoms touch by the law; then `spec.compile()` and plain `mj_step`, at any time step.
 
@@ -51,11 +49,9 @@ def add_contact(
             further contacts of the law. Not with a compiler that discards visual geoms: it would discard these.
         substeps: Least number of the law's own steps in a contact, however long the engine's: the error of an impact
             falls with its square.
-        ledger: Whether to keep account of impacts, forces and energy, for `ledger_of`.
-        room: For how many contacts at once to keep room; None: for as many as bodies can have, or nearly so.
 
     Returns:
-        The name of the plugin instance, for `contacts_of`, `ledger_of` and `contact_history`.
+        The name of the plugin instance, for `contacts_of` and `ledger_of`.
 
     Raises:
         ValueError: A value outside what is allowed; the message names it and the spec is unchanged.
@@ -65,7 +61,6 @@ def add_contact(
     if not isinstance(pair, ContactPair):
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
     substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
-    room = None if room is None else checks.count("room", room, 1)
     ones, twos = _geoms(spec, "geom1", geom1), _geoms(spec, "geom2", geom2)
     meetings = _meetings(ones, twos)
     shapes = {id(geom): Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in ones + twos}
@@ -85,7 +80,7 @@ def add_contact(
     ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
     name = config.instance_name(*ids)
     _silence(spec, meetings, shapes, others)
-    contact = config.Contact(ids[0], ids[1], pair, substeps, bool(ledger), room)
+    contact = config.Contact(ids[0], ids[1], pair, substeps)
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(contact)

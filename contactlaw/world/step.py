@@ -10,8 +10,12 @@ fly           all bodies to the end of the step
 
 from __future__ import annotations
 
-from contactlaw.jit import jit, jit_inside
-from contactlaw.world.access import body_at, near_at, whole_at
+from functools import lru_cache
+
+from numba import types
+
+from contactlaw.jit import address_of, jit, jit_inside
+from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give
 from contactlaw.world.near import list_near, strayed
@@ -37,30 +41,49 @@ def step(world, dt, count):
         if 2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0:
             w.stale = 1
             return i
-        now = 0.0
-        while now < dt:
-            if w.stale != 0:
-                list_near(w, now)
-            first, shortest = look_ahead(w, now, dt)
-            if shortest == NEVER:
-                if first >= dt:
-                    break
-                now = max(now, first)
-                shortest = next_impact(w, now)
-            until = now + shortest
-            if not dt - until > REMNANT * shortest:
-                until = dt
-            while activate(w, now, until):
-                wake(w, now)
-            link(w)
-            for k in range(w.islands):
-                integrate(w, whole_at(w.roots, k), now, until)
-            w.windows += 1
-            now = until
-            watch(w, dt - now)
-        for k in range(w.body_count):
-            fly(body_at(w.bodies, k), dt)
+        finish(w, dt)
     return count
+
+
+def step_once(world, dt):
+    """The same for one step with the room that there is, by the address of the world."""
+    w = world_at(world, 0)
+    begin(w, dt)
+    finish(w, dt)
+
+
+@lru_cache
+def address_of_step() -> int:
+    """Address of `step_once`, for code that is compiled without it."""
+    return address_of(step_once, types.void(types.uint64, types.float64))
+
+
+@jit_inside
+def finish(w, dt):
+    """Take the step that has begun."""
+    now = 0.0
+    while now < dt:
+        if w.stale != 0:
+            list_near(w, now)
+        first, shortest = look_ahead(w, now, dt)
+        if shortest == NEVER:
+            if first >= dt:
+                break
+            now = max(now, first)
+            shortest = next_impact(w, now)
+        until = now + shortest
+        if not dt - until > REMNANT * shortest:
+            until = dt
+        while activate(w, now, until):
+            wake(w, now)
+        link(w)
+        for k in range(w.islands):
+            integrate(w, whole_at(w.roots, k), now, until)
+        w.windows += 1
+        now = until
+        watch(w, dt - now)
+    for k in range(w.body_count):
+        fly(body_at(w.bodies, k), dt)
 
 
 @jit_inside
@@ -71,6 +94,7 @@ def begin(w, dt):
         b = body_at(w.bodies, i)
         b.time = 0.0
         b.changed = 1
+        b.touched = 0
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
         if b.asleep != 0 and disturbed(b):
@@ -85,6 +109,9 @@ def begin(w, dt):
         if p.slot >= 0 and p.closed == 0:
             release(w, p.slot)
             p.slot = -1
+        elif p.slot >= 0:
+            c = contact_at(w.contacts, p.slot)
+            store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w, 0.0)
 

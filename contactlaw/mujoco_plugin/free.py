@@ -1,0 +1,204 @@
+"""Bodies that nothing but their contacts holds: from mjData to the world, and back.
+
+The coordinates of a free joint are those of the body's frame, the world's those of its centre of mass. Under all
+integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
+a) is a parabola if the velocity at x0 is v0 + dt/2 a. Where a contact presses at the end of a step, the velocity is
+the true one, so that what rests has none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contactlaw.jit import jit_for
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.memory import field, floats
+from contactlaw.world.access import body_at, world_at
+from contactlaw.world.motion import give, set_axes
+from contactlaw.world.vec import add, axpy, cross, load, norm, scale, store, sub, to_body, to_world
+
+jit = jit_for(layout.KEY, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+APPLIED, ACTUATED, PASSIVE, CONSTRAINED, XFRC, QPOS, QVEL = (
+    layout.DATA[name]
+    for name in (
+        "qfrc_applied", "qfrc_actuator", "qfrc_passive", "qfrc_constraint", "xfrc_applied", "qpos", "qvel",
+    )
+)  # fmt: skip
+
+
+@jit
+def product(p, q):
+    """The quaternion p q."""
+    return (
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3],
+        p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1],
+    )
+
+
+@jit
+def turned(q, a):
+    """A vector along a frame's axes, in the world."""
+    u = (q[1], q[2], q[3])
+    t = scale(2.0, cross(u, a))
+    return add(axpy(q[0], t, a), cross(u, t))
+
+
+@jit
+def frame_of(f, q):
+    """Of a body whose coordinates are q: its quaternion, and its centre of mass from its frame's origin [m]."""
+    own = (q[3], q[4], q[5], q[6])
+    one = 1.0 / max((own[0] ** 2 + own[1] ** 2 + own[2] ** 2 + own[3] ** 2) ** 0.5, 1e-300)
+    own = (one * own[0], one * own[1], one * own[2], one * own[3])
+    if f.plain != 0:
+        return own, (0.0, 0.0, 0.0)
+    return own, turned(own, load(f.offset))
+
+
+@jit
+def is_far(head, f, d):
+    """Whether a body has stayed within its margin, by its way in the step; counts how far it has turned."""
+    b = body_at(world_at(head.world, 0).bodies, f.body)
+    q, old = floats(head.start, 1 + f.q, 7), floats(head.start, 1 + head.nq + f.v, 6)
+    new = field(d, QVEL, f.v, 6)
+    if not same_as_left(f, q, old):
+        return False
+    _, arm = frame_of(f, q)
+    v, spin = load(new), norm((new[3], new[4], new[5]))
+    gained = norm(sub(v, load(old)))
+    spin = max(spin, norm((old[3], old[4], old[5])))
+    b.turned += head.step_size * spin
+    way = norm(sub(add(load(q), arm), load(b.mark))) + b.turned * b.reach
+    return way + head.step_size * (norm(v) + gained + norm(arm) * spin) <= b.margin
+
+
+@jit
+def read_free(d, head, f):
+    """Where a body is, how it moves, and what moves it besides contacts, at the start of the step."""
+    b = body_at(world_at(head.world, 0).bodies, f.body)
+    q, v = floats(head.start, 1 + f.q, 7), floats(head.start, 1 + head.nq + f.v, 6)
+    own, arm = frame_of(f, q)
+    push, moment = outer_force(d, head, f, own, arm)
+    store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
+    store(b.torque, moment)
+    if not same_as_left(f, q, v):
+        world_at(head.world, 0).stale = 1
+        b.held[0] = np.nan  # it wakes
+    elif b.asleep != 0:
+        return
+    store(b.position, add(load(q), arm))
+    full = own if f.plain != 0 else product(own, f.frame)
+    for i in range(4):
+        b.quaternion[i] = full[i]
+    set_axes(b)
+    spin = turned(own, (v[3], v[4], v[5]))
+    store(b.spin, spin)
+    velocity = load(v)
+    lag = 0.0 if b.pressed != 0 else head.lag
+    if lag > 0.0:
+        velocity = axpy(lag, origin_acceleration(b, arm), velocity)
+        spin = axpy(lag, spin_rate(b), spin)
+        store(b.spin, spin)
+    store(b.velocity, velocity if f.plain != 0 else add(velocity, cross(spin, arm)))
+
+
+@jit
+def outer_force(d, head, f, own, arm):
+    """Force [N] on a body besides gravity and contacts of the law, and its moment about the centre of mass [N m]."""
+    passive, given = field(d, PASSIVE, f.v, 6), floats(head.given, f.v, 6)
+    applied, driven = field(d, APPLIED, f.v, 6), field(d, ACTUATED, f.v, 6)
+    held, extra = field(d, CONSTRAINED, f.v, 6), field(d, XFRC, 6 * f.id, 6)
+    push = add(sub(load(passive), load(given)), add(load(held), add(load(applied), load(driven))))
+    moment = (
+        (passive[3] - given[3]) + (held[3] + applied[3] + driven[3]),
+        (passive[4] - given[4]) + (held[4] + applied[4] + driven[4]),
+        (passive[5] - given[5]) + (held[5] + applied[5] + driven[5]),
+    )
+    moment = sub(turned(own, moment), cross(arm, push))
+    return add(push, load(extra)), add(moment, (extra[3], extra[4], extra[5]))
+
+
+@jit
+def spin_rate(b):
+    """Angular acceleration [rad/s^2] without contacts."""
+    w = load(b.spin)
+    if b.isotropic != 0:
+        return scale(b.inverse_inertia[0], load(b.torque))
+    p, i = to_body(b.axes, w), b.inverse_inertia
+    momentum = to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2]))
+    return give(b, sub(load(b.torque), cross(w, momentum)))
+
+
+@jit
+def origin_acceleration(b, arm):
+    """Acceleration [m/s^2] of the origin of a body's frame; arm: from there to the centre of mass."""
+    w = load(b.spin)
+    return sub(load(b.acceleration), add(cross(spin_rate(b), arm), cross(w, cross(w, arm))))
+
+
+@jit
+def same_as_left(f, q, v):
+    """Whether nobody has moved a body since the last step."""
+    same = True
+    for i in range(7):
+        same = same and f.left[i] == q[i]
+    for i in range(6):
+        same = same and f.left[7 + i] == v[i]
+    return same
+
+
+@jit
+def note(d, f):
+    """Keep how a body was left."""
+    q, v = field(d, QPOS, f.q, 7), field(d, QVEL, f.v, 6)
+    for i in range(7):
+        f.left[i] = q[i]
+    for i in range(6):
+        f.left[7 + i] = v[i]
+
+
+@jit
+def write_free(d, head, f):
+    """Put a body that was touched where the world has it."""
+    b = body_at(world_at(head.world, 0).bodies, f.body)
+    q, v = field(d, QPOS, f.q, 7), field(d, QVEL, f.v, 6)
+    if b.asleep != 0:
+        before = floats(head.start, 1 + f.q, 7)
+        for i in range(7):
+            q[i] = before[i]
+        for i in range(6):
+            v[i] = 0.0
+        return
+    if b.touched == 0:
+        return
+    own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
+    arm = (0.0, 0.0, 0.0)
+    if f.plain == 0:
+        own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
+        arm = turned(own, load(f.offset))
+    velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
+    if b.pressed == 0 and head.lag > 0.0:
+        velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
+        spin = axpy(-head.lag, spin_rate(b), spin)
+    store(q, sub(load(b.position), arm))
+    for i in range(4):
+        q[3 + i] = own[i]
+    store(v, velocity)
+    spin = turned((own[0], -own[1], -own[2], -own[3]), spin)
+    v[3], v[4], v[5] = spin
+
+
+@jit
+def press_free(head, f, arm, force, push_out):
+    """Add a force on a body [N], at an arm [m] from its centre of mass, to the generalised one."""
+    b = body_at(world_at(head.world, 0).bodies, f.body)
+    own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
+    if f.plain == 0:
+        own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
+        arm = add(arm, turned(own, load(f.offset)))
+    moment = turned((own[0], -own[1], -own[2], -own[3]), cross(arm, force))
+    for i in range(3):
+        push_out[f.v + i] += force[i]
+        push_out[f.v + 3 + i] += moment[i]
