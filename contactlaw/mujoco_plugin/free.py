@@ -65,13 +65,15 @@ def is_far(head, f, d):
     new = field(d, QVEL, f.v, 6)
     if not same_as_left(f, q, old):
         return False
-    _, arm = frame_of(f, q)
-    v, spin = load(new), norm((new[3], new[4], new[5]))
-    gained = norm(sub(v, load(old)))
-    spin = max(spin, norm((old[3], old[4], old[5])))
-    b.turned += head.step_size * spin
-    way = norm(sub(add(load(q), arm), load(b.mark))) + b.turned * b.reach
-    return way + head.step_size * (norm(v) + gained + norm(arm) * spin) <= b.margin
+    place, v = load(q), load(new)
+    way = head.step_size * (norm(v) + norm(sub(v, load(old))))
+    if f.plain == 0 or b.reach > 0.0:
+        spin = max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
+        _, arm = frame_of(f, q)
+        place = add(place, arm)
+        b.turned += head.step_size * spin
+        way += b.turned * b.reach + head.step_size * norm(arm) * spin
+    return way + norm(sub(place, load(b.mark))) <= b.margin
 
 
 @jit

@@ -1,0 +1,88 @@
+"""Spheres on shapes that the world has no closed form for: the engine's narrow phase says where they are nearest.
+
+The other shape is a plane of its body, through the point that is nearest to the sphere and across the way there. A
+convex body lies behind this plane: no touch comes sooner, and the plane is placed anew whenever the world looks ahead,
+so that the sphere meets the body where it is.
+"""
+
+from __future__ import annotations
+
+from numba import types
+
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.block import head_at, probe_at
+from contactlaw.mujoco_plugin.free import jit
+from contactlaw.mujoco_plugin.memory import field
+from contactlaw.world.access import body_at, shape_at, world_at
+from contactlaw.world.geometry import centre
+from contactlaw.world.motion import fly
+from contactlaw.world.vec import add, load, norm, scale, store, sub, to_body, to_world
+
+XPOS, XMAT = layout.DATA["geom_xpos"], layout.DATA["geom_xmat"]
+FAR = 1e6  # [m]; how far the engine is asked to look
+
+geom_distance = types.ExternalFunction(
+    "mj_geomDistance", types.float64(types.uintp, types.uintp, types.intc, types.intc, types.float64, types.uintp)
+)
+
+
+def probe(world, now):
+    """Place all such planes where the bodies are at a time [s] of the step."""
+    w = world_at(world, 0)
+    head = head_at(w.host, 0)
+    for i in range(head.probe_count):
+        place(w, head, probe_at(head.probes, i), now)
+
+
+@jit
+def place(w, head, p, now):
+    """Place one plane; where the engine finds no distance, beyond what the sphere may reach."""
+    s, t = shape_at(w.shapes, p.sphere), shape_at(w.shapes, p.plane)
+    a, b = body_at(w.bodies, s.body), body_at(w.bodies, t.body)
+    fly(a, now)
+    fly(b, now)
+    middle = add(load(a.position), centre(s, a))
+    own = add(load(b.position), to_world(b.axes, load(p.at)))
+    put(head, p.geom_a, middle)
+    put(head, p.geom_b, own)
+    turn(head, p, b)
+    ends = head.ends
+    gap = geom_distance(
+        types.uintp(head.model), types.uintp(head.data), int(p.geom_a), int(p.geom_b), FAR, types.uintp(ends.ctypes.data)
+    )
+    way = sub((ends[0], ends[1], ends[2]), (ends[3], ends[4], ends[5]))
+    if gap == 0.0 or gap >= FAR or norm(way) == 0.0:
+        way = sub(middle, own)
+        store(t.normal, to_body(b.axes, scale(1.0 / max(norm(way), 1e-300), way)))
+        store(t.at, load(p.at))
+        return
+    store(t.normal, to_body(b.axes, scale(1.0 / gap, way)))
+    store(t.at, to_body(b.axes, sub((ends[3], ends[4], ends[5]), load(b.position))))
+
+
+@jit
+def put(head, geom, middle):
+    """Tell the engine where a geom is."""
+    store(field(head.data, XPOS, 3 * geom, 3), middle)
+
+
+@jit
+def turn(head, p, b):
+    """Tell the engine how the other shape is turned."""
+    frame = field(head.data, XMAT, 9 * p.geom_b, 9)
+    for i in range(3):
+        for j in range(3):
+            frame[3 * i + j] = 0.0
+            for k in range(3):
+                frame[3 * i + j] += b.axes[3 * i + k] * p.frame[3 * k + j]
+
+
+@jit
+def keep_places(head, out):
+    """Note where the engine has these geoms, shape (count, 15)."""
+    at = 0
+    for i in range(head.probe_count):
+        p = probe_at(head.probes, i)
+        at = copied(field(head.data, XPOS, 3 * p.geom_a, 3), out, at, 1)
+        at = copied(field(head.data, XPOS, 3 * p.geom_b, 3), out, at, 1)
+        at = copied(field(head.data, XMAT, 9 * p.geom_b, 9), out, at, 1)
