@@ -12,7 +12,7 @@ from numba import types
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import head_at, probe_at
 from contactlaw.mujoco_plugin.free import jit
-from contactlaw.mujoco_plugin.memory import field
+from contactlaw.mujoco_plugin.memory import field, floats
 from contactlaw.world.access import body_at, shape_at, world_at
 from contactlaw.world.geometry import centre
 from contactlaw.world.motion import fly
@@ -26,10 +26,10 @@ geom_distance = types.ExternalFunction(
 )
 
 
-def probe(world, now):
-    """Place all such planes where the bodies are at a time [s] of the step."""
-    w = world_at(world, 0)
-    head = head_at(w.host, 0)
+def probe(host, now):
+    """Place all such planes where the bodies are at a time [s] of the step; host: address of the block."""
+    head = head_at(host, 0)
+    w = world_at(head.world, 0)
     for i in range(head.probe_count):
         place(w, head, probe_at(head.probes, i), now)
 
@@ -78,11 +78,25 @@ def turn(head, p, b):
 
 
 @jit
-def keep_places(head, out):
-    """Note where the engine has these geoms, shape (count, 15)."""
-    at = 0
+def exchange(head):
+    """Exchange where the engine has these geoms with what was noted, or the other way round."""
+    kept, at = floats(head.kept, 0, 15 * head.probe_count), 0
     for i in range(head.probe_count):
         p = probe_at(head.probes, i)
-        at = copied(field(head.data, XPOS, 3 * p.geom_a, 3), out, at, 1)
-        at = copied(field(head.data, XPOS, 3 * p.geom_b, 3), out, at, 1)
-        at = copied(field(head.data, XMAT, 9 * p.geom_b, 9), out, at, 1)
+        at = swap(field(head.data, XPOS, 3 * p.geom_a, 3), kept, at)
+        at = swap(field(head.data, XPOS, 3 * p.geom_b, 3), kept, at)
+        at = swap(field(head.data, XMAT, 9 * p.geom_b, 9), kept, at)
+
+
+@jit
+def swap(here, kept, at):
+    """Exchange numbers; returns the place behind them."""
+    for i in range(here.size):
+        here[i], kept[at + i] = kept[at + i], here[i]
+    return at + here.size
+
+
+@lru_cache
+def address_of_probe() -> int:
+    """Address of `probe`, compiled where there are such shapes."""
+    return address_of(probe, PROBE, layout.KEY)

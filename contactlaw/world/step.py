@@ -15,16 +15,18 @@ from functools import lru_cache
 from numba import types
 
 from contactlaw.jit import address_of, jit, jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
+from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
+from contactlaw.world.call import call_probe
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give
 from contactlaw.world.near import list_near, strayed
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import NEVER, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
-from contactlaw.world.touch import release
+from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
+SOON = 1e-6  # of a step, a wait that is none
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
 
 
@@ -64,11 +66,17 @@ def finish(w, dt):
     now = 0.0
     while now < dt:
         if w.stale != 0:
-            list_near(w, now)
+            list_near(w)
+        if w.probe != 0:
+            call_probe(w.probe, w.host, now)
+            follow_tangents(w)
         first, shortest = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
                 break
+            if w.probe != 0 and first > now + SOON * dt:
+                now = first
+                continue
             now = max(now, first)
             shortest = next_impact(w, now)
         until = now + shortest
@@ -113,7 +121,17 @@ def begin(w, dt):
             c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
     if w.stale != 0:
-        list_near(w, 0.0)
+        list_near(w)
+    follow_tangents(w)
+
+
+@jit_inside
+def follow_tangents(w):
+    """Bring closed contacts along with tangent planes that have been placed anew."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:
+            replace(w, contact_at(w.contacts, p.slot))
 
 
 @jit_inside
