@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.world.access import element
-from contactlaw.world.records import VECTOR, Array, Arrays, record
+from contactlaw.world.records import MATRIX, VECTOR, Array, Arrays, record
 
 STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four times a step
 
@@ -32,6 +32,8 @@ HEAD = record(
     token="f8",  # of the state that the world is in
     said="u8",  # address of what has been reported of each contact
     # within a step
+    model="u8", data="u8",
+    kept="u8", ends=("f8", (6,)),  # where the engine has geoms that it is asked about; both nearest points
     start="u8",  # address of the state that it began with: time, coordinates, velocities
     lag="f8",  # [s] by which velocities of the engine are behind its coordinates
     step_size="f8", gravity=VECTOR,
@@ -46,6 +48,13 @@ FREE = record(
     left=("f8", (13,)),  # coordinates and velocities that the last step left it with
 )  # fmt: skip
 """A body that nothing but its contacts holds."""
+
+PROBE = record(
+    geom_a="i8", geom_b="i8",  # a sphere, and what the engine alone can measure
+    sphere="i8", plane="i8",  # shapes of the world
+    at=VECTOR, frame=MATRIX,  # of the latter, along the principal axes of its body
+)
+"""Two geoms that the engine is asked about."""
 
 PLACED = record(body="i8", id="i8")
 """A body that nothing pushes and the user may place: mocap."""
@@ -62,6 +71,7 @@ head_at: Any = element(HEAD)
 free_at: Any = element(FREE)
 placed_at: Any = element(PLACED)
 jointed_at: Any = element(JOINTED)
+probe_at: Any = element(PROBE)
 
 
 def size_of(world: Arrays, *more: Array) -> int:
@@ -84,6 +94,7 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
         return here
 
     arrays = Arrays(*map(moved, world)).bound()
+    arrays.world["host"] = memory.ctypes.data
     head["world"] = arrays.world.ctypes.data
     for name, array in more.items():
         head[name] = moved(array).ctypes.data

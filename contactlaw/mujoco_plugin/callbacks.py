@@ -19,6 +19,7 @@ from contactlaw.mujoco_plugin.free import is_far, jit, note, press_free, read_fr
 from contactlaw.mujoco_plugin.memory import call_step, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
+from contactlaw.mujoco_plugin.probes import exchange
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
 from contactlaw.world.records import CLOSED
 from contactlaw.world.state import pack, unpack
@@ -42,14 +43,19 @@ def block_of(d, instance):
 
 
 @jit
-def move(d, head, w, state):
+def move(m, d, head, w, state):
     """Take the step of the world."""
     find_pressed(w)
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
+    if head.probe_count > 0:
+        head.model, head.data = m, d
+        exchange(head)
     call_step(head.step, head.world, head.step_size)
+    if head.probe_count > 0:
+        exchange(head)
     find_pressed(w)
     for i in range(head.free_count):
         write_free(d, head, free_at(head.frees, i))
@@ -174,7 +180,7 @@ def advance(m, d, instance):
     if state[TOKEN] != head.token:
         take_over(head, w, state)
     if w.nears > 0 or w.stale != 0 or not all_far(d, head):
-        move(d, head, w, state)
+        move(m, d, head, w, state)
     for i in range(head.free_count):
         note(d, free_at(head.frees, i))
 

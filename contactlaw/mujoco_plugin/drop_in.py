@@ -35,9 +35,9 @@ import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of, label
 from contactlaw.mujoco_plugin.spec import add_contact
-from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.pair import ContactPair, ContactWarning
 
 Source = str | bytes | os.PathLike[str]

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import FREE, HEAD, PLACED, STARTS, fill, size_of
+from contactlaw.mujoco_plugin.block import FREE, HEAD, PLACED, PROBE, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
+from contactlaw.mujoco_plugin.probes import address_of_probe
 from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, PLANE, Shape
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.frames import matrix_of, product
-from contactlaw.world.records import SPHERE, Arrays
+from contactlaw.world.records import Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.step import address_of_step
 
@@ -65,6 +66,7 @@ class Model:
         self._placed: list[dict[str, Any]] = []
         self._add_bodies()
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
+        self._probes = [self._add_probe(*pair) for pair in self._measured()]
         for member in self._members:
             ones, twos = ([shape for geom in geoms for shape in self._shapes[geom]] for geoms in member.sets)
             self._world.add_contact(ones, twos, member.contact.pair)
@@ -75,7 +77,7 @@ class Model:
         made = self._world.arrays
         a, b = made.shapes[:, None], made.shapes[None, :]
         meets = (made.groups[a["group"], b["group"]] >= 0) & (a["body"] != b["body"])
-        pairs = int((meets & (a["kind"] == SPHERE) | meets.T & (b["kind"] == SPHERE)).sum())
+        pairs = int((meets & (a["kind"] <= b["kind"])).sum())
         contacts, near = (max(min(pairs, most * made.shapes.size), 1) for most in (NEIGHBOURS, LISTED))
         return with_room(made, near, contacts)
 
@@ -110,9 +112,12 @@ class Model:
             "leads": 1, "own_size": self.state_size, "step": address_of_step(), "report": report,
             "state": addresses[self._members[0].number], "state_size": self._world_size, "nq": self._view.size("nq"),
             "nv": self._view.size("nv"), "free_count": len(self._frees), "placed_count": len(self._placed),
+            "probe_count": len(self._probes),
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value
+        if self._probes:
+            self.arrays.world["probe"] = address_of_probe()
         fill(memory, head, self.arrays, **self._tables)
 
     @cached_property
@@ -122,6 +127,7 @@ class Model:
         return {
             "starts": np.zeros(STARTS * (1 + self._view.size("nq") + nv)), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
+            "probes": with_rows(np.zeros(0, PROBE), self._probes), "kept": np.zeros(15 * len(self._probes)),
             "said": np.zeros(len(self._members), np.int64),
         }  # fmt: skip
 
@@ -183,8 +189,11 @@ class Model:
             self._view.doubles("body_iquat", 4 * count)[4 * body : 4 * body + 4].copy(),
         )
 
-    def _add_shape(self, geom: int) -> list[int]:
-        """Give a geom to its body in the world; returns the shapes that it makes."""
+    def _shape_of(self, geom: int) -> Shape:
+        return next(member.shapes[geom] for member in self._members if geom in member.shapes)
+
+    def _pose_of(self, geom: int) -> Pose:
+        """Where a geom is, from the centre of mass of what carries it, along its principal axes."""
         carrier, pose = self._carriers[geom]
         count = self._view.size("ngeom")
         own = Pose(
@@ -192,17 +201,34 @@ class Model:
             self._view.doubles("geom_quat", 4 * count)[4 * geom : 4 * geom + 4],
         )
         pose = pose.then(own)
-        if self._dofs[carrier]:
-            pose = self._inertial(carrier).inverse().then(pose)
-        shape = next(member.shapes[geom] for member in self._members if geom in member.shapes)
-        return self._shape_in(self._rows[carrier], shape, pose)
+        return self._inertial(carrier).inverse().then(pose) if self._dofs[carrier] else pose
 
-    def _shape_in(self, row: int, shape: Shape, pose: Pose) -> list[int]:
+    def _add_shape(self, geom: int) -> list[int]:
+        """Give a geom to its body in the world; returns the shapes that it makes."""
+        row, shape, pose = self._rows[self._carriers[geom][0]], self._shape_of(geom), self._pose_of(geom)
         axis = matrix_of(pose.turn)[:, 2]
         if shape.type == PLANE:
             return [self._world.add_plane(row, pose.place, axis)]
         if shape.type == CAPSULE:
-            raise NotImplementedError
+            return list(self._world.add_capsule(row, float(shape.size[0]), float(shape.size[1]), pose.place, axis))
         if shape.type == BOX:
-            raise NotImplementedError
-        return [self._world.add_sphere(row, float(shape.size[0]), pose.place)]
+            return [self._world.add_box(row, shape.size, pose.place, pose.turn)]
+        return [self._world.add_sphere(row, float(shape.size[0]), pose.place)] if shape.is_spherical else []
+
+    def _measured(self) -> list[tuple[int, int]]:
+        """Spheres, each with a shape that the engine must measure."""
+        pairs = [pair for member in self._members for pair in member.pairs]
+        pairs = [pair if self._shape_of(pair[0]).is_spherical else pair[::-1] for pair in pairs]
+        return [pair for pair in pairs if not self._shape_of(pair[1]).has_closed_form]
+
+    def _add_probe(self, sphere: int, other: int) -> dict[str, Any]:
+        """Let a sphere touch the plane that is to be placed on another shape."""
+        pose, partner = self._pose_of(other), self._shapes[sphere][0]
+        around = float(self._view.doubles("geom_rbound", self._view.size("ngeom"))[other])
+        row = self._rows[self._carriers[other][0]]
+        plane = self._world.add_tangent(row, partner, float(np.linalg.norm(pose.place)) + around)
+        self._shapes[other].append(plane)
+        return {
+            "geom_a": sphere, "geom_b": other, "sphere": partner, "plane": plane, "at": pose.place,
+            "frame": matrix_of(pose.turn).ravel(),
+        }  # fmt: skip

@@ -7,13 +7,17 @@ so that the sphere meets the body where it is.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from numba import types
 
+from contactlaw.jit import address_of
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import head_at, probe_at
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import field, floats
 from contactlaw.world.access import body_at, shape_at, world_at
+from contactlaw.world.call import PROBE
 from contactlaw.world.geometry import centre
 from contactlaw.world.motion import fly
 from contactlaw.world.vec import add, load, norm, scale, store, sub, to_body, to_world

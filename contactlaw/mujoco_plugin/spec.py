@@ -13,8 +13,7 @@ import numpy as np
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius
-from contactlaw.mujoco_plugin.shapes import native_margin
+from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius, native_margin
 from contactlaw.pair import ContactPair
 
 Geoms = str | mujoco.MjsGeom | Sequence[str | mujoco.MjsGeom]

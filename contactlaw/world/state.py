@@ -1,6 +1,7 @@
 """stub"""
 from contactlaw.jit import jit_inside
 
+
 def size(world):
     return 1
 
