@@ -16,6 +16,7 @@ import numpy as np
 from contactlaw.world.access import element
 from contactlaw.world.records import MATRIX, VECTOR, Array, Arrays, record
 
+TOKEN, PUSH = 0, 1  # of the state: where its parts begin
 STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four times a step
 
 HEAD = record(
@@ -30,6 +31,7 @@ HEAD = record(
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     probes="u8", probe_count="i8",
     token="f8",  # of the state that the world is in
+    geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each contact
     # within a step
     model="u8", data="u8",

@@ -14,15 +14,15 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import c_callback
 from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import STARTS, free_at, head_at, placed_at
+from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, placed_at
 from contactlaw.mujoco_plugin.free import is_far, jit, note, press_free, read_free, write_free
 from contactlaw.mujoco_plugin.memory import call_step, field, floats, inside, place
-from contactlaw.mujoco_plugin.notices import DAMAGED, look_over, notice
+from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
 from contactlaw.mujoco_plugin.probes import exchange
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
 from contactlaw.world.records import CLOSED
-from contactlaw.world.state import pack, unpack
+from contactlaw.world.state import read, write
 from contactlaw.world.vec import load, scale, store
 
 STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
@@ -31,7 +31,6 @@ STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
 TIMESTEP, INTEGRATOR, RUNGE_KUTTA = layout.TIMESTEP, layout.INTEGRATOR, layout.RUNGE_KUTTA
 GRAVITY, DISABLED, NO_GRAVITY = layout.GRAVITY, layout.DISABLED, layout.NO_GRAVITY
 LARGEST = 1e100  # [N], a force that can be computed with
-TOKEN, PUSH = 0, 1  # of the state: where its parts begin
 
 free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
 
@@ -84,7 +83,7 @@ def find_start(m, d, head):
 @jit
 def take_over(head, w, state):
     """Bring the world to a state that its own last step did not leave."""
-    dropped = unpack(w, state[PUSH + head.nv :])
+    dropped = read(w, state[PUSH + head.nv :])
     head.token = state[TOKEN]
     if dropped > 0:
         notice(head, 0, DAMAGED, float(dropped))
@@ -123,8 +122,10 @@ def leave(head, w, state):
             c = contact_at(w.contacts, p.slot)
             press(head, p.body_a, load(c.arm_a), load(c.force), push)
             press(head, p.body_b, load(c.arm_b), scale(-1.0, load(c.force)), push)
-    used = pack(w, state[PUSH + head.nv :])
-    head.token = token_of(state, PUSH + head.nv + used)
+    lost = write(w, state[PUSH + head.nv :])
+    if lost > 0:
+        notice(head, 0, FULL, float(w.contact_room))
+    head.token = token_of(state)
     state[TOKEN] = head.token
 
 
@@ -136,14 +137,16 @@ def press(head, body, arm, force, push_io):
 
 
 @jit
-def token_of(state, size):
-    """A number that tells one state from another; zero where all are zero (FNV-1a, of 52 bits)."""
-    if state[size - 1] == 0.0:
-        return 0.0
+def token_of(state):
+    """A number that tells one state from another; zero where all is zero (FNV-1a over those that are not)."""
     mixed = types.uint64(14695981039346656037)
-    for i in range(1, size):
-        mixed = (mixed ^ types.uint64(whole_at(state.ctypes.data, i))) * types.uint64(1099511628211)
-    return 1.0 + float(mixed >> types.uint64(12))
+    address, some = types.uint64(state.ctypes.data), False
+    for i in range(1, state.size):
+        bits = types.uint64(whole_at(address, i))
+        if bits != types.uint64(0):
+            mixed = (mixed ^ bits) * types.uint64(1099511628211)
+            some = True
+    return 1.0 + float(mixed >> types.uint64(12)) if some else 0.0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)

@@ -58,7 +58,7 @@ def load_model(
         contacts: Each (geoms1, geoms2, pair), as for `add_contact`; geoms are chosen by name, pattern, body or id, see
             `geoms_of`. A fourth entry, a dict, holds settings of this contact alone.
         assets: Included files and assets by name, where the model is text that refers to some.
-        settings: Of `add_contact`, for all contacts: others, substeps, ledger, room.
+        settings: Of `add_contact`, for all contacts: others, substeps.
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
@@ -114,7 +114,7 @@ def save_model(
 
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
-    """Names of the plugin instances in a compiled model, for `contacts_of`, `ledger_of` and `contact_history`."""
+    """Names of the plugin instances in a compiled model, for `contacts_of` and `ledger_of`."""
     numbers = members(layout.ModelView(model._address))
     return [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, number) for number in numbers]
 

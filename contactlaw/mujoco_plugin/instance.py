@@ -35,8 +35,7 @@ def nstate(model: int, number: int) -> int:
     try:
         view = layout.ModelView(model)
         return Model(view).state_size if number == members(view)[0] else 0
-    except Exception:
-        import traceback; traceback.print_exc()  # `init` comes next, fails in the same way and says why
+    except Exception:  # `init` comes next, fails in the same way and says why
         return 0
 
 

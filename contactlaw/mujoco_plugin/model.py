@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import FREE, HEAD, PLACED, PROBE, STARTS, fill, size_of
+from contactlaw.mujoco_plugin.block import FREE, HEAD, PLACED, PROBE, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
 from contactlaw.mujoco_plugin.probes import address_of_probe
 from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, PLANE, Shape
@@ -27,7 +27,6 @@ from contactlaw.world.step import address_of_step
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
 NEIGHBOURS, LISTED = 12, 40  # contacts at once, and near pairs, that there is room for, for each shape
-HEADER = 1  # numbers of the state before the force
 
 
 class Pose(NamedTuple):
@@ -84,7 +83,7 @@ class Model:
     @property
     def state_size(self) -> int:
         """Numbers in plugin_state."""
-        return HEADER + self._view.size("nv") + self._world_size
+        return PUSH + self._view.size("nv") + self._world_size
 
     @property
     def _world_size(self) -> int:
@@ -128,8 +127,12 @@ class Model:
             "starts": np.zeros(STARTS * (1 + self._view.size("nq") + nv)), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
             "probes": with_rows(np.zeros(0, PROBE), self._probes), "kept": np.zeros(15 * len(self._probes)),
-            "said": np.zeros(len(self._members), np.int64),
+            "geoms": self._geom_of_shapes(), "said": np.zeros(len(self._members), np.int64),
         }  # fmt: skip
+
+    def _geom_of_shapes(self) -> NDArray[np.int64]:
+        owners = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
+        return np.array([owners[shape] for shape in range(len(owners))], np.int64)
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
         """The body that moves, is placed, or stands for good, and carries this one; where this one is in its frame."""

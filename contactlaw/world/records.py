@@ -113,9 +113,14 @@ half space, meet round shapes. TANGENT: a plane that is placed anew before each 
 shapes nearest; its pair is always looked at.
 """
 
+LEDGER = 6
+
 PAIR = record(
     radius="f8",  # effective radius of every such contact [m]; zero: that of the shapes
     numbers="i8",  # where its `laws.record.PAIR` begins, and the law's own numbers behind it
+    # of its contacts that have parted: how many touches, greatest overlap [m], strongest normal force [N], time in
+    # contact [s], work of the normal force and of friction on the bodies [J]
+    ledger=("f8", (LEDGER,)),
 )  # fmt: skip
 """Two materials in contact."""
 
@@ -154,7 +159,7 @@ WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
     roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", trees="u8", joints="u8",
-    body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
+    body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
     cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
     substeps="f8",  # of an impact between few bodies
@@ -222,7 +227,7 @@ class Arrays(NamedTuple):
         one = self.world
         for name, array in zip(self._fields[:-1], self[:-1], strict=True):
             one[name] = array.ctypes.data
-        one["body_count"], one["shape_count"] = self.bodies.size, self.shapes.size
+        one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["cells"] = self.grid.size - 3 * self.shapes.size

@@ -108,8 +108,16 @@ def open_up(q, c):
 
 @jit_inside
 def release(w, slot):
-    """Make the slot of a contact free."""
-    contact_at(w.contacts, slot).phase = FREE
+    """Make the slot of a contact free; its ledger goes to that of its pair."""
+    c = contact_at(w.contacts, slot)
+    c.phase = FREE
+    own = pair_at(w.pairs, c.pair).ledger
+    own[0] += c.touches
+    own[1] = max(own[1], c.deepest)
+    own[2] = max(own[2], c.strongest)
+    own[3] += c.duration
+    own[4] += c.normal_work
+    own[5] += c.friction_work
     set_whole(w.spare, w.spares, slot)
     w.spares += 1
 
