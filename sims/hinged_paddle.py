@@ -90,7 +90,7 @@ def in_mujoco(setup: Setup, count: int) -> Iterator[State]:
             engine.mj_step(model, data)
         engine.mj_kinematics(model, data)
         engine.mj_comPos(model, data)
-        rates = data.qvel + mujoco_plugin.owed_velocity(model, data)
+        rates = data.qvel
         turn = data.body("ball").xmat.reshape(3, 3).copy()
         yield data.qpos[1:4].copy(), turn, rates[1:4], turn @ rates[4:], float(data.qpos[0]), float(rates[0])
 

@@ -18,7 +18,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
 from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.world.access import world_at
-from contactlaw.world.records import CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
+from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
 from contactlaw.world.state import read
 
 Array = NDArray[np.float64]
@@ -93,7 +93,8 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
         sign, normal = 1.0, row["normal"].copy()
         if (one, two) not in world.pairs and (two, one) in world.pairs:
             one, two, sign = two, one, -1.0
-        impulse = sign * (row["impulse"] - row["earlier"])
+        sleeps = world.asleep[row["body_a"]] or world.asleep[row["body_b"]]
+        impulse = sign * (dt * row["force"] if sleeps else row["impulse"] - row["earlier"])
         across = row["force"] - (row["force"] @ normal) * normal
         touching = bool(row["phase"] == CLOSED)
         out.append(
@@ -130,6 +131,7 @@ class _View:
         self.pairs = pairs
         world = _at(int(head["world"]), WORLD, 1)[0]
         self.contacts = _at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
+        self.asleep = _at(int(world["bodies"]), BODY, int(world["body_count"]))["asleep"]
         self.ledgers = _at(int(world["pairs"]), PAIR, int(world["pair_count"]))["ledger"]
         self.geoms = _at(int(head["geoms"]), np.dtype(np.int64), int(world["shape_count"]))
 

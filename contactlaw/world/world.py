@@ -55,7 +55,7 @@ class World:
 
     def __init__(
         self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
-        crowd_substeps: float = 60.0, crowd: int = 8, stillness: float = 1e-6,
+        crowd_substeps: float = 60.0, crowd: int = 8, stillness: float = 1e-9,
     ) -> None:  # fmt: skip
         pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
         self.gravity = checks.vector("gravity", pull)

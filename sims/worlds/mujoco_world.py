@@ -126,7 +126,7 @@ class EngineWorld(World):
         model, data = self.model, self.data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        speeds = data.qvel + mujoco_plugin.owed_velocity(model, data) + self._half_step()
+        speeds = data.qvel + self._half_step()
         turns = data.xmat[self._ids].reshape(-1, 3, 3)
         linear = np.array([speeds[dof : dof + 3] for dof in self._dofs]).reshape(-1, 3)
         spins = [

@@ -17,7 +17,7 @@ from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
 from contactlaw import ContactWarning  # noqa: E402
 from contactlaw.kernels.contact import NORMAL, OVERLAP, PHASE, TANGENTIAL  # noqa: E402
 from contactlaw.laws.record import OPEN  # noqa: E402
-from contactlaw.mujoco_plugin import contact_history, contacts_of, owed_velocity  # noqa: E402
+from contactlaw.mujoco_plugin import contacts_of  # noqa: E402
 
 
 def test_history_is_committed_by_steps_alone():
@@ -145,7 +145,7 @@ def test_a_damaged_state_is_dropped_with_a_warning(how):
     mujoco.mj_step(model, data, 20)
     assert data.plugin_state[0] == 1.0 and data.plugin_state.size == 80
     damage(data.plugin_state, how)
-    contacts_of(model, data, name), owed_velocity(model, data)
+    contacts_of(model, data, name)(model, data)
     with pytest.warns(ContactWarning, match="not what a step of this model leaves"):
         mujoco.mj_step(model, data)
     with warnings.catch_warnings(record=True) as said:
