@@ -33,7 +33,7 @@ from contactlaw.world.access import (
 from contactlaw.world.geometry import effective_radius
 from contactlaw.world.near import pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE
-from contactlaw.world.vec import dot, load, store
+from contactlaw.world.vec import dot, load, norm, store
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers: before all contacts; before each one's record; of each body
 RECORD = CONTACT.itemsize
@@ -191,7 +191,10 @@ def admit(w, c, a, b):
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
     t.e_star, t.g_star, t.friction = law.e_star, law.g_star, law.friction
     t.radius = own if own > 0.0 else effective_radius(sa, sb)
-    if not (sound_touch(t) and sound_frame(c)):
+    both = sa.radius + sb.radius
+    arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
+    arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
+    if not (arms and sound_touch(t) and sound_frame(c)):
         return False
     w.spares -= 1
     c.phase = CLOSED
@@ -209,7 +212,7 @@ def sound_touch(t):
     phases = (t.state == OPEN or 1.0 <= t.state <= SPRUNG) and PRESSED <= t.course <= LASTING
     overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and 0.0 <= t.reach
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
-    positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and t.ratio >= 0.0
+    positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
     return phases and overlaps and forces and positive and whole
 
@@ -221,6 +224,12 @@ def sound_frame(c):
     square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
     own = c.touch.force**2 + c.touch.f**2 + c.touch.g**2
     return square and c.interval >= 0.0 and dot(force, force) <= own * (1.0 + UNIT) + 1e-300
+
+
+@jit_inside
+def sound_arm(b, arm, radii):
+    """Whether a point of contact can be this far from a body's centre of mass; of one that nothing moves anything."""
+    return (b.inverse_mass == 0.0 and b.tree == 0) or norm(arm) <= 2.0 * (b.reach + radii)
 
 
 @jit_inside
