@@ -9,8 +9,8 @@ import numpy as np
 from contactlaw.world.coordinates import addresses
 from contactlaw.world.records import (
     BODY,
-    CONTACT,
     BOX,
+    CONTACT,
     NEAR,
     PAIR,
     PLANE,

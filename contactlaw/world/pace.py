@@ -7,11 +7,11 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
+from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
 from contactlaw.world.motion import acceleration_at, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
-from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 

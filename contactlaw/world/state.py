@@ -12,8 +12,6 @@ contact by contact.
 
 from __future__ import annotations
 
-from math import isfinite
-
 from numba import carray
 
 from contactlaw.jit import jit, jit_inside
@@ -37,7 +35,8 @@ from contactlaw.world.vec import dot, load, norm, store
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers: before all contacts; before each one's record; of each body
 RECORD = CONTACT.itemsize
-FROM, LAST = CONTACT.fields["interval"][1], CONTACT.fields["duration"][1]  # all float64 in between
+FIELDS = CONTACT.fields or {}
+FROM, LAST = int(FIELDS["interval"][1]), int(FIELDS["duration"][1])  # all float64 in between
 REST = (LAST - FROM) // 8 + 1
 LARGEST = 1e30  # magnitude of any number, SI units: products of some of them are still finite
 DEEPEST = 10.0  # overlap over the radius
@@ -46,7 +45,7 @@ UNIT = 1e-9  # by which the square of a unit vector may be off
 
 
 def size(contact_room: int, memory_size: int, body_count: int) -> int:
-    """How many float64 the state of a world takes, with room for so many contacts; body_count: with the world itself."""
+    """How many float64 the state of a world takes, with room for so many contacts; the world itself counts as a body."""
     return HEAD + contact_room * (SHAPES + CONTACT_SIZE + REST + memory_size) + SLEEP * body_count
 
 
@@ -117,10 +116,10 @@ def take(row, at, out):
 @jit_inside
 def small(numbers, count):
     """Whether so many numbers are finite, and of a magnitude that leaves their products so."""
+    sound = True
     for i in range(count):
-        if not abs(numbers[i]) <= LARGEST:
-            return False
-    return True
+        sound = sound and abs(numbers[i]) <= LARGEST
+    return sound
 
 
 @jit
@@ -210,7 +209,7 @@ def sound_touch(t):
     """Whether what the law knows of a contact can be true."""
     strongest = STRONGEST * t.e_star * t.radius * t.radius
     phases = (t.state == OPEN or 1.0 <= t.state <= SPRUNG) and PRESSED <= t.course <= LASTING
-    overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and 0.0 <= t.reach
+    overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
     positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)

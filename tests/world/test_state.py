@@ -66,8 +66,10 @@ def eight(timestep: float, restitution: float) -> World:
     """Eight balls in a narrow box."""
     rng = np.random.default_rng(1)
     corners = 0.0252 * np.array([(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
-    return balls(steel_pair(restitution=restitution), corners, 3.0 * rng.normal(size=(8, 3)),
-                 30.0 * rng.normal(size=(8, 3)), planes=box_of_planes(0.055), gravity=9.81, timestep=timestep)  # fmt: skip
+    velocities, spins = 3.0 * rng.normal(size=(8, 3)), 30.0 * rng.normal(size=(8, 3))
+    walls = box_of_planes(0.055)
+    pair = steel_pair(restitution=restitution)
+    return balls(pair, corners, velocities, spins, planes=walls, gravity=9.81, timestep=timestep)
 
 
 def first_closed(make: Callable[[], World]) -> int:
@@ -107,8 +109,10 @@ def test_sleepers_go_on_to_the_bit(timestep: float) -> None:
 
     def make() -> World:
         z = RADIUS + 1e-4
-        return balls(steel_pair(restitution=0.5), [[0, 0, z], [0.2, 0, z], [0.1, 0, z], [-2.0, 0, RADIUS]],
-                     [[0, 0, 0], [0, 0, 0], [0, 0, 0], [3.0, 0, 0]], planes=[FLOOR], gravity=9.81, timestep=timestep)  # fmt: skip
+        places = [[0, 0, z], [0.2, 0, z], [0.1, 0, z], [-2.0, 0, RADIUS]]
+        velocities = [[0, 0, 0], [0, 0, 0], [0, 0, 0], [3.0, 0, 0]]
+        pair = steel_pair(restitution=0.5)
+        return balls(pair, places, velocities, planes=[FLOOR], gravity=9.81, timestep=timestep)
 
     world = make()
     world.step(round(0.55 / timestep))
