@@ -40,8 +40,8 @@ other surfaces; what they lag behind a curved one is an error of first order in 
 besides motion is a row of numbers (`state`).
 
 Read in this order: `records` (what there is), `motion`, `geometry`, `force`, `touch`, `pace`, `window`, `island`,
-`step`, `near` (broad phase), `sleep`, `state`, then `world`, the class; for joints `trees`, `tree_motion` and `chain`. All state
-is in plain arrays of named records.
+`step`, `near` (broad phase), `sleep`, `state`, then `world`, the class; for joints `trees`, `tree_motion` and `chain`.
+All state is in plain arrays of named records.
 """
 
 from contactlaw.world.world import World

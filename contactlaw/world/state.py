@@ -45,7 +45,7 @@ UNIT = 1e-9  # by which the square of a unit vector may be off
 
 
 def size(contact_room: int, memory_size: int, body_count: int) -> int:
-    """How many float64 the state of a world takes, with room for so many contacts; the world itself counts as a body."""
+    """How many float64 a state takes, with room for so many contacts; the world itself is one of the bodies."""
     return HEAD + contact_room * (SHAPES + CONTACT_SIZE + REST + memory_size) + SLEEP * body_count
 
 
