@@ -87,7 +87,8 @@ class Model:
 
     @property
     def _world_size(self) -> int:
-        return state_size(self.arrays)
+        a = self.arrays
+        return state_size(a.contacts.size, a.memory.shape[1], a.bodies.size, a.pairs.size)
 
     def check(self) -> None:
         """See that the law can serve it; its pairs are there only once it is compiled as a whole.

@@ -30,12 +30,13 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.geometry import effective_radius
 from contactlaw.world.near import pair_of
-from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, Arrays
-from contactlaw.world.vec import dot, load, store
+from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
+from contactlaw.world.vec import dot, load, norm, store
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers: before all contacts; before each one's record; of each body
 RECORD = CONTACT.itemsize
-FROM, LAST = CONTACT.fields["interval"][1], CONTACT.fields["duration"][1]  # all float64 in between
+FIELDS = CONTACT.fields or {}
+FROM, LAST = int(FIELDS["interval"][1]), int(FIELDS["duration"][1])  # all float64 in between
 REST = (LAST - FROM) // 8 + 1
 LARGEST = 1e30  # magnitude of any number, SI units: products of some of them are still finite
 DEEPEST = 10.0  # overlap over the radius
@@ -43,10 +44,10 @@ STRONGEST = 1e3  # force over E* R^2
 UNIT = 1e-9  # by which the square of a unit vector may be off
 
 
-def size(world: Arrays) -> int:
-    """How many float64 the state of a world takes."""
-    contact = SHAPES + CONTACT_SIZE + REST + world.memory.shape[1]
-    return HEAD + world.contacts.size * contact + SLEEP * world.bodies.size + LEDGER * world.pairs.size
+def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) -> int:
+    """How many float64 a state takes, with room for so many contacts; the world itself is one of the bodies."""
+    contact = SHAPES + CONTACT_SIZE + REST + memory_size
+    return HEAD + contact_room * contact + SLEEP * body_count + LEDGER * pair_count
 
 
 @jit_inside
@@ -58,7 +59,8 @@ def part(w, slot, offset, count):
 @jit_inside
 def room_of(w, numbers):
     """How many contacts a row has room for."""
-    return (numbers.size - HEAD - SLEEP * w.body_count - LEDGER * w.pair_count) // (SHAPES + CONTACT_SIZE + REST + w.memory_size)
+    left = numbers.size - HEAD - SLEEP * w.body_count - LEDGER * w.pair_count
+    return left // (SHAPES + CONTACT_SIZE + REST + w.memory_size)
 
 
 @jit
@@ -126,10 +128,10 @@ def take(row, at, out):
 @jit_inside
 def small(numbers, count):
     """Whether so many numbers are finite, and of a magnitude that leaves their products so."""
+    sound = True
     for i in range(count):
-        if not abs(numbers[i]) <= LARGEST:
-            return False
-    return True
+        sound = sound and abs(numbers[i]) <= LARGEST
+    return sound
 
 
 @jit
@@ -211,7 +213,10 @@ def admit(w, c, a, b):
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
     t.e_star, t.g_star, t.friction = law.e_star, law.g_star, law.friction
     t.radius = own if own > 0.0 else effective_radius(sa, sb)
-    if not (sound_touch(t) and sound_frame(c)):
+    both = sa.radius + sb.radius
+    arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
+    arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
+    if not (arms and sound_touch(t) and sound_frame(c)):
         return False
     w.spares -= 1
     c.phase = CLOSED
@@ -229,7 +234,7 @@ def sound_touch(t):
     phases = (t.state == OPEN or 1.0 <= t.state <= SPRUNG) and PRESSED <= t.course <= LASTING
     overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
-    positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and t.ratio >= 0.0
+    positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
     return phases and overlaps and forces and positive and whole
 
@@ -241,6 +246,12 @@ def sound_frame(c):
     square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
     own = c.touch.force**2 + c.touch.f**2 + c.touch.g**2
     return square and c.interval >= 0.0 and dot(force, force) <= own * (1.0 + UNIT) + 1e-300
+
+
+@jit_inside
+def sound_arm(b, arm, radii):
+    """Whether a point of contact can be this far from a body's centre of mass; of one that nothing moves anything."""
+    return (b.inverse_mass == 0.0 and b.tree == 0) or norm(arm) <= 2.0 * (b.reach + radii)
 
 
 @jit_inside
