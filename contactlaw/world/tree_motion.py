@@ -15,7 +15,8 @@ from math import ceil
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, tree_at
 from contactlaw.world.call import call_on_tree
-from contactlaw.world.trees import accelerate, clear, copy, place, vector
+from contactlaw.world.tree_kinematics import vector
+from contactlaw.world.trees import accelerate, clear, copy, place
 from contactlaw.world.vec import add, load, norm, scale, store, sub
 
 HOLD = 4  # substeps that M and a are held for
