@@ -86,6 +86,7 @@ TREE = record(
     # within a step
     origin=VECTOR,  # point of the world [m] that its velocities and moments are reckoned at
     hold="i8",  # substeps for which its mass matrix and accelerations still hold
+    held="f8",  # [s] length of these substeps
     stale="i8",  # they do not belong to q and v
     rate="f8",  # [1/s] at which its motion changes, at most
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies

@@ -3,9 +3,10 @@
     flight     Runge-Kutta steps of q' = v, v' = a(q, v), of fourth order
     drift      q <- q + h v + h^2/2 a,  v <- v + h a,  all of the tree's bodies at q
 
-In the leapfrog the mass matrix M and a are held for a few substeps, from the middle of these: what is left out is of
-second order in how far the tree goes in this time. The middle is foreseen with the contact forces that there are, for
-a holds centripetal terms, which jump with v.
+In the leapfrog the mass matrix M and a are held for a few substeps, as they are in the middle of the kicks that end
+these: what is left out is of second order in how far the tree goes in this time. The drift between two such groups has
+the mean of both a. The middle is foreseen with the contact forces that there are, for a holds centripetal terms, which
+jump with v.
 """
 
 from __future__ import annotations
@@ -101,13 +102,17 @@ def drift(b, h):
         one = body_at(t.bodies, i)
         store(one.shift, load(one.position))
         store(one.twist, load(one.spin))
-    if t.hold == 0:
+    v, a, x = vector(t.v, n), vector(t.a, n), vector(t.x, n)
+    before = a
+    if t.hold == 0 or t.held != h:
+        before = vector(t.room + 8 * (t.q_size + n), n)
+        copy(a, before)
         foresee(t, h)
     t.hold -= 1
-    v, a, x = vector(t.v, n), vector(t.a, n), vector(t.x, n)
     for k in range(n):
-        x[k] = h * (v[k] + 0.5 * h * a[k])
-        v[k] += h * a[k]
+        gain = 0.5 * h * (before[k] + a[k])
+        x[k] = h * (v[k] + 0.5 * gain)
+        v[k] += gain
     place(t)
     for i in range(t.count):
         one = body_at(t.bodies, i)
@@ -121,16 +126,17 @@ def drift(b, h):
 
 @jit_inside
 def foresee(t, h):
-    """Find mass matrix and accelerations for the next substeps of h [s], in the middle of them."""
+    """Find mass matrix and accelerations for the next substeps of h [s], as they are amid the kicks that follow these."""
     n = t.v_size
-    t.hold = int(max(min(HOLD, LONGEST_HOLD / h), 1.0))
-    half = 0.5 * h * t.hold
+    t.hold = int(max(min(HOLD, LONGEST_HOLD / h), 1.0)) if t.held == h else 1
+    t.held = h
+    half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.push, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
     copy(q, q0)
     copy(v, v0)
     for k in range(n):
-        change = half * a[k] + 0.5 * (t.hold - 1) * push[k]  # kicks follow drifts
+        change = half * a[k] + 0.5 * t.hold * push[k]
         x[k] = half * (v[k] + 0.5 * change)
         v[k] += change
     place(t)

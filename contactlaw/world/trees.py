@@ -63,6 +63,7 @@ def settle(b):
         accelerate(t)
         t.stale = 0
         t.hold = 0
+        t.held = 0.0
 
 
 def kick(b, arm, impulse):
