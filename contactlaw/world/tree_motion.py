@@ -20,7 +20,7 @@ from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.trees import accelerate, clear, copy, place
 from contactlaw.world.vec import add, load, norm, scale, store, sub
 
-HOLD = 4  # substeps that M and a are held for
+HOLD = 4
 LONGEST_HOLD = 1e-3  # [s]
 LARGEST_TURN = 0.1  # [rad] of a Runge-Kutta step
 
@@ -29,10 +29,11 @@ def fly(b, until):
     """Bring a tree to a time [s] of the step, in free flight."""
     t = tree_at(b.tree, 0)
     left = until - b.time
-    steps = int(max(ceil(abs(left) * t.rate / LARGEST_TURN), 1.0))
-    h = left / steps
-    for _ in range(steps):
+    while left != 0.0:
+        steps = max(ceil(abs(left) * t.rate / LARGEST_TURN), 1.0)
+        h = left / steps
         runge_kutta(t, h)
+        left = left - h if steps > 1.0 else 0.0
     for i in range(t.count):
         body_at(t.bodies, i).time = until
 

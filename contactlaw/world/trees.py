@@ -13,12 +13,12 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import axis_at, body_at, tree_at
+from contactlaw.world.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.call import call_on_tree
 from contactlaw.world.motion import LEAST_MOBILITY, lightness
 from contactlaw.world.tree_dynamics import ascend, project
 from contactlaw.world.tree_kinematics import spread_velocity, vector
-from contactlaw.world.vec import load, norm
+from contactlaw.world.vec import load, norm, sub
 
 
 @jit_inside
@@ -50,7 +50,12 @@ def accelerate(t):
     t.pull = 0.0
     for i in range(t.count):
         b = body_at(t.bodies, i)
-        t.rate = max(t.rate, norm(load(b.spin)) + sqrt(norm(load(b.turning))))
+        spin = load(b.spin)
+        rate = norm(spin) + sqrt(norm(load(b.turning)))
+        before = link_at(t.links, i).parent
+        if before >= 0:
+            rate += norm(sub(spin, load(body_at(t.bodies, before).spin)))
+        t.rate = max(t.rate, rate)
         t.pull = max(t.pull, norm(load(b.acceleration)))
 
 
