@@ -88,7 +88,8 @@ TREE = record(
     hold="i8",  # substeps for which its mass matrix and accelerations still hold
     held="f8",  # [s] length of these substeps
     stale="i8",  # they do not belong to q and v
-    rate="f8",  # [1/s] at which its motion changes, at most
+    rate="f8",  # [1/s] at which its bodies turn, at most
+    fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
 )  # fmt: skip
 """Bodies that joints hold together, a tree with generalised coordinates."""

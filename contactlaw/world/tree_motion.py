@@ -30,7 +30,7 @@ def fly(b, until):
     t = tree_at(b.tree, 0)
     left = until - b.time
     while left != 0.0:
-        steps = max(ceil(abs(left) * t.rate / LARGEST_TURN), 1.0)
+        steps = max(ceil(abs(left) * t.fold / LARGEST_TURN), 1.0)
         h = left / steps
         runge_kutta(t, h)
         left = left - h if steps > 1.0 else 0.0

@@ -47,15 +47,15 @@ def accelerate(t):
     """The mass matrix and the accelerations at q and v; how fast they change."""
     call_on_tree(t.accelerate, t)
     t.rate = 0.0
+    t.fold = 0.0
     t.pull = 0.0
     for i in range(t.count):
         b = body_at(t.bodies, i)
-        spin = load(b.spin)
-        rate = norm(spin) + sqrt(norm(load(b.turning)))
+        spin, own = load(b.spin), sqrt(norm(load(b.turning)))
         before = link_at(t.links, i).parent
-        if before >= 0:
-            rate += norm(sub(spin, load(body_at(t.bodies, before).spin)))
-        t.rate = max(t.rate, rate)
+        fold = norm(sub(spin, load(body_at(t.bodies, before).spin))) if before >= 0 else 0.0
+        t.rate = max(t.rate, norm(spin) + own)
+        t.fold = max(t.fold, norm(spin) + own + fold)
         t.pull = max(t.pull, norm(load(b.acceleration)))
 
 
