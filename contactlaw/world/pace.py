@@ -9,7 +9,7 @@ from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
-from contactlaw.world.motion import acceleration_at, jerk, mobility_between, rate, velocity_at
+from contactlaw.world.motion import acceleration_at, decay, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, SPHERE
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
@@ -127,7 +127,9 @@ def substep(w, c, a, b, substeps):
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
     if t.overlap > 0.0 and hardly_moves(c):
         substeps = max(substeps / FEW, 20.0)
-    return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    slowing = decay(a) + decay(b)
+    return longest if slowing * longest <= 1.0 else 1.0 / slowing
 
 
 @jit_inside

@@ -65,7 +65,7 @@ BODY = record(
 
 TREE = record(
     # addresses of what moves it, see `trees` and `tree_motion`
-    fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8",
+    fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8", press="u8", rest="u8",
     move="u8",  # q <- q moved by x; its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies: a run of rows
@@ -81,6 +81,7 @@ TREE = record(
     push="u8",  # (v_size,), what contacts have changed v by since its last substep
     factor="u8",  # (v_size, v_size), see `tree_dynamics`
     room="u8",  # q_size + 3 v_size
+    kept="u8",  # q_size + v_size, coordinates and forces that it fell asleep with
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where they begin in `Arrays.joints`
     # within a step
@@ -91,6 +92,9 @@ TREE = record(
     rate="f8",  # [1/s] at which its bodies turn, at most
     fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
+    decay="f8",  # [1/s] at which damping may slow a velocity, at most
+    lag="f8",  # [s] that damping comes behind its velocity, see `tree_motion`
+    disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
 """Bodies that joints hold together, a tree with generalised coordinates."""
 
@@ -199,7 +203,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     one = dict.fromkeys(("v", "a", "f", "d", "v_f", "x", "push"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v} | own
+    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v, "kept": q + v} | own
 
 
 class Arrays(NamedTuple):

@@ -77,6 +77,7 @@ def begin(w, dt):
             settle(b)
         if b.asleep != 0 and disturbed(b):
             wake_body(b, 0.0)
+            settle(b)
         follow(b)
         moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
