@@ -19,6 +19,7 @@ from math import ceil
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, tree_at
 from contactlaw.world.call import call_on_tree
+from contactlaw.world.tree_dynamics import decay
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.trees import accelerate, clear, copy, place
 from contactlaw.world.vec import add, load, norm, scale, store, sub
@@ -34,6 +35,7 @@ def fly(b, until):
     """Bring a tree to a time [s] of the step, in free flight."""
     t = tree_at(b.tree, 0)
     left = until - b.time
+    t.decay = decay(t)
     longest = abs(left) / max(min(ceil(abs(left) * t.decay / LARGEST_DECAY), STIFF), 1.0)
     while left != 0.0:
         steps = max(ceil(abs(left) * t.fold / LARGEST_TURN), ceil(abs(left) / longest - 1e-6))

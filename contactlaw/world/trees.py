@@ -46,7 +46,6 @@ def place(t):
 def accelerate(t):
     """The mass matrix and the accelerations at q and v; how fast they change."""
     call_on_tree(t.accelerate, t)
-    t.decay = decay(t)
     t.rate = 0.0
     t.fold = 0.0
     t.pull = 0.0
@@ -72,6 +71,7 @@ def settle(b):
         clear(vector(t.x, t.v_size))
         place(t)
         accelerate(t)
+        t.decay = decay(t)
         t.stale = 0
         t.hold = 0
         t.held = 0.0
