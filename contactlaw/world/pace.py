@@ -10,7 +10,7 @@ from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
-from contactlaw.world.motion import acceleration_at, jerk, mobility_between, rate, velocity_at
+from contactlaw.world.motion import acceleration_at, decay, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
@@ -89,7 +89,9 @@ def radius_of(w, p):
 @jit_inside
 def touch_time(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
-    mass = 1.0 / (body_at(w.bodies, p.body_a).inverse_mass + body_at(w.bodies, p.body_b).inverse_mass)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    _, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
     push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
@@ -119,7 +121,9 @@ def substep(w, c, a, b, substeps):
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
     if t.overlap > 0.0 and hardly_moves(c):
         substeps = max(substeps / FEW, 20.0)
-    return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    slowing = decay(a) + decay(b)
+    return longest if slowing * longest <= 1.0 else 1.0 / slowing
 
 
 @jit_inside

@@ -18,7 +18,7 @@ from contactlaw.jit import address_of, jit, jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
 from contactlaw.world.call import call_probe
 from contactlaw.world.island import integrate
-from contactlaw.world.motion import fly, give
+from contactlaw.world.motion import fly, give, settle
 from contactlaw.world.near import list_near, strayed
 from contactlaw.world.records import NEVER, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
@@ -105,8 +105,11 @@ def begin(w, dt):
         b.touched = 0
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
+        if b.tree != 0 and b.member == 0:
+            settle(b)
         if b.asleep != 0 and disturbed(b):
             wake_body(b, 0.0)
+            settle(b)
         follow(b)
         moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
