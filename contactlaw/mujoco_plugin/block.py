@@ -63,7 +63,9 @@ PLACED = record(body="i8", id="i8")
 
 JOINTED = record(
     tree="i8",  # in the world
-    q="i8", q_size="i8", v="i8", v_size="i8",
+    q="i8", v="i8",  # where its coordinates and velocities begin
+    base="i8",  # number in the model of the body that it hangs on
+    left="u8",  # address of the coordinates and velocities that the last step left it with
 )  # fmt: skip
 """Bodies that joints hold: a kinematic tree."""
 
@@ -87,6 +89,7 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
     memory: bytes (size,), which stay where they are.
     """
     at = HEAD.itemsize
+    left = more.pop("left")
 
     def moved(array: Array) -> Array:
         nonlocal at
@@ -98,8 +101,10 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
     arrays = Arrays(*map(moved, world)).bound()
     arrays.world["host"] = memory.ctypes.data
     head["world"] = arrays.world.ctypes.data
-    for name, array in more.items():
-        head[name] = moved(array).ctypes.data
+    places = {name: moved(array) for name, array in more.items()}
+    for name, array in places.items():
+        head[name] = array.ctypes.data
+    places["trees"]["left"] += moved(left).ctypes.data
     memory[: HEAD.itemsize].view(HEAD)[:] = head
 
 

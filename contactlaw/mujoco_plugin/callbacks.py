@@ -14,8 +14,9 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import c_callback
 from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, placed_at
+from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, jointed_at, placed_at
 from contactlaw.mujoco_plugin.free import is_far, jit, note, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.jointed import note_jointed, press_jointed, read_jointed, write_jointed
 from contactlaw.mujoco_plugin.memory import call_step, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
@@ -47,6 +48,8 @@ def move(m, d, head, w, state):
     find_pressed(w)
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
+    for i in range(head.tree_count):
+        read_jointed(d, head, jointed_at(head.trees, i))
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
     if head.probe_count > 0:
@@ -58,6 +61,8 @@ def move(m, d, head, w, state):
     find_pressed(w)
     for i in range(head.free_count):
         write_free(d, head, free_at(head.frees, i))
+    for i in range(head.tree_count):
+        write_jointed(d, head, jointed_at(head.trees, i))
     look_over(head, w)
     leave(head, w, state)
 
@@ -134,6 +139,10 @@ def press(head, body, arm, force, push_io):
     """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised one."""
     if 0 < body <= head.free_count:
         press_free(head, free_at(head.frees, body - 1), arm, force, push_io)
+        return
+    b = body_at(world_at(head.world, 0).bodies, body)
+    if b.tree != 0:
+        press_jointed(head, b, arm, force, push_io)
 
 
 @jit
@@ -186,6 +195,8 @@ def advance(m, d, instance):
         move(m, d, head, w, state)
     for i in range(head.free_count):
         note(d, free_at(head.frees, i))
+    for i in range(head.tree_count):
+        note_jointed(d, head, jointed_at(head.trees, i))
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)

@@ -33,7 +33,7 @@ _NUMBERS: dict[str, Any] = {
 
 DATA_FIELDS = (
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
-    "qfrc_constraint", "xfrc_applied", "xpos", "xquat", "geom_xpos", "geom_xmat",
+    "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "xfrc_applied", "xpos", "xquat", "geom_xpos", "geom_xmat",
 )  # fmt: skip
 MODEL_FIELDS = (
     "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat", "geom_rbound",

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import mujoco
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import FREE, HEAD, PLACED, PROBE, PUSH, STARTS, fill, size_of
+from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PROBE, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
 from contactlaw.mujoco_plugin.probes import address_of_probe
 from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, PLANE, Shape
@@ -23,6 +24,7 @@ from contactlaw.world.frames import matrix_of, product
 from contactlaw.world.records import Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.step import address_of_step
+from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -60,7 +62,10 @@ class Model:
         self._owner = view.ints("geom_bodyid", view.size("ngeom"))
         self._carriers = {geom: self._carrier(int(self._owner[geom])) for geom in geoms}
         self._world = World(gravity=0.0, substeps=max(member.contact.substeps for member in self._members))
-        self._rows: dict[int, int] = {}
+        self._rows: dict[int, int] = {}  # of the world, counted without itself
+        self._frames: dict[int, Pose] = {}  # of bodies that move: their frames, from the centre of mass
+        self._trees: list[dict[str, Any]] = []
+        self._left = 0  # numbers of what the last step left of trees
         self._frees: list[dict[str, Any]] = []
         self._placed: list[dict[str, Any]] = []
         self._add_bodies()
@@ -112,7 +117,7 @@ class Model:
             "leads": 1, "own_size": self.state_size, "step": address_of_step(), "report": report,
             "state": addresses[self._members[0].number], "state_size": self._world_size, "nq": self._view.size("nq"),
             "nv": self._view.size("nv"), "free_count": len(self._frees), "placed_count": len(self._placed),
-            "probe_count": len(self._probes),
+            "probe_count": len(self._probes), "tree_count": len(self._trees),
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value
@@ -128,6 +133,7 @@ class Model:
             "starts": np.zeros(STARTS * (1 + self._view.size("nq") + nv)), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
             "probes": with_rows(np.zeros(0, PROBE), self._probes), "kept": np.zeros(15 * len(self._probes)),
+            "trees": with_rows(np.zeros(0, JOINTED), self._trees), "left": np.zeros(self._left),
             "geoms": self._geom_of_shapes(), "said": np.zeros(len(self._members), np.int64),
         }  # fmt: skip
 
@@ -149,6 +155,8 @@ class Model:
         for body in carriers:
             if self._dofs[body] and self._is_free(body):
                 self._add_free(body)
+        for root in dict.fromkeys(self._root(body) for body in carriers if self._dofs[body] and body not in self._rows):
+            self._add_tree(root)
         for body in carriers:
             if self._mocap[body] >= 0:
                 self._rows[body] = self._world.add_body(np.inf, 1.0)
@@ -178,12 +186,41 @@ class Model:
         inertia = view.doubles("body_inertia", 3 * count)[3 * body : 3 * body + 3]
         joint = int(view.ints("body_jntadr", count)[body])
         row = self._world.add_body(float(view.doubles("body_mass", count)[body]), inertia)
-        self._rows[body] = row
+        self._rows[body], self._frames[body] = row, pose.inverse()
         self._frees.append({
             "body": row + 1, "id": body, "q": int(view.ints("jnt_qposadr", view.size("njnt"))[joint]),
             "v": int(self._first_dof[body]), "offset": pose.place, "frame": pose.turn,
             "plain": bool((pose.place == 0.0).all() and (pose.turn == UNIT).all()),
         })  # fmt: skip
+
+    def _root(self, body: int) -> int:
+        """The first body of a kinematic tree."""
+        root = body
+        while body:
+            root = body if self._dofs[body] else root
+            body = int(self._parent[body])
+        return root
+
+    def _add_tree(self, root: int) -> None:
+        """Bodies that joints hold together, welded ones among them."""
+        bodies = [body for body in range(root, self._parent.size) if self._hangs_on(body, root)]
+        view, (count, joints, dofs) = self._view, (self._view.size(name) for name in ("nbody", "njnt", "nv"))
+        whole = {"body_parentid": count, "body_jntnum": count, "body_jntadr": count, "jnt_type": joints,
+                 "jnt_qposadr": joints, "jnt_dofadr": joints}  # fmt: skip
+        real = {"body_pos": (count, 3), "body_quat": (count, 4), "body_ipos": (count, 3), "body_iquat": (count, 4),
+                "body_mass": (count,), "body_inertia": (count, 3), "jnt_pos": (joints, 3), "jnt_axis": (joints, 3),
+                "qpos0": (view.size("nq"),), "dof_armature": (dofs,), "dof_damping": (dofs,)}  # fmt: skip
+        arrays = {name: view.ints(name, size) for name, size in whole.items()}
+        arrays |= {name: view.doubles(name, int(np.prod(shape))).reshape(shape) for name, shape in real.items()}
+        rows = TreeRows(SimpleNamespace(**arrays), bodies)
+        tree, made = self._world.add_tree_of(rows)
+        for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
+            self._rows[body], self._frames[body] = made[row], Pose(at, turn)
+        self._trees.append({
+            "tree": tree, "q": int(rows.q_of[0]), "v": int(rows.v_of[0]), "base": int(self._parent[root]),
+            "left": 8 * self._left,
+        })  # fmt: skip
+        self._left += rows.q_of.size + rows.v_of.size
 
     def _inertial(self, body: int) -> Pose:
         """Centre of mass and principal axes of a body in its frame."""
@@ -205,7 +242,7 @@ class Model:
             self._view.doubles("geom_quat", 4 * count)[4 * geom : 4 * geom + 4],
         )
         pose = pose.then(own)
-        return self._inertial(carrier).inverse().then(pose) if self._dofs[carrier] else pose
+        return self._frames[carrier].then(pose) if carrier in self._frames else pose
 
     def _add_shape(self, geom: int) -> list[int]:
         """Give a geom to its body in the world; returns the shapes that it makes."""

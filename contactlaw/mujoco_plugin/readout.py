@@ -18,7 +18,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
 from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.world.access import world_at
-from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, SHAPE, WORLD
+from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 from contactlaw.world.state import read
 
 Array = NDArray[np.float64]

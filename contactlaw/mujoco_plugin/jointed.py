@@ -1,0 +1,112 @@
+"""Bodies that joints hold: a kinematic tree from mjData to the world, and back.
+
+All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
+springs, actuators, limits and other constraints. They stay what they are within the step, but for damping, which goes
+with the velocities. How velocities are read and handed back is told in `free`.
+"""
+
+from __future__ import annotations
+
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.block import jointed_at
+from contactlaw.mujoco_plugin.free import jit
+from contactlaw.mujoco_plugin.memory import field, floats
+from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
+from contactlaw.world.call import call_with_body
+from contactlaw.world.vec import add, cross, dot, load, store, sub
+
+SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
+    layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
+)
+
+
+@jit
+def read_jointed(d, head, j):
+    """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
+    w = world_at(head.world, 0)
+    t = tree_at(w.trees, j.tree)
+    q, v = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size)
+    start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
+    left = floats(j.left, 0, t.q_size + t.v_size)
+    smooth, bias = field(d, SMOOTH, j.v, t.v_size), field(d, BIAS, j.v, t.v_size)
+    held, given = field(d, CONSTRAINED, j.v, t.v_size), floats(head.given, j.v, t.v_size)
+    f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
+    store(t.gravity, load(head.gravity))
+    if j.base != 0:
+        store(t.base, load(field(d, XPOS, 3 * j.base, 3)))
+        turn = field(d, XQUAT, 4 * j.base, 4)
+        for i in range(4):
+            t.base_turn[i] = turn[i]
+    for i in range(t.q_size):
+        if start[i] != left[i]:
+            w.stale = 1
+        q[i] = start[i]
+    pressed = False
+    for i in range(t.count):
+        pressed = pressed or body_at(t.bodies, i).pressed != 0
+    for i in range(t.v_size):
+        if rates[i] != left[t.q_size + i]:
+            w.stale = 1
+        v[i] = v_f[i] = rates[i]
+        f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
+    first = body_at(t.bodies, 0)
+    t.stale = 1
+    call_with_body(t.settle, first)
+    if first.asleep == 0 and not pressed and head.lag > 0.0:
+        a = floats(t.a, 0, t.v_size)
+        for i in range(t.v_size):
+            v[i] += head.lag * a[i]
+        t.stale = 1
+        call_with_body(t.settle, first)
+
+
+@jit
+def write_jointed(d, head, j):
+    """Put a tree of which a body was touched where the world has it."""
+    t = tree_at(world_at(head.world, 0).trees, j.tree)
+    touched, pressed, asleep = False, False, body_at(t.bodies, 0).asleep != 0
+    for i in range(t.count):
+        b = body_at(t.bodies, i)
+        touched = touched or b.touched != 0
+        pressed = pressed or b.pressed != 0
+    if not (touched or asleep):
+        return
+    lag = 0.0
+    if not (pressed or asleep) and head.lag > 0.0:
+        call_with_body(t.settle, body_at(t.bodies, 0))
+        lag = head.lag
+    q, v, a = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
+    place, rates = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size)
+    for i in range(t.q_size):
+        place[i] = q[i]
+    for i in range(t.v_size):
+        rates[i] = 0.0 if asleep else v[i] - lag * a[i]
+
+
+@jit
+def note_jointed(d, head, j):
+    """Keep how a tree was left."""
+    t = tree_at(world_at(head.world, 0).trees, j.tree)
+    q, v, left = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size), floats(j.left, 0, t.q_size + t.v_size)
+    for i in range(t.q_size):
+        left[i] = q[i]
+    for i in range(t.v_size):
+        left[t.q_size + i] = v[i]
+
+
+@jit
+def press_jointed(head, b, arm, force, push_io):
+    """Add a force on a body of a tree [N], at an arm [m] from its centre of mass, to the generalised one."""
+    t = tree_at(b.tree, 0)
+    first = 0
+    for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        if tree_at(world_at(head.world, 0).trees, j.tree).bodies == t.bodies:
+            first = j.v
+    link = link_at(t.links, b.member)
+    moment = cross(add(sub(load(b.position), load(t.origin)), arm), force)
+    k = link.first_axis + link.axes - 1
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        push_io[first + k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
+        k = axis.before
