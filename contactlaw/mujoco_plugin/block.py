@@ -52,9 +52,12 @@ FREE = record(
 """A body that nothing but its contacts holds."""
 
 PROBE = record(
-    geom_a="i8", geom_b="i8",  # a sphere, and what the engine alone can measure
-    sphere="i8", plane="i8",  # shapes of the world
-    at=VECTOR, frame=MATRIX,  # of the latter, along the principal axes of its body
+    geom_a="i8",
+    geom_b="i8",  # a sphere, and what the engine alone can measure
+    sphere="i8",
+    plane="i8",  # shapes of the world
+    at=VECTOR,
+    frame=MATRIX,  # of the latter, along the principal axes of its body
 )
 """Two geoms that the engine is asked about."""
 

@@ -36,7 +36,8 @@ DATA_FIELDS = (
     "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "xfrc_applied", "xpos", "xquat", "geom_xpos", "geom_xmat",
 )  # fmt: skip
 MODEL_FIELDS = (
-    "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat", "geom_rbound",
+    "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat",
+    "geom_rbound",
     "geom_contype", "geom_conaffinity", "body_parentid", "body_rootid", "body_pos", "body_quat", "body_ipos",
     "body_iquat", "body_mass", "body_subtreemass", "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum",
     "body_dofadr", "body_dofnum", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0",

@@ -52,7 +52,12 @@ def place(w, head, p, now):
     turn(head, p, b)
     ends = head.ends
     gap = geom_distance(
-        types.uintp(head.model), types.uintp(head.data), int(p.geom_a), int(p.geom_b), FAR, types.uintp(ends.ctypes.data)
+        types.uintp(head.model),
+        types.uintp(head.data),
+        int(p.geom_a),
+        int(p.geom_b),
+        FAR,
+        types.uintp(ends.ctypes.data),
     )
     way = sub((ends[0], ends[1], ends[2]), (ends[3], ends[4], ends[5]))
     if gap == 0.0 or gap >= FAR or norm(way) == 0.0:

@@ -130,7 +130,9 @@ class World:
     def add_tree_of(self, rows: TreeRows) -> tuple[int, list[int]]:
         """The same of records, which an engine's adapter has; the tree is nowhere until it is placed."""
         bodies = [self.add_body(float(link["mass"]), link["inertia"]) for link in rows.links]
-        arrays = self._arrays = with_tree(self.arrays, rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity})
+        arrays = self._arrays = with_tree(
+            self.arrays, rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
+        )
         rows.write(arrays, arrays.trees.size - 1)
         return arrays.trees.size - 1, bodies
 
