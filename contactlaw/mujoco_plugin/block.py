@@ -32,7 +32,8 @@ HEAD = record(
     probes="u8", probe_count="i8",
     token="f8",  # of the state that the world is in
     geoms="u8",  # address of the geom that each shape of the world is
-    said="u8",  # address of what has been reported of each contact
+    said="u8",  # address of what has been reported of each instance
+    instances="u8",  # address of the instance that each pair of the world belongs to
     # within a step
     model="u8", data="u8",
     kept="u8", ends=("f8", (6,)),  # where the engine has geoms that it is asked about; both nearest points
@@ -52,13 +53,11 @@ FREE = record(
 """A body that nothing but its contacts holds."""
 
 PROBE = record(
-    geom_a="i8",
-    geom_b="i8",  # a sphere, and what the engine alone can measure
-    sphere="i8",
-    plane="i8",  # shapes of the world
-    at=VECTOR,
-    frame=MATRIX,  # of the latter, along the principal axes of its body
-)
+    geom_a="i8", geom_b="i8",  # what is round, and what the engine alone can measure
+    sphere="i8", plane="i8",  # shapes of the world
+    middle=VECTOR, line=VECTOR,  # middle of the former and half of its middle line, along the axes of its body
+    at=VECTOR, frame=MATRIX,  # of the latter, along those of its
+)  # fmt: skip
 """Two geoms that the engine is asked about."""
 
 PLACED = record(body="i8", id="i8")

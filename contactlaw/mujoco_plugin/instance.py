@@ -71,6 +71,11 @@ def report(number: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData."""
     if code == notices.DEEP:
         text = f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right"
+    elif code == notices.UNCLEAR_RADIUS:
+        text = (
+            f"touching at an edge or the side of a capsule, with R = {value:.3g} m taken from the ball or capsule; "
+            "give the pair its radius"
+        )
     elif code == notices.DAMAGED:
         text = (
             f"the part of plugin_state that is the law's is not what a step of this model leaves: {value:.0f} "

@@ -101,8 +101,12 @@ class Member:
         return {geom: self.shape(geom) for geoms in self.sets for geom in geoms}
 
 
-def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bool]) -> None:
-    """Each pair belongs to one instance, can move, and has no contact by the engine itself; moves: whether a geom does.
+def check(
+    view: layout.ModelView, known: list[Member], moves: Callable[[int], bool], is_free: Callable[[int], bool]
+) -> None:
+    """Each pair belongs to one instance, can move, and has no contact by the engine itself.
+
+    moves, is_free: whether a geom does, and whether it does so with a free joint.
 
     Raises:
         ValueError: Not so; the message names the geoms.
@@ -119,7 +123,7 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
             seen.add((min(one, two), max(one, two)))
             for shape in shapes:
                 check_measurable(shape)
-            check_served(*shapes)
+            check_served(*shapes, is_free(one) or is_free(two))
             effective_radius(*shapes, member.contact.pair.radius)
             moving = moving or moves(one) or moves(two)
             if native.is_on(one, two):

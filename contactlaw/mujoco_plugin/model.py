@@ -70,10 +70,13 @@ class Model:
         self._placed: list[dict[str, Any]] = []
         self._add_bodies()
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
-        self._probes = [self._add_probe(*pair) for pair in self._measured()]
-        for member in self._members:
+        self._instances: list[int] = []  # of each pair of the world
+        for number, member in enumerate(self._members):
             ones, twos = ([shape for geom in geoms for shape in self._shapes[geom]] for geoms in member.sets)
-            self._world.add_contact(ones, twos, member.contact.pair)
+            if ones and twos:
+                self._world.add_contact(ones, twos, member.contact.pair)
+                self._instances.append(number)
+        self._probes = [self._add_probe(*entry) for entry in self._measured()]
 
     @cached_property
     def arrays(self) -> Arrays:
@@ -101,7 +104,11 @@ class Model:
         Raises:
             ValueError: It cannot; the message names the geoms.
         """
-        check(self._view, self._members, lambda geom: self._dofs[self._carriers[geom][0]] > 0)
+        free = {row["id"] for row in self._frees}
+        carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
+        check(
+            self._view, self._members, lambda geom: self._dofs[carriers[geom]] > 0, lambda geom: carriers[geom] in free
+        )
         if self._view.size("npluginstate") < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
@@ -132,9 +139,10 @@ class Model:
         return {
             "starts": np.zeros(STARTS * (1 + self._view.size("nq") + nv)), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
-            "probes": with_rows(np.zeros(0, PROBE), self._probes), "kept": np.zeros(15 * len(self._probes)),
+            "probes": with_rows(np.zeros(0, PROBE), self._probes), "kept": np.zeros(24 * len(self._probes)),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "left": np.zeros(self._left),
-            "geoms": self._geom_of_shapes(), "said": np.zeros(len(self._members), np.int64),
+            "geoms": self._geom_of_shapes(), "instances": np.array(self._instances, np.int64),
+            "said": np.zeros(len(self._members), np.int64),
         }  # fmt: skip
 
     def _geom_of_shapes(self) -> NDArray[np.int64]:
@@ -256,20 +264,25 @@ class Model:
             return [self._world.add_box(row, shape.size, pose.place, pose.turn)]
         return [self._world.add_sphere(row, float(shape.size[0]), pose.place)] if shape.is_spherical else []
 
-    def _measured(self) -> list[tuple[int, int]]:
-        """Spheres, each with a shape that the engine must measure."""
-        pairs = [pair for member in self._members for pair in member.pairs]
-        pairs = [pair if self._shape_of(pair[0]).is_spherical else pair[::-1] for pair in pairs]
-        return [pair for pair in pairs if not self._shape_of(pair[1]).has_closed_form]
+    def _measured(self) -> list[tuple[int, int, int]]:
+        """Instances, and round shapes of theirs each with one that the engine must measure."""
+        pairs = [(number, *pair) for number, member in enumerate(self._members) for pair in member.pairs]
+        pairs = [(k, a, b) if self._shape_of(a).is_round else (k, b, a) for k, a, b in pairs]
+        return [(k, a, b) for k, a, b in pairs if not self._shape_of(b).has_closed_form]
 
-    def _add_probe(self, sphere: int, other: int) -> dict[str, Any]:
-        """Let a sphere touch the plane that is to be placed on another shape."""
-        pose, partner = self._pose_of(other), self._shapes[sphere][0]
+    def _add_probe(self, instance: int, one: int, other: int) -> dict[str, Any]:
+        """Let a sphere, that of a capsule at its nearest point, touch a plane that is to be placed on another shape."""
+        pose, own, shape = self._pose_of(other), self._pose_of(one), self._shape_of(one)
         around = float(self._view.doubles("geom_rbound", self._view.size("ngeom"))[other])
-        row = self._rows[self._carriers[other][0]]
-        plane = self._world.add_tangent(row, partner, float(np.linalg.norm(pose.place)) + around)
+        sphere = self._world.add_sphere(self._rows[self._carriers[one][0]], float(shape.size[0]), own.place)
+        row, reach = self._rows[self._carriers[other][0]], float(np.linalg.norm(pose.place)) + around
+        plane = self._world.add_tangent(row, sphere, reach)
+        self._world.add_contact(sphere, plane, self._members[instance].contact.pair)
+        self._instances.append(instance)
+        self._shapes[one].append(sphere)
         self._shapes[other].append(plane)
+        half = 0.0 if shape.is_spherical else float(shape.size[1])
         return {
-            "geom_a": sphere, "geom_b": other, "sphere": partner, "plane": plane, "at": pose.place,
-            "frame": matrix_of(pose.turn).ravel(),
+            "geom_a": one, "geom_b": other, "sphere": sphere, "plane": plane, "at": pose.place,
+            "frame": matrix_of(pose.turn).ravel(), "middle": own.place, "line": half * matrix_of(own.turn)[:, 2],
         }  # fmt: skip

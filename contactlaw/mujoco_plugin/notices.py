@@ -5,29 +5,49 @@ from __future__ import annotations
 from contactlaw.memory import call_report
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.pair import DEEPEST
-from contactlaw.world.access import contact_at, near_at, set_whole, whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
+from contactlaw.world.records import BOX, SEGMENT
+from contactlaw.world.vec import load, to_body
 
-DEEP, FULL, DAMAGED = 1, 2, 4
+DEEP, FULL, DAMAGED, UNCLEAR_RADIUS = 1, 2, 4, 8
+ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
 
 
 @jit
-def notice(head, contact, code, value):
-    """Tell Python of a contact of the model, the first time."""
-    said = whole_at(head.said, contact)
+def notice(head, instance, code, value):
+    """Tell Python of an instance, the first time."""
+    said = whole_at(head.said, instance)
     if said & code == 0:
-        set_whole(head.said, contact, said | code)
-        call_report(head.report, contact, code, value)
+        set_whole(head.said, instance, said | code)
+        call_report(head.report, instance, code, value)
 
 
 @jit
 def look_over(head, w):
-    """Tell of overlaps beyond Hertz, and of contacts that there was no room for."""
+    """Tell of overlaps beyond Hertz, of radii that are not clear, and of contacts that there was no room for."""
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.slot >= 0:
-            c = contact_at(w.contacts, p.slot)
-            if c.deepest > DEEPEST * c.touch.radius:
-                notice(head, c.pair, DEEP, c.deepest / c.touch.radius)
+        if p.slot < 0:
+            continue
+        c = contact_at(w.contacts, p.slot)
+        if c.deepest > DEEPEST * c.touch.radius:
+            notice(head, whole_at(head.instances, c.pair), DEEP, c.deepest / c.touch.radius)
+        if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+            notice(head, whole_at(head.instances, c.pair), UNCLEAR_RADIUS, c.touch.radius)
     if w.lost > 0:
         notice(head, 0, FULL, float(w.contact_room))
         w.lost = 0
+
+
+@jit
+def is_clear(w, c):
+    """Whether two shapes touch where they have one radius: not at the side of a capsule or the edge of a box."""
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    if sa.kind == SEGMENT or sb.kind == SEGMENT:
+        return False
+    if sb.kind != BOX:
+        return True
+    n, clear = to_body(body_at(w.bodies, c.body_b).axes, load(c.normal)), False
+    for i in range(3):
+        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALONG
+    return clear

@@ -1,8 +1,8 @@
-"""Spheres on shapes that the world has no closed form for: the engine's narrow phase says where they are nearest.
+"""Round shapes on others that the world has no closed form for: the engine's narrow phase says where they are nearest.
 
 The other shape is a plane of its body, through the point that is nearest to the sphere and across the way there. A
 convex body lies behind this plane: no touch comes sooner, and the plane is placed anew whenever the world looks ahead,
-so that the sphere meets the body where it is.
+so that the sphere meets the body where it is. A capsule is the sphere around the nearest point of its middle line.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import field, floats
 from contactlaw.world.access import body_at, shape_at, world_at
 from contactlaw.world.call import PROBE
-from contactlaw.world.geometry import centre
 from contactlaw.world.motion import fly
-from contactlaw.world.vec import add, load, norm, scale, store, sub, to_body, to_world
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, tangent, to_body, to_world
 
 XPOS, XMAT = layout.DATA["geom_xpos"], layout.DATA["geom_xmat"]
 FAR = 1e6  # [m]; how far the engine is asked to look
@@ -45,10 +44,12 @@ def place(w, head, p, now):
     a, b = body_at(w.bodies, s.body), body_at(w.bodies, t.body)
     fly(a, now)
     fly(b, now)
-    middle = add(load(a.position), centre(s, a))
+    middle = add(load(a.position), to_world(a.axes, load(p.middle)))
     own = add(load(b.position), to_world(b.axes, load(p.at)))
-    put(head, p.geom_a, middle)
-    put(head, p.geom_b, own)
+    half = to_world(a.axes, load(p.line))
+    store(field(head.data, XPOS, 3 * p.geom_a, 3), middle)
+    store(field(head.data, XPOS, 3 * p.geom_b, 3), own)
+    point_along(field(head.data, XMAT, 9 * p.geom_a, 9), half)
     turn(head, p, b)
     ends = head.ends
     gap = geom_distance(
@@ -59,20 +60,28 @@ def place(w, head, p, now):
         FAR,
         types.uintp(ends.ctypes.data),
     )
-    way = sub((ends[0], ends[1], ends[2]), (ends[3], ends[4], ends[5]))
+    foot = (ends[3], ends[4], ends[5])
+    if dot(half, half) > 0.0:
+        along = max(min(dot(sub(foot, middle), half) / dot(half, half), 1.0), -1.0)
+        store(s.at, axpy(along, load(p.line), load(p.middle)))
+        middle = axpy(along, half, middle)
+    # from the middle, not from the other end: where the two surfaces touch, these are one point
+    way = sub(middle, foot)
     if gap == 0.0 or gap >= FAR or norm(way) == 0.0:
-        way = sub(middle, own)
-        store(t.normal, to_body(b.axes, scale(1.0 / max(norm(way), 1e-300), way)))
-        store(t.at, load(p.at))
-        return
-    store(t.normal, to_body(b.axes, scale(1.0 / gap, way)))
-    store(t.at, to_body(b.axes, sub((ends[3], ends[4], ends[5]), load(b.position))))
+        foot, way = own, sub(middle, own)
+    store(t.normal, to_body(b.axes, scale(1.0 / max(norm(way), 1e-300), way)))
+    store(t.at, to_body(b.axes, sub(foot, load(b.position))))
 
 
 @jit
-def put(head, geom, middle):
-    """Tell the engine where a geom is."""
-    store(field(head.data, XPOS, 3 * geom, 3), middle)
+def point_along(frame_out, half):
+    """Turn a geom so that its third axis is that of a capsule; how a sphere is turned makes no difference."""
+    if dot(half, half) > 0.0:
+        e = scale(1.0 / norm(half), half)
+        u = tangent(e)
+        v = cross(e, u)
+        for i in range(3):
+            frame_out[3 * i], frame_out[3 * i + 1], frame_out[3 * i + 2] = u[i], v[i], e[i]
 
 
 @jit
@@ -89,11 +98,12 @@ def turn(head, p, b):
 @jit
 def exchange(head):
     """Exchange where the engine has these geoms with what was noted, or the other way round."""
-    kept, at = floats(head.kept, 0, 15 * head.probe_count), 0
+    kept, at = floats(head.kept, 0, 24 * head.probe_count), 0
     for i in range(head.probe_count):
         p = probe_at(head.probes, i)
         at = swap(field(head.data, XPOS, 3 * p.geom_a, 3), kept, at)
         at = swap(field(head.data, XPOS, 3 * p.geom_b, 3), kept, at)
+        at = swap(field(head.data, XMAT, 9 * p.geom_a, 9), kept, at)
         at = swap(field(head.data, XMAT, 9 * p.geom_b, 9), kept, at)
 
 

@@ -87,7 +87,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     number, world = _world(model, data, name)
     dt = float(model.opt.timestep)
     out = []
-    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.contacts["pair"] == number)]
+    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
     for row in rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]:
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal = 1.0, row["normal"].copy()
@@ -109,8 +109,9 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """The account of an instance; arguments and errors as for `contacts_of`."""
     number, world = _world(model, data, name)
-    touches, deepest, strongest, duration, normal, across = world.ledgers[number]
-    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.contacts["pair"] == number)]
+    own = world.ledgers[world.instances == number]
+    (touches, _, _, duration, normal, across), (_, deepest, strongest, *_) = own.sum(0), own.max(0)
+    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
     return Ledger(
         int(touches + rows["touches"].sum()), float(max([deepest, *rows["deepest"]])),
         float(max([strongest, *rows["strongest"]])), float(duration + rows["duration"].sum()),
@@ -133,6 +134,7 @@ class _View:
         self.contacts = _at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
         self.asleep = _at(int(world["bodies"]), BODY, int(world["body_count"]))["asleep"]
         self.ledgers = _at(int(world["pairs"]), PAIR, int(world["pair_count"]))["ledger"]
+        self.instances = _at(int(head["instances"]), np.dtype(np.int64), len(self.ledgers))
         self.geoms = _at(int(head["geoms"]), np.dtype(np.int64), int(world["shape_count"]))
 
 

@@ -96,11 +96,12 @@ SERVED = (
 )
 
 
-def check_served(one: Shape, two: Shape) -> None:
+def check_served(one: Shape, two: Shape, free: bool = False) -> None:
     """Refuse two shapes that do not touch as a ball does, in one point each, whatever radius they are given.
 
     A flat face, a cylinder or an edge would be taken for a ball and sink in, or be thrown up by forces at one corner
-    that the others do not know of.
+    that the others do not know of. free: whether one of them is free to turn every way; a capsule then strikes what the
+    engine measures with one end after the other, and at a time only one is seen.
 
     Raises:
         ValueError: They are such.
@@ -109,10 +110,11 @@ def check_served(one: Shape, two: Shape) -> None:
         return
     if one.is_round or two.is_round:
         other = two if one.is_round else one
-        if other.is_flat:
+        if other.is_flat or not free:
             return
         raise ValueError(
-            f"{one.label} on {two.label}: a capsule touches a {other.type_name} in more than one point; {SERVED}"
+            f"{one.label} on {two.label}, one of them free: a capsule that tumbles touches a {other.type_name} in more "
+            f"than one point; {SERVED} (a capsule on other shapes if neither has a free joint)"
         )
     raise ValueError(f"{one.label} on {two.label}: they touch along a face or edge, not in one point; {SERVED}")
 

@@ -31,6 +31,7 @@ from contactlaw.world.access import (
 from contactlaw.world.geometry import effective_radius
 from contactlaw.world.near import pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
+from contactlaw.world.touch import enter
 from contactlaw.world.vec import dot, load, norm, store
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers: before all contacts; before each one's record; of each body
@@ -105,7 +106,11 @@ def write(w, out):
             out[at + 1 + j] = b.held[j] if sleeps else 0.0
         at += SLEEP
     for i in range(w.pair_count):
-        at = copy(pair_at(w.pairs, i).ledger, out, at)
+        copy(pair_at(w.pairs, i).ledger, out, at + LEDGER * i)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0 and p.closed == 0:
+            enter(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
     return lost
 
 

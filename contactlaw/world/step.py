@@ -120,11 +120,13 @@ def begin(w, dt):
         if p.slot >= 0 and p.closed == 0:
             release(w, p.slot)
             p.slot = -1
-        elif p.slot >= 0:
-            c = contact_at(w.contacts, p.slot)
-            store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0:
+            c = contact_at(w.contacts, p.slot)
+            store(c.earlier, load(c.impulse))
     follow_tangents(w)
 
 

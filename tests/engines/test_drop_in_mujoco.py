@@ -205,13 +205,13 @@ def test_neighbours_in_a_chain_may_touch_if_just_these_two_are_asked_for():
 
 
 def test_settings_are_of_all_contacts_or_of_one():
-    contacts = [("body:ball", "floor", PAIR), (["upper", "lower"], "floor", PAIR, {"ledger": False})]
-    model = load_model(SCENE, contacts, ledger=True)
+    contacts = [("body:ball", "floor", PAIR), (["upper", "lower"], "floor", PAIR, {"substeps": 9})]
+    with pytest.raises(ValueError, match=r"contacts\[1\]: substeps = 9"):
+        load_model(SCENE, contacts)
+    model = load_model(SCENE, contacts[:1] + [(*contacts[1][:3], {"substeps": 50})], substeps=200)
     ball, arm = instances_of(model)
     data = mujoco.MjData(model)
     assert ledger_of(model, data, ball).impacts == 0 and contacts_of(model, data, arm) == []
-    with pytest.raises(ValueError, match="keeps no ledger"):
-        ledger_of(model, data, arm)
 
 
 def test_what_a_model_repeats_can_be_named():

@@ -1,7 +1,5 @@
 """Many contacts in MuJoCo: chains, spinning balls, sets of geoms, heaps, readouts, ledgers."""
 
-import warnings
-
 import numba
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ mujoco = pytest.importorskip("mujoco")
 if numba.config.DISABLE_JIT:
     pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
-from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, steel_pair  # noqa: E402
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, steel_pair  # noqa: E402
 
 from contactlaw import ContactPair, rebound  # noqa: E402
 from contactlaw.mujoco_plugin import add_contact, contacts_of, ledger_of  # noqa: E402
@@ -144,7 +142,7 @@ def test_sets_are_what_the_pairs_by_hand_are():
 def test_a_set_survives_copies_xml_and_attachment():
     names = ["ball0", "ball1"]
     spec = balls([[0, 0, 1.2 * RADIUS], [0, 0, 3.4 * RADIUS]], 2e-3, 9.81, floor=True)
-    add_contact(spec, names, [*names, "floor"], steel_pair(), ledger=True, substeps=50)
+    add_contact(spec, names, [*names, "floor"], steel_pair(), substeps=50)
 
     def run(spec):
         model = spec.compile()
@@ -178,7 +176,7 @@ def test_a_heap_comes_to_rest_and_weighs_what_its_balls_weigh():
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 1500)
     v = (data.qvel).reshape(-1, 6)[:, :3]
-    assert np.abs(v - [0, 0, 9.81e-3]).max() < 5e-3
+    assert np.abs(v).max() < 5e-3
     floor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")
     lift = sum(contact.force[2] for contact in contacts_of(model, data, name) if contact.geom2 == floor)
     lift += sum(c.force[2] for c in contacts_of(model, data, name) if floor not in (c.geom1, c.geom2)
@@ -196,7 +194,7 @@ def test_a_bounce_is_read_out(swapped):
     body.add_freejoint()
     body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
     geoms = ("floor", "ball") if swapped else ("ball", "floor")
-    name = add_contact(spec, *geoms, pair, ledger=True)
+    name = add_contact(spec, *geoms, pair)
     model = spec.compile()
     data = mujoco.MjData(model)
     data.qvel[:3] = [0.1, 0.05, -1.0]
@@ -212,15 +210,8 @@ def test_a_bounce_is_read_out(swapped):
     assert ledger.impacts == 1
     assert ledger.greatest_overlap == pytest.approx(known.greatest_overlap(MASS, 1.0), rel=1e-3)
     assert ledger.greatest_force == pytest.approx(known.greatest_force(MASS, 1.0), rel=1e-2)
-    assert ledger.time_in_contact == pytest.approx(known.contact_duration(MASS, 1.0), rel=0.15)  # to the last overlap
+    assert ledger.time_in_contact == pytest.approx(known.contact_duration(MASS, 1.0), rel=0.02)
     assert ledger.normal_work == pytest.approx(0.5 * MASS * (1.0 - 0.8**2), rel=1e-2)
-
-
-def test_a_ledger_must_be_asked_for():
-    spec, name = ball_on_floor(steel_pair())
-    model = spec.compile()
-    with pytest.raises(ValueError, match="keeps no ledger"):
-        ledger_of(model, mujoco.MjData(model), name)
 
 
 @pytest.mark.parametrize(
@@ -228,7 +219,6 @@ def test_a_ledger_must_be_asked_for():
     [
         ({"substeps": 5}, "substeps = 5: must be an integer >= 10"),
         ({"substeps": 20.5}, "substeps = 20.5"),
-        ({"room": 0}, "room = 0: must be an integer >= 1"),
     ],
 )
 def test_bad_settings_are_refused(arguments, said):
@@ -242,17 +232,3 @@ def test_sets_without_a_pair_are_refused():
     spec = balls([[0, 0, 0], [1, 0, 0]])
     with pytest.raises(ValueError, match="not empty"):
         add_contact(spec, [], "ball1", steel_pair())
-
-
-def test_too_little_room_is_said():
-    places = [[2 * RADIUS * i - 1e-6 * i, 0, 0] for i in range(6)]
-    names = [f"ball{i}" for i in range(6)]
-    spec = balls(places)
-    add_contact(spec, names, names, steel_pair(), room=2)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        mujoco.mj_step(model, data, 2)
-    assert any("room" in str(w.message) for w in caught)
-    assert np.isfinite(data.qvel).all()
