@@ -1,18 +1,16 @@
-"""Bodies and shapes: ids checked, shapes read, their curvature, and how the kernels see them."""
+"""Bodies and shapes: ids checked, shapes read, their curvature, and what they are to the world."""
 
 from __future__ import annotations
 
 import operator
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import sqrt
 from typing import Any
 
 import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
-from contactlaw.kernels.touch import BALL, BOX, CAPSULE, OTHER, PLANE
 from contactlaw.pair import ContactPair
 
 Array = NDArray[np.float64]
@@ -37,7 +35,6 @@ SHAPE_NAMES = {
 }
 FLAT = ("plane", "box")
 ROUND = ("sphere", "capsule")
-EVERYWHERE = 1e300  # [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,26 +44,36 @@ class Side:
     Attributes:
         body, link: PyBullet's ids.
         shape: "sphere", "box", ...; "compound" where the link has several shapes.
-        kind, size: The same as `kernels.touch` reads it: a kind and up to three sizes [m].
-        bound: Radius of a sphere around the shape's centre that holds all of it [m].
-        position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3).
+        size: Radius [m] of a sphere; radius and half length of a capsule.
+        position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3); a plane's normal
+            is its third axis.
     """
 
     body: int
     link: int
     shape: str
-    kind: float
-    size: tuple[float, float, float]
-    bound: float
+    size: tuple[float, ...]
     position: Array
     rotation: Array
 
     @property
-    def curvature(self) -> float | None:
-        """1/radius where the shape has one radius of its own [1/m], 0 for flat ones; None: the pair must give it."""
-        if self.shape in FLAT:
-            return 0.0
-        return 1.0 / self.size[0] if self.shape in ROUND else None
+    def spheres(self) -> list[tuple[float, Array]]:
+        """Radius and centre, in the body's inertial frame, of what it is to the world: a capsule is its two ends."""
+        if self.shape == "sphere":
+            return [(self.size[0], self.position)]
+        if self.shape == "capsule":
+            return [(self.size[0], self.position + end * self.size[1] * self.rotation[:, 2]) for end in (-1.0, 1.0)]
+        return []
+
+    @property
+    def planes(self) -> list[tuple[Array, Array]]:
+        """Point and normal likewise."""
+        return [(self.position, self.rotation[:, 2])] if self.shape == "plane" else []
+
+    @property
+    def measured(self) -> bool:
+        """Whether PyBullet must say where it is nearest."""
+        return not self.spheres and not self.planes
 
     @property
     def key(self) -> Key:
@@ -75,7 +82,7 @@ class Side:
 
     @property
     def rank(self) -> int:
-        """The rounder, the less: the kernels want the rounder of two as A, and a plane as B."""
+        """The rounder, the less."""
         return {"sphere": 0, "capsule": 1, "plane": 3}.get(self.shape, 2)
 
     def __str__(self) -> str:
@@ -134,24 +141,17 @@ def read_side(client: int, which: str, body: Any, link: Any) -> Side:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
     kind, size, _, position, orientation = shapes[0][2:7]
     name = SHAPE_NAMES.get(kind, f"shape of type {kind}") if len(shapes) == 1 else "compound"
-    return _side(client, body, link, name, size, np.array(position), rotation(orientation))
+    return _side(body, link, name, size, np.array(position), rotation(orientation))
 
 
-def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
+def _side(body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
     if name == "sphere":
-        return Side(body, link, name, BALL, (size[0], 0.0, 0.0), size[0], position, turn)
+        return Side(body, link, name, (size[0],), position, turn)
     if name == "capsule":  # (length without the caps, radius)
-        half = 0.5 * size[0]
-        return Side(body, link, name, CAPSULE, (size[1], half, 0.0), half + size[1], position, turn)
+        return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
     if name == "plane":  # its normal, in the shape's frame
-        return Side(body, link, name, PLANE, (0.0, 0.0, 0.0), EVERYWHERE, position, turn @ turn_to(np.array(size)))
-    if name == "box":  # full widths
-        x, y, z = 0.5 * size[0], 0.5 * size[1], 0.5 * size[2]
-        return Side(body, link, name, BOX, (x, y, z), sqrt(x * x + y * y + z * z), position, turn)
-    centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
-    corners = np.array(p.getAABB(body, link, client))
-    bound = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
-    return Side(body, link, name, OTHER, (0.0, 0.0, 0.0), bound, np.zeros(3), np.eye(3))
+        return Side(body, link, name, (), position, turn @ turn_to(np.array(size)))
+    return Side(body, link, name, (), position, turn)
 
 
 def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
@@ -194,23 +194,27 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     raise ValueError(f"{what} touch along a face or edge, not in one point; {SERVED}")
 
 
-def effective_radius(pair: ContactPair, a: Side, b: Side) -> float:
-    """R [m]: the pair's, or from the shapes, of which one is round: 1/R = 1/R_A + 1/R_B.
+def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
+    """Refuse two shapes of which one has no radius of its own where the pair gives none.
 
     Raises:
-        ValueError: A shape has no radius of its own, and the pair gives none.
+        ValueError: They are such.
     """
-    if pair.radius is not None:
-        return pair.radius
-    total = 0.0
     for name, side in (("a", a), ("b", b)):
-        if side.curvature is None:
+        if pair.radius is None and side.shape not in FLAT + ROUND:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
                 f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
             )
-        total += side.curvature
-    return 1.0 / total
+
+
+def coordinates(client: int, body: int) -> int:
+    """How many coordinates a body with its links has."""
+    count = 6 if p.getDynamicsInfo(body, BASE, client)[0] > 0.0 else 0
+    sizes = {p.JOINT_SPHERICAL: 3, p.JOINT_REVOLUTE: 1, p.JOINT_PRISMATIC: 1}
+    return count + sum(
+        sizes.get(p.getJointInfo(body, joint, client)[2], 0) for joint in range(p.getNumJoints(body, client))
+    )
 
 
 def rotation(quaternion: tuple[float, ...]) -> Array:

@@ -18,7 +18,7 @@ from numba.extending import intrinsic
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
-from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, TREE
+from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, TREE, WORLD
 
 
 def element(dtype: np.dtype) -> Any:
@@ -67,6 +67,7 @@ near_at: Any = element(NEAR)
 contact_at: Any = element(CONTACT)
 law_at: Any = element(LAW)
 tree_at: Any = element(TREE)
+world_at: Any = element(WORLD)
 
 whole_at: Any = intrinsic(_whole)
 """Element of an array of int64."""

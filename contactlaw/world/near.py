@@ -71,7 +71,7 @@ def list_near(w, now):
             if (levels >> level) & 1:
                 around(w, i, level, smallest * 2.0**level, cells)
     for slot in range(w.contact_room):
-        if contact_at(w.contacts, slot).phase != FREE and contact_at(w.contacts, slot).near < 0:
+        if contact_at(w.contacts, slot).phase == CLOSED and contact_at(w.contacts, slot).near < 0:
             release(w, slot)
     w.lists += 1
     w.stale = 0

@@ -52,6 +52,7 @@ BODY = record(
     still="i8",  # nothing moves it within this step
     asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
     changed="i8",  # its velocity is no longer what was foreseen
+    touched="i8",  # a contact has kicked it
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
     island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
     # broad phase
@@ -131,7 +132,7 @@ CONTACT = record(
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     force=VECTOR,  # force on A [N]
     # ledger, since the touch
-    impulse=VECTOR,  # on A [N s]
+    impulse=VECTOR, earlier=VECTOR,  # on A [N s]; what it was when the step began
     normal_work="f8", friction_work="f8",  # done on the bodies [J]: what is lost has a minus
     deepest="f8", strongest="f8", duration="f8",  # [m], [N], [s]
     touches="i8",

@@ -14,6 +14,7 @@ from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 ZERO = (0.0, 0.0, 0.0)
+SAME = 1e-12  # of an acceleration, a change that is none
 
 
 @jit_inside
@@ -114,7 +115,12 @@ def wake_body(b, now):
 
 @jit_inside
 def disturbed(b):
-    """Whether a body that sleeps was given a velocity, or is pressed otherwise than when it fell asleep."""
-    change = sub(load(b.acceleration), load(b.held))
+    """Whether a body that sleeps was given a velocity, or is pressed otherwise than when it fell asleep.
+
+    What an engine says of one and the same force may differ by rounding. `held` may be NaN, which differs from all.
+    """
+    held = load(b.held)
+    change = sub(load(b.acceleration), held)
     moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
-    return moving != 0.0 or dot(change, change) != 0.0 or dot(load(b.torque), load(b.torque)) != 0.0
+    same = dot(change, change) <= SAME * SAME * dot(held, held)
+    return moving != 0.0 or not same or dot(load(b.torque), load(b.torque)) != 0.0

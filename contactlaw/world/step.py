@@ -11,11 +11,11 @@ fly           all bodies to the end of the step
 from __future__ import annotations
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.world.access import body_at, near_at, whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, whole_at
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give
 from contactlaw.world.near import list_near, strayed
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import NEVER, PARTED
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
@@ -71,6 +71,7 @@ def begin(w, dt):
         b = body_at(w.bodies, i)
         b.time = 0.0
         b.changed = 1
+        b.touched = 0
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
         if b.asleep != 0 and disturbed(b):
@@ -80,11 +81,13 @@ def begin(w, dt):
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
         if strayed(b, dt):
             w.stale = 1
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.slot >= 0 and p.closed == 0:
-            release(w, p.slot)
-            p.slot = -1
+    for slot in range(w.contact_room if w.spares < w.contact_room else 0):
+        c = contact_at(w.contacts, slot)
+        if c.phase == PARTED:
+            if c.near >= 0:
+                near_at(w.near, c.near).slot = -1
+            release(w, slot)
+        store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w, 0.0)
 

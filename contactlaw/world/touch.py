@@ -81,6 +81,7 @@ def clear(c):
     c.normal_work = 0.0
     c.friction_work = 0.0
     store(c.impulse, (0.0, 0.0, 0.0))
+    store(c.earlier, (0.0, 0.0, 0.0))
 
 
 @jit_inside
@@ -181,6 +182,8 @@ def force_of(c):
 def apply_force(c, a, b, time):
     """Kick both bodies with the force of a contact for a time [s], equal and opposite, at one point."""
     impulse = scale(time, load(c.force))
+    a.touched = 1
+    b.touched = 1
     kick(a, load(c.arm_a), impulse)
     kick(b, load(c.arm_b), scale(-1.0, impulse))
     store(c.impulse, add(load(c.impulse), impulse))
