@@ -12,11 +12,12 @@ import pybullet as p
 from contactlaw.pybullet_callback.contact import Contact, Couple
 from contactlaw.pybullet_callback.exchange import HEAD, JOB, MOTION, ROW, press, receive
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.shapes import BASE, Key, Side
+from contactlaw.pybullet_callback.shapes import Key
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.frames import ALIKE
 from contactlaw.world.records import FREE, Arrays
+from contactlaw.world.shapes import tangent
 from contactlaw.world.step import step
 
 PACKED = struct.Struct(f"{MOTION.itemsize // 8}d")
@@ -54,7 +55,7 @@ class Scene:
         self.shapes: dict[Any, list[int]] = {}
         self.measured: list[Measured] = []
         for key in self.keys:
-            self.shapes[key] = self._add(sides[key], self.world.add_body(np.inf, 1.0))
+            self.shapes[key] = sides[key].add_to(self.world, self.world.add_body(np.inf, 1.0))
         for contact in contacts.values():
             self._let_touch(contact)
         self.couples: dict[frozenset[int], tuple[int, Couple]] = {
@@ -72,21 +73,17 @@ class Scene:
             self._take_over(old)
         self._offset = {name: int(ROW.fields[name][1]) for name in ("before", "after")}  # type: ignore[index]
 
-    def _add(self, side: Side, body: int) -> list[int]:
-        return [self.world.add_sphere(body, radius, at) for radius, at in side.spheres] + [
-            self.world.add_plane(body, at, normal) for at, normal in side.planes
-        ]
-
     def _let_touch(self, contact: Contact) -> None:
         """Sets meet as sets; what PyBullet must measure has a plane for each sphere that may touch it."""
         plain = [couple for couple in contact.couples if not couple.measured]
         for couple in contact.couples:
             if couple.measured:
-                ball, other = couple.sides
-                for sphere in self.shapes[ball.key]:
-                    plane = self.world.add_plane(self.row[other.key], (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-                    self.world.add_contact(sphere, plane, contact.pair)
-                    self.measured.append(Measured(ball, other, sphere, plane))
+                one, other = couple.sides
+                ends = self.shapes[one.key][-2:]  # of a capsule, without its side
+                row = self.row[other.key]
+                planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
+                self.world.add_contact(ends, planes, contact.pair)
+                self.measured.append(Measured(one, other, self.row[one.key], row, ends, planes))
         if plain:
             sets = ({s for couple in plain for s in self.shapes[couple.ends[end].key]} for end in (0, 1))
             self.world.add_contact(*sets, contact.pair)

@@ -12,6 +12,8 @@ import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
+from contactlaw.world import World
+from contactlaw.world.frames import quaternion_of
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]
@@ -47,6 +49,7 @@ class Side:
         size: Radius [m] of a sphere; radius and half length of a capsule.
         position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3); a plane's normal
             is its third axis.
+        reach: How far from the centre of mass what must be measured may be [m].
     """
 
     body: int
@@ -55,25 +58,23 @@ class Side:
     size: tuple[float, ...]
     position: Array
     rotation: Array
-
-    @property
-    def spheres(self) -> list[tuple[float, Array]]:
-        """Radius and centre, in the body's inertial frame, of what it is to the world: a capsule is its two ends."""
-        if self.shape == "sphere":
-            return [(self.size[0], self.position)]
-        if self.shape == "capsule":
-            return [(self.size[0], self.position + end * self.size[1] * self.rotation[:, 2]) for end in (-1.0, 1.0)]
-        return []
-
-    @property
-    def planes(self) -> list[tuple[Array, Array]]:
-        """Point and normal likewise."""
-        return [(self.position, self.rotation[:, 2])] if self.shape == "plane" else []
+    reach: float = 0.0
 
     @property
     def measured(self) -> bool:
         """Whether PyBullet must say where it is nearest."""
-        return not self.spheres and not self.planes
+        return self.shape not in FLAT + ROUND
+
+    def add_to(self, world: World, body: int) -> list[int]:
+        """Fix it to a body of the world; returns the shapes that it makes."""
+        axis = self.rotation[:, 2]
+        if self.shape == "sphere":
+            return [world.add_sphere(body, self.size[0], self.position)]
+        if self.shape == "capsule":
+            return list(world.add_capsule(body, *self.size, self.position, axis))
+        if self.shape == "box":
+            return [world.add_box(body, self.size, self.position, quaternion_of(self.rotation))]
+        return [world.add_plane(body, self.position, axis)] if self.shape == "plane" else []
 
     @property
     def key(self) -> Key:
@@ -141,17 +142,22 @@ def read_side(client: int, which: str, body: Any, link: Any) -> Side:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
     kind, size, _, position, orientation = shapes[0][2:7]
     name = SHAPE_NAMES.get(kind, f"shape of type {kind}") if len(shapes) == 1 else "compound"
-    return _side(body, link, name, size, np.array(position), rotation(orientation))
+    return _side(client, body, link, name, size, np.array(position), rotation(orientation))
 
 
-def _side(body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
+def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
     if name == "sphere":
         return Side(body, link, name, (size[0],), position, turn)
     if name == "capsule":  # (length without the caps, radius)
         return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
     if name == "plane":  # its normal, in the shape's frame
         return Side(body, link, name, (), position, turn @ turn_to(np.array(size)))
-    return Side(body, link, name, (), position, turn)
+    if name == "box":  # full lengths
+        return Side(body, link, name, tuple(0.5 * np.array(size)), position, turn)
+    centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
+    corners = np.array(p.getAABB(body, link, client))
+    reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
+    return Side(body, link, name, (), position, turn, reach)
 
 
 def _identity(name: str, value: Any, allowed: Any, what: str) -> int:

@@ -10,10 +10,12 @@ from contactlaw.world.coordinates import addresses
 from contactlaw.world.records import (
     BODY,
     CONTACT,
+    BOX,
     NEAR,
     PAIR,
+    PLANE,
     SHAPE,
-    SPHERE,
+    TANGENT,
     TREE,
     WORLD,
     Array,
@@ -84,13 +86,16 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     shapes = with_rows(one.shapes, rows)
     for shape in shapes[-len(rows) :]:
         body, off = one.bodies[shape["body"]], float(np.linalg.norm(shape["at"]))
-        if shape["kind"] == SPHERE:
-            body["size"] = min(body["size"] or np.inf, shape["radius"])
-            body["reach"] = max(body["reach"], off)
-            body["oriented"] |= int(off > 0.0)
-        elif shape["body"] != 0:
-            body["reach"] = FAR
-            body["oriented"] = 1
+        if shape["kind"] in (PLANE, TANGENT):
+            far, small = FAR if shape["kind"] == PLANE else shape["radius"], np.inf
+        else:
+            far = off + float(np.linalg.norm(shape["half"]))
+            small = shape["half"].min() if shape["kind"] == BOX else shape["radius"]
+        body["oriented"] |= int(far > 0.0)
+        if shape["body"] != 0:
+            body["reach"] = max(body["reach"], far)
+            if small < np.inf:
+                body["size"] = min(body["size"] or np.inf, small)
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
     return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))

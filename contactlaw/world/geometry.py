@@ -1,15 +1,17 @@
-"""Where two shapes are nearest: overlap, normal and the point of contact of spheres with spheres and planes."""
+"""Where two shapes are nearest: overlap, normal and the point of contact of round shapes with all others."""
 
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.records import SPHERE
+from contactlaw.world.box import deepest_on_box, nearest_on_box
+from contactlaw.world.records import BOX, SEGMENT, SPHERE
+from contactlaw.world.segments import CROWN, nearest_on_segments
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 
 @jit_inside
 def centre(s, b):
-    """Of a sphere, or point of a plane: from its body's centre of mass [m]."""
+    """Of a round shape or a box, or point of a plane: from its body's centre of mass [m]."""
     if b.oriented == 0:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.at))
@@ -20,22 +22,61 @@ def meet(sa, a, sb, b):
     """Overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass.
 
     The forces on both bodies act at one point, on the line of centres, so that they have no moment together: the point
-    divides the distance of two spheres as their radii do; on a plane it is the sphere's lowest.
+    divides the distance of two round shapes as their radii do; on a plane or a box it is the sphere's lowest. A box or
+    a segment is met by the sphere around the nearest point of A's middle line.
     """
+    if sb.kind == BOX or sb.kind == SEGMENT:
+        return meet_long(sa, a, sb, b)
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SPHERE:
-        far = norm(d)
-        n = scale(1.0 / max(far, 1e-300), d)
-        both = sa.radius + sb.radius
-        share = far / both
-        return both - far, n, axpy(-share * sa.radius, n, from_a), axpy(share * sb.radius, n, from_b)
+        return round_on_round(sa.radius, from_a, sb.radius, from_b, d)
     n = to_world(b.axes, load(sb.normal))
     arm = axpy(-sa.radius, n, from_a)
     return sa.radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
 @jit_inside
+def round_on_round(radius_a, from_a, radius_b, from_b, d):
+    """`meet` of two spheres; d: from the centre of B to that of A."""
+    far = norm(d)
+    n = scale(1.0 / max(far, 1e-300), d)
+    both = radius_a + radius_b
+    share = far / both
+    return both - far, n, axpy(-share * radius_a, n, from_a), axpy(share * radius_b, n, from_b)
+
+
+@jit_inside
+def half_axis(s, b):
+    """From the middle of a segment to its end, in the world [m]; zero for a sphere."""
+    if s.kind != SEGMENT:
+        return 0.0, 0.0, 0.0
+    return to_world(b.axes, load(s.half))
+
+
+@jit_inside
+def meet_long(sa, a, sb, b):
+    """`meet` of a sphere or a segment with a segment or a box."""
+    from_a, from_b = centre(sa, a), centre(sb, b)
+    d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
+    u = half_axis(sa, a)
+    if sb.kind == SEGMENT:
+        v = half_axis(sb, b)
+        s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
+        d = sub(axpy(s, u, d), scale(t, v))
+        radius_a, radius_b = sa.radius * (1.0 - CROWN * s * s), sb.radius * (1.0 - CROWN * t * t)
+        return round_on_round(radius_a, axpy(s, u, from_a), radius_b, axpy(t, v, from_b), d)
+    radius = sa.radius
+    if sa.kind == SEGMENT:
+        s, radius = deepest_on_box(d, u, radius, sb, b)
+        d, from_a = axpy(s, u, d), axpy(s, u, from_a)
+    far, n = nearest_on_box(d, sb, b)
+    arm = axpy(-radius, n, from_a)
+    return radius - far, n, arm, add(arm, sub(load(a.position), load(b.position)))
+
+
+@jit_inside
 def effective_radius(sa, sb):
-    """R [m], 1/R = 1/R_A + 1/R_B."""
-    return sa.radius * sb.radius / (sa.radius + sb.radius) if sb.kind == SPHERE else sa.radius
+    """R [m], 1/R = 1/R_A + 1/R_B; the side of a capsule counts as a sphere."""
+    flat = sb.kind >= BOX
+    return sa.radius if flat else sa.radius * sb.radius / (sa.radius + sb.radius)

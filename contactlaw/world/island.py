@@ -10,9 +10,10 @@ from math import ceil, floor
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
+from contactlaw.world.bounds import time_to_close
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, settle
-from contactlaw.world.pace import predict, radius_of, substep, time_to_close, touch_time
+from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, open_up

@@ -1,8 +1,9 @@
 """Broad phase: which shapes are near each other, by grids of several widths, kept for as long as nobody went far.
 
 Every body has a margin by which its surface may travel, turning included. Two shapes are near if their margins meet;
-the list is made anew when a body could use its margin up. Spheres lie in cells as wide as they are with their margins,
-to the next power of two; each looks into cells of its own width and wider.
+the list is made anew when a body could use its margin up. All shapes but planes lie, as the spheres around them, in
+cells as wide as they are with their margins, to the next power of two; each looks into cells of its own width and
+wider. The list is in the order of its shapes, so that sums over it do not depend on when it was made.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from math import ceil, floor, log2
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import centre, meet
-from contactlaw.world.motion import fly, jerk
-from contactlaw.world.records import CLOSED, FREE, NEVER, PLANE, SPHERE
+from contactlaw.world.motion import jerk
+from contactlaw.world.order import sort_near
+from contactlaw.world.records import BOX, CLOSED, END, FREE, NEVER, PLANE, SEGMENT, SPHERE, TANGENT
 from contactlaw.world.touch import release
 from contactlaw.world.vec import add, dot, load, norm, store, sub
 
@@ -40,9 +42,9 @@ def surface_speed(b, time):
 
 
 @jit_inside
-def list_near(w, now):
+def list_near(w):
     """Make the list of near pairs anew; contacts keep what they remember."""
-    smallest = mark(w, now)
+    smallest = mark(w)
     shapes = w.shape_count
     cells = w.cells  # first in the grid's room: heads of the cells' lists; then of each shape: next, level, contacts
     for i in range(cells):
@@ -51,7 +53,7 @@ def list_near(w, now):
     w.nears = 0
     levels = 0
     for i in range(shapes):
-        if shape_at(w.shapes, i).kind == SPHERE:
+        if shape_at(w.shapes, i).kind < PLANE:
             level = level_of(w, i, smallest)
             levels |= 1 << level
             set_whole(w.grid, cells + shapes + i, level)
@@ -59,10 +61,14 @@ def list_near(w, now):
             set_whole(w.grid, cells + i, whole_at(w.grid, cell))
             set_whole(w.grid, cell, i)
     for i in range(shapes):
-        if shape_at(w.shapes, i).kind == PLANE:
+        s = shape_at(w.shapes, i)
+        if s.kind == TANGENT:
+            consider(w, s.partner, i)
+            continue
+        if s.kind == PLANE:
             for j in range(shapes):
-                if shape_at(w.shapes, j).kind == SPHERE:
-                    consider(w, j, i, cells + 2 * shapes)
+                if shape_at(w.shapes, j).kind < SEGMENT:
+                    consider(w, j, i)
             continue
         own = whole_at(w.grid, cells + shapes + i)
         for level in range(own, 63):
@@ -70,6 +76,9 @@ def list_near(w, now):
                 break
             if (levels >> level) & 1:
                 around(w, i, level, smallest * 2.0**level, cells)
+    sort_near(w)
+    for k in range(w.nears):
+        enter(w, k, cells + 2 * shapes)
     for slot in range(w.contact_room):
         if contact_at(w.contacts, slot).phase == CLOSED and contact_at(w.contacts, slot).near < 0:
             release(w, slot)
@@ -78,11 +87,14 @@ def list_near(w, now):
 
 
 @jit_inside
-def mark(w, now):
-    """Give all bodies new margins; returns the width [m] of the smallest sphere with its margin."""
+def mark(w):
+    """Give all bodies new margins, where they are; returns the width [m] of the smallest shape with its margin.
+
+    A body that is behind in time makes up for it out of its margin, which is for some steps. To move it here would
+    make its motion, by rounding, one of margins.
+    """
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        fly(b, now)
         store(b.mark, load(b.position))
         b.turned = 0.0
         time = STEPS * w.step
@@ -90,9 +102,17 @@ def mark(w, now):
     smallest = NEVER
     for i in range(w.shape_count):
         s = shape_at(w.shapes, i)
-        if s.kind == SPHERE:
-            smallest = min(smallest, 2.0 * (s.radius + body_at(w.bodies, s.body).margin))
+        if s.kind < PLANE:
+            smallest = min(smallest, 2.0 * (size(s) + body_at(w.bodies, s.body).margin))
     return smallest
+
+
+@jit_inside
+def size(s):
+    """Radius [m] of the sphere around a shape that is not a plane."""
+    if s.kind < SEGMENT:
+        return s.radius
+    return (s.radius if s.kind == SEGMENT else 0.0) + norm(load(s.half))
 
 
 @jit_inside
@@ -110,14 +130,14 @@ def keep_contacts(w, heads):
 
 @jit_inside
 def level_of(w, i, smallest):
-    """Level of the grid that a sphere lies in."""
+    """Level of the grid that a shape lies in."""
     s = shape_at(w.shapes, i)
-    return max(ceil(log2((s.radius + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
+    return max(ceil(log2((size(s) + body_at(w.bodies, s.body).margin) * 2.0 / smallest) - 1e-9), 0)
 
 
 @jit_inside
 def cell_of(w, i, width):
-    """Indices of the cell that a sphere's centre lies in."""
+    """Indices of the cell that a shape's centre lies in."""
     b = body_at(w.bodies, shape_at(w.shapes, i).body)
     at = add(load(b.position), centre(shape_at(w.shapes, i), b))
     return floor(at[0] / width), floor(at[1] / width), floor(at[2] / width)
@@ -131,7 +151,7 @@ def hashed(cell, level, cells):
 
 @jit_inside
 def around(w, i, level, width, cells):
-    """Consider a sphere with all of a level in the cells around it; those of its own level once."""
+    """Consider a shape with all of a level in the cells around it; those of its own level once."""
     shapes = w.shape_count
     own = whole_at(w.grid, cells + shapes + i)
     x, y, z = cell_of(w, i, width)
@@ -144,25 +164,48 @@ def around(w, i, level, width, cells):
                     if whole_at(w.grid, cells + shapes + j) == level and (level > own or j < i):
                         at = cell_of(w, j, width)
                         if at[0] == cell[0] and at[1] == cell[1] and at[2] == cell[2]:
-                            consider(w, max(i, j), min(i, j), cells + 2 * shapes)
+                            consider(w, max(i, j), min(i, j))
                     j = whole_at(w.grid, cells + j)
 
 
 @jit_inside
-def consider(w, i, j, heads):
-    """List two shapes if they make a pair and are near; A is a sphere."""
+def meets(kind_a, kind_b):
+    """Whether shapes of two kinds can touch; kind_a <= kind_b."""
+    if kind_a == SPHERE:
+        return kind_b != END
+    if kind_a == END:
+        return kind_b >= BOX
+    return kind_a == SEGMENT and kind_b <= BOX
+
+
+@jit_inside
+def pair_of(w, i, j):
+    """Number of the pair that shape i as A makes with shape j as B, or -1."""
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
-    pair = whole_at(w.groups, sa.group * w.group_count + sb.group)
-    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
-    if pair < 0 or sa.body == sb.body or (a.inverse_mass == 0.0 and b.inverse_mass == 0.0):
+    if sa.kind > sb.kind or not meets(sa.kind, sb.kind) or (sb.kind == TANGENT and sb.partner != i):
+        return -1
+    still = body_at(w.bodies, sa.body).inverse_mass == 0.0 and body_at(w.bodies, sb.body).inverse_mass == 0.0
+    if sa.body == sb.body or still:
+        return -1
+    return whole_at(w.groups, sa.group * w.group_count + sb.group)
+
+
+@jit_inside
+def consider(w, i, j):
+    """List two shapes if they make a pair and are near."""
+    if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
+        i, j = j, i
+    if pair_of(w, i, j) < 0:
         return
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     margin = a.margin + b.margin
-    if sb.kind == SPHERE:
+    if sb.kind < PLANE:
         d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-        far = margin + sa.radius + sb.radius
+        far = margin + size(sa) + size(sb)
         if dot(d, d) > far * far:
             return
-    else:
+    if sb.kind != SPHERE and sb.kind != TANGENT:
         overlap, _, _, _ = meet(sa, a, sb, b)
         if overlap < -margin:
             return
@@ -170,19 +213,27 @@ def consider(w, i, j, heads):
         w.lost += 1
         return
     p = near_at(w.near, w.nears)
-    p.a, p.b, p.body_a, p.body_b, p.pair = i, j, sa.body, sb.body, pair
+    p.a, p.b = i, j
+    w.nears += 1
+
+
+@jit_inside
+def enter(w, k, heads):
+    """Begin the record of a near pair that knows its shapes, and hook it to its contact, if there is one."""
+    p = near_at(w.near, k)
+    p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
+    p.pair = pair_of(w, p.a, p.b)
     p.slot = -1
     p.closed = 0
     p.active = 0
     p.watched = 0
     p.toi = 0.0
     p.seen = -1.0
-    slot = whole_at(w.grid, heads + i)
+    slot = whole_at(w.grid, heads + p.a)
     while slot >= 0:
         c = contact_at(w.contacts, slot)
-        if c.shape_b == j:
+        if c.shape_b == p.b:
             p.slot = slot
             p.closed = 1 if c.phase == CLOSED else 0
-            c.near = w.nears
+            c.near = k
         slot = c.link
-    w.nears += 1

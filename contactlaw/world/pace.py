@@ -10,11 +10,12 @@ from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
 from contactlaw.world.motion import acceleration_at, jerk, mobility_between, rate, velocity_at
-from contactlaw.world.records import NEVER, SPHERE
+from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
+from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
+from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
-LARGEST_TURN = 0.2  # [rad] for which a time of impact of a body with shapes off its centre is foreseen
 
 
 @jit_inside
@@ -33,23 +34,13 @@ def impact_time(k, duration, mass, overlap, closing, push):
 
 
 @jit_inside
-def time_to_close(gap, closing, push):
-    """Time [s] until a gap [m] >= 0 closes, at a closing speed [m/s] and acceleration [m/s^2]."""
-    square = closing * closing + 2.0 * push * gap
-    if square < 0.0:
-        return NEVER
-    if closing > 0.0:
-        return 2.0 * gap / (closing + sqrt(square))
-    return (sqrt(square) - closing) / push if push > 0.0 else NEVER
-
-
-@jit_inside
 def predict(w, p, now, left):
     """Time of impact of two near shapes, at the earliest; now: of the step, left: what there is of it after [s].
 
     A step of conservative advancement (Mirtich 1996): the time is never too late, and exact for spheres that meet head
-    on. What the closing acceleration leaves out, the line of centres that turns, opens the gap; that of shapes off
-    their body's centre, which changes as the body turns, is bounded.
+    on. What the closing acceleration leaves out, the line of centres that turns, opens the gap, as the distance of a
+    point from what is convex is convex; that of shapes off their body's centre, which changes as the body turns, is
+    bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -58,15 +49,20 @@ def predict(w, p, now, left):
     p.gap = -overlap
     p.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
     rest = sub(load(a.acceleration), load(b.acceleration))
-    p.acceleration = norm(rest) if sb.kind == SPHERE else -dot(rest, n)
+    flat = sb.kind >= PLANE
+    p.acceleration = -dot(rest, n) if flat else norm(rest)
     p.toi = now
     if overlap > 0.0:
+        return
+    if sa.kind == SEGMENT:
+        predict_side(p, sa, a, sb, b, n, arm_a, left)
         return
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:
         from_a = centre(sa, a)
         turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
-        p.acceleration -= dot(sub(turning, rest), n)
+        more = sub(turning, rest)
+        p.acceleration += -dot(more, n) if flat or sb.kind == SPHERE else norm(more)
         w = rate(a) + rate(b)
         across = norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
         speed = w * (norm(arm_a) + norm(arm_b)) + across
@@ -79,16 +75,6 @@ def predict(w, p, now, left):
             horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
     wait = time_to_close(p.gap, p.closing + slack, p.acceleration)
     p.toi = now + min(wait, horizon) if wait < left or horizon < left else NEVER
-
-
-@jit_inside
-def torque_bound(b, arm):
-    """Acceleration [m/s^2] of a point by torques, the gyroscopic one included, at most."""
-    if b.isotropic != 0:
-        return norm(load(b.torque)) * b.inverse_inertia[0] * norm(arm)
-    i = b.inverse_inertia
-    moment = norm(load(b.torque)) + norm(cross(load(b.spin), load(b.momentum)))
-    return moment * max(i[0], max(i[1], i[2])) * norm(arm)
 
 
 @jit_inside

@@ -15,7 +15,8 @@ from contactlaw.laws.record import CONTACT as TOUCH
 
 NEVER = np.inf
 
-SPHERE, PLANE = 0, 1  # kinds of shapes
+# Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
+SPHERE, END, SEGMENT, BOX, PLANE, TANGENT = 0, 1, 2, 3, 4, 5
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
 VECTOR = ("f8", (3,))
@@ -58,8 +59,8 @@ BODY = record(
     # broad phase
     mark=VECTOR, turned="f8",  # position, and angle turned since, of the last list of near pairs
     margin="f8",  # [m] by which its surface may travel before the list must be made anew
-    reach="f8",  # [m] distance of its furthest sphere's centre or plane's foot from the centre of mass
-    size="f8",  # [m] radius of its smallest sphere
+    reach="f8",  # [m] distance of its furthest centre or core of its shapes from the centre of mass
+    size="f8",  # [m] radius of its smallest round shape
 )  # fmt: skip
 """A rigid body. The first one is the world itself, which does not move."""
 
@@ -96,11 +97,20 @@ TREE = record(
 SHAPE = record(
     kind="i8", body="i8",
     group="i8",  # row and column in the table that says which pair of materials two shapes make
-    radius="f8",  # of a sphere
-    at=VECTOR,  # centre of a sphere or point of a plane, along the body's principal axes
+    radius="f8",  # of a sphere, or around a segment; of a tangent plane how far from the centre of mass it may come
+    at=VECTOR,  # centre, or point of a plane, along the body's principal axes
     normal=VECTOR,  # of a plane, outward, along the same
+    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box: half its lengths
+    axes=MATRIX,  # of a box: its own axes to the principal ones
+    partner="i8",  # of a tangent plane: the only shape that it meets
 )  # fmt: skip
-"""A sphere or a plane, fixed to a body."""
+"""A shape fixed to a body.
+
+SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
+SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes, with its side. BOX and PLANE, a
+half space, meet round shapes. TANGENT: a plane that is placed anew before each step, where an engine has found two
+shapes nearest; its pair is always looked at.
+"""
 
 PAIR = record(
     radius="f8",  # effective radius of every such contact [m]; zero: that of the shapes
@@ -118,9 +128,9 @@ NEAR = record(
     toi="f8",  # time [s] before which it cannot close by the motion that there is
     clear_until="f8",  # time [s] before which it cannot close whatever impacts do, within a window
     seen="f8",  # time [s] when it was last looked at
-    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then
+    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
 )  # fmt: skip
-"""Two shapes that may come to touch; A is a sphere."""
+"""Two shapes that may come to touch; A is round."""
 
 CONTACT = record(
     touch=TOUCH,  # what its law knows of it

@@ -11,13 +11,13 @@ fly           all bodies to the end of the step
 from __future__ import annotations
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give
 from contactlaw.world.near import list_near, strayed
-from contactlaw.world.records import NEVER, PARTED
+from contactlaw.world.records import NEVER, PARTED, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
-from contactlaw.world.touch import release
+from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
@@ -40,7 +40,7 @@ def step(world, dt, count):
         now = 0.0
         while now < dt:
             if w.stale != 0:
-                list_near(w, now)
+                list_near(w)
             first, shortest = look_ahead(w, now, dt)
             if shortest == NEVER:
                 if first >= dt:
@@ -89,7 +89,11 @@ def begin(w, dt):
             release(w, slot)
         store(c.earlier, load(c.impulse))
     if w.stale != 0:
-        list_near(w, 0.0)
+        list_near(w)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:
+            replace(w, contact_at(w.contacts, p.slot))
 
 
 @jit_inside

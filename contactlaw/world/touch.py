@@ -18,7 +18,7 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import meet
-from contactlaw.world.motion import kick, moved_at
+from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import masses, radius_of
 from contactlaw.world.records import CLOSED, FREE, PARTED
 from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub, tangent
@@ -61,7 +61,7 @@ def close(w, k, overlap):
     masses(c, a, b)
     t.overlap = overlap
     t.before = overlap
-    t.closing = q.closing
+    t.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
@@ -69,6 +69,18 @@ def close(w, k, overlap):
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
+
+
+@jit_inside
+def replace(w, c):
+    """Begin a step where one of a closed contact's shapes has been placed anew: what it did is no motion."""
+    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
+    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
+    turn_frame(c, n, 0.0)
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    c.touch.overlap = overlap
+    store(c.force, force_of(c))
 
 
 @jit_inside

@@ -11,9 +11,10 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, tree_at
+from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import call_with_body
 from contactlaw.world.motion import fly, lightness
-from contactlaw.world.pace import contact_time, predict, time_to_close, touch_time
+from contactlaw.world.pace import contact_time, predict, touch_time
 from contactlaw.world.records import NEVER
 
 MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.pair import ContactPair
-from contactlaw.world import readout
+from contactlaw.world import readout, shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.chain import Chain
 from contactlaw.world.coordinates import coordinates, write_coordinates
 from contactlaw.world.frames import matrix_of, principal, product, unit_quaternion
-from contactlaw.world.records import PLANE, SPHERE, Array, Arrays
+from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
 
 
@@ -24,8 +24,8 @@ class World:
     """Rigid bodies that fly, and touch with an elastic-frictional contact law.
 
     Bodies are moved inside each step, and kicked by their contacts in substeps that resolve them: what comes out does
-    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres and planes fixed to
-    bodies: a capsule is its two ends, a box on ball feet eight of them.
+    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules, boxes and
+    planes fixed to bodies; two boxes, or a box and a plane, do not touch: a box on ball feet is eight spheres.
 
         from contactlaw import MATERIALS, ContactPair
         from contactlaw.world import World
@@ -169,9 +169,44 @@ class World:
             radius: [m].
             at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
         """
-        index = self._body(body)
-        own = matrix_of(self._frames[body]).T @ checks.vector("at", at)
-        return self._shape(kind=SPHERE, body=index, radius=checks.positive("radius", radius), at=own)
+        return self._shape(shapes.sphere(*self._turn(body), checks.positive("radius", radius), checks.vector("at", at)))
+
+    def add_capsule(
+        self, body: int, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0),
+    ) -> tuple[int, int, int]:  # fmt: skip
+        """Fix a capsule to a body; returns the numbers of its three shapes: its side, and both ends.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to the centre of an end [m].
+            at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
+            axis: Of its middle line, a unit vector along the same axes.
+        """
+        half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
+        fields = shapes.capsule(
+            *self._turn(body), checks.positive("radius", radius), checks.vector("at", at), half
+        )
+        return self._shape(fields[0]), self._shape(fields[1]), self._shape(fields[2])
+
+    def add_box(
+        self, body: int | None, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix a box to a body, or to the world: None; returns the shape's number. It meets round shapes alone.
+
+        Args:
+            body: Number of the body.
+            half_lengths: Half of its lengths [m], shape (3,).
+            at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of its own axes in the body's, scalar first, shape (4,).
+        """
+        half = checks.vector("half_lengths", half_lengths)
+        if not half.min() > 0.0:
+            raise ValueError(f"half_lengths = {half.tolist()}: must be > 0")
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._shape(shapes.box(*self._turn(body), half, checks.vector("at", at), axes))
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
@@ -182,24 +217,20 @@ class World:
             normal: Out of the half space, a unit vector along the same axes.
         """
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
-        if body is None:
-            return self._shape(kind=PLANE, body=0, at=p, normal=n)
-        index = self._body(body)
-        to_own = matrix_of(self._frames[body]).T
-        return self._shape(kind=PLANE, body=index, at=to_own @ p, normal=to_own @ n)
+        return self._shape(shapes.plane(*self._turn(body), p, n))
 
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
         """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
 
         Args:
-            shapes1, shapes2: Numbers of shapes. Shapes of one body and two planes never touch.
+            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor two that are flat: planes and boxes.
             pair: Materials, friction, restitution and law; its radius, where it has one, holds for all.
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
-        for side, shapes in enumerate((shapes1, shapes2)):
+        for side, named in enumerate((shapes1, shapes2)):
             name = f"shapes{side + 1}"
-            numbers = [shapes] if isinstance(shapes, int | np.integer) else list(shapes)
+            numbers = [named] if isinstance(named, int | np.integer) else list(named)
             if not numbers:
                 raise ValueError(f"{name}: is empty; name at least one shape")
             for number in numbers:
@@ -300,7 +331,11 @@ class World:
             raise ValueError(f"tree = {tree}: there are {self.arrays.trees.size} trees, counted from 0")
         return tree
 
-    def _shape(self, **fields: ArrayLike | int) -> int:
+    def _turn(self, body: int | None) -> tuple[int, Array]:
+        """Row of a body, and the matrix from its axes to the principal ones; of the world: None."""
+        return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
+
+    def _shape(self, fields: shapes.Fields) -> int:
         self._new_shapes.append(fields)
         self._memberships.append(())
         self._regroup = True
