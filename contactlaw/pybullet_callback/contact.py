@@ -117,15 +117,12 @@ class Contact:
     Attributes:
         pair: As the user gave it.
         substeps: Least number in a contact.
-        a, b: The sets.
         couples: Who may touch whom.
         ledger: None: not asked for.
     """
 
     pair: ContactPair
     substeps: int
-    a: list[Side]
-    b: list[Side]
     couples: list[Couple]
     ledger: Ledger | None
 

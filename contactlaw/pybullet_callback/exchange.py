@@ -103,6 +103,9 @@ def receive(heads):
             r.strange = 0
             store(r.before.position, add(x, load(r.shift)))
             multiply(r.turn, r.before.quaternion)
+            if b.asleep != 0 and norm(v) + norm(load(r.before.spin)) <= EXACT * head.dt * norm(load(b.acceleration)):
+                store(r.before.velocity, (0.0, 0.0, 0.0))
+                store(r.before.spin, (0.0, 0.0, 0.0))
             put(head, k, r.before)
         if r.strange != 0:
             head.strange = 1
@@ -215,9 +218,9 @@ def steady(heads):
 
 @jit
 def compare(heads):
-    """After Bullet's step: what it gave to bodies besides gravity and the steady push, as accelerations; -1: not finite.
+    """After Bullet's step: the accelerations that it gave to bodies besides the steady push; -1: not finite.
 
-    Without anything they are left as they are, to the bit.
+    Where that was gravity alone they are left as they are, to the bit.
     """
     head = heads[0]
     w = world_at(head.world, 0)
@@ -286,6 +289,7 @@ def hand_back(heads, stepped):
                 keep(r, r.after, 0.0)
         else:
             finish(head, k, r, b, stepped)
+    return head.put
 
 
 @jit_inside
@@ -301,7 +305,7 @@ def look(head, w):
             known[slot] = 0.0
             continue
         if known[slot] == 0.0:
-            known[slot] = 1.0
+            known[slot] = 2.0
             head.news = 1
         if c.deepest > DEEPEST * c.touch.radius:
             head.deep = 1
@@ -363,7 +367,7 @@ def finish(head, k, r, b, stepped):
         conjugate_times(r.turn, back)
         off = norm(load(r.shift)) > EXACT * norm(sub(place, load(m.position)))
         off = off or abs(r.turn[0]) + abs(r.turn[1]) + abs(r.turn[2]) > EXACT
-        r.lacks = 1 if off else 0
+        r.lacks = 1 if off or b.asleep != 0 else 0
         return
     done = r.after
     store(done.position, x1)

@@ -40,8 +40,8 @@ class Measured:
         planes["at"], planes["normal"] = (0.0, 0.0, FAR), (0.0, 0.0, 1.0)
         speed = sum(np.linalg.norm(one["velocity"]) + dt * np.linalg.norm(one["acceleration"]) for one in (a, b))
         turning = np.linalg.norm(b["spin"]) * self.other.reach + np.linalg.norm(a["spin"]) * a["reach"]
-        keys = self.one.body, self.other.body, STEPS * dt * float(speed + turning) + 1e-6, self.one.link, self.other.link
-        points = p.getClosestPoints(*keys, physicsClientId=client)
+        one, other, reach = self.one, self.other, STEPS * dt * float(speed + turning) + 1e-6
+        points = p.getClosestPoints(one.body, other.body, reach, one.link, other.link, physicsClientId=client)
         if points:
             point = min(points, key=lambda one: one[DISTANCE])
             axes = b["axes"].reshape(3, 3)

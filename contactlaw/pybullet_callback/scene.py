@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.contact import Contact, Couple
-from contactlaw.pybullet_callback.exchange import HEAD, JOB, MOTION, ROW, press, receive
+from contactlaw.pybullet_callback.exchange import HEAD, JOB, MOTION, ROW, compare, hand_back, press, receive, steady
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.shapes import Key
+from contactlaw.pybullet_callback.shapes import BASE, Key
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.frames import ALIKE
-from contactlaw.world.records import FREE, Arrays
+from contactlaw.world.records import BOX, CLOSED, FREE, SEGMENT, Arrays
 from contactlaw.world.shapes import tangent
 from contactlaw.world.step import step
 
-PACKED = struct.Struct(f"{MOTION.itemsize // 8}d")
-NUMBERS = struct.Struct(f"{JOB}d")
+PACKED, NUMBERS = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct(f"{JOB}d")
+GRAVITY, DT, WHOLE = struct.Struct("3d"), struct.Struct("d"), struct.Struct("q")
+BEFORE, AFTER = (int(ROW.fields[name][1]) for name in ("before", "after"))  # type: ignore[index]
+GRAVITY_AT, DT_AT, STRANGE_AT, PUSHED_AT = (
+    int(HEAD.fields[name][1])
+    for name in ("gravity", "dt", "strange", "pushed")  # type: ignore[index]
+)
 CROWD_SUBSTEPS = 60
+NEW = 2.0
 
 
 class Saved(NamedTuple):
@@ -46,12 +52,12 @@ class Scene:
 
     def __init__(self, client: int, contacts: Mapping[int, Contact], old: Scene | None = None) -> None:
         self._client, self.handles = client, list(contacts)
-        sides = {side.key: side for contact in contacts.values() for side in (*contact.a, *contact.b)}
+        sides = {side.key: side for contact in contacts.values() for c in contact.couples for side in c.ends}
         before = old.keys if old else []
         self.keys = [key for key in before if key in sides] + [key for key in sides if key not in before]
         self.row = {key: row for row, key in enumerate(self.keys)}
         most = max([contact.substeps for contact in contacts.values()], default=100)
-        self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS), stillness=1e-6)
+        self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS), stillness=1e-9)
         self.shapes: dict[Any, list[int]] = {}
         self.measured: list[Measured] = []
         for key in self.keys:
@@ -71,7 +77,6 @@ class Scene:
         self.weigh()
         if old:
             self._take_over(old)
-        self._offset = {name: int(ROW.fields[name][1]) for name in ("before", "after")}  # type: ignore[index]
 
     def _let_touch(self, contact: Contact) -> None:
         """Sets meet as sets; what PyBullet must measure has a plane for each sphere that may touch it."""
@@ -102,28 +107,77 @@ class Scene:
         """Those of the world."""
         return self.world.arrays
 
-    def weigh(self) -> None:
-        """Read masses and inertias."""
+    def weigh(self, rows: Iterable[int] | None = None) -> None:
+        """Read masses and inertias, of all bodies or some."""
         there = {p.getBodyUniqueId(i, self._client) for i in range(p.getNumBodies(self._client))}
-        for row, (body, link) in zip(self.rows, self.keys, strict=True):
+        for k in range(len(self.keys)) if rows is None else rows:
+            body, link = self.keys[k]
             info = p.getDynamicsInfo(body, link, self._client) if body in there else [0.0, 0.0, (0.0, 0.0, 0.0)]
-            row["mass"], row["inertia"] = info[0], info[2]
-        own = self.arrays.bodies[1:]
-        mass, inertia = self.rows["mass"], self.rows["inertia"]
-        with np.errstate(divide="ignore"):
-            own["inverse_mass"] = np.where(mass > 0.0, 1.0 / mass, 0.0)
-            own["inverse_inertia"] = np.where((mass[:, None] > 0.0) & (inertia > 0.0), 1.0 / inertia, 0.0)
-        own["isotropic"] = np.ptp(inertia, axis=1) <= ALIKE * inertia.max(axis=1, initial=0.0)
-        own["oriented"] |= 1 - own["isotropic"]
-        self.state["stale"] = 1
+            row, own, moments = self.rows[k], self.arrays.bodies[k + 1], np.array(info[2])
+            row["mass"], row["inertia"] = info[0], moments
+            moves = info[0] > 0.0
+            own["inverse_mass"] = 1.0 / info[0] if moves else 0.0
+            own["inverse_inertia"] = np.divide(1.0, moments, np.zeros(3), where=moves & (moments > 0.0))
+            own["isotropic"] = np.ptp(moments) <= ALIKE * moments.max()
+            own["oriented"] |= 1 - own["isotropic"]
 
-    def read(self, when: str, rows: Iterable[tuple[int, Key]]) -> None:
+    def set_gravity(self, x: float, y: float, z: float) -> None:
+        """Gravity [m/s^2] of the step that begins."""
+        GRAVITY.pack_into(self.head, GRAVITY_AT, x, y, z)
+
+    def receive(self, dt: float) -> int:
+        """Read all bodies, at the start of a step; returns how many must be put elsewhere first."""
+        DT.pack_into(self.head, DT_AT, dt)
+        self._read(BEFORE)
+        number = receive(self.head)
+        if number < 0:
+            self._refuse()
+        if WHOLE.unpack_from(self.head, STRANGE_AT)[0]:
+            self.step(0.0)  # who is near whom
+            press(self.head)
+        for one in self.measured:
+            one.place(self._client, self.arrays, dt)
+        return number
+
+    def steady(self) -> None:
+        """Make jobs of what pressed on bodies in the last step."""
+        steady(self.head)
+
+    def compare(self) -> None:
+        """Read all bodies after Bullet's step, and what accelerations it gave them."""
+        self._read(AFTER)
+        if compare(self.head) < 0:
+            self._refuse()
+
+    def hand_back(self, *, stepped: bool) -> int:
+        """Make jobs of what the world's step came to; returns how many bodies must be put elsewhere."""
+        return hand_back(self.head, int(stepped))
+
+    def _read(self, offset: int) -> None:
         """Where bodies are and how they move, into the rows."""
-        client, buffer, pack, offset = self._client, self.rows, PACKED.pack_into, self._offset[when]
-        pose, velocity, size = p.getBasePositionAndOrientation, p.getBaseVelocity, ROW.itemsize
-        for row, (body, _) in rows:
+        client, buffer, pack = self._client, self.rows, PACKED.pack_into
+        pose, velocity, at = p.getBasePositionAndOrientation, p.getBaseVelocity, offset
+        for body, _ in self.keys:
             (x, q), (v, w) = pose(body, client), velocity(body, client)
-            pack(buffer, size * row + offset, *x, *q, *v, *w)
+            pack(buffer, at, *x, *q, *v, *w)
+            at += ROW.itemsize
+
+    def _refuse(self) -> None:
+        body, link = self.keys[int(self.head["bad"][0])]
+        name = f"body {body}" if link == BASE else f"body {body} link {link}"
+        raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
+
+    def pushes(self) -> Iterator[tuple]:
+        """Row, force, torque, and where."""
+        for i in range(WHOLE.unpack_from(self.head, PUSHED_AT)[0]):
+            job = NUMBERS.unpack_from(self.jobs, i * NUMBERS.size)
+            yield int(job[0]), *job[1:10]
+
+    def places(self, number: int) -> Iterator[tuple]:
+        """Row, position, quaternion, velocity and spin."""
+        for i in range(number):
+            job = NUMBERS.unpack_from(self.jobs, i * NUMBERS.size)
+            yield int(job[0]), job[1:4], job[4:8], job[8:11], job[11:14]
 
     def step(self, dt: float) -> None:
         """Move the world."""
@@ -131,6 +185,66 @@ class Scene:
             seen = self.seen
             self._bind(with_more_room(self.arrays))
             self.seen[: seen.size] = seen
+
+    def contacts(self, handle: int | None = None, closed: bool | None = None) -> Iterator[tuple[Couple, Any]]:
+        """Those closed now, or parted in the last step, of one handle or all, with their couples."""
+        records = self.arrays.contacts
+        for slot in np.flatnonzero(records["phase"] != FREE):
+            record = records[slot]
+            own, couple = self.couples[frozenset((int(record["body_a"]) - 1, int(record["body_b"]) - 1))]
+            if handle in (None, own) and closed in (None, bool(record["phase"] == CLOSED)):
+                yield couple, record
+
+    def fresh(self) -> Iterator[tuple[Couple, Any]]:
+        """Contacts that are new; masses of their bodies are read again."""
+        for slot in np.flatnonzero(self.seen == NEW):
+            self.seen[slot] = 1.0
+            record = self.arrays.contacts[slot]
+            rows = int(record["body_a"]) - 1, int(record["body_b"]) - 1
+            self.weigh(rows)
+            yield self.couples[frozenset(rows)][1], record
+
+    def check_place(self, couple: Couple, record: Any) -> None:
+        """Raise ValueError where two bodies touch with something that has no radius of its own, nor the pair one."""
+        a, b = (self.arrays.shapes[int(record[name])] for name in ("shape_a", "shape_b"))
+        if self.arrays.pairs["radius"][record["pair"]] > 0.0:
+            return
+        body = self.arrays.bodies[record["body_b"]]
+        along = body["axes"].reshape(3, 3).T @ record["normal"] @ b["axes"].reshape(3, 3)
+        edge = b["kind"] == BOX and np.abs(along).max() < 1.0 - 1e-9
+        if not edge and SEGMENT not in (a["kind"], b["kind"]):
+            return
+        long = [side for side in couple.ends if side.shape == ("box" if edge else "capsule")]
+        bad = next((side for side in long if side is couple.sides[1]), long[0])
+        other = couple.b if bad is couple.a else couple.a
+        where, smooth = ("edge", "faces") if edge else ("side", "ends")
+        raise ValueError(
+            f"radius = None: {bad} touches with the {where} of its {bad.shape}, with {other}; only the {smooth} have "
+            "a radius of their own, elsewhere give the pair an effective radius [m]"
+        )
+
+    def touching(self, handle: int) -> dict[Couple, list[Any]]:
+        """Contacts of a handle by couples, as `contact.state_of` wants them."""
+        out: dict[Couple, list[Any]] = {}
+        records, bodies = self.arrays.contacts, self.arrays.bodies
+        for couple, record in self.contacts(handle):
+            slot = (record.__array_interface__["data"][0] - records.ctypes.data) // records.itemsize
+            sign = 1.0 if self.keys[int(record["body_a"]) - 1] == couple.a.key else -1.0
+            asleep = bool(bodies["asleep"][record["body_a"]] or bodies["asleep"][record["body_b"]])
+            out.setdefault(couple, []).append((record, self.arrays.memory[slot], sign, asleep))
+        return out
+
+    def save(self) -> Saved:
+        """A copy of all that is remembered."""
+        return Saved(tuple(self.keys), tuple(self.handles), self.world.save(), self.rows.copy(), self.seen.copy())
+
+    def restore(self, saved: Saved) -> None:
+        """Go back to it."""
+        if not isinstance(saved, Saved) or saved.keys != tuple(self.keys) or saved.handles != tuple(self.handles):
+            raise ValueError("saved: is not what `save` gave, or contacts have been added or removed since")
+        self.rows[:] = saved.rows
+        self._bind(Arrays(*(array.copy() for array in saved.arrays)))
+        self.seen[:] = saved.seen
 
     def _take_over(self, old: Scene) -> None:
         """What is remembered of contacts and bodies that are there still."""

@@ -14,6 +14,7 @@ from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 ZERO = (0.0, 0.0, 0.0)
+PLACES = 4e-16  # of a place, the rounding of a number
 SAME = 1e-12  # of an acceleration, a change that is none
 
 
@@ -62,9 +63,15 @@ def slow(w, pairs, part):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             speed = norm(load(a.velocity)) + norm(load(b.velocity))
             speed += norm(load(a.spin)) * norm(load(c.arm_a)) + norm(load(b.spin)) * norm(load(c.arm_b))
-            if speed * contact_time(w, c, a, b) > part * c.touch.overlap:
+            if speed * contact_time(w, c, a, b) > least_move(c, a, b, part):
                 return False
     return some
+
+
+@jit_inside
+def least_move(c, a, b, part):
+    """A part of a contact's overlap [m], but no less than what places can tell apart."""
+    return part * c.touch.overlap + PLACES * (norm(load(a.position)) + norm(load(b.position)))
 
 
 @jit_inside
@@ -87,7 +94,7 @@ def balanced(w, pairs, part):
             time = contact_time(w, c, a, b)
             rate = norm(load(a.shift)) + norm(load(a.twist)) * norm(load(c.arm_a))
             rate += norm(load(b.shift)) + norm(load(b.twist)) * norm(load(c.arm_b))
-            if rate * time * time > part * c.touch.overlap:
+            if rate * time * time > least_move(c, a, b, part):
                 return False
     return True
 

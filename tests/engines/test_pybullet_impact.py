@@ -28,7 +28,6 @@ from pybullet_scenes import (  # noqa: E402
 )
 
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.mechanism import Mechanism, read_motion  # noqa: E402
 
 
 @pytest.mark.parametrize("material", CASES)

@@ -9,9 +9,7 @@ p = pytest.importorskip("pybullet")
 
 from pybullet_scenes import RADIUS, ball, ball_on_plane, pair_of, plane, run, shape, velocities  # noqa: E402
 
-from contactlaw.kernels.scene import OWED  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.layout import SAVED  # noqa: E402
 
 
 @pytest.mark.parametrize("dt", [1e-6, 1e-4, 1 / 240])
