@@ -206,13 +206,18 @@ class Scene:
 
     def check_place(self, couple: Couple, record: Any) -> None:
         """Raise ValueError where two bodies touch with something that has no radius of its own, nor the pair one."""
-        a, b = (self.arrays.shapes[int(record[name])] for name in ("shape_a", "shape_b"))
         if self.arrays.pairs["radius"][record["pair"]] > 0.0:
             return
-        body = self.arrays.bodies[record["body_b"]]
-        along = body["axes"].reshape(3, 3).T @ record["normal"] @ b["axes"].reshape(3, 3)
-        edge = b["kind"] == BOX and np.abs(along).max() < 1.0 - 1e-9
-        if not edge and SEGMENT not in (a["kind"], b["kind"]):
+        side = edge = False
+        for end in ("a", "b"):
+            body, shape = self.arrays.bodies[record[f"body_{end}"]], self.arrays.shapes[record[f"shape_{end}"]]
+            axes = body["axes"].reshape(3, 3)
+            if shape["kind"] == SEGMENT:
+                along = (record[f"arm_{end}"] @ axes - shape["at"]) @ shape["half"]
+                side = side or abs(along) < shape["half"] @ shape["half"]
+            if shape["kind"] == BOX:
+                edge = np.abs(record["normal"] @ axes @ shape["axes"].reshape(3, 3)).max() < 1.0 - 1e-9
+        if not edge and not side:
             return
         long = [side for side in couple.ends if side.shape == ("box" if edge else "capsule")]
         bad = next((side for side in long if side is couple.sides[1]), long[0])
