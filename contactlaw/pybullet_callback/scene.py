@@ -29,6 +29,7 @@ GRAVITY_AT, DT_AT, STRANGE_AT, PUSHED_AT = (
 )
 CROWD_SUBSTEPS = 60
 NEW = 2.0
+NEAR_EDGE = 0.99  # of half a box's length
 
 
 class Saved(NamedTuple):
@@ -216,7 +217,9 @@ class Scene:
                 along = (record[f"arm_{end}"] @ axes - shape["at"]) @ shape["half"]
                 side = side or abs(along) < shape["half"] @ shape["half"]
             if shape["kind"] == BOX:
-                edge = np.abs(record["normal"] @ axes @ shape["axes"].reshape(3, 3)).max() < 1.0 - 1e-9
+                own = axes @ shape["axes"].reshape(3, 3)
+                place = np.abs((record[f"arm_{end}"] - axes @ shape["at"]) @ own)
+                edge = np.abs(record["normal"] @ own).max() < 1.0 - 1e-9 and sum(place > NEAR_EDGE * shape["half"]) > 1
         if not edge and not side:
             return
         long = [side for side in couple.ends if side.shape == ("box" if edge else "capsule")]

@@ -18,7 +18,7 @@ from numba.extending import intrinsic
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
-from contactlaw.world.records import BODY, CONTACT, NEAR, PAIR, SHAPE, TREE, WORLD
+from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, SHAPE, TREE, WORLD
 
 
 def element(dtype: np.dtype) -> Any:
@@ -68,6 +68,9 @@ contact_at: Any = element(CONTACT)
 law_at: Any = element(LAW)
 tree_at: Any = element(TREE)
 world_at: Any = element(WORLD)
+link_at: Any = element(LINK)
+joint_at: Any = element(JOINT)
+axis_at: Any = element(AXIS)
 
 whole_at: Any = intrinsic(_whole)
 """Element of an array of int64."""

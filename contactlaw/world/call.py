@@ -9,7 +9,6 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from contactlaw.jit import address_of
 from contactlaw.world.records import BODY, TREE
 
 BODY_TYPE = numba.from_dtype(BODY)
@@ -62,8 +61,3 @@ call_with_body: Any = intrinsic(_call_with_body)
 call_with_number: Any = intrinsic(_call_with_number)
 call_with_vectors: Any = intrinsic(_call_with_vectors)
 ask_mobility: Any = intrinsic(_ask_mobility)
-
-
-def model_function(function: Any, key: str = "", ours: bool = True) -> int:
-    """Address of a function of a model of trees (`records.TREE`: move, accelerate, respond); see `jit.address_of`."""
-    return address_of(function, ON_TREE, key, ours)

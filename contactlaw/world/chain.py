@@ -1,18 +1,14 @@
-"""A model of a tree: bodies in a row with hinges between them, on a fixed base or a free one."""
+"""Bodies in a row with hinges between them, on a fixed base or a free one: a tree that does not branch."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.world.chain_model import LINK, addresses
-from contactlaw.world.coordinates import numbers
-from contactlaw.world.records import Arrays
+from contactlaw.world.tree import Joint, Part, Tree
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,7 @@ class Link:
     anchor: ArrayLike = (0.0, 0.0, 0.0)
 
 
-class Chain:
+class Chain(Tree):
     """Bodies in a row with hinges between them.
 
     Its coordinates are the hinges' angles [rad] in their order. On a free base, the first body, which then has no
@@ -50,23 +46,11 @@ class Chain:
     def __init__(self, links: Sequence[Link], free: bool = False) -> None:
         if not links:
             raise ValueError("links: is empty; give at least one body")
-        for link in links:
-            inertia = checks.finite_array("inertia", link.inertia)
-            if inertia.shape not in ((), (3,)):
-                raise ValueError(f"inertia: shape {inertia.shape}; must be one number or (3,), about principal axes")
+        parts = []
+        for number, link in enumerate(links):
+            hinge = checks.vector("hinge", link.hinge)
+            joint = Joint("free") if free and number == 0 else Joint("hinge", hinge, link.axis)
+            position = checks.vector("anchor", link.anchor) - hinge
+            parts.append(Part(link.mass, link.inertia, (joint,), number - 1, position))
+        super().__init__(parts)
         self.links, self.free = list(links), free
-        self.q_size, self.v_size = len(links) + 6 * free, len(links) + 5 * free
-        self.start = np.zeros(self.q_size)
-        if free:
-            self.start[3] = 1.0
-
-    def fields(self) -> dict[str, Any]:
-        """Of its `records.TREE`, all but where its bodies are."""
-        sizes = {"count": len(self.links), "q_size": self.q_size, "v_size": self.v_size}
-        return addresses() | sizes | {"model_size": len(self.links) * LINK.itemsize // 8}
-
-    def write(self, world: Arrays, number: int) -> None:
-        """Write what the compiled model reads of the links."""
-        for row, link in zip(numbers(world, number, "model").view(LINK), self.links, strict=True):
-            row["anchor"], row["hinge"] = checks.vector("anchor", link.anchor), checks.vector("hinge", link.hinge)
-            row["axis"] = checks.unit_vector("axis", link.axis)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from ctypes import CFUNCTYPE, c_uint64
 from functools import lru_cache
 
+import numpy as np
+
 from contactlaw.jit import address_of
-from contactlaw.world import tree_motion, trees
-from contactlaw.world.call import MOBILITY, WITH_BODY, WITH_NUMBER, WITH_VECTORS
-from contactlaw.world.records import Array, Arrays, numbers_of
+from contactlaw.world import tree_dynamics, tree_kinematics, tree_motion, trees
+from contactlaw.world.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
+from contactlaw.world.records import AXIS, LINK, Array, Arrays, numbers_of
 
 
 @lru_cache
@@ -18,6 +20,7 @@ def addresses() -> dict[str, int]:
         "fly": address_of(tree_motion.fly, WITH_NUMBER), "drift": address_of(tree_motion.drift, WITH_NUMBER),
         "settle": address_of(trees.settle, WITH_BODY), "kick": address_of(trees.kick, WITH_VECTORS),
         "mobility": address_of(trees.mobility, MOBILITY), "spread": address_of(trees.spread, WITH_BODY),
+        "move": address_of(tree_kinematics.move, ON_TREE), "accelerate": address_of(tree_dynamics.accelerate, ON_TREE),
     }  # fmt: skip
 
 
@@ -45,3 +48,30 @@ def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
     tree = world.trees[number]
     tree["stale"] = 1
     CFUNCTYPE(None, c_uint64)(int(tree["settle"]))(int(tree["bodies"]))
+
+
+def mass_matrix(world: Arrays, number: int) -> Array:
+    """Of a tree, at the coordinates that its accelerations were last found for; shape (v_size, v_size)."""
+    axes = numbers(world, number, "axes").view(AXIS)
+    rows = numbers(world, number, "factor").reshape(axes.size, axes.size)
+    lower = np.eye(axes.size)
+    for k in range(axes.size):
+        i = axes["before"][k]
+        while i >= 0:
+            lower[k, i] = rows[k, axes["depth"][i]]
+            i = axes["before"][i]
+    return lower.T @ np.diag(1.0 / axes["inverse"]) @ lower
+
+
+def jacobian(world: Arrays, number: int, member: int) -> Array:
+    """Velocity of the centre of mass of a tree's body, and its spin, by the tree's velocities; shape (6, v_size)."""
+    axes, tree = numbers(world, number, "axes").view(AXIS), world.trees[number]
+    link = numbers(world, number, "links").view(LINK)[member]
+    arm = world.bodies["position"][int(tree["first"]) + member] - tree["origin"]
+    out = np.zeros((6, axes.size))
+    k = int(link["first_axis"] + link["axes"]) - 1
+    while k >= 0:
+        spin = axes["spin"][k]
+        out[:3, k], out[3:, k] = axes["velocity"][k] + np.cross(spin, arm), spin
+        k = int(axes["before"][k])
+    return out

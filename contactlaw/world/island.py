@@ -115,7 +115,7 @@ def run(w, bodies, pairs, t, now, until):
         t = until if last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        closed, news = forces(w, pairs, h)
+        closed, news = forces(w, pairs, (h, following))
         going = closed > 0 and not last
         if not going:
             following = 0.0
@@ -143,8 +143,11 @@ def run(w, bodies, pairs, t, now, until):
 
 
 @jit_inside
-def forces(w, pairs, h):
-    """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched."""
+def forces(w, pairs, span):
+    """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched.
+
+    span: lengths [s] of this substep and of the next.
+    """
     closed, news = 0, False
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -159,7 +162,7 @@ def forces(w, pairs, h):
                 continue
             news = True
         c = contact_at(w.contacts, p.slot)
-        advance(w, c, p.slot, a, b, h)
+        advance(w, c, p.slot, a, b, span)
         if c.touch.overlap > 0.0:
             closed += 1
     return closed, news

@@ -87,7 +87,9 @@ def radius_of(w, p):
 @jit_inside
 def touch_time(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
-    mass = 1.0 / (body_at(w.bodies, p.body_a).inverse_mass + body_at(w.bodies, p.body_b).inverse_mass)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    _, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
     push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))

@@ -17,6 +17,7 @@ NEVER = np.inf
 
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
 SPHERE, END, SEGMENT, BOX, PLANE, TANGENT = 0, 1, 2, 3, 4, 5
+FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
 VECTOR = ("f8", (3,))
@@ -65,34 +66,66 @@ BODY = record(
 """A rigid body. The first one is the world itself, which does not move."""
 
 TREE = record(
-    # addresses of what moves it, see `trees`
+    # addresses of what moves it, see `trees` and `tree_motion`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8",
-    # addresses of its model's functions, each of one argument, this record; bodies are as `move` left them
-    move="u8",  # q <- q moved by x; position, quaternion and Jacobian of its bodies
-    accelerate="u8",  # M(q) and its factor; a at q and v; the bias, what its bodies' accelerations are at a = 0
-    respond="u8",  # x <- M^-1 x, with the factor that there is
-    model="u8",  # address of the model's own data
+    move="u8",  # q <- q moved by x; its bodies, links and axes there
+    accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies: a run of rows
     bodies="u8", first="i8", count="i8",
-    q_size="i8", v_size="i8",
+    q_size="i8", v_size="i8", joint_count="i8",
+    # what it hangs on, which stands still in a step
+    base=VECTOR, base_turn=("f8", (4,)),  # place [m] and quaternion
     gravity=VECTOR,
     # addresses of its numbers
     q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
-    x="u8",  # (v_size,), what a function of the model is given, and what it returns
-    jacobian="u8",  # (count, 6, v_size): velocity of each centre of mass, and spin, by v
-    bias="u8",  # (count, 6): dJ/dt v
-    factor="u8",  # room of the model (v_size, v_size)
+    f="u8", d="u8", v_f="u8",  # force on them: f - d (v - v_f), all three constant over a step
+    x="u8",  # (v_size,), what a function is given, and what it returns
     push="u8",  # (v_size,), what contacts have changed v by since its last substep
+    factor="u8",  # (v_size, v_size), see `tree_dynamics`
     room="u8",  # q_size + 3 v_size
+    links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where they begin in `Arrays.joints`
-    model_size="i8",  # numbers of the model that stand there too, behind them
     # within a step
+    origin=VECTOR,  # point of the world [m] that its velocities and moments are reckoned at
     hold="i8",  # substeps for which its mass matrix and accelerations still hold
+    held="f8",  # [s] length of these substeps
     stale="i8",  # they do not belong to q and v
-    rate="f8",  # [1/s] at which its motion changes, at most
+    rate="f8",  # [1/s] at which its bodies turn, at most
+    fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
 )  # fmt: skip
-"""Bodies that joints hold together, a tree with generalised coordinates; the model of an engine or of `chain`."""
+"""Bodies that joints hold together, a tree with generalised coordinates."""
+
+LINK = record(
+    parent="i8",  # member of the tree before it; -1: what the tree hangs on
+    first_joint="i8", joints="i8", first_axis="i8", axes="i8",
+    position=VECTOR, quaternion=("f8", (4,)),  # of its frame, in its parent's, before its joints
+    centre=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes, in its frame
+    mass="f8", inertia=VECTOR,
+    place=VECTOR, turn=("f8", (4,)),  # its frame in the world
+    velocity=VECTOR,  # of its material at the tree's origin
+    gain=VECTOR, turning=VECTOR,  # acceleration of that, and of its spin, where a = 0
+    answer=VECTOR, answer_turning=VECTOR,  # the same by a
+    force=VECTOR, moment=VECTOR,  # about the origin: it and all behind it need them where a = 0
+    total="f8", offset=VECTOR, tensor=("f8", (6,)),  # it and all behind it: mass, mass times place, inertia xx to yz
+)  # fmt: skip
+"""How a body of a tree hangs on the one before it; a body of the world as row, its `BODY`, is the rest of it."""
+
+JOINT = record(
+    kind="i8", first_q="i8", first_axis="i8",
+    at=VECTOR, axis=VECTOR,  # in the link's frame
+    reference="f8",  # coordinate of a hinge or slide at which it does nothing
+)  # fmt: skip
+"""A joint of a link; several of one link act in sequence, the first is next to the parent."""
+
+AXIS = record(
+    before="i8", depth="i8",  # the axis that carries it, -1: none; how many do
+    begins="i8",  # not of one joint that turns with the axis before it
+    armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
+    inverse="f8",  # of the pivot in the factor
+    spin=VECTOR, velocity=VECTOR,  # by a unit velocity: spin, and velocity at the tree's origin, of all that it carries
+)  # fmt: skip
+"""A degree of freedom of a tree."""
 
 SHAPE = record(
     kind="i8", body="i8",
@@ -172,12 +205,12 @@ Array = NDArray[Any]
 
 
 def numbers_of(tree: Any) -> dict[str, int]:
-    """How many numbers a tree keeps, by their names in its record, in their order; a model may have its own."""
-    q, v, count = int(tree["q_size"]), int(tree["v_size"]), int(tree["count"])
-    return {
-        "q": q, "v": v, "a": v, "x": v, "jacobian": 6 * count * v, "bias": 6 * count, "factor": v * v, "push": v,
-        "room": q + 3 * v, "model": int(tree["model_size"]),
-    }  # fmt: skip
+    """How many numbers a tree keeps, by their names in its record, in their order."""
+    q, v = int(tree["q_size"]), int(tree["v_size"])
+    rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
+    one = dict.fromkeys(("v", "a", "f", "d", "v_f", "x", "push"), v)
+    own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
+    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v} | own
 
 
 class Arrays(NamedTuple):

@@ -13,7 +13,7 @@ from __future__ import annotations
 from contactlaw.jit import jit, jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at
 from contactlaw.world.island import integrate
-from contactlaw.world.motion import fly, give
+from contactlaw.world.motion import fly, give, settle
 from contactlaw.world.near import list_near, strayed
 from contactlaw.world.records import NEVER, PARTED, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
@@ -74,6 +74,8 @@ def begin(w, dt):
         b.touched = 0
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
+        if b.tree != 0 and b.member == 0:
+            settle(b)
         if b.asleep != 0 and disturbed(b):
             wake_body(b, 0.0)
         follow(b)

@@ -127,8 +127,12 @@ def turn_frame(c, n, twist):
 
 
 @jit_inside
-def advance(w, c, slot, a, b, h):
-    """Advance a contact, in a slot, whose bodies have just drifted for h [s]: new are its force and its end weight."""
+def advance(w, c, slot, a, b, span):
+    """Advance a contact, in a slot, whose bodies have just drifted: new are its force and its end weight.
+
+    span: lengths [s] of this substep and of the next.
+    """
+    h, following = span
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
@@ -163,9 +167,12 @@ def advance(w, c, slot, a, b, h):
     force.advance_contact(w, c, slot, du, dv, h, c.closing_acceleration + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
-        c.end_weight = elastic_end(inside, linear)
+        spacing = max(following, inside * h)  # of the points of the sum that begins here
+        inside *= h / spacing
+        end = elastic_end(inside, linear)
         if law.zeta > 0.0 and t.ratio > 1.0:
-            c.end_weight = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + c.end_weight / t.ratio
+            end = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + end / t.ratio
+        c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
     store(c.force, force_of(c))
     c.interval = h
     add_work(c, 0.5 + c.end_weight, overlap - before, du, dv)

@@ -3,9 +3,10 @@
     flight     Runge-Kutta steps of q' = v, v' = a(q, v), of fourth order
     drift      q <- q + h v + h^2/2 a,  v <- v + h a,  all of the tree's bodies at q
 
-In the leapfrog the mass matrix M and a are held for a few substeps, from the middle of these: what is left out is of
-second order in how far the tree goes in this time. The middle is foreseen with the contact forces that there are, for
-a holds centripetal terms, which jump with v.
+In the leapfrog the mass matrix M and a are held for a few substeps, as they are in the middle of the kicks that end
+these: what is left out is of second order in how far the tree goes in this time. The drift between two such groups has
+the mean of both a. The middle is foreseen with the contact forces that there are, for a holds centripetal terms, which
+jump with v.
 """
 
 from __future__ import annotations
@@ -15,10 +16,11 @@ from math import ceil
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, tree_at
 from contactlaw.world.call import call_on_tree
-from contactlaw.world.trees import accelerate, clear, copy, place, vector
+from contactlaw.world.tree_kinematics import vector
+from contactlaw.world.trees import accelerate, clear, copy, place
 from contactlaw.world.vec import add, load, norm, scale, store, sub
 
-HOLD = 4  # substeps that M and a are held for
+HOLD = 4
 LONGEST_HOLD = 1e-3  # [s]
 LARGEST_TURN = 0.1  # [rad] of a Runge-Kutta step
 
@@ -27,10 +29,11 @@ def fly(b, until):
     """Bring a tree to a time [s] of the step, in free flight."""
     t = tree_at(b.tree, 0)
     left = until - b.time
-    steps = int(max(ceil(abs(left) * t.rate / LARGEST_TURN), 1.0))
-    h = left / steps
-    for _ in range(steps):
+    while left != 0.0:
+        steps = max(ceil(abs(left) * t.fold / LARGEST_TURN), 1.0)
+        h = left / steps
         runge_kutta(t, h)
+        left = left - h if steps > 1.0 else 0.0
     for i in range(t.count):
         body_at(t.bodies, i).time = until
 
@@ -100,13 +103,17 @@ def drift(b, h):
         one = body_at(t.bodies, i)
         store(one.shift, load(one.position))
         store(one.twist, load(one.spin))
-    if t.hold == 0:
+    v, a, x = vector(t.v, n), vector(t.a, n), vector(t.x, n)
+    before = a
+    if t.hold == 0 or t.held != h:
+        before = vector(t.room + 8 * (t.q_size + n), n)
+        copy(a, before)
         foresee(t, h)
     t.hold -= 1
-    v, a, x = vector(t.v, n), vector(t.a, n), vector(t.x, n)
     for k in range(n):
-        x[k] = h * (v[k] + 0.5 * h * a[k])
-        v[k] += h * a[k]
+        gain = 0.5 * h * (before[k] + a[k])
+        x[k] = h * (v[k] + 0.5 * gain)
+        v[k] += gain
     place(t)
     for i in range(t.count):
         one = body_at(t.bodies, i)
@@ -120,16 +127,17 @@ def drift(b, h):
 
 @jit_inside
 def foresee(t, h):
-    """Find mass matrix and accelerations for the next substeps of h [s], in the middle of them."""
+    """Find mass matrix and accelerations for the next substeps of h [s], as they are amid the kicks that follow these."""
     n = t.v_size
-    t.hold = int(max(min(HOLD, LONGEST_HOLD / h), 1.0))
-    half = 0.5 * h * t.hold
+    t.hold = int(max(min(HOLD, LONGEST_HOLD / h), 1.0)) if t.held == h else 1
+    t.held = h
+    half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.push, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
     copy(q, q0)
     copy(v, v0)
     for k in range(n):
-        change = half * a[k] + 0.5 * (t.hold - 1) * push[k]  # kicks follow drifts
+        change = half * a[k] + 0.5 * t.hold * push[k]
         x[k] = half * (v[k] + 0.5 * change)
         v[k] += change
     place(t)

@@ -105,6 +105,40 @@ def rotate(turn, a):
 
 
 @jit_inside
+def product(p, q):
+    """The product p q of two quaternions, scalar first: turned by q, then by p."""
+    return (
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3],
+        p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1],
+    )
+
+
+@jit_inside
+def turn_by(q, a):
+    """The vector a turned by a quaternion of length one."""
+    u = (q[1], q[2], q[3])
+    t = scale(2.0, cross(u, a))
+    return add(a, add(scale(q[0], t), cross(u, t)))
+
+
+@jit_inside
+def load4(a):
+    """The first four numbers of an array as a quaternion."""
+    return a[0], a[1], a[2], a[3]
+
+
+@jit_inside
+def store4(a_out, q):
+    """Write a quaternion into the first four numbers of an array."""
+    a_out[0] = q[0]
+    a_out[1] = q[1]
+    a_out[2] = q[2]
+    a_out[3] = q[3]
+
+
+@jit_inside
 def tangent(n):
     """A unit vector across n, the same for the same n."""
     e = cross(n, (1.0, 0.0, 0.0)) if abs(n[0]) < 0.6 else cross(n, (0.0, 1.0, 0.0))

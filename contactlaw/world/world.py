@@ -13,11 +13,11 @@ from contactlaw import checks
 from contactlaw.pair import ContactPair
 from contactlaw.world import readout, shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
-from contactlaw.world.chain import Chain
 from contactlaw.world.coordinates import coordinates, write_coordinates
 from contactlaw.world.frames import matrix_of, principal, product, unit_quaternion
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
+from contactlaw.world.tree import Tree
 
 
 class World:
@@ -115,19 +115,19 @@ class World:
         self._frames.append(frame)
         return len(self._frames) - 1
 
-    def add_tree(self, chain: Chain, q: ArrayLike | None = None, v: ArrayLike | None = None) -> tuple[int, list[int]]:
+    def add_tree(self, tree: Tree, q: ArrayLike | None = None, v: ArrayLike | None = None) -> tuple[int, list[int]]:
         """Add bodies that joints hold together; returns the tree's number, and those of its bodies.
 
         Args:
-            chain: Its bodies and joints.
-            q, v: Its coordinates and velocities, see `Chain`; None: zeros, a free base at the origin.
+            tree: Its bodies and joints; a `Chain` is one.
+            q, v: Its coordinates and velocities, see `Tree`; None: `Tree.start`, and zeros.
         """
-        bodies = [self.add_body(link.mass, link.inertia) for link in chain.links]
-        fields = chain.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
+        bodies = [self.add_body(part.mass, part.inertia) for part in tree.parts]
+        fields = tree.rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
         arrays = self._arrays = with_tree(self.arrays, fields)
         number = arrays.trees.size - 1
-        chain.write(arrays, number)
-        self.place_tree(number, chain.start if q is None else q, np.zeros(chain.v_size) if v is None else v)
+        tree.rows.write(arrays, number)
+        self.place_tree(number, tree.start if q is None else q, np.zeros(tree.v_size) if v is None else v)
         return number, bodies
 
     def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:

@@ -1,0 +1,205 @@
+"""Mass matrix and accelerations of a tree of bodies.
+
+    M(q) a + c(q, v) = f - d (v - v_f)
+
+M from the inertias of each body with all behind it (composite rigid bodies), c, gravity included, from the forces that
+all bodies need where a = 0 (Featherstone 2008, chapters 5 and 6). With L^T D L = M, L has entries only where one degree
+of freedom carries the other, so that an impulse on a body concerns those that carry it, and its answer all others once.
+
+A row of the factor holds the entries of the axes that carry axis k, the root's first, and its own last: the row of one
+of these is as long as the part of this row up to it, entry by entry of the same axes.
+"""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import axis_at, body_at, link_at
+from contactlaw.world.tree_kinematics import NONE, vector
+from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub
+
+
+def accelerate(t):
+    """Mass matrix and its factor; accelerations at q and v."""
+    for i in range(t.count):
+        look_at(t, i)
+    f, d, v_f = vector(t.f, t.v_size), vector(t.d, t.v_size), vector(t.v_f, t.v_size)
+    a, v, m = vector(t.a, t.v_size), vector(t.v, t.v_size), vector(t.factor, (t.v_size, t.v_size))
+    for i in range(t.count - 1, -1, -1):
+        link = link_at(t.links, i)
+        force, moment = load(link.force), load(link.moment)
+        offset, tensor = load(link.offset), load6(link.tensor)
+        for k in range(link.first_axis, link.first_axis + link.axes):
+            axis = axis_at(t.axes, k)
+            e, s = load(axis.spin), load(axis.velocity)
+            a[k] = f[k] - d[k] * (v[k] - v_f[k]) - dot(e, moment) - dot(s, force)
+            linear = add(scale(link.total, s), cross(e, offset))
+            angular = add(times(tensor, e), cross(offset, s))
+            m[k, axis.depth] = axis.armature + dot(e, angular) + dot(s, linear)
+            j = axis.before
+            while j >= 0:
+                one = axis_at(t.axes, j)
+                m[k, one.depth] = dot(load(one.spin), angular) + dot(load(one.velocity), linear)
+                j = one.before
+        if link.parent >= 0:
+            parent = link_at(t.links, link.parent)
+            store(parent.force, add(load(parent.force), force))
+            store(parent.moment, add(load(parent.moment), moment))
+            parent.total += link.total
+            store(parent.offset, add(load(parent.offset), offset))
+            for k in range(6):
+                parent.tensor[k] += tensor[k]
+    factorise(t, m)
+    descend(t, m, a, t.v_size - 1, True)
+    ascend(t, m, a)
+    spread_acceleration(t)
+
+
+@jit_inside
+def look_at(t, i):
+    """A body by itself: its acceleration where a = 0, the force that this needs, and its inertia about the origin.
+
+    An axis that turns with spin w and velocity u changes by (w x e, u x e + w x s); axes of one joint turn with what
+    was before the joint.
+    """
+    link, b, v = link_at(t.links, i), body_at(t.bodies, i), vector(t.v, t.v_size)
+    w, u, turning, gain = NONE, NONE, NONE, NONE
+    if link.parent >= 0:
+        parent = link_at(t.links, link.parent)
+        w, u = load(body_at(t.bodies, link.parent).spin), load(parent.velocity)
+        turning, gain = load(parent.turning), load(parent.gain)
+    spin, velocity = w, u
+    for k in range(link.first_axis, link.first_axis + link.axes):
+        axis = axis_at(t.axes, k)
+        if axis.begins != 0:
+            w, u = spin, velocity
+        e, s = scale(v[k], load(axis.spin)), scale(v[k], load(axis.velocity))
+        turning = add(turning, cross(w, e))
+        gain = add(gain, add(cross(u, e), cross(w, s)))
+        spin = add(spin, e)
+        velocity = add(velocity, s)
+    store(link.turning, turning)
+    store(link.gain, gain)
+    c = sub(load(b.position), load(t.origin))
+    acceleration = add(gain, add(cross(turning, c), cross(spin, load(b.velocity))))
+    tensor = inertia(b, link)
+    force = scale(link.mass, sub(acceleration, load(t.gravity)))
+    moment = add(times(tensor, turning), cross(spin, times(tensor, spin)))
+    store(link.force, force)
+    store(link.moment, add(moment, cross(c, force)))
+    link.total = link.mass
+    offset = scale(link.mass, c)
+    store(link.offset, offset)
+    x, y, z = offset[0] * c[0], offset[1] * c[1], offset[2] * c[2]
+    out = link.tensor
+    out[0], out[1], out[2] = tensor[0] + y + z, tensor[1] + x + z, tensor[2] + x + y
+    out[3], out[4] = tensor[3] - offset[0] * c[1], tensor[4] - offset[0] * c[2]
+    out[5] = tensor[5] - offset[1] * c[2]
+
+
+@jit_inside
+def inertia(b, link):
+    """Inertia of a body about its centre of mass, along the world's axes: xx yy zz xy xz yz."""
+    m, i = b.axes, link.inertia
+    x = (i[0] * m[0], i[1] * m[1], i[2] * m[2])
+    y = (i[0] * m[3], i[1] * m[4], i[2] * m[5])
+    own_y, own_z = (m[3], m[4], m[5]), (m[6], m[7], m[8])
+    zz = i[0] * m[6] * m[6] + i[1] * m[7] * m[7] + i[2] * m[8] * m[8]
+    return dot(x, (m[0], m[1], m[2])), dot(y, own_y), zz, dot(x, own_y), dot(x, own_z), dot(y, own_z)
+
+
+@jit_inside
+def load6(a):
+    """Six numbers."""
+    return a[0], a[1], a[2], a[3], a[4], a[5]
+
+
+@jit_inside
+def times(i, w):
+    """The product of a symmetric matrix xx yy zz xy xz yz and a vector."""
+    return (
+        i[0] * w[0] + i[3] * w[1] + i[4] * w[2],
+        i[3] * w[0] + i[1] * w[1] + i[5] * w[2],
+        i[4] * w[0] + i[5] * w[1] + i[2] * w[2],
+    )
+
+
+@jit_inside
+def factorise(t, m):
+    """M becomes L below its diagonal; the inverse pivots."""
+    for k in range(t.v_size - 1, -1, -1):
+        axis = axis_at(t.axes, k)
+        p = axis.depth
+        axis.inverse = 1.0 / m[k, p]
+        i = axis.before
+        while i >= 0:
+            p -= 1
+            part = m[k, p] * axis.inverse
+            for j in range(p + 1):
+                m[i, j] -= part * m[k, j]
+            m[k, p] = part
+            i = axis_at(t.axes, i).before
+
+
+@jit_inside
+def descend(t, m, x, k, every):
+    """x <- L^-T x; `every`: from axis k on, else those that carry k alone."""
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        i, p, own = axis.before, axis.depth, x[k]
+        if own != 0.0:
+            while i >= 0:
+                p -= 1
+                x[i] -= m[k, p] * own
+                i = axis_at(t.axes, i).before
+        k = k - 1 if every else axis.before
+
+
+@jit_inside
+def ascend(t, m, x):
+    """x <- L^-1 D^-1 x."""
+    for k in range(t.v_size):
+        axis = axis_at(t.axes, k)
+        i, p, own = axis.before, axis.depth, x[k] * axis.inverse
+        while i >= 0:
+            p -= 1
+            own -= m[k, p] * x[i]
+            i = axis_at(t.axes, i).before
+        x[k] = own
+
+
+@jit_inside
+def spread_acceleration(t):
+    """Give all bodies the accelerations that belong to a."""
+    a, origin = vector(t.a, t.v_size), load(t.origin)
+    for i in range(t.count):
+        link, b = link_at(t.links, i), body_at(t.bodies, i)
+        turning, gain = NONE, NONE
+        if link.parent >= 0:
+            parent = link_at(t.links, link.parent)
+            turning, gain = load(parent.answer_turning), load(parent.answer)
+        for k in range(link.first_axis, link.first_axis + link.axes):
+            axis = axis_at(t.axes, k)
+            turning = axpy(a[k], load(axis.spin), turning)
+            gain = axpy(a[k], load(axis.velocity), gain)
+        store(link.answer_turning, turning)
+        store(link.answer, gain)
+        turning = add(turning, load(link.turning))
+        gain = add(gain, load(link.gain))
+        c = sub(load(b.position), origin)
+        store(b.turning, turning)
+        store(b.acceleration, add(gain, add(cross(turning, c), cross(load(b.spin), load(b.velocity)))))
+
+
+@jit_inside
+def project(t, b, arm, impulse, x):
+    """x <- L^-T J^T p of an impulse [N s] on a body, for the axes that carry it; returns the last of these."""
+    link = link_at(t.links, b.member)
+    last = link.first_axis + link.axes - 1
+    moment = cross(add(sub(load(b.position), load(t.origin)), arm), impulse)
+    k = last
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        x[k] = dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
+        k = axis.before
+    descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
+    return last

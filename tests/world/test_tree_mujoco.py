@@ -1,0 +1,87 @@
+"""Trees of joints against MuJoCo: mass matrix, forces, Jacobians, accelerations, and free flight."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from contactlaw.world.coordinates import coordinates, jacobian, mass_matrix, numbers
+from contactlaw.world.frames import matrix_of
+from contactlaw.world.step import step
+from tests.world.jointed_models import random_model, random_state, tree_of
+
+pytestmark = pytest.mark.heavy
+SEEDS = range(40)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_mass_matrix_forces_and_accelerations_are_those_of_mujoco(seed: int) -> None:
+    model = random_model(seed, damping=0.1)
+    data = random_state(model, seed)
+    world, rows, _ = tree_of(model, data)
+    full, bias = np.zeros((model.nv, model.nv)), np.zeros(model.nv)
+    mujoco.mj_fullM(model, data, full)
+    mujoco.mj_rne(model, data, 0, bias)
+    np.testing.assert_array_equal(rows.q_of, np.arange(model.nq))
+    np.testing.assert_allclose(mass_matrix(world, 0), full, rtol=0.0, atol=1e-12 * np.abs(full).max())
+    a = numbers(world, 0, "a")
+    ours = data.qfrc_applied - rows.damping * data.qvel - full @ a
+    np.testing.assert_allclose(ours, bias, rtol=0.0, atol=1e-10 * np.abs(bias).max())
+    condition = np.linalg.cond(full)
+    np.testing.assert_allclose(a, data.qacc, rtol=0.0, atol=1e-14 * condition * np.abs(data.qacc).max())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_bodies_are_where_mujoco_has_them_and_move_so(seed: int) -> None:
+    model = random_model(seed)
+    data = random_state(model, seed)
+    world, rows, bodies = tree_of(model, data)
+    turn, place = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    for i, body in enumerate(bodies):
+        member = int(rows.row[i])
+        own = world.bodies[1 + member]
+        axes = own["axes"].reshape(3, 3)
+        np.testing.assert_allclose(own["position"] + axes @ rows.at[i], data.xpos[body], atol=1e-13)
+        np.testing.assert_allclose(axes @ matrix_of(rows.quaternion[i]), data.xmat[body].reshape(3, 3), atol=1e-13)
+        mujoco.mj_jac(model, data, place, turn, own["position"], body)
+        np.testing.assert_allclose(jacobian(world, 0, member), np.vstack([place, turn]), atol=1e-13)
+        np.testing.assert_allclose(own["velocity"], place @ data.qvel, atol=1e-12)
+        np.testing.assert_allclose(own["spin"], turn @ data.qvel, atol=1e-12)
+
+
+def accelerations(model: mujoco.MjModel, data: mujoco.MjData, body: int, point: np.ndarray) -> np.ndarray:
+    """Of a point of a body, and its spin, by MuJoCo: J qacc + dJ/dt qvel."""
+    turn, place = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    mujoco.mj_jac(model, data, place, turn, point, body)
+    out = np.concatenate([place @ data.qacc, turn @ data.qacc])
+    mujoco.mj_jacDot(model, data, place, turn, point, body)
+    return out + np.concatenate([place @ data.qvel, turn @ data.qvel])
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_accelerations_of_bodies_hold_what_turns(seed: int) -> None:
+    model = random_model(seed)
+    data = random_state(model, seed)
+    world, rows, bodies = tree_of(model, data)
+    for i, body in enumerate(bodies):
+        own = world.bodies[1 + int(rows.row[i])]
+        theirs = accelerations(model, data, body, own["position"])
+        scale = np.abs(theirs).max()
+        np.testing.assert_allclose(own["acceleration"], theirs[:3], atol=1e-9 * scale)
+        np.testing.assert_allclose(own["turning"], theirs[3:], atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_tree_flies_as_by_fine_steps_of_mujoco(seed: int) -> None:
+    """0.2 s with applied forces and damping; steps of 2 ms against Runge-Kutta steps of 20 us."""
+    model = random_model(seed, damping=0.05)
+    model.opt.timestep = 2e-5
+    data = random_state(model, seed)
+    world, _, _ = tree_of(model, data)
+    for _ in range(10000):
+        mujoco.mj_step(model, data)
+    step(world.world, 2e-3, 100)
+    q, v = coordinates(world, 0)
+    np.testing.assert_allclose(q, data.qpos, atol=1e-5)
+    np.testing.assert_allclose(v, data.qvel, atol=1e-4 * np.abs(data.qvel).max())
