@@ -14,6 +14,7 @@ import pybullet as p
 from contactlaw.pair import DEEPEST, ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
 from contactlaw.pybullet_callback.couples import couples_of
+from contactlaw.pybullet_callback.exchange import DEEP, ENDED, NEWS
 from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
@@ -179,8 +180,8 @@ class ContactCallback:
         self._scene.restore(saved)
 
     def look(self) -> None:
-        """Read masses and inertias again."""
-        self._scene.weigh()
+        """Read masses, inertias and joints again."""
+        self._change(self._contacts)
 
     def __call__(self) -> None:
         """Foresee the step that stepSimulation is about to take, and apply the forces of its contacts.
@@ -188,31 +189,22 @@ class ContactCallback:
         Raises:
             ValueError: Bodies, shapes or their motion are not what the class asks for.
         """
-        scene = self._begin()
-        if scene is None:
-            return
-        self._put(scene, scene.receive(self._dt))
-        scene.step(self._dt)
-        scene.hand_back(stepped=False)
-        self._look_over(scene)
-        self._push(scene)
+        begun = self._begin()
+        if begun is not None:
+            scene, gravity = begun
+            self._look_over(scene, scene.traffic.foresee(self._dt, gravity))
+            scene.traffic.push()
 
     def step(self) -> None:
         """Take a step of PyBullet and of the contacts; errors as for a call, but Bullet has stepped then."""
-        scene = self._begin()
-        if scene is None:
+        begun = self._begin()
+        if begun is None:
             p.stepSimulation(self._client)
-            return
-        self._put(scene, scene.receive(self._dt))
-        scene.steady()
-        self._push(scene)
-        p.stepSimulation(self._client)
-        scene.compare()
-        scene.step(self._dt)
-        self._put(scene, scene.hand_back(stepped=True))
-        self._look_over(scene)
+        else:
+            scene, gravity = begun
+            self._look_over(scene, scene.traffic.take_step(self._dt, gravity))
 
-    def _begin(self) -> Scene | None:
+    def _begin(self) -> tuple[Scene, tuple[float, float, float]] | None:
         """See that all bodies are there, and read time step and gravity."""
         bodies_now = p.getNumBodies(self._client)
         if bodies_now != self._body_count:
@@ -222,29 +214,10 @@ class ContactCallback:
             self._body_count = bodies_now
         if not self._contacts:
             return None
-        parameters = engine_parameters(self._client)
-        scene = self._scene
-        self._dt = parameters["fixedTimeStep"]
-        scene.set_gravity(
-            parameters["gravityAccelerationX"], parameters["gravityAccelerationY"], parameters["gravityAccelerationZ"]
-        )
-        return scene
-
-    def _push(self, scene: Scene) -> None:
-        """Apply forces and torques."""
-        client = self._client
-        for row, fx, fy, fz, tx, ty, tz, x, y, z in scene.pushes():
-            body, link = scene.keys[row]
-            p.applyExternalForce(body, link, (fx, fy, fz), (x, y, z), p.WORLD_FRAME, client)
-            if tx != 0.0 or ty != 0.0 or tz != 0.0:
-                p.applyExternalTorque(body, link, (tx, ty, tz), p.WORLD_FRAME, client)
-
-    def _put(self, scene: Scene, number: int) -> None:
-        """Put bodies where they are to be, moving as they are to."""
-        for row, x, q, v, w in scene.places(number):
-            body = scene.keys[row][0]
-            p.resetBasePositionAndOrientation(body, x, q, self._client)  # which stops it
-            p.resetBaseVelocity(body, v, w, self._client)
+        step = engine_parameters(self._client)
+        self._dt = step["fixedTimeStep"]
+        gravity = step["gravityAccelerationX"], step["gravityAccelerationY"], step["gravityAccelerationZ"]
+        return self._made or self._scene, gravity
 
     @property
     def _scene(self) -> Scene:
@@ -258,24 +231,23 @@ class ContactCallback:
         self._old = self._made or self._old
         self._contacts, self._made = contacts, None
 
-    def _look_over(self, scene: Scene) -> None:
+    def _look_over(self, scene: Scene, said: int) -> None:
         """See to what a step says of its contacts: new ones, some that are over, some too deep.
 
         Raises:
             ValueError: A body has gone, or a place without a radius of its own.
         """
-        head = scene.head[0]
-        if head["news"]:
+        if said & NEWS:
             for couple, record in scene.fresh():
                 for side in couple.ends:
                     self._marks.check(side.body)
                 scene.check_place(couple, record)
-        if head["ended"]:
+        if said & ENDED:
             for handle, contact in self._contacts.items():
                 if contact.ledger is not None:
                     for _, record in scene.contacts(handle, closed=False):
                         contact.ledger.add(record, self._dt)
-        if head["deep"]:
+        if said & DEEP:
             for couple, record in scene.contacts():
                 if not couple.deep and record["deepest"] > DEEPEST * record["touch"]["radius"]:
                     couple.deep = True

@@ -18,6 +18,7 @@ from typing import Any
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
+from contactlaw.pair import DEEPEST
 from contactlaw.world.access import body_at, contact_at, element, near_at, numbers_at, shape_at, world_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import give, set_axes
@@ -34,6 +35,7 @@ ROW = record(
     lacks="i8",  # its place lacks something then
     shift=VECTOR, turn=("f8", (4,)),  # and what: [m], quaternion scalar last
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
+    linked="i8",  # of a body with joints, see `linked`
     force=VECTOR, torque=VECTOR,  # mean of what contacts did in the last step [N], [N m]
     pressed="i8",  # a contact was closed at the end of it
     asleep="i8",
@@ -42,18 +44,16 @@ ROW = record(
 """A body as the world and PyBullet exchange it."""
 
 HEAD = record(
-    world="u8", rows="u8", jobs="u8", seen="u8", count="i8", dt="f8", gravity=VECTOR, weigh="i8",
+    world="u8", rows="u8", jobs="u8", seen="u8", count="i8",
+    dt="f8", gravity=VECTOR,
     bad="i8",  # the row whose numbers are not finite
-    strange="i8",
     pushed="i8", put="i8",  # how many jobs of either kind
-    news="i8",  # contacts have touched
-    ended="i8", deep="i8",  # contacts have parted, are deeper than Hertz allows
 )  # fmt: skip
 """What compiled code is given: addresses, the step [s], gravity; and what came out."""
 
 JOB = 14  # numbers of one: its row, then force, torque, point; or position, quaternion, velocity, spin
 EXACT = 1e-12  # relative difference that is rounding
-DEEPEST = 0.1  # overlap over radius
+NEWS, ENDED, DEEP, FLAGS = 1, 2, 4, 8
 
 row_at: Any = element(ROW)
 
@@ -68,12 +68,13 @@ def job_at(head, i):
 def receive(heads):
     """Take what was read: put right what a body's place lacks, and give the world's bodies their motion.
 
-    Returns how many bodies must be put elsewhere before Bullet steps; or -1: not finite.
+    Returns twice how many bodies must be put elsewhere before Bullet steps, and one more if somebody has put one where
+    it is; or -1: not finite.
     """
     head = heads[0]
     w = world_at(head.world, 0)
     head.put = 0
-    head.strange = 0
+    strange = 0
     for k in range(head.count):
         r = row_at(head.rows, k)
         if not finite(r.before):
@@ -81,6 +82,8 @@ def receive(heads):
             return -1
     for k in range(head.count):
         r = row_at(head.rows, k)
+        if r.linked != 0:
+            continue
         b = body_at(w.bodies, k + 1)
         store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
         store(b.torque, (0.0, 0.0, 0.0))
@@ -108,13 +111,13 @@ def receive(heads):
                 store(r.before.spin, (0.0, 0.0, 0.0))
             put(head, k, r.before)
         if r.strange != 0:
-            head.strange = 1
+            strange = 1
             r.pressed = 0
             w.stale = 1
             stir(w)  # itself, and what it may have held
         r.lacks = 0
         set_out(r, b, head.dt)
-    return head.put
+    return 2 * head.put + strange
 
 
 @jit_inside
@@ -197,7 +200,7 @@ def press(heads):
                     r.pressed = 1
     for k in range(head.count):
         r = row_at(head.rows, k)
-        if r.strange != 0 and r.pressed != 0:
+        if r.strange != 0 and r.pressed != 0 and r.linked == 0:
             set_out(r, body_at(w.bodies, k + 1), head.dt)
 
 
@@ -208,6 +211,8 @@ def steady(heads):
     head.pushed = 0
     for k in range(head.count):
         r = row_at(head.rows, k)
+        if r.linked != 0:
+            continue
         if r.pressed == 0 or r.strange != 0:
             store(r.force, (0.0, 0.0, 0.0))
             store(r.torque, (0.0, 0.0, 0.0))
@@ -227,7 +232,7 @@ def compare(heads):
     for k in range(head.count):
         r = row_at(head.rows, k)
         b = body_at(w.bodies, k + 1)
-        if r.mass == 0.0:
+        if r.mass == 0.0 or r.linked != 0:
             continue
         if not finite(r.after):
             head.bad = k
@@ -262,17 +267,22 @@ def moment(r, b, rate):
 
 @jit
 def hand_back(heads, stepped):
-    """After the world's step: jobs for the bodies that were touched, pushes or, where Bullet has stepped, places."""
+    """After the world's step: jobs for the bodies that were touched, pushes or, where Bullet has stepped, places.
+
+    Returns FLAGS times how many, and what `look` says.
+    """
     head = heads[0]
     w = world_at(head.world, 0)
     head.pushed = 0
     head.put = 0
     for k in range(head.count):
         row_at(head.rows, k).pressed = 0
-    look(head, w)
+    flags = look(head, w)
     for k in range(head.count):
         r = row_at(head.rows, k)
         b = body_at(w.bodies, k + 1)
+        if r.linked != 0:
+            continue
         if r.mass == 0.0:
             keep(r, r.before, 0.0)
         elif b.asleep != 0 and b.touched == 0:
@@ -289,15 +299,13 @@ def hand_back(heads, stepped):
                 keep(r, r.after, 0.0)
         else:
             finish(head, k, r, b, stepped)
-    return head.put
+    return FLAGS * (head.put + head.pushed) + flags
 
 
 @jit_inside
 def look(head, w):
-    """See which bodies have closed contacts, and which contacts are new, have ended, or are too deep."""
-    head.news = 0
-    head.ended = 0
-    head.deep = 0
+    """See which bodies have closed contacts; returns whether contacts are new, have ended, or are too deep."""
+    flags = 0
     known = carray(numbers_at(head.seen), w.contact_room)
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
@@ -306,14 +314,15 @@ def look(head, w):
             continue
         if known[slot] == 0.0:
             known[slot] = 2.0
-            head.news = 1
+            flags |= NEWS
         if c.deepest > DEEPEST * c.touch.radius:
-            head.deep = 1
+            flags |= DEEP
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1
         else:
-            head.ended = 1
+            flags |= ENDED
+    return flags
 
 
 @jit_inside

@@ -1,45 +1,41 @@
-"""The world that the contacts of a callback make: its bodies, shapes and pairs, and what is exchanged with PyBullet."""
+"""The world that the contacts of a callback make: its bodies, shapes and pairs; what it remembers of contacts."""
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.contact import Contact, Couple
-from contactlaw.pybullet_callback.exchange import HEAD, JOB, MOTION, ROW, compare, hand_back, press, receive, steady
+from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.shapes import BASE, Key
+from contactlaw.pybullet_callback.shapes import Key, Side, coordinates
+from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.frames import ALIKE
 from contactlaw.world.records import BOX, CLOSED, FREE, SEGMENT, Arrays
 from contactlaw.world.shapes import tangent
-from contactlaw.world.step import step
 
-PACKED, NUMBERS = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct(f"{JOB}d")
-GRAVITY, DT, WHOLE = struct.Struct("3d"), struct.Struct("d"), struct.Struct("q")
-BEFORE, AFTER = (int(ROW.fields[name][1]) for name in ("before", "after"))  # type: ignore[index]
-GRAVITY_AT, DT_AT, STRANGE_AT, PUSHED_AT = (
-    int(HEAD.fields[name][1])
-    for name in ("gravity", "dt", "strange", "pushed")  # type: ignore[index]
-)
 CROWD_SUBSTEPS = 60
-NEW = 2.0
+STILLNESS = 1e-9  # of the overlap: what rests carries its weight to that
+NEW = 2.0  # in `Traffic.seen`
 NEAR_EDGE = 0.99  # of half a box's length
+JOINTED = ("left", "ahead", "lacks", "force", "push", "pressed")  # what a body with joints remembers
+OWN = ("asleep", "held", "momentum", "position", "quaternion", "axes")  # what another does in the world
 
 
 class Saved(NamedTuple):
     """What a restart needs."""
 
-    keys: tuple[Key, ...]
+    shapes: tuple[Key, ...]
     handles: tuple[int, ...]
     arrays: Arrays
     rows: np.ndarray
     seen: np.ndarray
+    jointed: list[dict[str, Any]]
 
 
 class Scene:
@@ -49,169 +45,92 @@ class Scene:
         client: Physics client id.
         contacts: By handle.
         old: The scene before; what it remembers of contacts that are still there is taken over.
+
+    Attributes:
+        traffic: Between it and PyBullet.
     """
 
     def __init__(self, client: int, contacts: Mapping[int, Contact], old: Scene | None = None) -> None:
-        self._client, self.handles = client, list(contacts)
+        self._client, self._handles = client, tuple(contacts)
         sides = {side.key: side for contact in contacts.values() for c in contact.couples for side in c.ends}
-        before = old.keys if old else []
-        self.keys = [key for key in before if key in sides] + [key for key in sides if key not in before]
-        self.row = {key: row for row, key in enumerate(self.keys)}
+        order = [key for key in old.shapes if key in sides] if old else []
+        order += [key for key in sides if key not in order]
         most = max([contact.substeps for contact in contacts.values()], default=100)
-        self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS), stillness=1e-9)
-        self.shapes: dict[Any, list[int]] = {}
-        self.measured: list[Measured] = []
-        for key in self.keys:
-            self.shapes[key] = sides[key].add_to(self.world, self.world.add_body(np.inf, 1.0))
+        self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS), stillness=STILLNESS)
+        self.shapes: dict[Key, list[int]] = {}
+        self._side_of: dict[int, Key] = {}
+        self._row: dict[Key, int] = {}
+        bodies: list[Key] = []
+        linked: dict[int, Linked] = {}
+        there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
+        for key in order:
+            self._add(sides[key], bodies, linked, there)
+        measured: list[Measured] = []
         for contact in contacts.values():
-            self._let_touch(contact)
-        self.couples: dict[frozenset[int], tuple[int, Couple]] = {
-            frozenset((self.row[couple.a.key], self.row[couple.b.key])): (handle, couple)
-            for handle, contact in contacts.items()
-            for couple in contact.couples
+            self._let_touch(contact, measured)
+        self._couples = {
+            frozenset((c.a.key, c.b.key)): (handle, c) for handle, contact in contacts.items() for c in contact.couples
         }
-        self.rows = np.zeros(len(self.keys), ROW)
-        self.jobs = np.zeros((max(len(self.keys), 1), JOB))
-        self.head = np.zeros(1, HEAD)
-        self.rows["left"]["position"] = np.nan
-        self._bind(self.world.arrays)
-        self.weigh()
+        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured)
         if old:
             self._take_over(old)
 
-    def _let_touch(self, contact: Contact) -> None:
+    def _add(self, side: Side, bodies: list[Key], linked: dict[int, Linked], there: set[int]) -> None:
+        """A shape, and the body that it is on."""
+        at, turn, row = np.zeros(3), np.eye(3), -1
+        if side.body in there and p.getNumJoints(side.body, self._client) and coordinates(self._client, side.body):
+            if side.body not in linked:
+                linked[side.body] = Linked(self._client, side.body)
+                linked[side.body].add_to(self.world)
+                bodies += linked[side.body].keys
+            if side.link in linked[side.body].links:
+                member, at, turn = linked[side.body].place_of(side.link)
+                row = linked[side.body].first + member
+        if row < 0:
+            row = self.world.add_body(np.inf, 1.0)
+            bodies.append(side.key)
+        self._row[side.key] = row
+        self._enter(side.key, side.add_to(self.world, row, at, turn))
+
+    def _enter(self, key: Key, shapes: list[int]) -> None:
+        self.shapes.setdefault(key, []).extend(shapes)
+        self._side_of.update(dict.fromkeys(shapes, key))
+
+    def _let_touch(self, contact: Contact, measured: list[Measured]) -> None:
         """Sets meet as sets; what PyBullet must measure has a plane for each sphere that may touch it."""
         plain = [couple for couple in contact.couples if not couple.measured]
         for couple in contact.couples:
             if couple.measured:
                 one, other = couple.sides
-                ends = self.shapes[one.key][-2:]  # of a capsule, without its side
-                row = self.row[other.key]
+                ends, row = self.shapes[one.key][-2:], self._row[other.key]  # of a capsule without its side
                 planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
+                self._enter(other.key, planes)
                 self.world.add_contact(ends, planes, contact.pair)
-                self.measured.append(Measured(one, other, self.row[one.key], row, ends, planes))
+                measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
         if plain:
             sets = ({s for couple in plain for s in self.shapes[couple.ends[end].key]} for end in (0, 1))
             self.world.add_contact(*sets, contact.pair)
 
-    def _bind(self, arrays: Arrays) -> None:
-        """Let the compiled code know where the arrays are."""
-        self.world._arrays = arrays.bound()
-        self.state = arrays.world
-        self.seen = np.zeros(arrays.contacts.size)
-        head = self.head
-        head["world"], head["rows"], head["jobs"] = (a.ctypes.data for a in (self.state, self.rows, self.jobs))
-        head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-
-    @property
-    def arrays(self) -> Arrays:
-        """Those of the world."""
-        return self.world.arrays
-
-    def weigh(self, rows: Iterable[int] | None = None) -> None:
-        """Read masses and inertias, of all bodies or some."""
-        there = {p.getBodyUniqueId(i, self._client) for i in range(p.getNumBodies(self._client))}
-        for k in range(len(self.keys)) if rows is None else rows:
-            body, link = self.keys[k]
-            info = p.getDynamicsInfo(body, link, self._client) if body in there else [0.0, 0.0, (0.0, 0.0, 0.0)]
-            row, own, moments = self.rows[k], self.arrays.bodies[k + 1], np.array(info[2])
-            row["mass"], row["inertia"] = info[0], moments
-            moves = info[0] > 0.0
-            own["inverse_mass"] = 1.0 / info[0] if moves else 0.0
-            own["inverse_inertia"] = np.divide(1.0, moments, np.zeros(3), where=moves & (moments > 0.0))
-            own["isotropic"] = np.ptp(moments) <= ALIKE * moments.max()
-            own["oriented"] |= 1 - own["isotropic"]
-
-    def set_gravity(self, x: float, y: float, z: float) -> None:
-        """Gravity [m/s^2] of the step that begins."""
-        GRAVITY.pack_into(self.head, GRAVITY_AT, x, y, z)
-
-    def receive(self, dt: float) -> int:
-        """Read all bodies, at the start of a step; returns how many must be put elsewhere first."""
-        DT.pack_into(self.head, DT_AT, dt)
-        self._read(BEFORE)
-        number = receive(self.head)
-        if number < 0:
-            self._refuse()
-        if WHOLE.unpack_from(self.head, STRANGE_AT)[0]:
-            self.step(0.0)  # who is near whom
-            press(self.head)
-        for one in self.measured:
-            one.place(self._client, self.arrays, dt)
-        return number
-
-    def steady(self) -> None:
-        """Make jobs of what pressed on bodies in the last step."""
-        steady(self.head)
-
-    def compare(self) -> None:
-        """Read all bodies after Bullet's step, and what accelerations it gave them."""
-        self._read(AFTER)
-        if compare(self.head) < 0:
-            self._refuse()
-
-    def hand_back(self, *, stepped: bool) -> int:
-        """Make jobs of what the world's step came to; returns how many bodies must be put elsewhere."""
-        return hand_back(self.head, int(stepped))
-
-    def _read(self, offset: int) -> None:
-        """Where bodies are and how they move, into the rows."""
-        client, buffer, pack = self._client, self.rows, PACKED.pack_into
-        pose, velocity, at = p.getBasePositionAndOrientation, p.getBaseVelocity, offset
-        for body, _ in self.keys:
-            (x, q), (v, w) = pose(body, client), velocity(body, client)
-            pack(buffer, at, *x, *q, *v, *w)
-            at += ROW.itemsize
-
-    def _refuse(self) -> None:
-        body, link = self.keys[int(self.head["bad"][0])]
-        name = f"body {body}" if link == BASE else f"body {body} link {link}"
-        raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
-
-    def pushes(self) -> Iterator[tuple]:
-        """Row, force, torque, and where."""
-        for i in range(WHOLE.unpack_from(self.head, PUSHED_AT)[0]):
-            job = NUMBERS.unpack_from(self.jobs, i * NUMBERS.size)
-            yield int(job[0]), *job[1:10]
-
-    def places(self, number: int) -> Iterator[tuple]:
-        """Row, position, quaternion, velocity and spin."""
-        for i in range(number):
-            job = NUMBERS.unpack_from(self.jobs, i * NUMBERS.size)
-            yield int(job[0]), job[1:4], job[4:8], job[8:11], job[11:14]
-
-    def step(self, dt: float) -> None:
-        """Move the world."""
-        while step(self.state, dt, 1) == 0:
-            seen = self.seen
-            self._bind(with_more_room(self.arrays))
-            self.seen[: seen.size] = seen
-
     def contacts(self, handle: int | None = None, closed: bool | None = None) -> Iterator[tuple[Couple, Any]]:
         """Those closed now, or parted in the last step, of one handle or all, with their couples."""
-        records = self.arrays.contacts
+        records = self.traffic.arrays.contacts
         for slot in np.flatnonzero(records["phase"] != FREE):
             record = records[slot]
-            own, couple = self.couples[frozenset((int(record["body_a"]) - 1, int(record["body_b"]) - 1))]
+            own, couple = self._couple_of(record)
             if handle in (None, own) and closed in (None, bool(record["phase"] == CLOSED)):
                 yield couple, record
 
-    def fresh(self) -> Iterator[tuple[Couple, Any]]:
-        """Contacts that are new; masses of their bodies are read again."""
-        for slot in np.flatnonzero(self.seen == NEW):
-            self.seen[slot] = 1.0
-            record = self.arrays.contacts[slot]
-            rows = int(record["body_a"]) - 1, int(record["body_b"]) - 1
-            self.weigh(rows)
-            yield self.couples[frozenset(rows)][1], record
-
     def check_place(self, couple: Couple, record: Any) -> None:
         """Raise ValueError where two bodies touch with something that has no radius of its own, nor the pair one."""
-        if self.arrays.pairs["radius"][record["pair"]] > 0.0:
+        arrays = self.traffic.arrays
+        if arrays.pairs["radius"][record["pair"]] > 0.0:
             return
         side = edge = False
         for end in ("a", "b"):
-            body, shape = self.arrays.bodies[record[f"body_{end}"]], self.arrays.shapes[record[f"shape_{end}"]]
+            body, shape = (
+                self.traffic.arrays.bodies[record[f"body_{end}"]],
+                self.traffic.arrays.shapes[record[f"shape_{end}"]],
+            )
             axes = body["axes"].reshape(3, 3)
             if shape["kind"] == SEGMENT:
                 along = (record[f"arm_{end}"] @ axes - shape["at"]) @ shape["half"]
@@ -231,60 +150,82 @@ class Scene:
             "a radius of their own, elsewhere give the pair an effective radius [m]"
         )
 
+    def fresh(self) -> Iterator[tuple[Couple, Any]]:
+        """Contacts that are new; masses of their bodies are read again."""
+        traffic = self.traffic
+        for slot in np.flatnonzero(traffic.seen == NEW):
+            traffic.seen[slot] = 1.0
+            record = traffic.arrays.contacts[slot]
+            traffic.weigh((int(record["body_a"]) - 1, int(record["body_b"]) - 1))
+            yield self._couple_of(record)[1], record
+
     def touching(self, handle: int) -> dict[Couple, list[Any]]:
         """Contacts of a handle by couples, as `contact.state_of` wants them."""
         out: dict[Couple, list[Any]] = {}
-        records, bodies = self.arrays.contacts, self.arrays.bodies
-        for couple, record in self.contacts(handle):
-            slot = (record.__array_interface__["data"][0] - records.ctypes.data) // records.itemsize
-            sign = 1.0 if self.keys[int(record["body_a"]) - 1] == couple.a.key else -1.0
-            asleep = bool(bodies["asleep"][record["body_a"]] or bodies["asleep"][record["body_b"]])
-            out.setdefault(couple, []).append((record, self.arrays.memory[slot], sign, asleep))
+        arrays = self.traffic.arrays
+        for slot in np.flatnonzero(arrays.contacts["phase"] != FREE):
+            record = arrays.contacts[slot]
+            own, couple = self._couple_of(record)
+            if own == handle:
+                sign = 1.0 if self._side_of[int(record["shape_a"])] == couple.a.key else -1.0
+                asleep = bool(arrays.bodies["asleep"][[record["body_a"], record["body_b"]]].any())
+                out.setdefault(couple, []).append((record, arrays.memory[slot], sign, asleep))
         return out
+
+    def _couple_of(self, record: Any) -> tuple[int, Couple]:
+        """Handle and couple of a contact."""
+        return self._couples[frozenset(self._side_of[int(record[name])] for name in ("shape_a", "shape_b"))]
 
     def save(self) -> Saved:
         """A copy of all that is remembered."""
-        return Saved(tuple(self.keys), tuple(self.handles), self.world.save(), self.rows.copy(), self.seen.copy())
+        traffic = self.traffic
+        jointed = [deepcopy({name: getattr(one, name) for name in JOINTED}) for one in traffic.linked]
+        arrays = Arrays(*(array.copy() for array in traffic.arrays))
+        return Saved(tuple(self.shapes), self._handles, arrays, traffic.rows.copy(), traffic.seen.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
         """Go back to it."""
-        if not isinstance(saved, Saved) or saved.keys != tuple(self.keys) or saved.handles != tuple(self.handles):
+        if not isinstance(saved, Saved) or (saved.shapes, saved.handles) != (tuple(self.shapes), self._handles):
             raise ValueError("saved: is not what `save` gave, or contacts have been added or removed since")
-        self.rows[:] = saved.rows
-        self._bind(Arrays(*(array.copy() for array in saved.arrays)))
-        self.seen[:] = saved.seen
+        traffic = self.traffic
+        traffic.rows[:] = saved.rows
+        traffic.bind(Arrays(*(array.copy() for array in saved.arrays)))
+        traffic.seen[:] = saved.seen
+        for one, values in zip(traffic.linked, saved.jointed, strict=True):
+            vars(one).update(deepcopy(values))
 
     def _take_over(self, old: Scene) -> None:
         """What is remembered of contacts and bodies that are there still."""
-        mine, theirs = self.arrays, old.arrays
-        for key in self.keys:
-            if key in old.row:
-                i, j = self.row[key], old.row[key]
-                self.rows[i] = old.rows[j]
-                for name in ("asleep", "held", "momentum", "position", "quaternion", "axes"):
-                    mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]
+        mine, theirs = self.traffic.arrays, old.traffic.arrays
+        before = {one.body: one for one in old.traffic.linked}
+        for one in self.traffic.linked:
+            if one.body in before and before[one.body].v_size == one.v_size:
+                vars(one).update({name: getattr(before[one.body], name) for name in (*JOINTED, "matrix")})
         numbers: dict[int, int] = {}
         for key, shapes in old.shapes.items():
-            if key in self.shapes:
-                numbers.update(zip(shapes, self.shapes[key], strict=True))
+            if key not in self.shapes:
+                continue
+            numbers.update(zip(shapes, self.shapes[key], strict=False))
+            i, j = self._row[key], old._row[key]
+            if not self.traffic.rows["linked"][i]:
+                self.traffic.rows[i] = old.traffic.rows[j]
+                for name in OWN:
+                    mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]
         for slot in np.flatnonzero(theirs.contacts["phase"] != FREE):
             c = theirs.contacts[slot]
             a, b = numbers.get(int(c["shape_a"])), numbers.get(int(c["shape_b"]))
-            if a is None or b is None:
-                continue
-            pair = mine.groups[mine.shapes["group"][a], mine.shapes["group"][b]]
+            pair = -1 if a is None or b is None else mine.groups[mine.shapes["group"][a], mine.shapes["group"][b]]
             if pair < 0:
                 continue
             if mine.world["spares"][0] == 0:
-                mine = with_more_room(mine)
-                self._bind(mine)
+                self.traffic.bind(with_more_room(mine))
+                mine = self.traffic.arrays
             mine.world["spares"] -= 1
             new = int(mine.spare[mine.world["spares"][0]])
-            mine.contacts[new] = c
-            own = mine.contacts[new]
-            own["shape_a"], own["shape_b"], own["pair"], own["near"] = a, b, pair, -1
-            own["body_a"], own["body_b"] = mine.shapes["body"][a], mine.shapes["body"][b]
-            size = min(mine.memory.shape[1], theirs.memory.shape[1])
+            own, size = mine.contacts[new : new + 1], min(mine.memory.shape[1], theirs.memory.shape[1])
+            own[0], own["pair"], own["near"] = c, pair, -1
+            for side, shape in (("a", a), ("b", b)):
+                own[f"shape_{side}"], own[f"body_{side}"] = shape, mine.shapes["body"][shape]
             mine.memory[new, :size] = theirs.memory[slot, :size]
-            self.seen[new] = 1.0
+            self.traffic.seen[new] = 1.0
         mine.world["stale"] = 1

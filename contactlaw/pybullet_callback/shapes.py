@@ -65,16 +65,16 @@ class Side:
         """Whether PyBullet must say where it is nearest."""
         return self.shape not in FLAT + ROUND
 
-    def add_to(self, world: World, body: int) -> list[int]:
-        """Fix it to a body of the world; returns the shapes that it makes."""
-        axis = self.rotation[:, 2]
+    def add_to(self, world: World, body: int, offset: Array, turn: Array) -> list[int]:
+        """Fix it to a body of the world, in which its body's inertial frame is so; returns the shapes that it makes."""
+        at, own = offset + turn @ self.position, turn @ self.rotation
         if self.shape == "sphere":
-            return [world.add_sphere(body, self.size[0], self.position)]
+            return [world.add_sphere(body, self.size[0], at)]
         if self.shape == "capsule":
-            return list(world.add_capsule(body, *self.size, self.position, axis))
+            return list(world.add_capsule(body, *self.size, at, own[:, 2]))
         if self.shape == "box":
-            return [world.add_box(body, self.size, self.position, quaternion_of(self.rotation))]
-        return [world.add_plane(body, self.position, axis)] if self.shape == "plane" else []
+            return [world.add_box(body, self.size, at, quaternion_of(own))]
+        return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []
 
     @property
     def key(self) -> Key:
