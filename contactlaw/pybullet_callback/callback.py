@@ -60,12 +60,17 @@ class ContactCallback:
 
     Args:
         client: Physics client id.
+        fixed_bodies_move: Whether bodies that nothing can push may be moved by the user, put elsewhere or given a
+            velocity, at any time. False: they are read when a contact is added or removed and at `look`, which saves
+            more than a microsecond a body and step.
     """
 
-    def __init__(self, client: int = 0) -> None:
+    def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True) -> None:
         if isinstance(client, bool) or not isinstance(client, int | np.integer) or not p.isConnected(int(client)):
             raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
-        self._client = int(client)
+        if not isinstance(fixed_bodies_move, bool):
+            raise ValueError(f"fixed_bodies_move = {fixed_bodies_move!r}: must be True or False")
+        self._client, self._moves = int(client), fixed_bodies_move
         self._contacts: dict[int, Contact] = {}
         self._handles = count()
         self._marks = Marks(self._client)
@@ -180,7 +185,7 @@ class ContactCallback:
         self._scene.restore(saved)
 
     def look(self) -> None:
-        """Read masses, inertias and joints again."""
+        """Read masses, inertias, joints, and bodies that are fixed, again."""
         self._change(self._contacts)
 
     def __call__(self) -> None:
@@ -192,7 +197,9 @@ class ContactCallback:
         begun = self._begin()
         if begun is not None:
             scene, gravity = begun
-            self._look_over(scene, scene.traffic.foresee(self._dt, gravity))
+            said = scene.traffic.foresee(self._dt, gravity)
+            if said:
+                self._look_over(scene, said)
             scene.traffic.push()
 
     def step(self) -> None:
@@ -223,7 +230,7 @@ class ContactCallback:
     def _scene(self) -> Scene:
         """The world of the contacts that there are."""
         if self._made is None:
-            self._made = Scene(self._client, self._contacts, self._old)
+            self._made = Scene(self._client, self._contacts, self._old, self._moves)
             self._old = None
         return self._made
 

@@ -45,12 +45,15 @@ class Scene:
         client: Physics client id.
         contacts: By handle.
         old: The scene before; what it remembers of contacts that are still there is taken over.
+        moves: See `Traffic`.
 
     Attributes:
         traffic: Between it and PyBullet.
     """
 
-    def __init__(self, client: int, contacts: Mapping[int, Contact], old: Scene | None = None) -> None:
+    def __init__(
+        self, client: int, contacts: Mapping[int, Contact], old: Scene | None = None, moves: bool = True
+    ) -> None:
         self._client, self._handles = client, tuple(contacts)
         sides = {side.key: side for contact in contacts.values() for c in contact.couples for side in c.ends}
         order = [key for key in old.shapes if key in sides] if old else []
@@ -71,7 +74,7 @@ class Scene:
         self._couples = {
             frozenset((c.a.key, c.b.key)): (handle, c) for handle, contact in contacts.items() for c in contact.couples
         }
-        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured)
+        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves)
         if old:
             self._take_over(old)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.exchange import (
+    FLAGS,
     HEAD,
     JOB,
     MOTION,
@@ -42,14 +43,16 @@ class Traffic:
         keys: Body and link of each of its bodies.
         linked: Those with joints.
         measured: Who must be measured.
+        moves: Whether bodies that nothing can move are read at every step.
     """
 
     def __init__(
-        self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured]
+        self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool
     ) -> None:
         self._client, self._world, self.keys, self.linked, self._measured = client, world, keys, linked, measured
         self.rows, self.jobs, self._head = np.zeros(len(keys), ROW), np.zeros((len(keys) + 1, JOB)), np.zeros(1, HEAD)
         self.rows["left"]["position"] = np.nan
+        self._found, self._pushed = 0, []
         for one in linked:
             self.rows["linked"][one.first : one.first + len(one.keys)] = 1
         plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
@@ -57,6 +60,11 @@ class Traffic:
         self._still = [(key, k * ROW.itemsize) for k, key in plain if key[1] != BASE]
         self.bind(world.arrays)
         self.weigh(k for k, _ in plain)
+        if not moves:
+            self._read(BEFORE)
+            self._read(AFTER)
+            heavy = {k * ROW.itemsize for k in np.flatnonzero(self.rows["mass"])}
+            self._bases, self._still = [one for one in self._bases if one[1] in heavy], []
 
     def bind(self, arrays: Arrays) -> None:
         """Let the compiled code know where the arrays are."""
@@ -85,16 +93,17 @@ class Traffic:
     def foresee(self, dt: float, gravity: tuple[float, float, float]) -> int:
         """The step that Bullet is about to take; returns what `exchange.look` says of the contacts."""
         self._receive(dt, gravity)
-        self._step(dt)
-        done = hand_back(self._head, 0)
-        self._found = done
-        self._pushed = [one for one in self.linked if one.hand_back(self.arrays, dt, False, self._presses(one))]
+        if step(self._state, dt, 1) == 0:
+            self._step(dt)
+        self._found = done = hand_back(self._head, 0)
+        if self.linked:
+            self._pushed = [one for one in self.linked if one.hand_back(self.arrays, dt, False, self._presses(one))]
         return done
 
     def push(self) -> None:
         """Apply the forces of the step that was foreseen."""
-        if self._found >= 8:
-            self._push(self._found >> 3)
+        if self._found >= FLAGS:
+            self._push(self._found // FLAGS)
         for one in self._pushed:
             self._push_links(one)
 
@@ -117,8 +126,8 @@ class Traffic:
             one.compare(self.arrays, dt)
         self._step(dt)
         done = hand_back(self._head, 1)
-        if done >= 8:
-            self._put(done >> 3)
+        if done >= FLAGS:
+            self._put(done // FLAGS)
         for one in self.linked:
             one.hand_back(self.arrays, dt, True, self._presses(one))
         return done
@@ -158,7 +167,7 @@ class Traffic:
 
     def _step(self, dt: float) -> None:
         """Move the world."""
-        while step(self._state, dt, 1) == 0:
+        while step(self._state, dt, 1) == 0:  # there may not be room enough
             seen = self.seen
             self.bind(with_more_room(self.arrays))
             self.seen[: seen.size] = seen
