@@ -23,6 +23,7 @@ from contactlaw.world.access import body_at, contact_at, element, near_at, numbe
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import give, set_axes
 from contactlaw.world.records import CLOSED, FREE, VECTOR, record
+from contactlaw.world.step import step
 from contactlaw.world.vec import add, axpy, cross, dot, half_turn, load, norm, scale, store, sub, to_body, to_world
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
@@ -54,6 +55,7 @@ HEAD = record(
 JOB = 14  # numbers of one: its row, then force, torque, point; or position, quaternion, velocity, spin
 EXACT = 1e-12  # relative difference that is rounding
 NEWS, ENDED, DEEP, FLAGS = 1, 2, 4, 8
+NOT_FINITE, NO_ROOM = -1, -2
 
 row_at: Any = element(ROW)
 
@@ -118,6 +120,21 @@ def receive(heads):
         r.lacks = 0
         set_out(r, b, head.dt)
     return 2 * head.put + strange
+
+
+@jit
+def foresee(heads, worlds):
+    """All of a step that Bullet is about to take: `receive`, the world's step, and `hand_back`.
+
+    Returns what the last of them does; or NOT_FINITE, or NO_ROOM less what the first one found, where somebody must see
+    to it: there may not be room enough in the world for the step if that was zero.
+    """
+    found = receive(heads)
+    if found < 0:
+        return NOT_FINITE
+    if found > 0 or step(worlds, heads[0].dt, 1) == 0:
+        return NO_ROOM - found
+    return hand_back(heads, 0)
 
 
 @jit_inside

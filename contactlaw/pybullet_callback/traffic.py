@@ -14,7 +14,10 @@ from contactlaw.pybullet_callback.exchange import (
     JOB,
     MOTION,
     ROW,
+    NO_ROOM,
+    NOT_FINITE,
     compare,
+    foresee,
     hand_back,
     press,
     receive,
@@ -62,9 +65,7 @@ class Traffic:
         self.weigh(k for k, _ in plain)
         if not moves:
             self._read(BEFORE)
-            self._read(AFTER)
-            heavy = {k * ROW.itemsize for k in np.flatnonzero(self.rows["mass"])}
-            self._bases, self._still = [one for one in self._bases if one[1] in heavy], []
+            self._bases, self._still = self._moving, []
 
     def bind(self, arrays: Arrays) -> None:
         """Let the compiled code know where the arrays are."""
@@ -89,16 +90,27 @@ class Traffic:
             own["inverse_inertia"] = np.divide(1.0, moments, np.zeros(3), where=moves & (moments > 0.0))
             own["isotropic"] = np.ptp(moments) <= ALIKE * moments.max()
             own["oriented"] |= 1 - own["isotropic"]
+        heavy = {int(k) * ROW.itemsize for k in np.flatnonzero(self.rows["mass"])}
+        self._moving = [one for one in self._bases if one[1] in heavy]
 
     def foresee(self, dt: float, gravity: tuple[float, float, float]) -> int:
         """The step that Bullet is about to take; returns what `exchange.look` says of the contacts."""
-        self._receive(dt, gravity)
-        if step(self._state, dt, 1) == 0:
-            self._step(dt)
-        self._found = done = hand_back(self._head, 0)
+        if self.linked or self._measured:
+            self._receive(dt, gravity)
+        else:
+            STEP.pack_into(self._head, STEP_AT, dt, *gravity)
+            self._read(BEFORE)
+            self._found = foresee(self._head, self._state)
+            if self._found >= 0:
+                return self._found
+            if self._found == NOT_FINITE:
+                self._refuse()
+            self._settle(dt, NO_ROOM - self._found)
+        self._step(dt)
+        self._found = hand_back(self._head, 0)
         if self.linked:
             self._pushed = [one for one in self.linked if one.hand_back(self.arrays, dt, False, self._presses(one))]
-        return done
+        return self._found
 
     def push(self) -> None:
         """Apply the forces of the step that was foreseen."""
@@ -119,7 +131,7 @@ class Traffic:
             else:
                 one.push[:] = 0.0
         p.stepSimulation(self._client)
-        self._read(AFTER)
+        self._read(AFTER, self._moving)
         if compare(self._head) < 0:
             self._refuse()
         for one in self.linked:
@@ -144,12 +156,16 @@ class Traffic:
             one.set_out(self.arrays, dt)
             self.rows["strange"][one.first : one.first + len(one.keys)] = one.strange
             found |= int(one.strange)
-        if found:
-            if found & 1:
-                self._settle_in(dt)
-            self._put(found >> 1)
+        self._settle(dt, found)
         for one in self._measured:
             one.place(self._client, self.arrays, dt)
+
+    def _settle(self, dt: float, found: int) -> None:
+        """See to what `receive` found."""
+        if found > 1:
+            self._put(found >> 1)
+        if found & 1:
+            self._settle_in(dt)
 
     def _settle_in(self, dt: float) -> None:
         """Somebody has put bodies where they are: see who is near whom, and who lies on whom."""
@@ -172,14 +188,14 @@ class Traffic:
             self.bind(with_more_room(self.arrays))
             self.seen[: seen.size] = seen
 
-    def _read(self, offset: int) -> None:
-        """Where bodies are and how they move, into the rows."""
+    def _read(self, offset: int, bodies: list[tuple[int, int]] | None = None) -> None:
+        """Where bodies are and how they move, into the rows; None: all."""
         client, buffer, pack = self._client, self.rows, PACKED.pack_into
         pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
-        for body, at in self._bases:
+        for body, at in self._bases if bodies is None else bodies:
             (x, q), (v, w) = pose(body, client), velocity(body, client)
             pack(buffer, at + offset, *x, *q, *v, *w)
-        for (body, link), at in self._still:
+        for (body, link), at in self._still if bodies is None else ():
             state = p.getLinkState(body, link, 1, 1, client)
             pack(buffer, at + offset, *state[0], *state[1], *state[6], *state[7])
 
