@@ -81,7 +81,8 @@ class Linked:
         for link in self.links:
             x, turn = np.zeros(3), np.eye(3)
             if link != BASE:
-                (x0, turn0), (x1, turn1) = poses[infos[link][16]], poses[link]
+                parent = infos[link][16]  # what does not move stands with the base
+                (x0, turn0), (x1, turn1) = poses[parent if parent in self.links else BASE], poses[link]
                 x, turn = turn0.T @ (x1 - x0), turn0.T @ turn1
                 if link in index:
                     x, turn = self._at_zero(index[link], x, turn, q, joint_at, axes)
@@ -267,6 +268,7 @@ class Linked:
             return False
         self.left, self.ahead = (self.start[0], shown), dt
         self.lacks = self.between(self.moved(self.start[0], dt * shown), q)
+        write_coordinates(world, self.number, *self.start)  # where it will be pushed; it is read anew in the next step
         return True
 
     def along(self, v: Array, q: Array, other: Array) -> Array:

@@ -128,5 +128,3 @@ def test_two_clients_at_once_give_the_same(client: int) -> None:
         assert first[0][2] > 0.9
     finally:
         p.disconnect(other)
-
-

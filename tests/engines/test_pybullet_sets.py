@@ -7,7 +7,7 @@ import pytest
 
 p = pytest.importorskip("pybullet")
 
-from pybullet_scenes import RADIUS, ball, ball_on_plane, pair_of, plane, run, shape, velocities  # noqa: E402
+from pybullet_scenes import RADIUS, ball, pair_of, plane, run, shape, velocities  # noqa: E402
 
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 
