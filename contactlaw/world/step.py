@@ -21,6 +21,7 @@ from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
+AT_THE_END = 1e-6  # of an impact: one that begins so shortly before the end of a step begins in the next
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
 
 
@@ -47,6 +48,8 @@ def step(world, dt, count):
                     break
                 now = max(now, first)
                 shortest = next_impact(w, now)
+                if dt - now <= AT_THE_END * shortest:
+                    break
             until = now + shortest
             if not dt - until > REMNANT * shortest:
                 until = dt
