@@ -33,9 +33,15 @@ address, and only where there are some; so are the three functions by which a mo
 says how it moves. Elastic impacts of a double pendulum keep their energy to 1e-5 each. Trees do not sleep; what a
 tree's free base has of momentum stays to 1e-6.
 
+Shapes are round (spheres, capsules), boxes and planes; one of two that meet is round. The side of a capsule is crowned
+a little, so that where it is nearest is one point, which moves continuously: forces are then the gradient of an energy
+whatever rolls over what (`segments`, `box`). Planes that an engine's narrow phase places before each step stand for all
+other surfaces; what they lag behind a curved one is an error of first order in the step. What a step hands to the next
+besides motion is a row of numbers (`state`).
+
 Read in this order: `records` (what there is), `motion`, `geometry`, `force`, `touch`, `pace`, `window`, `island`,
-`step`, `near` (broad phase), `sleep`, then `world`, the class; for joints `trees`, `tree_motion` and `chain`. All state
-is in plain arrays of named records.
+`step`, `near` (broad phase), `sleep`, `state`, then `world`, the class; for joints `trees`, `tree_motion` and `chain`.
+All state is in plain arrays of named records.
 """
 
 from contactlaw.world.world import World

@@ -20,6 +20,8 @@ from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
 from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, SHAPE, TREE, WORLD
 
+BODY_NUMBERS = BODY.itemsize // 8
+
 
 def element(dtype: np.dtype) -> Any:
     """A function of the address of an array of records and an index, that returns the record there."""
@@ -80,6 +82,16 @@ set_whole: Any = intrinsic(_set_whole)
 
 numbers_at: Any = intrinsic(_numbers)
 """An address as a pointer to float64, for `carray`."""
+
+
+@jit_inside
+def body_aside(w, i, place):
+    """A copy of a body, in one of two places."""
+    numbers = carray(numbers_at(w.bodies + 8 * BODY_NUMBERS * i), BODY_NUMBERS)
+    copy = carray(numbers_at(w.aside + 8 * BODY_NUMBERS * place), BODY_NUMBERS)
+    for k in range(BODY_NUMBERS):
+        copy[k] = numbers[k]
+    return body_at(w.aside, place)
 
 
 @jit_inside

@@ -73,7 +73,7 @@ def approach(w, bodies, pairs, t, until):
         for i in range(pairs):
             p = near_at(w.near, whole_at(w.island_pairs, i))
             if p.closed == 0:
-                predict(w, p, t, w.step - t)
+                predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
                 w.predictions += 1
                 first = min(first, p.toi)
                 touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
@@ -198,9 +198,10 @@ def length(w, pairs, t, until):
 @jit_inside
 def predict_clear(w, p, t):
     """Look at an open pair, and how long it stays so whatever impacts do."""
-    predict(w, p, t, w.step - t)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    predict(w, p, a, b, t, w.step - t)
     w.predictions += 1
-    closing = fastest_closing(p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+    closing = fastest_closing(p, a, b)
     p.clear_until = t + time_to_close(max(p.gap, 0.0), closing, max(p.acceleration, 0.0))
 
 

@@ -8,10 +8,10 @@ from contactlaw.world.access import near_at
 
 @jit_inside
 def sort_near(w):
-    """Sort the shapes of near pairs, of which nothing else is known yet (Shell's method, gaps of Ciura's kind)."""
+    """Sort the shapes of near pairs, of which nothing else is known yet (Shell's method, Knuth's gaps)."""
     gap = 1
-    while 9 * gap < 4 * w.nears:
-        gap = (9 * gap + 4) // 4
+    while 3 * gap < w.nears:
+        gap = 3 * gap + 1
     while gap > 0:
         for k in range(gap, w.nears):
             p = near_at(w.near, k)
@@ -21,7 +21,7 @@ def sort_near(w):
                 set_shapes(near_at(w.near, i), near_at(w.near, i - gap).a, near_at(w.near, i - gap).b)
                 i -= gap
             set_shapes(near_at(w.near, i), a, b)
-        gap = (4 * gap - 4) // 9 if gap > 1 else 0
+        gap //= 3
 
 
 @jit_inside

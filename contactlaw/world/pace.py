@@ -7,11 +7,11 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
+from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
 from contactlaw.world.motion import acceleration_at, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
-from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
@@ -34,8 +34,10 @@ def impact_time(k, duration, mass, overlap, closing, push):
 
 
 @jit_inside
-def predict(w, p, now, left):
+def predict(w, p, a, b, now, left):
     """Time of impact of two near shapes, at the earliest; now: of the step, left: what there is of it after [s].
+
+    a, b: their bodies, as they are now.
 
     A step of conservative advancement (Mirtich 1996): the time is never too late, and exact for spheres that meet head
     on. What the closing acceleration leaves out, the line of centres that turns, opens the gap, as the distance of a
@@ -43,7 +45,6 @@ def predict(w, p, now, left):
     bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
     p.seen = now
     p.gap = -overlap
@@ -63,10 +64,11 @@ def predict(w, p, now, left):
         turning = sub(acceleration_at(a, from_a), acceleration_at(b, add(from_a, sub(arm_b, arm_a))))
         more = sub(turning, rest)
         p.acceleration += -dot(more, n) if flat or sb.kind == SPHERE else norm(more)
-        w = rate(a) + rate(b)
-        across = norm(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)))
-        speed = w * (norm(arm_a) + norm(arm_b)) + across
-        change = jerk(a, norm(from_a)) + jerk(b, norm(arm_b))
+        far = norm(from_a)
+        w = rate(b) + (rate(a) if far > 0.0 or a.tree != 0 else 0.0)
+        across = norm(sub(velocity_at(a, from_a), velocity_at(b, add(from_a, sub(arm_b, arm_a)))))
+        speed = w * (far + norm(arm_b)) + across
+        change = jerk(a, far) + jerk(b, norm(arm_b))
         twist = torque_bound(a, from_a) + torque_bound(b, arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):
             if w * horizon > LARGEST_TURN:

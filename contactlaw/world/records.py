@@ -185,7 +185,7 @@ CONTACT = record(
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
-    roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", trees="u8", joints="u8",
+    roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
     body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
     cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
@@ -226,6 +226,7 @@ class Arrays(NamedTuple):
         roots: Room for the islands of a window.
         island_bodies, island_pairs: Room for what is in one.
         grid: Room for the broad phase.
+        aside: Room for two bodies as they will be.
         trees: Records.
         joints: Of all trees: coordinates, velocities, and what follows from them.
         world: One record.
@@ -244,6 +245,7 @@ class Arrays(NamedTuple):
     island_bodies: Array
     island_pairs: Array
     grid: Array
+    aside: Array
     trees: Array
     joints: Array
     world: Array

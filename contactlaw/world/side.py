@@ -15,7 +15,7 @@ GROWN = 1.5  # what accelerations by turning may grow to, within LARGEST_TURN, o
 
 @jit_inside
 def predict_side(p, sa, a, sb, b, n, arm_a, left):
-    """`pace.predict` where A is a segment; what is in the record already is gap, time, and acceleration without turning.
+    """`pace.predict` where A is a segment; the record knows gap, time, and acceleration without turning.
 
     Two convex shapes are at least as far apart as along any direction that one of them holds (a separating axis): here
     along the normal that there is, as B turns. Along it the middle line of A is x(s) = m + s c, and the gap of each

@@ -101,6 +101,8 @@ def open_up(q, c):
     """A contact has opened; its slot is kept until the next step."""
     q.closed = 0
     q.clear_until = 0.0
+    q.watched = 1
+    q.gap = max(-c.touch.overlap, 0.0)
     c.phase = PARTED
     store(c.force, (0.0, 0.0, 0.0))
     c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0

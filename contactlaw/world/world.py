@@ -185,9 +185,7 @@ class World:
             axis: Of its middle line, a unit vector along the same axes.
         """
         half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
-        fields = shapes.capsule(
-            *self._turn(body), checks.positive("radius", radius), checks.vector("at", at), half
-        )
+        fields = shapes.capsule(*self._turn(body), checks.positive("radius", radius), checks.vector("at", at), half)
         return self._shape(fields[0]), self._shape(fields[1]), self._shape(fields[2])
 
     def add_box(
@@ -223,7 +221,7 @@ class World:
         """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
 
         Args:
-            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor two that are flat: planes and boxes.
+            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor do planes and boxes each other.
             pair: Materials, friction, restitution and law; its radius, where it has one, holds for all.
         """
         if not isinstance(pair, ContactPair):

@@ -1,0 +1,243 @@
+"""What a world must remember from step to step besides the motion of its bodies, as a row of numbers of fixed size.
+
+Closed contacts, and which bodies sleep. An engine keeps the row in its own state, so that what is saved, copied or set
+back there goes on as it would have: to the bit, if the bodies are the same to the bit. Everything else follows from the
+bodies at the start of a step: the list of near pairs is made anew.
+
+The row: how many contacts are closed; of each, in the order of the near list, its two shapes, how often they have
+touched, the numbers of its record, and what its law remembers; of each body whether it sleeps, and what it fell asleep
+under. Rows are open to whoever uses the engine, and may be another model's: what is not sound in them is left out,
+contact by contact.
+"""
+
+from __future__ import annotations
+
+from numba import carray
+
+from contactlaw.jit import jit, jit_inside
+from contactlaw.laws.record import CONTACT_SIZE, LASTING, OPEN, PRESSED, SPRUNG
+from contactlaw.world.access import (
+    body_at,
+    contact_at,
+    law_of,
+    memory_of,
+    near_at,
+    numbers_at,
+    pair_at,
+    set_whole,
+    shape_at,
+    whole_at,
+)
+from contactlaw.world.geometry import effective_radius
+from contactlaw.world.near import pair_of
+from contactlaw.world.records import CLOSED, CONTACT, FREE
+from contactlaw.world.vec import dot, load, norm, store
+
+HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers: before all contacts; before each one's record; of each body
+RECORD = CONTACT.itemsize
+FIELDS = CONTACT.fields or {}
+FROM, LAST = int(FIELDS["interval"][1]), int(FIELDS["duration"][1])  # all float64 in between
+REST = (LAST - FROM) // 8 + 1
+LARGEST = 1e30  # magnitude of any number, SI units: products of some of them are still finite
+DEEPEST = 10.0  # overlap over the radius
+STRONGEST = 1e3  # force over E* R^2
+UNIT = 1e-9  # by which the square of a unit vector may be off
+
+
+def size(contact_room: int, memory_size: int, body_count: int) -> int:
+    """How many float64 a state takes, with room for so many contacts; the world itself is one of the bodies."""
+    return HEAD + contact_room * (SHAPES + CONTACT_SIZE + REST + memory_size) + SLEEP * body_count
+
+
+@jit_inside
+def part(w, slot, offset, count):
+    """Numbers of the record of a contact, a view."""
+    return carray(numbers_at(w.contacts + RECORD * slot + offset), count)
+
+
+@jit_inside
+def room_of(w, numbers):
+    """How many contacts a row has room for."""
+    return (numbers.size - HEAD - SLEEP * w.body_count) // (SHAPES + CONTACT_SIZE + REST + w.memory_size)
+
+
+@jit
+def pack(world, out):
+    """Write the state of a world, between two steps, into a row as long as `size` says; world: see `step.step`.
+
+    Returns how many contacts there was no room for; the rest of the row is zero.
+    """
+    w = world[0]
+    for i in range(out.size):
+        out[i] = 0.0
+    room = room_of(w, out)
+    if room < 0:
+        return w.nears
+    count, lost, at = 0, 0, HEAD
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.closed == 0:
+            continue
+        if count == room:
+            lost += 1
+            continue
+        count += 1
+        out[at], out[at + 1], out[at + 2] = p.a, p.b, contact_at(w.contacts, p.slot).touches
+        at = copy(part(w, p.slot, 0, CONTACT_SIZE), out, at + SHAPES)
+        at = copy(part(w, p.slot, FROM, REST), out, at)
+        at = copy(memory_of(w, p.slot), out, at)
+    out[0] = count
+    at = out.size - SLEEP * w.body_count
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        if b.asleep != 0 and small(b.held, 3):
+            out[at] = 1.0
+            copy(b.held, out, at + 1)
+        at += SLEEP
+    return lost
+
+
+@jit_inside
+def copy(numbers, out, at):
+    """Write numbers into a row from a place on; returns the place behind them."""
+    for i in range(numbers.size):
+        out[at + i] = numbers[i]
+    return at + numbers.size
+
+
+@jit_inside
+def take(row, at, out):
+    """Read numbers from a place of a row on; returns the place behind them."""
+    for i in range(out.size):
+        out[i] = row[at + i]
+    return at + out.size
+
+
+@jit_inside
+def small(numbers, count):
+    """Whether so many numbers are finite, and of a magnitude that leaves their products so."""
+    sound = True
+    for i in range(count):
+        sound = sound and abs(numbers[i]) <= LARGEST
+    return sound
+
+
+@jit
+def unpack(world, row):
+    """Give a world the state that a row holds; its bodies are given their motion by whoever does so, before the step.
+
+    Returns how many contacts and sleeping bodies were left out because they are not sound.
+    """
+    w = world[0]
+    forget(w)
+    room = room_of(w, row)
+    if room < 0 or not 0.0 <= row[0] <= room:
+        return 1
+    count, bad, at = int(row[0]), 0, HEAD
+    length = SHAPES + CONTACT_SIZE + REST + w.memory_size
+    a, b = -1, -1
+    for _ in range(count):
+        if readable(w, row[at : at + length], a, b) and w.spares > 0:
+            slot = whole_at(w.spare, w.spares - 1)
+            a, b = int(row[at]), int(row[at + 1])
+            c = contact_at(w.contacts, slot)
+            c.touches = int(row[at + 2])
+            here = take(row, at + SHAPES, part(w, slot, 0, CONTACT_SIZE))
+            here = take(row, here, part(w, slot, FROM, REST))
+            take(row, here, memory_of(w, slot))
+            bad += 0 if admit(w, c, a, b) else 1
+        else:
+            bad += 1
+        at += length
+    at = row.size - SLEEP * w.body_count
+    for i in range(w.body_count):
+        bad += 0 if lay(body_at(w.bodies, i), row[at : at + SLEEP]) else 1
+        at += SLEEP
+    return bad
+
+
+@jit_inside
+def forget(w):
+    """Leave no contact, nobody asleep, and no list of near pairs."""
+    w.nears = 0
+    w.stale = 1
+    w.spares = w.contact_room
+    for i in range(w.contact_room):
+        contact_at(w.contacts, i).phase = FREE
+        set_whole(w.spare, i, w.contact_room - 1 - i)
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        b.asleep = 0
+        b.active = 0
+        store(b.held, (0.0, 0.0, 0.0))
+
+
+@jit_inside
+def readable(w, row, last_a, last_b):
+    """Whether numbers of one contact are numbers, and its shapes, which come after the last ones, may touch."""
+    if not small(row, row.size) or not (0.0 <= row[0] < w.shape_count and 0.0 <= row[1] < w.shape_count):
+        return False
+    a, b = int(row[0]), int(row[1])
+    later = a > last_a or (a == last_a and b > last_b)
+    return row[0] == a and row[1] == b and later and row[2] >= 1.0 and pair_of(w, a, b) >= 0
+
+
+@jit_inside
+def admit(w, c, a, b):
+    """Close the contact of shapes a and b, whose numbers stand in the next free slot, if they are sound."""
+    sa, sb = shape_at(w.shapes, a), shape_at(w.shapes, b)
+    pair = pair_of(w, a, b)
+    t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
+    t.e_star, t.g_star, t.friction = law.e_star, law.g_star, law.friction
+    t.radius = own if own > 0.0 else effective_radius(sa, sb)
+    both = sa.radius + sb.radius
+    arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
+    arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
+    if not (arms and sound_touch(t) and sound_frame(c)):
+        return False
+    w.spares -= 1
+    c.phase = CLOSED
+    c.near = -1
+    c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = a, b, sa.body, sb.body, pair
+    body_at(w.bodies, sa.body).active = 1
+    body_at(w.bodies, sb.body).active = 1
+    return True
+
+
+@jit_inside
+def sound_touch(t):
+    """Whether what the law knows of a contact can be true."""
+    strongest = STRONGEST * t.e_star * t.radius * t.radius
+    phases = (t.state == OPEN or 1.0 <= t.state <= SPRUNG) and PRESSED <= t.course <= LASTING
+    overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
+    forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
+    positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
+    whole = t.state == int(t.state) and t.course == int(t.course)
+    return phases and overlaps and forces and positive and whole
+
+
+@jit_inside
+def sound_frame(c):
+    """Whether the frame of a contact is one, its last substep was one, and its force is what its law says."""
+    n, e, force = load(c.normal), load(c.tangent), load(c.force)
+    square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
+    own = c.touch.force**2 + c.touch.f**2 + c.touch.g**2
+    return square and c.interval >= 0.0 and dot(force, force) <= own * (1.0 + UNIT) + 1e-300
+
+
+@jit_inside
+def sound_arm(b, arm, radii):
+    """Whether a point of contact can be this far from a body's centre of mass; of one that nothing moves anything."""
+    return (b.inverse_mass == 0.0 and b.tree == 0) or norm(arm) <= 2.0 * (b.reach + radii)
+
+
+@jit_inside
+def lay(b, row):
+    """Let a body sleep if a row says so; returns whether it is one that may."""
+    if row[0] == 0.0:
+        return True
+    if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0 or b.tree != 0:
+        return False
+    b.asleep = 1
+    take(row, 1, b.held)
+    return True

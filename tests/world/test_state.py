@@ -1,0 +1,196 @@
+"""The memory of a world as a row of numbers: a run goes on to the bit, and what is not sound does no harm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from contactlaw.world import World
+from contactlaw.world.state import HEAD, pack, size, unpack
+from tests.world.long_shapes import scene
+from validation.world_scenes import FLOOR, RADIUS, balls, box_of_planes, steel_pair
+
+MOTION = ("position", "velocity", "spin", "quaternion")
+ROOM = 64
+
+
+def row_of(world: World) -> np.ndarray:
+    """Its packed state."""
+    arrays = world.arrays.bound()
+    row = np.full(size(ROOM, arrays.memory.shape[1], arrays.bodies.size), np.nan)
+    assert pack(arrays.world, row) == 0
+    return row
+
+
+def again(make: Callable[[], World], world: World) -> World:
+    """A world made anew, with the motion of another."""
+    new = make()
+    for name in (*MOTION, "axes", "momentum"):
+        new.arrays.bodies[name] = world.arrays.bodies[name]
+    return new
+
+
+def goes_on(make: Callable[[], World], before: int, after: int) -> tuple[int, int]:
+    """Whether a copy goes on as the world does; returns how many contacts were closed, and bodies asleep."""
+    world = make()
+    world.step(before)
+    row = row_of(world)
+    new = again(make, world)
+    assert unpack(new.arrays.bound().world, row) == 0
+    np.testing.assert_array_equal(new.asleep, world.asleep)
+    for _ in range(after):
+        world.step()
+        new.step()
+        for name in MOTION:
+            np.testing.assert_array_equal(world.arrays.bodies[name], new.arrays.bodies[name])
+        np.testing.assert_array_equal(row_of(world), row_of(new))
+    return int(row[0]), int(world.asleep.sum())
+
+
+def single(timestep: float, restitution: float) -> World:
+    """A ball that is about to hit a floor."""
+    return balls(steel_pair(restitution=restitution), [[0.0, 0.0, RADIUS + 1e-4]], [0.3, 0.0, -1.0], planes=[FLOOR],
+                 gravity=9.81, timestep=timestep)  # fmt: skip
+
+
+def two(timestep: float, restitution: float) -> World:
+    """Two balls that are about to meet, one of which spins."""
+    places, velocities = [[0.0, 0.0, 0.0], [2.0 * RADIUS - 0.01, 0.03, 1e-3]], [[1.0, 0.0, 0.0], [-1.0, 0.2, 0.0]]
+    return balls(steel_pair(restitution=restitution), places, velocities, [[3.0, 9.0, 100.0], [0.0, 0.0, 0.0]],
+                 timestep=timestep)  # fmt: skip
+
+
+def eight(timestep: float, restitution: float) -> World:
+    """Eight balls in a narrow box."""
+    rng = np.random.default_rng(1)
+    corners = 0.0252 * np.array([(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    velocities, spins = 3.0 * rng.normal(size=(8, 3)), 30.0 * rng.normal(size=(8, 3))
+    walls = box_of_planes(0.055)
+    pair = steel_pair(restitution=restitution)
+    return balls(pair, corners, velocities, spins, planes=walls, gravity=9.81, timestep=timestep)
+
+
+def first_closed(make: Callable[[], World]) -> int:
+    """Steps after which a contact is closed for the first time, or 2."""
+    world = make()
+    for step in range(1, 2000):
+        world.step()
+        if world.contacts["closed"].any():
+            return step
+    return 2
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [2e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("restitution", [1.0, 0.8])
+@pytest.mark.parametrize("kind", [single, two])
+def test_one_contact_goes_on_to_the_bit(kind, restitution: float, timestep: float) -> None:
+    before = first_closed(lambda: kind(timestep, restitution))
+    closed, _ = goes_on(lambda: kind(timestep, restitution), before, 60)
+    assert closed == 1 or timestep == 2e-3
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [2e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("restitution", [1.0, 0.8])
+def test_eight_balls_go_on_to_the_bit(restitution: float, timestep: float) -> None:
+    closed = 0
+    for before in (7, 30, 101):
+        closed += goes_on(lambda: eight(timestep, restitution), before, 200)[0]
+    assert closed > 0
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [2e-3, 1e-4])
+def test_sleepers_go_on_to_the_bit(timestep: float) -> None:
+    """Three sleep, and a fourth comes and wakes one."""
+
+    def make() -> World:
+        z = RADIUS + 1e-4
+        places = [[0, 0, z], [0.2, 0, z], [0.1, 0, z], [-2.0, 0, RADIUS]]
+        velocities = [[0, 0, 0], [0, 0, 0], [0, 0, 0], [3.0, 0, 0]]
+        pair = steel_pair(restitution=0.5)
+        return balls(pair, places, velocities, planes=[FLOOR], gravity=9.81, timestep=timestep)
+
+    world = make()
+    world.step(round(0.55 / timestep))
+    assert world.asleep[:3].all()
+    closed, asleep = goes_on(make, round(0.55 / timestep), round(0.3 / timestep))
+    assert closed == 4 and asleep < 3
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("kind", ["crossing capsules", "capsule on edges", "free box"])
+def test_bodies_that_tumble_go_on(kind: str) -> None:
+    """To the bit in short steps; in long ones looks at pairs far apart cut the step at times of their own: rounding."""
+    goes_on(lambda: scene(kind, 1, 1e-5, steel_pair(0.3, 0.8)), 37, 200)
+    world = scene(kind, 1, 2e-3, steel_pair(0.3, 0.8))
+    world.step(37)
+    new = again(lambda: scene(kind, 1, 2e-3, steel_pair(0.3, 0.8)), world)
+    assert unpack(new.arrays.bound().world, row_of(world)) == 0
+    world.step(10)
+    new.step(10)
+    np.testing.assert_allclose(new.position, world.position, rtol=0.0, atol=1e-10)
+
+
+@pytest.mark.heavy
+def test_a_row_of_a_world_at_rest_is_zeros_and_too_little_room_is_told() -> None:
+    world = eight(1e-5, 1.0)
+    assert not row_of(world).any()
+    world.step(30)
+    arrays = world.arrays.bound()
+    closed = int(world.contacts["closed"].sum())
+    assert closed > 0
+    row = np.zeros(size(0, arrays.memory.shape[1], arrays.bodies.size))
+    assert pack(arrays.world, row) == closed
+
+
+BAD = (np.nan, np.inf, -np.inf, -1.0, 0.5, 7.0, 1e300, -1e300, 1e18, 0.0, 2.0**63, 1e-320)
+
+
+@pytest.mark.heavy
+def test_unsound_numbers_do_no_harm() -> None:
+    """Any number of a row made something else: what is left out is told, the motion stays finite, in the walls."""
+    world = eight(1e-4, 0.8)
+    world.step(30)
+    row = row_of(world)
+    used = np.flatnonzero(row)
+    rng = np.random.default_rng(0)
+    told = 0
+    for trial in range(400):
+        other = row.copy()
+        places = rng.choice(used[-1] + 1, 1 + trial % 3, replace=False) if trial % 4 else [trial // 4 % (HEAD + 3)]
+        other[places] = rng.choice(BAD, len(places))
+        new = again(lambda: eight(1e-4, 0.8), world)
+        told += unpack(new.arrays.bound().world, other) > 0
+        new.step(10)
+        for name in (*MOTION, "momentum"):
+            assert np.isfinite(new.arrays.bodies[name]).all()
+    assert told > 100
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("value", BAD)
+def test_rows_of_nothing_but_one_number_and_of_other_lengths(value: float) -> None:
+    world = eight(1e-4, 0.8)
+    arrays = world.arrays.bound()
+    for length in (0, 1, 5, 36, size(ROOM, arrays.memory.shape[1], arrays.bodies.size)):
+        assert unpack(arrays.world, np.full(length, value)) > 0 or value == 0.0
+        world.step(3)
+        assert np.isfinite(world.position).all()
+
+
+@pytest.mark.heavy
+def test_the_same_contact_twice_is_left_out_once() -> None:
+    world = eight(1e-4, 0.8)
+    world.step(30)
+    row = row_of(world)
+    arrays = world.arrays.bound()
+    length = size(1, arrays.memory.shape[1], 0) - HEAD
+    count = int(row[0])
+    row[HEAD + count * length : HEAD + (count + 1) * length] = row[HEAD : HEAD + length]
+    row[0] += 1
+    assert unpack(arrays.world, row) == 1
+    assert world.contacts["closed"].sum() == count
