@@ -128,12 +128,12 @@ def in_pybullet(setup: Setup, count: int) -> Iterator[State]:
         contact.add_contact(ball, paddle, setup.pair, link_b=0)
         for number in range(count + 1):
             if number:
-                contact()
-                p.stepSimulation(client)
+                contact.step()
             place, turn = p.getBasePositionAndOrientation(ball, client)
             matrix = np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3)
             angle, rate = p.getJointState(paddle, 0, physicsClientId=client)[:2]
-            yield np.array(place), matrix, *contact.velocity(ball), angle, rate
+            velocity, spin = p.getBaseVelocity(ball, client)
+            yield np.array(place), matrix, np.array(velocity), np.array(spin), angle, rate
     finally:
         p.disconnect(client)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import pybullet as p
+
 from contactlaw.pair import ContactPair
-from contactlaw.pybullet_callback.bodies import Bodies
 from contactlaw.pybullet_callback.contact import Contact, Couple
-from contactlaw.pybullet_callback.shapes import BASE, Side, check_served, effective_radius
+from contactlaw.pybullet_callback.shapes import Side, check_radius, check_served, coordinates
 
 
 def couples_of(
@@ -25,9 +26,10 @@ def couples_of(
         for handle, contact in others.items()
         for couple in contact.couples
     }
-    rows = {body: Bodies(client, [(body, BASE)]) for body in {side.body for side in (*a, *b)}}
-    fixed = {body for body, row in rows.items() if row.is_fixed(body)}
-    free = {body for body, row in rows.items() if body not in fixed and body not in row.linked}
+    bodies = {side.body for side in (*a, *b)}
+    linked = {body for body in bodies if p.getNumJoints(body, client) > 0}
+    fixed = {body for body in bodies if not coordinates(client, body)}
+    free = bodies - fixed - linked
     couples: dict[frozenset, Couple] = {}
     for one in a:
         for two in b:
@@ -44,7 +46,8 @@ def couples_of(
                 handle, couple = known[two_keys]
                 raise ValueError(f"body_a, body_b = {one}, {two}: {couple} have contact {handle} already")
             check_served(one, two, one.body in free or two.body in free)
-            couples[two_keys] = Couple(one, two, effective_radius(pair, one, two))
+            check_radius(pair, one, two)
+            couples[two_keys] = Couple(one, two)
     if not couples:
         raise ValueError("body_a, body_b: no two of them can touch; a contact needs two bodies, one that can move")
     return list(couples.values())

@@ -1,197 +1,297 @@
-"""The same step where bodies have links, or shapes that PyBullet must measure: the compiled parts, with Python between.
+"""Bodies with joints: a tree of the world for each, read from PyBullet and handed back to it.
 
-Coriolis and centrifugal accelerations of the links, and what motors and joint limits do, are not foreseen.
+As for free bodies (`exchange`): the velocity that Bullet tells is that of half a step before, v + dt/2 a is read, and
+handed back likewise, but where a contact is closed. With M(q) a + c(q, v) = f, what moves the joints besides gravity
+and contacts is f = M (a - a0), a0 the model's own acceleration: of the step that Bullet has taken, or, where it has yet
+to take it, of the one before. What contacts change the velocities by, u dt, is pushed by a force and a moment on each
+link, those that the accelerations J u give it: sum J^T (m, I) J u = M u.
 """
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pybullet as p
-from numba import typeof, types
-from numpy.typing import NDArray
 
-from contactlaw.jit import INTERPRETED, compile_now, compiling
-from contactlaw.kernels.meeting import SAFETY, meet
-from contactlaw.kernels.rows import FRAME
-from contactlaw.kernels.scene import (
-    ANGULAR,
-    ANGULAR_RATE,
-    BODY_OF,
-    LINEAR,
-    MEAN,
-    MEAN_SPIN,
-    RATE,
-    SHAPE_A,
-    SHAPE_B,
-    TREE,
-    describe,
-)
-from contactlaw.kernels.touch import CLEAR, FOUND, FOUND_OVERLAP, KIND, NORMAL, OTHER, STAYS_A, STAYS_B
-from contactlaw.pybullet_callback.bodies import Bodies
-from contactlaw.pybullet_callback.mechanism import Mechanism, read_motion
-from contactlaw.pybullet_callback.shapes import BASE
-from contactlaw.pybullet_callback.stance import set_out
-from contactlaw.pybullet_callback.step import NOT_FINITE, NOTHING, exchange, look_around
-from contactlaw.pybullet_callback.tables import DT, GRAVITY, WIDTH, Tables, views, workspace
+from contactlaw.pybullet_callback.shapes import BASE, Key, rotation
+from contactlaw.world import World
+from contactlaw.world.arrays import with_tree
+from contactlaw.world.coordinates import coordinates, jacobian, mass_matrix, numbers, write_coordinates
+from contactlaw.world.frames import matrix_of, product, quaternion_of
+from contactlaw.world.records import BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
+from contactlaw.world.tree_rows import TreeRows
 
-Array = NDArray[np.float64]
-
-COMPILE_TIME = 25  # [s]
-ON_A, ON_B, DIRECTION, DISTANCE = 5, 6, 7, 8  # in a point of getClosestPoints
+KINDS = {p.JOINT_REVOLUTE: HINGE, p.JOINT_PRISMATIC: SLIDE, p.JOINT_SPHERICAL: BALL}
+SIZES = {FREE_JOINT: (7, 6), HINGE: (1, 1), SLIDE: (1, 1), BALL: (4, 3)}
+ONE = np.array([1.0, 0.0, 0.0, 0.0])
+EXACT = 1e-9  # of a coordinate, a difference that is rounding
+LEAST_INERTIA = 1e-12  # [m^2] over the mass
 
 
-def prepare(tables: Tables) -> None:
-    """Compile what a step of such contacts needs."""
-    if INTERPRETED:
-        return
-    t, number = tables, types.float64
-    memory, seen, work = (typeof(value) for value in (t.memory, views(t.memory), workspace(t.memory)))
-    pairs, shapes, places, bodies, parameters, records = (
-        typeof(value) for value in (t.pairs, t.shapes, t.places, t.bodies, t.parameters, t.records)
-    )
-    with compiling("the PyBullet callback for bodies with links", COMPILE_TIME):
-        compile_now(set_out, memory, seen)
-        near, ways = compile_now(look_around, memory, seen)
-        found = compile_now(meet, near, ways, pairs, shapes, places, bodies, number[:, ::1], number, work)
-        whole, yes = typeof(0), typeof(True)
-        told = compile_now(
-            describe, *found[:3], pairs, shapes, places, bodies, parameters, records, whole, number, yes, whole, work
-        )
-        compile_now(exchange, memory, seen, *found, *told)
+def scalar_first(quaternion: Any) -> Array:
+    """PyBullet's quaternions have the scalar last."""
+    return np.roll(np.asarray(quaternion, float), 1)
+
+
+def turned_by(turn: Array) -> Array:
+    """The quaternion of a rotation vector [rad]."""
+    angle = float(np.linalg.norm(turn))
+    return np.array([np.cos(0.5 * angle), *(0.5 * np.sinc(0.5 * angle / np.pi) * turn)])
 
 
 class Linked:
-    """One step of contacts of which some need Python.
+    """A body of PyBullet with joints.
 
-    Args:
-        client: Physics client id.
-        tables: Filled with what was read.
-        bodies: Whose rows are in the tables.
+    Attributes:
+        joints: Kind and first places, among coordinates and velocities, of each joint; link -1: the free base.
+        rows: As the world keeps it.
+        links: PyBullet's links that are in the tree, in their order.
     """
 
-    def __init__(self, client: int, tables: Tables, bodies: Bodies) -> None:
-        self._client, self._tables, self._keys, self._linked = client, tables, bodies.keys, bodies.linked
-        self._mechanisms: dict[int, Mechanism] = {}
-
-    def advance(self) -> int:
-        """As `step.advance`."""
-        t = self._tables
-        if not self.set_out():
-            return NOT_FINITE
-        near, ways = look_around(t.memory, views(t.memory))
-        if self._stir({self._keys[row][0] for pair in near for row in self._rows(pair)}):
-            near, ways = look_around(t.memory, views(t.memory))
-        if near.size == 0:
-            return NOTHING
-        dt, records, work = float(t.memory[DT]), t.records, workspace(t.memory)
-        measured = self._measure(near, ways)
-        who, times, found, trees = meet(near, ways, t.pairs, t.shapes, t.places, t.bodies, measured, dt, work)
-        if not len(who) and not len(records):
-            return NOTHING
-        rows, histories, arms, pulls, answers = describe(
-            who, times, found, t.pairs, t.shapes, t.places, t.bodies, t.parameters, records, len(records), dt, True,
-            int(t.memory[WIDTH]), work,
+    def __init__(self, client: int, body: int) -> None:
+        self._client, self.body = client, body
+        infos = [p.getJointInfo(body, link, client) for link in range(p.getNumJoints(body, client))]
+        dynamics = {link: p.getDynamicsInfo(body, link, client) for link in range(BASE, len(infos))}
+        self.free = dynamics[BASE][0] > 0.0
+        moves = {BASE: self.free}
+        for link, info in enumerate(infos):
+            moves[link] = moves[info[16]] or info[2] in KINDS
+        self.links = [link for link in moves if moves[link]]
+        kinds = {link: KINDS[infos[link][2]] for link in self.links if link != BASE and infos[link][2] in KINDS}
+        kinds = ({BASE: FREE_JOINT} if self.free else {}) | kinds
+        self.joints: list[tuple[int, int, int, int]] = []
+        self.q_size = self.v_size = 0
+        for link, kind in kinds.items():
+            self.joints.append((link, kind, self.q_size, self.v_size))
+            self.q_size, self.v_size = self.q_size + SIZES[kind][0], self.v_size + SIZES[kind][1]
+        self._scalars = [link for link, kind in kinds.items() if kind in (HINGE, SLIDE)]
+        q, _ = self.read()
+        poses = {link: self._pose(link) for link in moves}
+        start = np.concatenate([np.zeros(SIZES[k][1]) if k in (HINGE, SLIDE) else [0.0] * 3 * (k == FREE_JOINT) + [*ONE]
+                                for k in kinds.values()])  # fmt: skip
+        count, places = len(self.links), []
+        joint_at, axes = np.zeros((len(self.joints), 3)), np.zeros((len(self.joints), 3))
+        for number, (link, kind, first, _) in enumerate(self.joints):
+            axes[number] = (0.0, 0.0, 1.0) if kind in (FREE_JOINT, BALL) else infos[link][13]
+            # the inertial frame, in which PyBullet tells poses, as seen from the joint's
+            joint_at[number] = 0.0 if kind == FREE_JOINT else -rotation(dynamics[link][4]).T @ dynamics[link][3]
+        index = {joint[0]: number for number, joint in enumerate(self.joints)}
+        for link in self.links:
+            x, turn = np.zeros(3), np.eye(3)
+            if link != BASE:
+                parent = infos[link][16]  # what does not move stands with the base
+                (x0, turn0), (x1, turn1) = poses[parent if parent in self.links else BASE], poses[link]
+                x, turn = turn0.T @ (x1 - x0), turn0.T @ turn1
+                if link in index:
+                    x, turn = self._at_zero(index[link], x, turn, q, joint_at, axes)
+            places.append((x, quaternion_of(turn)))
+        joint_count = [int(link in index) for link in self.links]
+        parents = {link: number for number, link in enumerate(self.links)}
+        self.rows = TreeRows(
+            SimpleNamespace(
+                body_parentid=[-1 if link == BASE else parents.get(infos[link][16], -1) for link in self.links],
+                body_jntnum=joint_count, body_jntadr=np.cumsum([0, *joint_count])[:-1],
+                body_pos=[place[0] for place in places], body_quat=[place[1] for place in places],
+                body_ipos=np.zeros((count, 3)), body_iquat=np.tile(ONE, (count, 1)),
+                body_mass=[dynamics[link][0] for link in self.links],
+                body_inertia=[np.maximum(dynamics[link][2], LEAST_INERTIA * dynamics[link][0]) for link in self.links],
+                jnt_type=[joint[1] for joint in self.joints], jnt_pos=joint_at, jnt_axis=axes,
+                jnt_qposadr=[joint[2] for joint in self.joints], jnt_dofadr=[joint[3] for joint in self.joints],
+                qpos0=start, dof_armature=np.zeros(self.v_size), dof_damping=np.zeros(self.v_size),
+            ),
+            range(count),
         )  # fmt: skip
-        for i, (pair, _) in enumerate(who):
-            for side, row in enumerate(self._rows(pair)):
-                self._pull(row, arms[i, side], rows[i], pulls[i, side], answers[i, side])
-        return exchange(t.memory, views(t.memory), who, times, found, trees, rows, histories, arms, pulls, answers)
+        self.heads = [link for link in self.links if link in index]
+        self.left, self.ahead = (np.full(self.q_size, np.nan), np.zeros(self.v_size)), 0.0
+        self.lacks: Array | None = None
+        self.force, self.push = np.zeros(self.v_size), np.zeros(self.v_size)
+        self.strange = self.pressed = False
 
-    def set_out(self) -> bool:
-        """As `step.set_out`, with the bodies that something is owed to."""
-        if not set_out(self._tables.memory, views(self._tables.memory)):
+    def _at_zero(self, number: int, x: Array, turn: Array, q: Array, at: Array, axes: Array) -> tuple[Array, Array]:
+        """Where a link is in its parent when its joint is at zero, from where it is now."""
+        _, kind, first, _ = self.joints[number]
+        if kind == SLIDE:
+            return x - turn @ axes[number] * q[first], turn
+        own = matrix_of(q[first : first + 4] if kind == BALL else turned_by(q[first] * axes[number]))
+        turn = turn @ own.T
+        return x - turn @ (at[number] - own @ at[number]), turn
+
+    def _pose(self, link: int) -> tuple[Array, Array]:
+        if link == BASE:
+            x, q = p.getBasePositionAndOrientation(self.body, self._client)
+        else:
+            x, q = p.getLinkState(self.body, link, 0, 1, self._client)[:2]
+        return np.array(x), rotation(q)
+
+    def place_of(self, link: int) -> tuple[int, Array, Array]:
+        """Member of the tree that a link is part of, and where its inertial frame is in that one's principal axes."""
+        i = self.links.index(link)
+        return int(self.rows.row[i]), self.rows.at[i], matrix_of(self.rows.quaternion[i])
+
+    def add_to(self, world: World) -> None:
+        """Make its tree; the bodies of the world stand in a row."""
+        bodies = [world.add_body(1.0, 1.0) for _ in self.rows.links]
+        self.first = bodies[0]
+        world._arrays = with_tree(world.arrays, self.rows.fields() | {"first": self.first + 1})
+        self.number = world.arrays.trees.size - 1
+        self.rows.write(world.arrays, self.number)
+        for row, fields in enumerate(self.rows.bodies(), self.first + 1):
+            for name, value in fields.items():
+                world.arrays.bodies[row][name] = value
+
+    def read(self) -> tuple[Array, Array]:
+        """Coordinates and velocities as PyBullet has them."""
+        q, v = np.zeros(self.q_size), np.zeros(self.v_size)
+        states = dict(
+            zip(self._scalars, p.getJointStates(self.body, self._scalars, self._client), strict=True)
+            if self._scalars else ()
+        )  # fmt: skip
+        for link, kind, i, j in self.joints:
+            if kind == FREE_JOINT:
+                (x, turn), (velocity, spin) = (
+                    p.getBasePositionAndOrientation(self.body, self._client), p.getBaseVelocity(self.body, self._client)
+                )  # fmt: skip
+                q[i : i + 3], q[i + 3 : i + 7] = x, scalar_first(turn)
+                v[j : j + 3], v[j + 3 : j + 6] = velocity, rotation(turn).T @ spin
+            elif kind == BALL:
+                turn, spin = p.getJointStateMultiDof(self.body, link, self._client)[:2]
+                q[i : i + 4], v[j : j + 3] = scalar_first(turn), spin
+            else:
+                q[i], v[j] = states[link][:2]
+        return q, v
+
+    def write(self, q: Array, v: Array) -> None:
+        """Put it there, moving so."""
+        for link, kind, i, j in self.joints:
+            if kind == FREE_JOINT:
+                turn = np.roll(q[i + 3 : i + 7], -1).tolist()
+                p.resetBasePositionAndOrientation(self.body, q[i : i + 3].tolist(), turn, self._client)
+                spin = matrix_of(q[i + 3 : i + 7]) @ v[j + 3 : j + 6]
+                p.resetBaseVelocity(self.body, v[j : j + 3].tolist(), spin.tolist(), self._client)
+            elif kind == BALL:
+                turn = np.roll(q[i : i + 4], -1).tolist()
+                p.resetJointStateMultiDof(self.body, link, turn, v[j : j + 3].tolist(), self._client)
+            else:
+                p.resetJointState(self.body, link, float(q[i]), float(v[j]), self._client)
+
+    def moved(self, q: Array, x: Array) -> Array:
+        """Coordinates moved by x, shape (v_size,), spins along the bodies' axes."""
+        out = q.copy()
+        for _, kind, i, j in self.joints:
+            if kind in (HINGE, SLIDE):
+                out[i] += x[j]
+                continue
+            if kind == FREE_JOINT:
+                out[i : i + 3] += x[j : j + 3]
+                i, j = i + 3, j + 3
+            turn = product(out[i : i + 4], turned_by(x[j : j + 3]))
+            out[i : i + 4] = turn / np.linalg.norm(turn)
+        return out
+
+    def between(self, q: Array, other: Array) -> Array:
+        """What moves q to other, shape (v_size,)."""
+        out = np.zeros(self.v_size)
+        for _, kind, i, j in self.joints:
+            if kind in (HINGE, SLIDE):
+                out[j] = other[i] - q[i]
+                continue
+            if kind == FREE_JOINT:
+                out[j : j + 3] = other[i : i + 3] - q[i : i + 3]
+                i, j = i + 3, j + 3
+            turn = product(q[i : i + 4] * [1.0, -1.0, -1.0, -1.0], other[i : i + 4])
+            turn = turn if turn[0] >= 0.0 else -turn
+            sine = float(np.linalg.norm(turn[1:]))
+            out[j : j + 3] = 2.0 * (np.arctan2(sine, turn[0]) / sine if sine > 0.0 else 1.0) * turn[1:]
+        return out
+
+    def receive(self, world: Arrays, gravity: Array) -> None:
+        """Take where it is at the start of a step; what its place lacks is put right."""
+        q, v = self.read()
+        if not np.isfinite(np.concatenate([q, v])).all():
+            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
+        off = np.abs(self.between(self.moved(self.left[0], self.ahead * v), q)).max(initial=0.0)
+        self.strange = not off <= EXACT * (1.0 + np.abs(q).max(initial=0.0))
+        if self.strange:
+            self.force[:], self.push[:], self.pressed = 0.0, 0.0, False
+        elif self.ahead > 0.0:
+            self.force += self.matrix @ (v - self.left[1]) / self.ahead
+        if self.lacks is not None and not self.strange:
+            q, old = self.moved(q, self.lacks), q
+            v = self.along(v, old, q)
+            self.write(q, v)
+        self.lacks = None
+        self.start = q, v
+        tree = world.trees[self.number]
+        tree["gravity"] = gravity
+        if not self.free:
+            x, turn = p.getBasePositionAndOrientation(self.body, self._client)
+            tree["base"], tree["base_turn"] = x, scalar_first(turn)
+
+    def set_out(self, world: Arrays, dt: float) -> None:
+        """Place the world's tree at the start of the step, with its true velocity, and `force` on it."""
+        q, v = self.start
+        numbers(world, self.number, "f")[:] = self.force
+        write_coordinates(world, self.number, q, v)
+        self.own = numbers(world, self.number, "a").copy()
+        self.matrix = mass_matrix(world, self.number)
+        if not self.pressed:
+            write_coordinates(world, self.number, q, v + 0.5 * dt * self.own)
+
+    def compare(self, world: Arrays, dt: float) -> None:
+        """After Bullet's step: what moved the joints in it."""
+        self.after = self.read()
+        if not np.isfinite(np.concatenate(self.after)).all():
+            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
+        gained = (self.after[1] - self.start[1]) / dt
+        self.force = self.force + self.matrix @ (gained - self.push - self.own)
+        self.set_out(world, dt)
+
+    def hand_back(self, world: Arrays, dt: float, stepped: bool, pressed: bool) -> bool:
+        """After the world's step; returns whether it must be pushed: PyBullet has yet to step."""
+        own = slice(self.first + 1, self.first + 1 + self.rows.links.size)
+        touched, self.pressed = bool(world.bodies["touched"][own].any()), pressed
+        if not touched:
+            self.push[:] = 0.0
+            ahead = self.start[0], self.start[1] + dt * self.own
+            self.left, self.ahead = (self.after, 0.0) if stepped else (ahead, dt)
             return False
-        self._stir({body for row, (body, _) in enumerate(self._keys) if self._tables.owed[row].any()})
+        q, v = coordinates(world, self.number)
+        if not pressed:
+            v -= 0.5 * dt * numbers(world, self.number, "a")
+        shown = self.along(v, q, self.start[0])  # Bullet turns a base about its spin, so that this is what will be read
+        self.push = (shown - self.start[1]) / dt - self.own
+        if stepped:
+            self.write(q, v)
+            self.left, self.ahead = (q, v), 0.0
+            return False
+        self.left, self.ahead = (self.start[0], shown), dt
+        self.lacks = self.between(self.moved(self.start[0], dt * shown), q)
+        write_coordinates(world, self.number, *self.start)  # where it will be pushed; it is read anew in the next step
         return True
 
-    def balance(self, body: int) -> tuple[Array, Array, Array, Array]:
-        """Impulse and angular impulse about its base that a body is owed, and its base's true velocity and spin."""
-        t, base = self._tables, read_motion(self._client, body, BASE)
-        if not set_out(t.memory, views(t.memory)):
-            raise ValueError(f"body {body}: its position or velocity, or those of another body, are not finite")
-        rows = [row for row, key in enumerate(self._keys) if key[0] == body]
-        linear, angular = np.zeros(3), np.zeros(3)
-        for row in rows:
-            linear += t.owed[row, :3]
-            angular += t.owed[row, 3:] + np.cross(t.readings[row, :3] - base.position, t.owed[row, :3])
-        if body not in self._linked:
-            b = t.bodies[rows[0]]
-            return linear, angular, b[LINEAR : LINEAR + 3].copy(), b[ANGULAR : ANGULAR + 3].copy()
-        mechanism = Mechanism(self._client, body)
-        change, _ = self._change(mechanism, {row: self._jacobian(mechanism, row) for row in rows})
-        change = mechanism.jacobian_of(BASE, np.array(base.position)) @ change
-        return linear, angular, base.velocity + change[:3], base.spin + change[3:]
+    def along(self, v: Array, q: Array, other: Array) -> Array:
+        """Velocities where the spin of the base, along its axes at q, is told along those at other coordinates."""
+        out = v.copy()
+        if self.free:
+            out[3:6] = matrix_of(other[3:7]).T @ matrix_of(q[3:7]) @ v[3:6]
+        return out
 
-    def _rows(self, pair: int) -> tuple[int, int]:
-        """Bodies of both sides of a pair, as rows of the tables."""
-        t = self._tables
-        one, two = int(t.pairs[pair, SHAPE_A]), int(t.pairs[pair, SHAPE_B])
-        return int(t.shapes[one, BODY_OF]), int(t.shapes[two, BODY_OF])
+    def pushes(self, world: Arrays) -> list[tuple[int, Array, Array, Array]]:
+        """Link, force, moment and place of what pushes its links as the world's tree stands."""
+        out = []
+        if not self.push.any():
+            return out
+        for member, (link, row) in enumerate(zip(self.heads, self.rows.links, strict=True)):
+            body = world.bodies[self.first + 1 + member]
+            gain = jacobian(world, self.number, member) @ self.push
+            axes = body["axes"].reshape(3, 3)
+            moment = axes @ (row["inertia"] * (axes.T @ gain[3:]))
+            out.append((link, row["mass"] * gain[:3], moment, body["position"].copy()))
+        return out
 
-    def _stir(self, bodies: set[int]) -> bool:
-        """Fill in the true motion of bodies with links; returns whether there was any to fill in."""
-        new = (bodies & self._linked) - self._mechanisms.keys()
-        for body in new:
-            self._fill(body, Mechanism(self._client, body))
-        return bool(new)
-
-    def _jacobian(self, mechanism: Mechanism, row: int) -> Array:
-        return mechanism.jacobian_of(self._keys[row][1], self._tables.readings[row, :3])
-
-    def _change(self, mechanism: Mechanism, jacobians: dict[int, Array]) -> tuple[Array, Array]:
-        """Generalized velocity that the engine's lacks, and the acceleration by gravity; jacobians: by row."""
-        t = self._tables
-        force = np.column_stack([np.zeros(len(mechanism.weight)), mechanism.weight @ t.memory[GRAVITY : GRAVITY + 3]])
-        for row, jacobian in jacobians.items():
-            force[:, 0] += jacobian.T @ t.owed[row]
-        change, rate = mechanism.answer(force).T
-        return change + 0.5 * t.memory[DT] * rate, rate
-
-    def _fill(self, body: int, mechanism: Mechanism) -> None:
-        t = self._tables
-        self._mechanisms[body] = mechanism
-        rows = [row for row, key in enumerate(self._keys) if key[0] == body]
-        jacobians = {row: self._jacobian(mechanism, row) for row in rows}
-        change, rate = self._change(mechanism, jacobians)
-        for row, jacobian in jacobians.items():
-            b = t.bodies[row]
-            moved, speeds = jacobian @ change, jacobian @ rate
-            b[LINEAR : LINEAR + 3] = b[MEAN : MEAN + 3] + moved[:3]
-            b[ANGULAR : ANGULAR + 3] = b[MEAN_SPIN : MEAN_SPIN + 3] + moved[3:]
-            b[RATE : RATE + 3], b[ANGULAR_RATE : ANGULAR_RATE + 3] = speeds[:3], speeds[3:]
-
-    def _pull(self, row: int, arm: Array, contact: Array, pulls_out: Array, answers_out: Array) -> None:
-        """Generalized forces along the axes of a contact, and what a unit impulse of each gives."""
-        body, link = self._keys[row]
-        mechanism = self._mechanisms.get(body)
-        if mechanism is None or self._tables.bodies[row, TREE] < 0.0:
-            return
-        point = self._tables.readings[row, 0:3] + arm
-        pulls = contact[FRAME : FRAME + 9].reshape(3, 3) @ mechanism.jacobian(link, point)
-        n = pulls.shape[1]
-        pulls_out[:, :n], answers_out[:, :n] = pulls, mechanism.answer(pulls.T).T
-
-    def _measure(self, near: NDArray[np.int64], ways: Array) -> Array:
-        """The closest points of near pairs that the kernels cannot locate, pair and `FOUND` each."""
-        t, out = self._tables, []
-        reach = SAFETY * 2.0 * float(ways.max())
-        for pair in near:
-            one, two = int(t.pairs[pair, SHAPE_A]), int(t.pairs[pair, SHAPE_B])
-            if OTHER not in (t.shapes[one, KIND], t.shapes[two, KIND]):
-                continue
-            a, b = self._rows(pair)
-            (body_a, link_a), (body_b, link_b) = self._keys[a], self._keys[b]
-            points = p.getClosestPoints(
-                body_a, body_b, max(reach, 1e-6), link_a, link_b, physicsClientId=self._client
-            )  # fmt: skip
-            if not points:
-                continue
-            point = min(points, key=lambda point: point[DISTANCE])
-            row = np.zeros(1 + FOUND)
-            row[0], found = pair, row[1:]
-            found[FOUND_OVERLAP], found[CLEAR] = -point[DISTANCE], 1.0
-            found[NORMAL : NORMAL + 3] = point[DIRECTION]
-            found[STAYS_A : STAYS_A + 3] = point[ON_A] - t.places[one, :3]
-            found[STAYS_B : STAYS_B + 3] = point[ON_B] - t.places[two, :3]
-            out.append(row)
-        return np.array(out).reshape(-1, 1 + FOUND)
+    @property
+    def keys(self) -> list[Key]:
+        """Body and link of each member."""
+        return [(self.body, link) for link in self.heads]

@@ -1,19 +1,19 @@
-"""Bodies and shapes: ids checked, shapes read, their curvature, and how the kernels see them."""
+"""Bodies and shapes: ids checked, shapes read, their curvature, and what they are to the world."""
 
 from __future__ import annotations
 
 import operator
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import sqrt
 from typing import Any
 
 import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
-from contactlaw.kernels.touch import BALL, BOX, CAPSULE, OTHER, PLANE
 from contactlaw.pair import ContactPair
+from contactlaw.world import World
+from contactlaw.world.frames import quaternion_of
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]
@@ -37,7 +37,6 @@ SHAPE_NAMES = {
 }
 FLAT = ("plane", "box")
 ROUND = ("sphere", "capsule")
-EVERYWHERE = 1e300  # [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,26 +46,35 @@ class Side:
     Attributes:
         body, link: PyBullet's ids.
         shape: "sphere", "box", ...; "compound" where the link has several shapes.
-        kind, size: The same as `kernels.touch` reads it: a kind and up to three sizes [m].
-        bound: Radius of a sphere around the shape's centre that holds all of it [m].
-        position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3).
+        size: Radius [m] of a sphere; radius and half length of a capsule.
+        position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3); a plane's normal
+            is its third axis.
+        reach: How far from the centre of mass what must be measured may be [m].
     """
 
     body: int
     link: int
     shape: str
-    kind: float
-    size: tuple[float, float, float]
-    bound: float
+    size: tuple[float, ...]
     position: Array
     rotation: Array
+    reach: float = 0.0
 
     @property
-    def curvature(self) -> float | None:
-        """1/radius where the shape has one radius of its own [1/m], 0 for flat ones; None: the pair must give it."""
-        if self.shape in FLAT:
-            return 0.0
-        return 1.0 / self.size[0] if self.shape in ROUND else None
+    def measured(self) -> bool:
+        """Whether PyBullet must say where it is nearest."""
+        return self.shape not in FLAT + ROUND
+
+    def add_to(self, world: World, body: int, offset: Array, turn: Array) -> list[int]:
+        """Fix it to a body of the world, in which its body's inertial frame is so; returns the shapes that it makes."""
+        at, own = offset + turn @ self.position, turn @ self.rotation
+        if self.shape == "sphere":
+            return [world.add_sphere(body, self.size[0], at)]
+        if self.shape == "capsule":
+            return list(world.add_capsule(body, *self.size, at, own[:, 2]))
+        if self.shape == "box":
+            return [world.add_box(body, self.size, at, quaternion_of(own))]
+        return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []
 
     @property
     def key(self) -> Key:
@@ -75,7 +83,7 @@ class Side:
 
     @property
     def rank(self) -> int:
-        """The rounder, the less: the kernels want the rounder of two as A, and a plane as B."""
+        """The rounder, the less."""
         return {"sphere": 0, "capsule": 1, "plane": 3}.get(self.shape, 2)
 
     def __str__(self) -> str:
@@ -139,19 +147,17 @@ def read_side(client: int, which: str, body: Any, link: Any) -> Side:
 
 def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
     if name == "sphere":
-        return Side(body, link, name, BALL, (size[0], 0.0, 0.0), size[0], position, turn)
+        return Side(body, link, name, (size[0],), position, turn)
     if name == "capsule":  # (length without the caps, radius)
-        half = 0.5 * size[0]
-        return Side(body, link, name, CAPSULE, (size[1], half, 0.0), half + size[1], position, turn)
+        return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
     if name == "plane":  # its normal, in the shape's frame
-        return Side(body, link, name, PLANE, (0.0, 0.0, 0.0), EVERYWHERE, position, turn @ turn_to(np.array(size)))
-    if name == "box":  # full widths
-        x, y, z = 0.5 * size[0], 0.5 * size[1], 0.5 * size[2]
-        return Side(body, link, name, BOX, (x, y, z), sqrt(x * x + y * y + z * z), position, turn)
+        return Side(body, link, name, (), position, turn @ turn_to(np.array(size)))
+    if name == "box":  # full lengths
+        return Side(body, link, name, tuple(0.5 * np.array(size)), position, turn)
     centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
     corners = np.array(p.getAABB(body, link, client))
-    bound = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
-    return Side(body, link, name, OTHER, (0.0, 0.0, 0.0), bound, np.zeros(3), np.eye(3))
+    reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
+    return Side(body, link, name, (), position, turn, reach)
 
 
 def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
@@ -194,23 +200,27 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     raise ValueError(f"{what} touch along a face or edge, not in one point; {SERVED}")
 
 
-def effective_radius(pair: ContactPair, a: Side, b: Side) -> float:
-    """R [m]: the pair's, or from the shapes, of which one is round: 1/R = 1/R_A + 1/R_B.
+def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
+    """Refuse two shapes of which one has no radius of its own where the pair gives none.
 
     Raises:
-        ValueError: A shape has no radius of its own, and the pair gives none.
+        ValueError: They are such.
     """
-    if pair.radius is not None:
-        return pair.radius
-    total = 0.0
     for name, side in (("a", a), ("b", b)):
-        if side.curvature is None:
+        if pair.radius is None and side.shape not in FLAT + ROUND:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
                 f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
             )
-        total += side.curvature
-    return 1.0 / total
+
+
+def coordinates(client: int, body: int) -> int:
+    """How many coordinates a body with its links has."""
+    count = 6 if p.getDynamicsInfo(body, BASE, client)[0] > 0.0 else 0
+    sizes = {p.JOINT_SPHERICAL: 3, p.JOINT_REVOLUTE: 1, p.JOINT_PRISMATIC: 1}
+    return count + sum(
+        sizes.get(p.getJointInfo(body, joint, client)[2], 0) for joint in range(p.getNumJoints(body, client))
+    )
 
 
 def rotation(quaternion: tuple[float, ...]) -> Array:

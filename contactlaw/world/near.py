@@ -80,7 +80,7 @@ def list_near(w):
     for k in range(w.nears):
         enter(w, k, cells + 2 * shapes)
     for slot in range(w.contact_room):
-        if contact_at(w.contacts, slot).phase != FREE and contact_at(w.contacts, slot).near < 0:
+        if contact_at(w.contacts, slot).phase == CLOSED and contact_at(w.contacts, slot).near < 0:
             release(w, slot)
     w.lists += 1
     w.stale = 0

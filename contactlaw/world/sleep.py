@@ -15,6 +15,7 @@ from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 ZERO = (0.0, 0.0, 0.0)
+PLACES = 4e-16  # of a place, the rounding of a number
 SAME = 1e-12  # of an acceleration, a change that is none
 
 
@@ -64,7 +65,7 @@ def slow(w, pairs, part):
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             speed = speed_of(a, norm(load(c.arm_a))) + speed_of(b, norm(load(c.arm_b)))
-            if speed * contact_time(w, c, a, b) > part * c.touch.overlap:
+            if speed * contact_time(w, c, a, b) > least_move(c, a, b, part):
                 return False
     return some
 
@@ -94,6 +95,12 @@ def change_of(b, arm):
 
 
 @jit_inside
+def least_move(c, a, b, part):
+    """A part of a contact's overlap [m], but no less than what places can tell apart."""
+    return part * c.touch.overlap + PLACES * (norm(load(a.position)) + norm(load(b.position)))
+
+
+@jit_inside
 def press(b, arm, force):
     """Count a force towards a body's accelerations."""
     if b.still == 0 and b.tree != 0:
@@ -114,7 +121,7 @@ def balanced(w, pairs, part):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             time = contact_time(w, c, a, b)
             rate = change_of(a, norm(load(c.arm_a))) + change_of(b, norm(load(c.arm_b)))
-            if rate * time * time > part * c.touch.overlap:
+            if rate * time * time > least_move(c, a, b, part):
                 return False
     return True
 

@@ -20,13 +20,14 @@ from contactlaw.world.call import call_probe
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give, settle
 from contactlaw.world.near import list_near, strayed
-from contactlaw.world.records import NEVER, TANGENT
+from contactlaw.world.records import NEVER, PARTED, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
 SOON = 1e-6  # of a step, a wait that is none
+AT_THE_END = 1e-6  # of an impact: one that begins so shortly before the end of a step begins in the next
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
 
 
@@ -79,6 +80,8 @@ def finish(w, dt):
                 continue
             now = max(now, first)
             shortest = next_impact(w, now)
+            if dt - now <= AT_THE_END * shortest:
+                break
         until = now + shortest
         if not dt - until > REMNANT * shortest:
             until = dt
@@ -115,18 +118,15 @@ def begin(w, dt):
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
         if strayed(b, dt):
             w.stale = 1
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.slot >= 0 and p.closed == 0:
-            release(w, p.slot)
-            p.slot = -1
+    for slot in range(w.contact_room if w.spares < w.contact_room else 0):
+        c = contact_at(w.contacts, slot)
+        if c.phase == PARTED:
+            if c.near >= 0:
+                near_at(w.near, c.near).slot = -1
+            release(w, slot)
+        store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w)
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.slot >= 0:
-            c = contact_at(w.contacts, p.slot)
-            store(c.earlier, load(c.impulse))
     follow_tangents(w)
 
 

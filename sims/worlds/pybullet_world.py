@@ -27,7 +27,7 @@ class EngineWorld(World):
         p.setGravity(*self.gravity.tolist(), physicsClientId=self.client)
         self.ids: dict[str, int] = {}
         self._law: ContactCallback | None = None
-        self._by_law: set[str] = set()
+        self._handles: list[int] = []
 
     def _make_body(self, body: Body) -> None:
         if body.shape == "box":
@@ -63,11 +63,10 @@ class EngineWorld(World):
         return made
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
-        driven = any(body.path is not None for body in self.bodies)  # else nothing but gravity and the law moves them
-        self._law = self._law or ContactCallback(self.client, fixed_bodies_move=driven, left_alone=not driven)
+        driven = any(body.path is not None for body in self.bodies)
+        self._law = self._law or ContactCallback(self.client, fixed_bodies_move=driven)
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
-        self._law.add_contact(first, second, pair)
-        self._by_law |= {*ones, *twos}
+        self._handles.append(self._law.add_contact(first, second, pair))
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """Bullet's own contact with the settings that let it bounce; friction and restitution are products of both."""
@@ -102,16 +101,16 @@ class EngineWorld(World):
         p.resetBaseVelocity(number, velocity.tolist(), [0.0, 0.0, 0.0], self.client)
 
     def _advance(self, count: int) -> None:
-        if self._law is None:
-            for _ in range(count):
-                p.stepSimulation(self.client)
-            return
         for _ in range(count):
-            self._law()
-            p.stepSimulation(self.client)
+            if self._law is None:
+                p.stepSimulation(self.client)
+            else:
+                self._law.step()
 
     def _read(self) -> tuple[Array, Array, Array, Array]:
         places, turns, speeds, spins = [], [], [], []
+        states = [state for handle in self._handles for state in (self._law.states(handle) if self._law else [])]
+        pressed = {side[0] for state in states if state.overlap > 0.0 for side in (state.a, state.b)}
         for body in self.bodies:
             number = self.ids[body.name]
             place, turn = p.getBasePositionAndOrientation(number, self.client)
@@ -120,11 +119,10 @@ class EngineWorld(World):
                 place = np.asarray(body.path(self.time))
                 speed = (np.asarray(body.path(self.time + h)) - np.asarray(body.path(self.time - h))) / (2.0 * h)
                 spin = np.zeros(3)
-            elif self._law is not None and body.name in self._by_law:
-                speed, spin = self._law.velocity(number)
             else:
                 speed, spin = (np.array(one) for one in p.getBaseVelocity(number, self.client))
-                speed = speed + 0.5 * self.timestep * self.gravity
+                if number not in pressed:  # the engine's velocity is that of half a step before the position
+                    speed = speed + 0.5 * self.timestep * self.gravity
             places.append(place)
             turns.append(np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3))
             speeds.append(speed)

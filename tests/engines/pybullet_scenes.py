@@ -66,6 +66,12 @@ def run(client: int, callback: Callable[[], None], steps: int) -> None:
         p.stepSimulation(client)
 
 
+def step(callback: ContactCallback, steps: int = 1) -> None:
+    """The other way: the callback takes the steps."""
+    for _ in range(steps):
+        callback.step()
+
+
 def pair_of(material: str = "steel", **changes: Any) -> ContactPair:
     mu, e, _ = CASES[material]
     m = MATERIALS[material]
@@ -77,11 +83,12 @@ def impact(
     client: int, material: str, psi_1: float, steps: float, *,
     launch: str = "oblique", angle: float = 0.0, phase: float = 0.0, gyration2: float = 0.4,
     ground: Callable[[int], int] = plane, law: str = "microslip", ball_first: bool = True,
-    substeps: int = 100,
+    substeps: int = 100, ahead: bool = True,
 ) -> tuple[float, float, float]:  # fmt: skip
     """One impact of a ball or puck on a flat fixed body: errors of psi_2 and of restitution, sideways velocity.
 
-    steps: of the engine per contact, far less than one where the step is long.
+    steps: of the engine per contact, far less than one where the step is long. ahead: the callback foresees the step,
+    else it takes it.
     """
     mu, e, speed = CASES[material]
     mass, pair = 0.5, pair_of(material, law=law)
@@ -98,7 +105,7 @@ def impact(
     callback = ContactCallback(client)
     pairing = (body, floor) if ball_first else (floor, body)
     callback.add_contact(*pairing, pair, substeps=substeps)
-    run(client, callback, int(2.0 * steps) + 3)
+    (run(client, callback, int(2.0 * steps) + 3) if ahead else step(callback, int(2.0 * steps) + 3))
     velocity, spin = velocities(client, body)
     contact = velocity - RADIUS * np.cross(spin, UP)
     psi_2 = pair.kappa / mu * float(contact @ along) / speed
@@ -140,13 +147,11 @@ def ball_on_plane(
     return body, callback, callback.add_contact(body, floor, pair_of(**changes))
 
 
-def totals(
-    client: int, callback: ContactCallback, bodies: dict[int, tuple[float, float]]
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Momentum, angular momentum and energy of balls with what they are owed; bodies: mass and radius of each."""
+def totals(client: int, bodies: dict[int, tuple[float, float]]) -> tuple[np.ndarray, np.ndarray, float]:
+    """Momentum, angular momentum and energy of balls; bodies: mass and radius of each."""
     momentum, angular, energy = np.zeros(3), np.zeros(3), 0.0
     for body, (m, r) in bodies.items():
-        velocity, spin = callback.velocity(body)
+        velocity, spin = velocities(client, body)
         place = np.array(p.getBasePositionAndOrientation(body, client)[0])
         momentum += m * velocity
         angular += m * np.cross(place, velocity) + 0.4 * m * r * r * spin

@@ -73,7 +73,7 @@ def pybullet_speeds(gap, speed, dt, material, steps):
             contact()
             p.stepSimulation(client)
             if not any(state.overlap > 0.0 for state in contact.states(handle)):
-                out.append(abs(contact.velocity(ball)[0][2]))
+                out.append(abs(p.getBaseVelocity(ball, client)[0][2]))
     finally:
         p.disconnect(client)
     return np.array(out)

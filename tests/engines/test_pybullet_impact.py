@@ -14,21 +14,17 @@ p = pytest.importorskip("pybullet")
 
 from pybullet_scenes import (  # noqa: E402
     CASES,
-    FREE,
     RADIUS,
     ball,
     impact,
-    paddle,
     pair_of,
     plane,
     run,
-    shape,
     slab,
     velocities,
 )
 
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.mechanism import Mechanism, read_motion  # noqa: E402
 
 
 @pytest.mark.parametrize("material", CASES)
@@ -132,65 +128,3 @@ def test_two_clients_at_once_give_the_same(client: int) -> None:
         assert first[0][2] > 0.9
     finally:
         p.disconnect(other)
-
-
-@pytest.mark.parametrize("dt", [2e-6, 2e-3])
-@pytest.mark.parametrize("base_mass", [0.0, 2.0])
-def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_mass: float) -> None:
-    """Elastic and without friction: the energy after is that before to 1e-3, however long the step."""
-    racket = paddle(client, base_mass)
-    body = ball(client, [0.405, 0.0, 2.0 * RADIUS], [0, 0, -1.0])
-    p.setTimeStep(dt, client)
-    callback = ContactCallback(client)
-    handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0, ledger=True)
-    run(client, callback, 3 + int(8e-4 / dt))
-    velocity, spin = callback.velocity(body)
-    rate = np.array([p.getJointState(racket, 0, client)[1]])
-    if base_mass:
-        rate = np.concatenate([*p.getBaseVelocity(racket, client), rate])
-    matrix = Mechanism(client, racket).mass_matrix
-    energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * rate @ matrix @ rate
-    assert callback.ledger(handle).impacts == 1
-    assert not callback.owed(racket)[0].any()
-    assert -0.9 < velocity[2] < 0.0
-    assert abs(rate).max() > 0.1
-    assert energy == pytest.approx(0.25, rel=1e-3)
-
-
-@pytest.mark.parametrize("base_mass", [0.0, 2.0])
-@pytest.mark.parametrize("joints", [("REVOLUTE", "PRISMATIC"), ("SPHERICAL", "REVOLUTE"), ("FIXED", "REVOLUTE")])
-def test_mobility_is_what_the_engine_answers(client: int, base_mass: float, joints: tuple[str, str]) -> None:
-    """J M^-1 J^T against the velocity gained in one short step under a force, after changeDynamics."""
-    lump, turned = shape(client, p.GEOM_SPHERE, radius=0.1), p.getQuaternionFromEuler([0.5, -0.4, 0.8])
-    types = [getattr(p, f"JOINT_{joint}") for joint in joints]
-    body = p.createMultiBody(
-        base_mass, lump, -1, [0, 0, 1], p.getQuaternionFromEuler([0.1, 0.2, 0.3]), [0.01, 0.02, 0.03], turned,
-        linkMasses=[1.0, 0.5], linkCollisionShapeIndices=[lump] * 2, linkVisualShapeIndices=[-1] * 2,
-        linkPositions=[[0.2, 0, 0], [0, 0.3, 0]], linkOrientations=[turned] * 2,
-        linkInertialFramePositions=[[0.05, 0.02, 0.01], [0.1, 0, 0]], linkInertialFrameOrientations=[turned] * 2,
-        linkParentIndices=[0, 1], linkJointTypes=types, linkJointAxis=[[0, 1, 0], [0, 0, 1]], physicsClientId=client,
-    )  # fmt: skip
-    for link in range(-1, 2):
-        p.changeDynamics(body, link, localInertiaDiagonal=[0.01, 0.02, 0.025], physicsClientId=client, **FREE)
-    for link, kind in enumerate(types):
-        if kind in (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC):
-            p.resetJointState(body, link, 0.7, physicsClientId=client)
-            p.setJointMotorControl2(body, link, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
-        elif kind == p.JOINT_SPHERICAL:
-            p.resetJointStateMultiDof(body, link, turned, physicsClientId=client)
-            p.setJointMotorControlMultiDof(
-                body, link, p.POSITION_CONTROL, targetPosition=[0, 0, 0, 1], force=[0, 0, 0], positionGain=0,
-                velocityGain=0, physicsClientId=client,
-            )  # fmt: skip
-    dt, start, mechanism = 1e-6, p.saveState(client), Mechanism(client, body)
-    p.setTimeStep(dt, client)
-    for link in range(-1, 2):
-        place = np.array(read_motion(client, body, link).position) + [0.03, 0.05, -0.02]
-        answer = np.zeros((3, 3))
-        for j in range(3):
-            p.restoreState(start, physicsClientId=client)
-            p.applyExternalForce(body, link, np.eye(3)[j].tolist(), place.tolist(), p.WORLD_FRAME, client)
-            p.stepSimulation(client)
-            motion = read_motion(client, body, link)
-            answer[:, j] = (motion.velocity + np.cross(motion.spin, place - motion.position)) / dt
-        np.testing.assert_allclose(mechanism.mobility(mechanism.jacobian(link, place)), answer, atol=1e-9)

@@ -15,6 +15,7 @@ from pybullet_scenes import (  # noqa: E402
     plane,
     run,
     slab,
+    step,
     totals,
     velocities,
 )
@@ -40,10 +41,10 @@ def test_two_balls_keep_momentum_and_angular_momentum(client: int, dt: float, st
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
     handle = callback.add_contact(*bodies, pair_of(restitution=1.0), ledger=True)
-    before = totals(client, callback, bodies)
+    before = totals(client, bodies)
     for _ in range(int((start + 3e-4) / dt) + 3):
-        run(client, callback, 1)
-        after = totals(client, callback, bodies)
+        step(callback)
+        after = totals(client, bodies)
         np.testing.assert_allclose(after[0], before[0], atol=1e-14)
         np.testing.assert_allclose(after[1], before[1], atol=1e-14)
     assert callback.ledger(handle).impacts == 1
@@ -69,7 +70,7 @@ def test_row_of_balls_in_touch_is_the_hertz_chain(client: int, dt: float, count:
     callback = ContactCallback(client)
     callback.add_contact(bodies, bodies, pair_of(friction=0.0, restitution=1.0))
     run(client, callback, int(2e-3 / dt) + 4)
-    speeds = [callback.velocity(body)[0][0] for body in bodies]
+    speeds = [velocities(client, body)[0][0] for body in bodies]
     np.testing.assert_allclose(speeds, chain, atol=5e-4)
     assert 0.5 * np.sum(np.square(speeds)) == pytest.approx(0.5, rel=1e-4)
 
@@ -146,48 +147,6 @@ def test_moving_fixed_body_takes_the_ball_along(client: int) -> None:
     assert velocities(client, body)[0][2] == pytest.approx(1.93, abs=1e-3)
 
 
-def test_still_scenery_need_not_be_read(client: int) -> None:
-    """The same motion to the last bit, where nothing moves what is fixed."""
-    ends = []
-    for moves in (True, False):
-        floor, body = plane(client), ball(client, [0, 0, RADIUS + 2e-3], [0.3, 0, -1.0])
-        p.setGravity(0, 0, -9.81, client)
-        callback = ContactCallback(client, fixed_bodies_move=moves)
-        callback.add_contact(body, floor, pair_of())
-        run(client, callback, 150)
-        ends.append((p.getBasePositionAndOrientation(body, client), p.getBaseVelocity(body, client)))
-        p.resetSimulation(client)
-    assert ends[0] == ends[1]
-
-
-@pytest.mark.parametrize("height", [2e-3, 0.2])
-def test_bodies_left_alone_need_not_be_read(client: int, height: float) -> None:
-    """Thrown on the floor and at each other, flying, rolling, coming to rest: the same motion to the last bit."""
-    ends = []
-    for alone in (False, True):
-        floor, body = plane(client), ball(client, [0, 0, RADIUS + height], [0.3, 0, -1.0])
-        other = ball(client, [0.5, 0.01, 3.0 * RADIUS], [-0.4, 0, 0.5])
-        p.setGravity(0, 0, -9.81, client)
-        callback = ContactCallback(client, left_alone=alone)
-        callback.add_contact([body, other], [body, other, floor], pair_of(restitution=0.5))
-        run(client, callback, 700)
-        ends.append([(p.getBasePositionAndOrientation(b, client), p.getBaseVelocity(b, client)) for b in (body, other)])
-        p.resetSimulation(client)
-    assert ends[0] == ends[1]
-
-
-def test_bodies_left_alone_are_looked_at_when_asked(client: int) -> None:
-    floor, body = plane(client), ball(client, [0, 0, 10.0])
-    callback = ContactCallback(client, left_alone=True)
-    callback.add_contact(body, floor, pair_of())
-    run(client, callback, 12)
-    p.resetBasePositionAndOrientation(body, [0, 0, RADIUS + 1e-3], [0, 0, 0, 1], client)
-    p.resetBaseVelocity(body, [0, 0, -1.0], [0, 0, 0], client)
-    callback.look()
-    run(client, callback, 3)
-    assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=1e-3)
-
-
 def test_body_that_is_not_a_ball_keeps_its_angular_momentum(client: int) -> None:
     """A long capsule, tumbling, hit by a ball in free fall: momentum and angular momentum of both stay."""
     rod = p.createMultiBody(
@@ -211,7 +170,9 @@ def test_body_that_is_not_a_ball_keeps_its_angular_momentum(client: int) -> None
         for one, mass, diagonal in ((rod, 0.4, inertia), (body, 0.5, [0.2 * RADIUS**2] * 3)):
             place, quaternion = p.getBasePositionAndOrientation(one, client)
             turn = np.array(p.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
-            velocity, spin = callback.velocity(one)
+            velocity, spin = velocities(client, one)
+            own, moments = turn.T @ spin, np.array(diagonal)  # Bullet's spin is that of half a step before
+            spin = spin - 0.5e-3 * turn @ (np.cross(own, moments * own) / moments)
             momentum += mass * velocity
             total += mass * np.cross(place, velocity) + turn @ (np.array(diagonal) * (turn.T @ spin))
         return momentum, total
@@ -219,7 +180,7 @@ def test_body_that_is_not_a_ball_keeps_its_angular_momentum(client: int) -> None
     hits = 0
     for _ in range(10):
         before = angular()
-        run(client, callback, 1)
+        step(callback)
         after = angular()
         hits = callback.ledger(handle).impacts
         np.testing.assert_allclose(after[0], before[0], atol=1e-13)

@@ -1,0 +1,465 @@
+"""Bodies between PyBullet and the world, compiled: what was read of them, what they are pushed by, where they are put.
+
+Bullet steps v <- v + dt a, then x <- x + dt v: its velocity is that of half a step before its position, and x1 = x0 +
+dt (v0 + dt a) is a parabola if the velocity at x0 is v0 + dt/2 a. So velocities are read, and so they are handed back;
+but where a contact is closed at the end of a step the velocity is the true one, so that what rests has none. The same
+holds of the spin, whose rate of change is gyroscopic.
+
+A step comes to an impulse and a place. Where Bullet has yet to step, a force gives the impulse, and what its place
+lacks then is put right at the next call (`receive`). Where it has stepped, the world goes the same step again with
+the accelerations that there were, and both are put there (`hand_back`).
+"""
+
+from __future__ import annotations
+
+from math import isfinite, nan, sqrt
+from typing import Any
+
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+
+from contactlaw.jit import jit, jit_inside
+from contactlaw.pair import DEEPEST
+from contactlaw.world.access import body_at, contact_at, element, near_at, numbers_at, shape_at, world_at
+from contactlaw.world.geometry import meet
+from contactlaw.world.motion import give, set_axes
+from contactlaw.world.records import CLOSED, FREE, VECTOR, record
+from contactlaw.world.step import step
+from contactlaw.world.vec import add, axpy, cross, dot, half_turn, load, norm, scale, store, sub, to_body, to_world
+
+MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
+"""As PyBullet tells it, quaternion scalar last."""
+
+ROW = record(
+    before=MOTION, after=MOTION,  # Bullet's step
+    left=MOTION,  # how the last call left it
+    ahead="f8",  # [s] that Bullet has stepped since
+    lacks="i8",  # its place lacks something then
+    shift=VECTOR, turn=("f8", (4,)),  # and what: [m], quaternion scalar last
+    mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
+    linked="i8",  # of a body with joints, see `linked`
+    force=VECTOR, torque=VECTOR,  # mean of what contacts did in the last step [N], [N m]
+    pressed="i8",  # a contact was closed at the end of it
+    asleep="i8",
+    strange="i8",  # somebody has put it where it is
+)  # fmt: skip
+"""A body as the world and PyBullet exchange it."""
+
+HEAD = record(
+    world="u8", rows="u8", jobs="u8", seen="u8", count="i8",
+    dt="f8", gravity=VECTOR,
+    bad="i8",  # the row whose numbers are not finite
+    pushed="i8", put="i8",  # how many jobs of either kind
+)  # fmt: skip
+"""What compiled code is given: addresses, the step [s], gravity; and what came out."""
+
+JOB = 14  # numbers of one: its row, then force, torque, point; or position, quaternion, velocity, spin
+EXACT = 1e-12  # relative difference that is rounding
+NEWS, ENDED, DEEP, FLAGS = 1, 2, 4, 8
+NOT_FINITE, NO_ROOM = -1, -2
+
+row_at: Any = element(ROW)
+
+
+@jit_inside
+def job_at(head, i):
+    """The numbers of a job."""
+    return carray(numbers_at(head.jobs + 8 * JOB * i), JOB)
+
+
+@jit
+def receive(heads):
+    """Take what was read: put right what a body's place lacks, and give the world's bodies their motion.
+
+    Returns twice how many bodies must be put elsewhere before Bullet steps, and one more if somebody has put one where
+    it is; or -1: not finite.
+    """
+    head = heads[0]
+    w = world_at(head.world, 0)
+    head.put = 0
+    strange = 0
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        if not finite(r.before):
+            head.bad = k
+            return -1
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        if r.linked != 0:
+            continue
+        b = body_at(w.bodies, k + 1)
+        store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
+        store(b.torque, (0.0, 0.0, 0.0))
+        r.strange = 0
+        if r.ahead == 0.0 and alike(r.before, r.left):
+            if b.asleep == 0 and r.mass > 0.0:
+                set_out(r, b, head.dt)
+            continue
+        x, v = load(r.before.position), load(r.before.velocity)
+        here = axpy(r.ahead, v, load(r.left.position))
+        apart = sub(x, here)
+        own_way = norm(apart) <= EXACT * (norm(x) + norm(sub(x, load(r.left.position))))
+        if r.mass == 0.0:
+            w.stale = 1
+            stir(w)
+            set_out(r, b, head.dt)
+            continue
+        r.strange = 0 if own_way else 1
+        if r.lacks != 0 and (r.strange == 0 or kept_speed(r)):
+            r.strange = 0
+            store(r.before.position, add(x, load(r.shift)))
+            multiply(r.turn, r.before.quaternion)
+            if b.asleep != 0 and norm(v) + norm(load(r.before.spin)) <= EXACT * head.dt * norm(load(b.acceleration)):
+                store(r.before.velocity, (0.0, 0.0, 0.0))
+                store(r.before.spin, (0.0, 0.0, 0.0))
+            put(head, k, r.before)
+        if r.strange != 0:
+            strange = 1
+            r.pressed = 0
+            w.stale = 1
+            stir(w)  # itself, and what it may have held
+        r.lacks = 0
+        set_out(r, b, head.dt)
+    return 2 * head.put + strange
+
+
+@jit
+def foresee(heads, worlds):
+    """All of a step that Bullet is about to take: `receive`, the world's step, and `hand_back`.
+
+    Returns what the last of them does; or NOT_FINITE, or NO_ROOM less what the first one found, where somebody must see
+    to it: there may not be room enough in the world for the step if that was zero.
+    """
+    found = receive(heads)
+    if found < 0:
+        return NOT_FINITE
+    if found > 0 or step(worlds, heads[0].dt, 1) == 0:
+        return NO_ROOM - found
+    return hand_back(heads, 0)
+
+
+@jit_inside
+def finite(m):
+    """Whether a motion is."""
+    total = 0.0
+    for i in range(3):
+        total += m.position[i] + m.velocity[i] + m.spin[i]
+    return isfinite(total + m.quaternion[0] + m.quaternion[1] + m.quaternion[2] + m.quaternion[3])
+
+
+@jit_inside
+def alike(a, b):
+    """Whether two motions are the same to the bit."""
+    same = a.quaternion[3] == b.quaternion[3]
+    for i in range(3):
+        same = same and a.position[i] == b.position[i] and a.quaternion[i] == b.quaternion[i]
+        same = same and a.velocity[i] == b.velocity[i] and a.spin[i] == b.spin[i]
+    return same
+
+
+@jit_inside
+def kept_speed(r):
+    """Whether Bullet has been left to put a body where it is, though its velocity was changed later."""
+    x = sub(load(r.before.position), axpy(r.ahead, load(r.left.velocity), load(r.left.position)))
+    return norm(x) <= EXACT * (norm(load(r.before.position)) + r.ahead * norm(load(r.left.velocity)))
+
+
+@jit_inside
+def stir(w):
+    """Wake all bodies: something that does not sleep was moved."""
+    for i in range(1, w.body_count):
+        b = body_at(w.bodies, i)
+        if b.asleep != 0:
+            b.held[0] = nan
+
+
+@jit_inside
+def set_out(r, b, dt):
+    """The world's body where PyBullet's is, with its true velocity; `acceleration` and `torque` are known."""
+    m = r.before
+    store(b.position, load(m.position))
+    b.quaternion[0] = m.quaternion[3]
+    for i in range(3):
+        b.quaternion[i + 1] = m.quaternion[i]
+    set_axes(b)
+    lag = 0.5 * dt if r.pressed == 0 and r.mass > 0.0 else 0.0
+    store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
+    store(b.spin, axpy(lag, spin_rate(b, load(m.spin)), load(m.spin)))
+
+
+@jit_inside
+def spin_rate(b, w):
+    """Angular acceleration [rad/s^2] without contacts, at a spin."""
+    return give(b, sub(load(b.torque), gyroscopic(b, w)))
+
+
+@jit_inside
+def gyroscopic(b, w):
+    """The moment w x I w [N m]."""
+    if b.isotropic != 0 or b.inverse_mass == 0.0:
+        return 0.0, 0.0, 0.0
+    p, i = to_body(b.axes, w), b.inverse_inertia
+    return cross(w, to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2])))
+
+
+@jit
+def press(heads):
+    """Bodies that somebody has put on others: their velocities are the true ones, as those of all that touch."""
+    head = heads[0]
+    w = world_at(head.world, 0)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        if overlap > 0.0:
+            for i in (p.body_a, p.body_b):
+                r = row_at(head.rows, i - 1)
+                if r.strange != 0:
+                    r.pressed = 1
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        if r.strange != 0 and r.pressed != 0 and r.linked == 0:
+            set_out(r, body_at(w.bodies, k + 1), head.dt)
+
+
+@jit
+def steady(heads):
+    """Jobs that push bodies with what pressed on them in the last step; returns how many."""
+    head = heads[0]
+    head.pushed = 0
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        if r.linked != 0:
+            continue
+        if r.pressed == 0 or r.strange != 0:
+            store(r.force, (0.0, 0.0, 0.0))
+            store(r.torque, (0.0, 0.0, 0.0))
+        else:
+            push(head, k, r)
+    return head.pushed
+
+
+@jit
+def compare(heads):
+    """After Bullet's step: the accelerations that it gave to bodies besides the steady push; -1: not finite.
+
+    Where that was gravity alone they are left as they are, to the bit.
+    """
+    head = heads[0]
+    w = world_at(head.world, 0)
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        b = body_at(w.bodies, k + 1)
+        if r.mass == 0.0 or r.linked != 0:
+            continue
+        if not finite(r.after):
+            head.bad = k
+            return -1
+        v, old = load(r.after.velocity), load(r.before.velocity)
+        known = axpy(1.0 / r.mass, load(r.force), load(head.gravity))
+        other = sub(sub(v, old), scale(head.dt, known))
+        size = norm(v) + norm(old) + head.dt * (norm(load(head.gravity)) + norm(load(r.force)) / r.mass)
+        u, older = load(r.after.spin), load(r.before.spin)
+        store(b.torque, sub(load(r.torque), gyroscopic(b, older)))
+        turning = give(b, load(b.torque))
+        twist = sub(sub(u, older), scale(head.dt, turning))
+        spins = norm(u) + norm(older) + head.dt * norm(turning) + norm(give(b, load(r.torque))) * head.dt
+        store(b.torque, (0.0, 0.0, 0.0))
+        slow, even = norm(other) <= EXACT * size, norm(twist) <= EXACT * spins
+        if slow and even:
+            continue
+        if not slow:
+            store(b.acceleration, axpy(1.0 / head.dt, other, load(head.gravity)))
+        if not even:
+            store(b.torque, moment(r, b, scale(1.0 / head.dt, twist)))
+        set_out(r, b, head.dt)
+    return 0
+
+
+@jit_inside
+def moment(r, b, rate):
+    """What it takes to give a body an angular acceleration [N m]."""
+    p, i = to_body(b.axes, rate), r.inertia
+    return to_world(b.axes, (i[0] * p[0], i[1] * p[1], i[2] * p[2]))
+
+
+@jit
+def hand_back(heads, stepped):
+    """After the world's step: jobs for the bodies that were touched, pushes or, where Bullet has stepped, places.
+
+    Returns FLAGS times how many, and what `look` says.
+    """
+    head = heads[0]
+    w = world_at(head.world, 0)
+    head.pushed = 0
+    head.put = 0
+    for k in range(head.count):
+        row_at(head.rows, k).pressed = 0
+    flags = look(head, w)
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        b = body_at(w.bodies, k + 1)
+        if r.linked != 0:
+            continue
+        if r.mass == 0.0:
+            keep(r, r.before, 0.0)
+        elif b.asleep != 0 and b.touched == 0:
+            hold(r, b)
+            keep(r, r.before, 0.0)
+            if stepped == 0:
+                push(head, k, r)
+            elif not alike(r.after, r.before):
+                put(head, k, r.before)
+        elif b.touched == 0:
+            if stepped == 0:
+                keep(r, r.before, head.dt)
+            else:
+                keep(r, r.after, 0.0)
+        else:
+            finish(head, k, r, b, stepped)
+    return FLAGS * (head.put + head.pushed) + flags
+
+
+@jit_inside
+def look(head, w):
+    """See which bodies have closed contacts; returns whether contacts are new, have ended, or are too deep."""
+    flags = 0
+    known = carray(numbers_at(head.seen), w.contact_room)
+    for slot in range(w.contact_room):
+        c = contact_at(w.contacts, slot)
+        if c.phase == FREE:
+            known[slot] = 0.0
+            continue
+        if known[slot] == 0.0:
+            known[slot] = 2.0
+            flags |= NEWS
+        if c.deepest > DEEPEST * c.touch.radius:
+            flags |= DEEP
+        if c.phase == CLOSED:
+            row_at(head.rows, c.body_a - 1).pressed = 1
+            row_at(head.rows, c.body_b - 1).pressed = 1
+        else:
+            flags |= ENDED
+    return flags
+
+
+@jit_inside
+def keep(r, m, ahead):
+    """Note how a body is left, and for how long Bullet will move it yet."""
+    store(r.left.position, load(m.position))
+    for i in range(4):
+        r.left.quaternion[i] = m.quaternion[i]
+    store(r.left.velocity, load(m.velocity))
+    store(r.left.spin, load(m.spin))
+    r.ahead = ahead
+
+
+@jit_inside
+def hold(r, b):
+    """What holds a body that sleeps."""
+    store(r.force, scale(-r.mass, load(b.acceleration)))
+    store(r.torque, scale(-1.0, load(b.torque)))
+
+
+@jit_inside
+def finish(head, k, r, b, stepped):
+    """Hand back a body that was touched."""
+    dt = head.dt
+    lag = 0.0 if r.pressed != 0 else -0.5 * dt
+    v = axpy(lag, load(b.acceleration), load(b.velocity))
+    spin = load(b.spin)
+    spin = axpy(lag, spin_rate(b, spin), spin)
+    x1 = load(b.position)
+    qx, qy, qz, qw = b.quaternion[1], b.quaternion[2], b.quaternion[3], b.quaternion[0]
+    m = r.before
+    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), load(b.acceleration))
+    store(r.force, scale(r.mass, gained))
+    # the moment at the start of the step, where Bullet takes its inertia
+    b.quaternion[0] = m.quaternion[3]
+    for i in range(3):
+        b.quaternion[i + 1] = m.quaternion[i]
+    set_axes(b)
+    rate = sub(scale(1.0 / dt, sub(spin, load(m.spin))), spin_rate(b, load(m.spin)))
+    store(r.torque, moment(r, b, rate))
+    b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3] = qw, qx, qy, qz
+    set_axes(b)
+    if stepped == 0:
+        push(head, k, r)
+        keep(r, m, dt)
+        store(r.left.velocity, v)
+        place = axpy(dt, v, load(m.position))
+        store(r.shift, sub(x1, place))
+        store_quaternion(r.turn, (qx, qy, qz, qw))
+        back = turned(scale(dt, spin), m.quaternion)
+        conjugate_times(r.turn, back)
+        off = norm(load(r.shift)) > EXACT * norm(sub(place, load(m.position)))
+        off = off or abs(r.turn[0]) + abs(r.turn[1]) + abs(r.turn[2]) > EXACT
+        r.lacks = 1 if off or b.asleep != 0 else 0
+        return
+    done = r.after
+    store(done.position, x1)
+    store_quaternion(done.quaternion, (qx, qy, qz, qw))
+    store(done.velocity, v)
+    store(done.spin, spin)
+    put(head, k, done)
+    keep(r, done, 0.0)
+    r.lacks = 0
+    if b.asleep != 0:
+        hold(r, b)
+
+
+@jit_inside
+def store_quaternion(out, q):
+    """Write a quaternion."""
+    for i in range(4):
+        out[i] = q[i]
+
+
+@jit_inside
+def times(p, q):
+    """The quaternion p q, scalars last."""
+    a, b = (p[0], p[1], p[2]), (q[0], q[1], q[2])
+    v = add(cross(a, b), add(scale(p[3], b), scale(q[3], a)))
+    return v[0], v[1], v[2], p[3] * q[3] - dot(a, b)
+
+
+@jit_inside
+def multiply(turn, q_out):
+    """Turn a quaternion by another, and make it a unit one."""
+    q = times((turn[0], turn[1], turn[2], turn[3]), (q_out[0], q_out[1], q_out[2], q_out[3]))
+    one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    store_quaternion(q_out, (one * q[0], one * q[1], one * q[2], one * q[3]))
+
+
+@jit_inside
+def turned(turn, q):
+    """A quaternion turned by a rotation vector [rad]."""
+    c, s = half_turn(dot(turn, turn))
+    return times((s * turn[0], s * turn[1], s * turn[2], c), (q[0], q[1], q[2], q[3]))
+
+
+@jit_inside
+def conjugate_times(q_out, p):
+    """What turns p into q."""
+    store_quaternion(q_out, times((q_out[0], q_out[1], q_out[2], q_out[3]), (-p[0], -p[1], -p[2], p[3])))
+
+
+@jit_inside
+def push(head, k, r):
+    """A job: force and torque at the centre of mass."""
+    job = job_at(head, head.pushed)
+    job[0] = k
+    for i in range(3):
+        job[1 + i], job[4 + i], job[7 + i] = r.force[i], r.torque[i], r.before.position[i]
+    head.pushed += 1
+
+
+@jit_inside
+def put(head, k, m):
+    """A job: a place, and a velocity."""
+    job = job_at(head, head.put)
+    job[0] = k
+    for i in range(3):
+        job[1 + i], job[8 + i], job[11 + i] = m.position[i], m.velocity[i], m.spin[i]
+    for i in range(4):
+        job[4 + i] = m.quaternion[i]
+    head.put += 1

@@ -1,0 +1,52 @@
+"""Shapes that have no closed form here: PyBullet says where they are nearest, and a tangent plane stands there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pybullet as p
+
+from contactlaw.pybullet_callback.shapes import Side
+from contactlaw.world.records import Arrays
+
+ON_A, ON_B, NORMAL, DISTANCE = 5, 6, 7, 8  # in a point of getClosestPoints, the normal from B to A
+FAR = -1e6  # [m] along its normal: nothing touches a plane there
+STEPS = 3.0  # of free motion that are looked ahead
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A sphere or a capsule, and what PyBullet must measure its distance from.
+
+    Attributes:
+        one, other: Both.
+        row_one, row_other: Of their bodies.
+        ends: The sphere, or the capsule's ends, as shapes of the world.
+        planes: Tangent planes of the other, one for each of them.
+    """
+
+    one: Side
+    other: Side
+    row_one: int
+    row_other: int
+    ends: list[int]
+    planes: list[int]
+
+    def place(self, client: int, world: Arrays, dt: float) -> None:
+        """Place the planes for the step that begins."""
+        a, b = world.bodies[self.row_one + 1], world.bodies[self.row_other + 1]
+        planes = world.shapes[self.planes]
+        planes["at"], planes["normal"] = (0.0, 0.0, FAR), (0.0, 0.0, 1.0)
+        speed = sum(np.linalg.norm(one["velocity"]) + dt * np.linalg.norm(one["acceleration"]) for one in (a, b))
+        turning = np.linalg.norm(b["spin"]) * self.other.reach + np.linalg.norm(a["spin"]) * a["reach"]
+        one, other, reach = self.one, self.other, STEPS * dt * float(speed + turning) + 1e-6
+        points = p.getClosestPoints(one.body, other.body, reach, one.link, other.link, physicsClientId=client)
+        if points:
+            point = min(points, key=lambda one: one[DISTANCE])
+            axes = b["axes"].reshape(3, 3)
+            ends = a["position"] + world.shapes["at"][self.ends] @ a["axes"].reshape(3, 3).T
+            nearest = int(np.argmin(np.linalg.norm(ends - point[ON_A], axis=1)))
+            planes["at"][nearest] = (point[ON_B] - b["position"]) @ axes
+            planes["normal"][nearest] = np.array(point[NORMAL]) @ axes
+        world.shapes[self.planes] = planes

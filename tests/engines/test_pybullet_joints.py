@@ -1,0 +1,217 @@
+"""Bodies with joints in PyBullet: the model against the engine's own motion, energy, motors, grasps, restarts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+p = pytest.importorskip("pybullet")
+
+from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, step, velocities  # noqa: E402
+
+from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback.linked import Linked  # noqa: E402
+from contactlaw.world import World  # noqa: E402
+from contactlaw.world.coordinates import mass_matrix, numbers, write_coordinates  # noqa: E402
+
+G = 9.81
+
+
+def arm(client: int, base_mass: float, joints: tuple[str, ...], place: Any = (0, 0, 1)) -> int:
+    """Bodies in a row with inertial frames that are off and turned, at coordinates that are not zero."""
+    lump, turned = shape(client, p.GEOM_SPHERE, radius=0.1), p.getQuaternionFromEuler([0.5, -0.4, 0.8])
+    kinds, n = [getattr(p, f"JOINT_{joint}") for joint in joints], len(joints)
+    body = p.createMultiBody(
+        base_mass, lump, -1, list(place), p.getQuaternionFromEuler([0.1, 0.2, 0.3]), [0.01, 0.02, 0.03], turned,
+        linkMasses=[1.0, 0.5, 0.7][:n], linkCollisionShapeIndices=[lump] * n, linkVisualShapeIndices=[-1] * n,
+        linkPositions=[[0.2, 0, 0], [0, 0.3, 0], [0.1, 0.1, 0.2]][:n], linkOrientations=[turned] * n,
+        linkInertialFramePositions=[[0.05, 0.02, 0.01], [0.1, 0, 0], [0, 0.04, 0]][:n],
+        linkInertialFrameOrientations=[turned] * n, linkParentIndices=list(range(n)), linkJointTypes=kinds,
+        linkJointAxis=[[0, 1, 0], [0, 0, 1], [1, 0, 0]][:n], physicsClientId=client,
+    )  # fmt: skip
+    for link in range(-1, n):
+        p.changeDynamics(body, link, localInertiaDiagonal=[0.01, 0.02, 0.025], physicsClientId=client, **FREE)
+    turn = p.getQuaternionFromEuler([0.3, 0.2, -0.5])
+    for link, kind in enumerate(kinds):
+        if kind in (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC):
+            p.resetJointState(body, link, 0.3, 0.6, physicsClientId=client)
+            p.setJointMotorControl2(body, link, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
+        elif kind == p.JOINT_SPHERICAL:
+            p.resetJointStateMultiDof(body, link, turn, [0.4, -0.3, 0.5], physicsClientId=client)
+            p.setJointMotorControlMultiDof(
+                body, link, p.POSITION_CONTROL, targetPosition=[0, 0, 0, 1], force=[0, 0, 0], positionGain=0,
+                velocityGain=0, physicsClientId=client,
+            )  # fmt: skip
+    if base_mass > 0.0:
+        p.resetBaseVelocity(body, [0.3, -0.2, 0.1], [0.5, 0.4, -0.6], physicsClientId=client)
+    return body
+
+
+JOINTS = [
+    ("REVOLUTE", "PRISMATIC"),
+    ("SPHERICAL", "REVOLUTE"),
+    ("FIXED", "REVOLUTE"),
+    ("REVOLUTE", "FIXED", "REVOLUTE"),
+]
+
+
+@pytest.mark.parametrize("base_mass", [0.0, 2.0])
+@pytest.mark.parametrize("joints", JOINTS)
+def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joints: tuple[str, ...]) -> None:
+    """Acceleration in one short step under gravity and a force on the last link, and where the links are."""
+    body, dt = arm(client, base_mass, joints), 1e-6
+    p.setGravity(1.0, 2.0, -G, client)
+    p.setTimeStep(dt, client)
+    one, world = Linked(client, body), World(0.0)
+    one.add_to(world)
+    arrays = world.arrays.bound()
+    one.receive(arrays, (1.0, 2.0, -G))
+    one.set_out(arrays, 0.0)
+    for link in one.links:
+        member, at, _ = one.place_of(link)
+        own = arrays.bodies[one.first + 1 + member]
+        pose = p.getBasePositionAndOrientation(body, client) if link < 0 else p.getLinkState(body, link, 0, 1, client)
+        np.testing.assert_allclose(own["position"] + own["axes"].reshape(3, 3) @ at, pose[0], atol=1e-12)
+    acceleration = one.own.copy()
+    p.stepSimulation(client)
+    v = one.read()[1]
+    np.testing.assert_allclose((v - one.start[1]) / dt, acceleration, rtol=1e-6, atol=1e-5)
+    one.compare(arrays, dt)
+    np.testing.assert_allclose(one.force, 0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("dt", [2e-6, 2e-3, 1 / 240])
+@pytest.mark.parametrize("base_mass", [0.0, 2.0])
+@pytest.mark.parametrize("ahead", [True, False])
+def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_mass: float, ahead: bool) -> None:
+    """Elastic and without friction: the energy after is that before to 3e-4, however long the step."""
+    racket = paddle(client, base_mass)
+    body = ball(client, [0.405, 0.0, 2.0 * RADIUS], [0, 0, -1.0])
+    p.setTimeStep(dt, client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0, ledger=True)
+    steps = 3 + int(8e-4 / dt)
+    run(client, callback, steps) if ahead else step(callback, steps)
+    velocity, spin = velocities(client, body)
+    one, world = Linked(client, racket), World(0.0)
+    one.add_to(world)
+    q, v = one.read()
+    write_coordinates(world.arrays.bound(), 0, q, v)
+    energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * v @ mass_matrix(world.arrays, 0) @ v
+    assert callback.ledger(handle).impacts == 1
+    assert -0.9 < velocity[2] < 0.0
+    assert abs(v).max() > 0.1
+    assert energy == pytest.approx(0.25, rel=3e-4)
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+def test_momentum_of_a_free_tree_and_a_ball(client: int, ahead: bool) -> None:
+    """A ball hits the last link of a free arm: what one gives the other gets."""
+    body = arm(client, 2.0, ("REVOLUTE", "SPHERICAL"))
+    target = np.array(p.getLinkState(body, 1, 0, 1, client)[4])
+    bullet = ball(client, target + [0.0, 0.0, 0.1 + RADIUS + 0.01], [0, 0, -3.0])
+    p.setTimeStep(1e-3, client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(bullet, body, pair_of(friction=0.0), link_b=1, ledger=True)
+
+    one, world = Linked(client, body), World(0.0)
+    one.add_to(world)
+    arrays = world.arrays.bound()
+
+    def momentum() -> np.ndarray:
+        q, v = one.read()
+        write_coordinates(arrays, 0, q, v)
+        write_coordinates(
+            arrays, 0, q, v + 0.5e-3 * numbers(arrays, 0, "a")
+        )  # Bullet's are those of half a step before
+        return 0.5 * velocities(client, bullet)[0] + world.momentum[0]
+
+    before, steps = momentum(), 0
+    while callback.ledger(handle).impacts == 0 and steps < 15:
+        run(client, callback, 1) if ahead else step(callback)
+        steps += 1
+    if ahead:
+        callback()  # what the place lacked
+    assert steps < 15
+    assert np.linalg.norm(velocities(client, bullet)[0] - [0, 0, -3.0]) > 0.5
+    np.testing.assert_allclose(momentum(), before, atol=1e-4)
+
+
+def press(client: int, callback: ContactCallback, push: Callable[[], None], steps: int) -> None:
+    for _ in range(steps):
+        push()
+        callback.step()
+
+
+def test_a_motor_presses_a_ball_as_hard_as_its_torque_says(client: int) -> None:
+    """A hinged arm presses with a constant torque on a ball that lies on the floor."""
+    floor = plane(client)
+    body = ball(client, [0.4, 0, RADIUS])
+    racket = paddle(client)
+    p.resetBasePositionAndOrientation(racket, [0, 0, 3 * RADIUS + 1e-5], [0, 0, 0, 1], client)
+    p.setGravity(0, 0, -G, client)
+    p.setTimeStep(1 / 240, client)
+    callback = ContactCallback(client)
+    on_floor = callback.add_contact(body, floor, pair_of(restitution=0.5, friction=0.5))
+    handle = callback.add_contact(body, racket, pair_of(restitution=0.5, friction=0.5), link_b=0)
+    torque = 2.0
+
+    def push() -> None:
+        p.setJointMotorControl2(racket, 0, p.TORQUE_CONTROL, force=torque, physicsClientId=client)
+
+    press(client, callback, push, 600)
+    force = callback.state(handle).force
+    weight = 0.3 * G * 0.2
+    assert -force[2] * 0.4 == pytest.approx(torque + weight, rel=1e-2)
+    assert callback.state(on_floor).force[2] == pytest.approx(-force[2] + 0.5 * G, rel=1e-3)
+    assert np.abs(velocities(client, body)[0]).max() < 1e-3
+
+
+def test_a_position_motor_carries_a_ball(client: int) -> None:
+    """A tray on a slide that a motor holds: the ball on it stays, and the motor carries its weight."""
+    tray = shape(client, p.GEOM_BOX, halfExtents=[0.2, 0.2, 0.02])
+    lift = p.createMultiBody(
+        0.0, -1, -1, [0, 0, 0.5],
+        linkMasses=[1.0], linkCollisionShapeIndices=[tray], linkVisualShapeIndices=[-1], linkPositions=[[0, 0, 0]],
+        linkOrientations=[[0, 0, 0, 1]], linkInertialFramePositions=[[0, 0, 0]],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]], linkParentIndices=[0], linkJointTypes=[p.JOINT_PRISMATIC],
+        linkJointAxis=[[0, 0, 1]], physicsClientId=client,
+    )  # fmt: skip
+    p.changeDynamics(lift, 0, physicsClientId=client, **FREE)
+    p.setJointMotorControl2(lift, 0, p.POSITION_CONTROL, targetPosition=0.0, force=500.0, physicsClientId=client)
+    body = ball(client, [0.0, 0.0, 0.52 + RADIUS + 1e-3])
+    p.setGravity(0, 0, -G, client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, lift, pair_of(restitution=0.5, friction=0.5), link_b=0)
+    step(callback, 1500)
+    forces = []
+    for _ in range(200):
+        step(callback)
+        forces.append(callback.state(handle).force[2])
+    assert np.mean(forces) == pytest.approx(0.5 * G, rel=1e-3)
+    assert np.ptp(forces) < 0.05 * 0.5 * G
+    assert p.getBasePositionAndOrientation(body, client)[0][2] == pytest.approx(0.52 + RADIUS, abs=1e-3)
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+def test_a_restart_is_exact_with_joints(client: int, ahead: bool) -> None:
+    racket = paddle(client, 2.0)
+    body = ball(client, [0.405, 0.0, 2.0 * RADIUS + 2e-3], [0.1, 0, -1.0], [3, 4, 5])
+    callback = ContactCallback(client)
+    callback.add_contact(body, racket, pair_of(), link_b=0)
+
+    def go(steps: int) -> list:
+        run(client, callback, steps) if ahead else step(callback, steps)
+        places = [p.getBasePositionAndOrientation(one, client) for one in (body, racket)]
+        return [*places, p.getBaseVelocity(body, client), p.getJointState(racket, 0, client)[:2]]
+
+    go(2)
+    state, saved = p.saveState(client), callback.save()
+    first = go(20)
+    p.restoreState(state, physicsClientId=client)
+    callback.restore(saved)
+    assert go(20) == first
+    assert numbers(callback._scene.traffic.arrays, 0, "q").size == 8
