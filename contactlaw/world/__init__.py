@@ -27,11 +27,11 @@ What does not: contacts that last are stepped like impacts until they sleep, so 
 times what an engine's own solver does (64 balls of steel); all contacts of an island have the substeps of its fastest;
 the overlap must stay small beside the radii (Hertz).
 
-Bodies that joints hold make a tree, which moves as a whole in generalised coordinates: a kick at a point of a body
-becomes v += M^-1 J^T p, and all its bodies have new velocities (`trees`). What is compiled for trees is called by
-address, and only where there are some; so are the three functions by which a model of joints, here that of `chain`,
-says how it moves. Elastic impacts of a double pendulum keep their energy to 1e-5 each. Trees do not sleep; what a
-tree's free base has of momentum stays to 1e-6.
+Bodies that joints hold make a tree, which branches as it may and moves as a whole in generalised coordinates, those of
+MuJoCo: hinges, slides, balls and free joints. A kick at a point of a body becomes v += M^-1 J^T p, and all its bodies
+have new velocities (`trees`). Forces on the joints are constant over a step, but for their damping. What is compiled
+for trees is called by address, and only where there are some. Elastic impacts of a double pendulum keep its energy to
+2e-6 each in the middle, 2e-5 at worst; what a tree's free base has of momentum stays to 1e-6.
 
 Shapes are round (spheres, capsules), boxes and planes; one of two that meet is round. The side of a capsule is crowned
 a little, so that where it is nearest is one point, which moves continuously: forces are then the gradient of an energy
@@ -40,8 +40,8 @@ other surfaces; what they lag behind a curved one is an error of first order in 
 besides motion is a row of numbers (`state`).
 
 Read in this order: `records` (what there is), `motion`, `geometry`, `force`, `touch`, `pace`, `window`, `island`,
-`step`, `near` (broad phase), `sleep`, `state`, then `world`, the class; for joints `trees`, `tree_motion` and `chain`.
-All state is in plain arrays of named records.
+`step`, `near` (broad phase), `sleep`, `state`, then `world`, the class; for joints `tree` (descriptions), `tree_rows`
+(their records), `tree_kinematics`, `tree_dynamics`, `trees` and `tree_motion`. All state is in plain arrays of records.
 """
 
 from contactlaw.world.world import World

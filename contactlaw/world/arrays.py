@@ -56,6 +56,8 @@ def longer(array: Array, count: int) -> Array:
 
 def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
     """The array of records and more of them, given field by field."""
+    if not rows:
+        return array
     array = longer(array, len(rows))
     for record, fields in zip(array[-len(rows) :], rows, strict=True):
         for name, value in fields.items():
@@ -112,6 +114,15 @@ def with_pair(one: Arrays, radius: float, numbers: Array, memory: int) -> Arrays
     return one._replace(
         pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=np.pad(one.memory, ((0, 0), (0, more)))
     )
+
+
+def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
+    """The world before its first step, with room for so many near pairs and contacts."""
+    one.world["spares"] = contacts
+    return one._replace(
+        near=np.zeros(near, NEAR), island_pairs=np.zeros(near, np.int64), contacts=np.zeros(contacts, CONTACT),
+        memory=np.zeros((contacts, one.memory.shape[1])), spare=np.arange(contacts)[::-1].copy(),
+    )  # fmt: skip
 
 
 def with_more_room(one: Arrays) -> Arrays:

@@ -20,6 +20,7 @@ ON_TREE = types.void(TREE_TYPE)
 WITH_BODY = types.void(BODY_TYPE)
 WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
 WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
+PROBE = types.void(types.uint64, NUMBER)
 MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
 
 
@@ -56,8 +57,13 @@ def _ask_mobility(typing_context, address, a, arm_a, b, arm_b, direction):
     return _generate(MOBILITY)
 
 
+def _call_probe(typing_context, address, host, now):
+    return _generate(PROBE)
+
+
 call_on_tree: Any = intrinsic(_call_on_tree)
 call_with_body: Any = intrinsic(_call_with_body)
 call_with_number: Any = intrinsic(_call_with_number)
 call_with_vectors: Any = intrinsic(_call_with_vectors)
 ask_mobility: Any = intrinsic(_ask_mobility)
+call_probe: Any = intrinsic(_call_probe)

@@ -20,6 +20,7 @@ def addresses() -> dict[str, int]:
         "fly": address_of(tree_motion.fly, WITH_NUMBER), "drift": address_of(tree_motion.drift, WITH_NUMBER),
         "settle": address_of(trees.settle, WITH_BODY), "kick": address_of(trees.kick, WITH_VECTORS),
         "mobility": address_of(trees.mobility, MOBILITY), "spread": address_of(trees.spread, WITH_BODY),
+        "press": address_of(trees.press, WITH_VECTORS), "rest": address_of(trees.rest, WITH_BODY),
         "move": address_of(tree_kinematics.move, ON_TREE), "accelerate": address_of(tree_dynamics.accelerate, ON_TREE),
     }  # fmt: skip
 
@@ -47,6 +48,7 @@ def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
         own[:] = value
     tree = world.trees[number]
     tree["stale"] = 1
+    world.bodies["asleep"][int(tree["first"]) : int(tree["first"] + tree["count"])] = 0
     CFUNCTYPE(None, c_uint64)(int(tree["settle"]))(int(tree["bodies"]))
 
 

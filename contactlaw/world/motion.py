@@ -225,6 +225,12 @@ def rate(b):
 
 
 @jit_inside
+def decay(b):
+    """Rate [1/s] at which damping in joints may slow a body, at most."""
+    return 0.0 if b.tree == 0 else tree_at(b.tree, 0).decay
+
+
+@jit_inside
 def jerk(b, reach):
     """Bound on how fast joints change the acceleration of a point [m/s^3] this far from the centre of mass [m]."""
     if b.tree == 0:

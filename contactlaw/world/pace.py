@@ -10,7 +10,7 @@ from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
-from contactlaw.world.motion import acceleration_at, jerk, mobility_between, rate, velocity_at
+from contactlaw.world.motion import acceleration_at, decay, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
@@ -105,7 +105,13 @@ def contact_time(w, c, a, b):
     t = c.touch
     pull = sub(load(a.acceleration), load(b.acceleration))
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
-    return impact_time(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), t.closing, norm(pull))
+    return impact_time(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(pull))
+
+
+@jit_inside
+def closing_speed(c, a, b):
+    """Closing speed [m/s] of a closed contact; `touch.closing` is rounding alone if its substep was as short."""
+    return -dot(sub(velocity_at(a, load(c.arm_a)), velocity_at(b, load(c.arm_b))), load(c.normal))
 
 
 @jit_inside
@@ -115,7 +121,9 @@ def substep(w, c, a, b, substeps):
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
     if t.overlap > 0.0 and hardly_moves(c):
         substeps = max(substeps / FEW, 20.0)
-    return contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    slowing = decay(a) + decay(b)
+    return longest if slowing * longest <= 1.0 else 1.0 / slowing
 
 
 @jit_inside

@@ -8,8 +8,9 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.world.access import contact_at
+from contactlaw.world.coordinates import numbers
 from contactlaw.world.force import stored_energy
-from contactlaw.world.records import CLOSED, FREE, Array, Arrays
+from contactlaw.world.records import AXIS, CLOSED, FREE, Array, Arrays
 
 READOUT = np.dtype([
     ("shapes", "i8", 2), ("bodies", "i8", 2), ("closed", "?"), ("overlap", "f8"), ("point", "f8", 3),
@@ -57,6 +58,9 @@ def energy(world: Arrays) -> Energy:
     axes = b["axes"].reshape(-1, 3, 3)
     spin = np.einsum("nij,ni->nj", axes, b["spin"])
     kinetic = 0.5 * mass @ (b["velocity"] ** 2).sum(1) + 0.5 * (spin**2 / b["inverse_inertia"]).sum()
+    for number in range(world.trees.size):
+        armature = numbers(world, number, "axes").view(AXIS)["armature"]
+        kinetic += 0.5 * armature @ numbers(world, number, "v") ** 2
     potential = -mass @ (b["position"] * pull).sum(1)
     return Energy(float(kinetic), float(potential), float(_elastic(world.bound().world)))
 

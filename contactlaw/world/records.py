@@ -55,6 +55,7 @@ BODY = record(
     asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
     changed="i8",  # its velocity is no longer what was foreseen
     touched="i8",  # a contact has kicked it
+    pressed="i8",  # a contact of it is closed, for who moves it between two steps
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
     island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
     # broad phase
@@ -67,7 +68,7 @@ BODY = record(
 
 TREE = record(
     # addresses of what moves it, see `trees` and `tree_motion`
-    fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8",
+    fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8", press="u8", rest="u8",
     move="u8",  # q <- q moved by x; its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies: a run of rows
@@ -83,6 +84,7 @@ TREE = record(
     push="u8",  # (v_size,), what contacts have changed v by since its last substep
     factor="u8",  # (v_size, v_size), see `tree_dynamics`
     room="u8",  # q_size + 3 v_size
+    kept="u8",  # q_size + v_size, coordinates and forces that it fell asleep with
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where they begin in `Arrays.joints`
     # within a step
@@ -93,6 +95,9 @@ TREE = record(
     rate="f8",  # [1/s] at which its bodies turn, at most
     fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
+    decay="f8",  # [1/s] at which damping may slow a velocity, at most
+    lag="f8",  # [s] that damping comes behind its velocity, see `tree_motion`
+    disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
 """Bodies that joints hold together, a tree with generalised coordinates."""
 
@@ -145,9 +150,14 @@ half space, meet round shapes. TANGENT: a plane that is placed anew before each 
 shapes nearest; its pair is always looked at.
 """
 
+LEDGER = 6
+
 PAIR = record(
     radius="f8",  # effective radius of every such contact [m]; zero: that of the shapes
     numbers="i8",  # where its `laws.record.PAIR` begins, and the law's own numbers behind it
+    # of its contacts that have parted: how many touches, greatest overlap [m], strongest normal force [N], time in
+    # contact [s], work of the normal force and of friction on the bodies [J]
+    ledger=("f8", (LEDGER,)),
 )  # fmt: skip
 """Two materials in contact."""
 
@@ -186,7 +196,8 @@ WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
     roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
-    body_count="i8", shape_count="i8", near_room="i8", contact_room="i8", memory_size="i8", group_count="i8",
+    body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
+    group_count="i8",
     cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
     substeps="f8",  # of an impact between few bodies
@@ -197,6 +208,7 @@ WORLD = record(
     windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
     lost="i8",  # contacts and pairs that there was no room for
+    probe="u8", host="u8",  # address of what places tangent planes anew at a time [s] of the step, and of its own data
     slept="f8",  # energy of motion of bodies when they fell asleep [J]
 )  # fmt: skip
 """A world as a whole: what compiled code is given."""
@@ -210,7 +222,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     one = dict.fromkeys(("v", "a", "f", "d", "v_f", "x", "push"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v} | own
+    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v, "kept": q + v} | own
 
 
 class Arrays(NamedTuple):
@@ -255,7 +267,7 @@ class Arrays(NamedTuple):
         one = self.world
         for name, array in zip(self._fields[:-1], self[:-1], strict=True):
             one[name] = array.ctypes.data
-        one["body_count"], one["shape_count"] = self.bodies.size, self.shapes.size
+        one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["cells"] = self.grid.size - 3 * self.shapes.size

@@ -8,8 +8,9 @@ when somebody changes the velocity or the acceleration of one of its bodies.
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, whole_at
-from contactlaw.world.motion import give
+from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole_at
+from contactlaw.world.call import call_with_body, call_with_vectors
+from contactlaw.world.motion import give, settle
 from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
@@ -26,7 +27,7 @@ def fall_asleep(w, bodies, pairs):
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))
-        store(b.twist, give(b, load(b.torque)))
+        store(b.twist, load(b.turning) if b.tree != 0 else give(b, load(b.torque)))
         b.active = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -38,7 +39,7 @@ def fall_asleep(w, bodies, pairs):
         return
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        if b.active == 0 or b.tree != 0:  # a tree stays awake
+        if b.active == 0:
             return
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -49,6 +50,8 @@ def fall_asleep(w, bodies, pairs):
         store(b.momentum, ZERO)
         b.asleep = 1
         b.still = 1
+        if b.tree != 0 and b.member == 0:
+            call_with_body(tree_at(b.tree, 0).rest, b)
 
 
 @jit_inside
@@ -61,11 +64,34 @@ def slow(w, pairs, part):
             some = True
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            speed = norm(load(a.velocity)) + norm(load(b.velocity))
-            speed += norm(load(a.spin)) * norm(load(c.arm_a)) + norm(load(b.spin)) * norm(load(c.arm_b))
+            speed = speed_of(a, norm(load(c.arm_a))) + speed_of(b, norm(load(c.arm_b)))
             if speed * contact_time(w, c, a, b) > least_move(c, a, b, part):
                 return False
     return some
+
+
+@jit_inside
+def speed_of(b, arm):
+    """How fast a point of a body moves at most, this far from its centre of mass [m]; of a tree, one of any of them."""
+    out = norm(load(b.velocity)) + norm(load(b.spin)) * arm
+    if b.tree != 0:
+        t = tree_at(b.tree, 0)
+        for i in range(t.count):
+            one = body_at(t.bodies, i)
+            out = max(out, norm(load(one.velocity)) + norm(load(one.spin)) * arm)
+    return out
+
+
+@jit_inside
+def change_of(b, arm):
+    """The same of the accelerations in `shift` and `twist`."""
+    out = norm(load(b.shift)) + norm(load(b.twist)) * arm
+    if b.tree != 0:
+        t = tree_at(b.tree, 0)
+        for i in range(t.count):
+            one = body_at(t.bodies, i)
+            out = max(out, norm(load(one.shift)) + norm(load(one.twist)) * arm)
+    return out
 
 
 @jit_inside
@@ -77,7 +103,9 @@ def least_move(c, a, b, part):
 @jit_inside
 def press(b, arm, force):
     """Count a force towards a body's accelerations."""
-    if b.still == 0:
+    if b.still == 0 and b.tree != 0:
+        call_with_vectors(tree_at(b.tree, 0).press, b, arm, force)
+    elif b.still == 0:
         store(b.shift, axpy(b.inverse_mass, force, load(b.shift)))
         store(b.twist, add(load(b.twist), give(b, cross(arm, force))))
         b.active = 1
@@ -92,8 +120,7 @@ def balanced(w, pairs, part):
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             time = contact_time(w, c, a, b)
-            rate = norm(load(a.shift)) + norm(load(a.twist)) * norm(load(c.arm_a))
-            rate += norm(load(b.shift)) + norm(load(b.twist)) * norm(load(c.arm_b))
+            rate = change_of(a, norm(load(c.arm_a))) + change_of(b, norm(load(c.arm_b)))
             if rate * time * time > least_move(c, a, b, part):
                 return False
     return True
@@ -109,11 +136,23 @@ def wake(w, now):
                 b = body_at(w.bodies, i)
                 if b.asleep != 0:
                     wake_body(b, now)
+                    settle(b)
 
 
 @jit_inside
 def wake_body(b, now):
-    """Wake one body."""
+    """Wake one body, and all others of its tree."""
+    if b.tree == 0:
+        rouse(b, now)
+    else:
+        t = tree_at(b.tree, 0)
+        for i in range(t.count):
+            rouse(body_at(t.bodies, i), now)
+
+
+@jit_inside
+def rouse(b, now):
+    """A body moves again from now on."""
     b.asleep = 0
     b.still = 0
     b.time = now
@@ -126,6 +165,8 @@ def disturbed(b):
 
     What an engine says of one and the same force may differ by rounding. `held` may be NaN, which differs from all.
     """
+    if b.tree != 0:
+        return tree_at(b.tree, 0).disturbed != 0
     held = load(b.held)
     change = sub(load(b.acceleration), held)
     moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))

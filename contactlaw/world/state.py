@@ -30,7 +30,8 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.geometry import effective_radius
 from contactlaw.world.near import pair_of
-from contactlaw.world.records import CLOSED, CONTACT, FREE
+from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
+from contactlaw.world.touch import enter
 from contactlaw.world.vec import dot, load, norm, store
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers: before all contacts; before each one's record; of each body
@@ -44,9 +45,10 @@ STRONGEST = 1e3  # force over E* R^2
 UNIT = 1e-9  # by which the square of a unit vector may be off
 
 
-def size(contact_room: int, memory_size: int, body_count: int) -> int:
+def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) -> int:
     """How many float64 a state takes, with room for so many contacts; the world itself is one of the bodies."""
-    return HEAD + contact_room * (SHAPES + CONTACT_SIZE + REST + memory_size) + SLEEP * body_count
+    contact = SHAPES + CONTACT_SIZE + REST + memory_size
+    return HEAD + contact_room * contact + SLEEP * body_count + LEDGER * pair_count
 
 
 @jit_inside
@@ -58,21 +60,27 @@ def part(w, slot, offset, count):
 @jit_inside
 def room_of(w, numbers):
     """How many contacts a row has room for."""
-    return (numbers.size - HEAD - SLEEP * w.body_count) // (SHAPES + CONTACT_SIZE + REST + w.memory_size)
+    left = numbers.size - HEAD - SLEEP * w.body_count - LEDGER * w.pair_count
+    return left // (SHAPES + CONTACT_SIZE + REST + w.memory_size)
 
 
 @jit
 def pack(world, out):
     """Write the state of a world, between two steps, into a row as long as `size` says; world: see `step.step`.
 
-    Returns how many contacts there was no room for; the rest of the row is zero.
+    Returns how many contacts there was no room for. The row holds zeros, or what this function last wrote.
     """
-    w = world[0]
-    for i in range(out.size):
-        out[i] = 0.0
+    return write(world[0], out)
+
+
+@jit_inside
+def write(w, out):
+    """The same, by the record of the world."""
     room = room_of(w, out)
     if room < 0:
         return w.nears
+    length = SHAPES + CONTACT_SIZE + REST + w.memory_size
+    before = int(out[0]) if 0.0 <= out[0] <= room else room
     count, lost, at = 0, 0, HEAD
     for k in range(w.nears):
         p = near_at(w.near, k)
@@ -86,14 +94,23 @@ def pack(world, out):
         at = copy(part(w, p.slot, 0, CONTACT_SIZE), out, at + SHAPES)
         at = copy(part(w, p.slot, FROM, REST), out, at)
         at = copy(memory_of(w, p.slot), out, at)
+    for i in range(at, HEAD + before * length):
+        out[i] = 0.0
     out[0] = count
-    at = out.size - SLEEP * w.body_count
+    at = HEAD + room * length
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if b.asleep != 0 and small(b.held, 3):
-            out[at] = 1.0
-            copy(b.held, out, at + 1)
+        sleeps = b.asleep != 0 and small(b.held, 3)
+        out[at] = 1.0 if sleeps else 0.0
+        for j in range(3):
+            out[at + 1 + j] = b.held[j] if sleeps else 0.0
         at += SLEEP
+    for i in range(w.pair_count):
+        copy(pair_at(w.pairs, i).ledger, out, at + LEDGER * i)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0 and p.closed == 0:
+            enter(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
     return lost
 
 
@@ -128,7 +145,12 @@ def unpack(world, row):
 
     Returns how many contacts and sleeping bodies were left out because they are not sound.
     """
-    w = world[0]
+    return read(world[0], row)
+
+
+@jit_inside
+def read(w, row):
+    """The same, by the record of the world."""
     forget(w)
     room = room_of(w, row)
     if room < 0 or not 0.0 <= row[0] <= room:
@@ -149,10 +171,16 @@ def unpack(world, row):
         else:
             bad += 1
         at += length
-    at = row.size - SLEEP * w.body_count
+    at = HEAD + room * length
     for i in range(w.body_count):
         bad += 0 if lay(body_at(w.bodies, i), row[at : at + SLEEP]) else 1
         at += SLEEP
+    for i in range(w.pair_count):
+        own = pair_at(w.pairs, i).ledger
+        sound = small(row[at : at + LEDGER], LEDGER)
+        for j in range(LEDGER):
+            own[j] = row[at + j] if sound else 0.0
+        at += LEDGER
     return bad
 
 

@@ -10,8 +10,13 @@ fly           all bodies to the end of the step
 
 from __future__ import annotations
 
-from contactlaw.jit import jit, jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at
+from functools import lru_cache
+
+from numba import types
+
+from contactlaw.jit import address_of, jit, jit_inside
+from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
+from contactlaw.world.call import call_probe
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give, settle
 from contactlaw.world.near import list_near, strayed
@@ -21,6 +26,7 @@ from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
+SOON = 1e-6  # of a step, a wait that is none
 AT_THE_END = 1e-6  # of an impact: one that begins so shortly before the end of a step begins in the next
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
 
@@ -38,32 +44,57 @@ def step(world, dt, count):
         if 2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0:
             w.stale = 1
             return i
-        now = 0.0
-        while now < dt:
-            if w.stale != 0:
-                list_near(w)
-            first, shortest = look_ahead(w, now, dt)
-            if shortest == NEVER:
-                if first >= dt:
-                    break
-                now = max(now, first)
-                shortest = next_impact(w, now)
-                if dt - now <= AT_THE_END * shortest:
-                    break
-            until = now + shortest
-            if not dt - until > REMNANT * shortest:
-                until = dt
-            while activate(w, now, until):
-                wake(w, now)
-            link(w)
-            for k in range(w.islands):
-                integrate(w, whole_at(w.roots, k), now, until)
-            w.windows += 1
-            now = until
-            watch(w, dt - now)
-        for k in range(w.body_count):
-            fly(body_at(w.bodies, k), dt)
+        finish(w, dt)
     return count
+
+
+def step_once(world, dt):
+    """The same for one step with the room that there is, by the address of the world."""
+    w = world_at(world, 0)
+    begin(w, dt)
+    finish(w, dt)
+
+
+@lru_cache
+def address_of_step() -> int:
+    """Address of `step_once`, for code that is compiled without it."""
+    return address_of(step_once, types.void(types.uint64, types.float64))
+
+
+@jit_inside
+def finish(w, dt):
+    """Take the step that has begun."""
+    now = 0.0
+    while now < dt:
+        if w.stale != 0:
+            list_near(w)
+        if w.probe != 0:
+            call_probe(w.probe, w.host, now)
+            follow_tangents(w)
+        first, shortest = look_ahead(w, now, dt)
+        if shortest == NEVER:
+            if first >= dt:
+                break
+            if w.probe != 0 and first > now + SOON * dt:
+                now = first
+                continue
+            now = max(now, first)
+            shortest = next_impact(w, now)
+            if dt - now <= AT_THE_END * shortest:
+                break
+        until = now + shortest
+        if not dt - until > REMNANT * shortest:
+            until = dt
+        while activate(w, now, until):
+            wake(w, now)
+        link(w)
+        for k in range(w.islands):
+            integrate(w, whole_at(w.roots, k), now, until)
+        w.windows += 1
+        now = until
+        watch(w, dt - now)
+    for k in range(w.body_count):
+        fly(body_at(w.bodies, k), dt)
 
 
 @jit_inside
@@ -81,6 +112,7 @@ def begin(w, dt):
             settle(b)
         if b.asleep != 0 and disturbed(b):
             wake_body(b, 0.0)
+            settle(b)
         follow(b)
         moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
@@ -92,9 +124,19 @@ def begin(w, dt):
             if c.near >= 0:
                 near_at(w.near, c.near).slot = -1
             release(w, slot)
-        store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0:
+            c = contact_at(w.contacts, p.slot)
+            store(c.earlier, load(c.impulse))
+    follow_tangents(w)
+
+
+@jit_inside
+def follow_tangents(w):
+    """Bring closed contacts along with tangent planes that have been placed anew."""
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:

@@ -110,10 +110,23 @@ def open_up(q, c):
 
 @jit_inside
 def release(w, slot):
-    """Make the slot of a contact free."""
-    contact_at(w.contacts, slot).phase = FREE
+    """Make the slot of a contact free; its ledger goes to that of its pair."""
+    c = contact_at(w.contacts, slot)
+    c.phase = FREE
+    enter(c, pair_at(w.pairs, c.pair).ledger)
     set_whole(w.spare, w.spares, slot)
     w.spares += 1
+
+
+@jit_inside
+def enter(c, ledger_io):
+    """Add what a contact has done to a ledger, see `records.PAIR`."""
+    ledger_io[0] += c.touches
+    ledger_io[1] = max(ledger_io[1], c.deepest)
+    ledger_io[2] = max(ledger_io[2], c.strongest)
+    ledger_io[3] += c.duration
+    ledger_io[4] += c.normal_work
+    ledger_io[5] += c.friction_work
 
 
 @jit_inside

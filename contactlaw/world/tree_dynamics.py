@@ -1,10 +1,11 @@
 """Mass matrix and accelerations of a tree of bodies.
 
-    M(q) a + c(q, v) = f - d (v - v_f)
+    (M(q) + lag d) a + c(q, v) = f - d (v - v_f)
 
 M from the inertias of each body with all behind it (composite rigid bodies), c, gravity included, from the forces that
-all bodies need where a = 0 (Featherstone 2008, chapters 5 and 6). With L^T D L = M, L has entries only where one degree
-of freedom carries the other, so that an impulse on a body concerns those that carry it, and its answer all others once.
+all bodies need where a = 0 (Featherstone 2008, chapters 5 and 6). The lag is zero but where `tree_motion` says so. With
+L^T D L = M, L has entries only where one degree of freedom carries the other, so that an impulse on a body concerns
+those that carry it, and its answer all others once.
 
 A row of the factor holds the entries of the axes that carry axis k, the root's first, and its own last: the row of one
 of these is as long as the part of this row up to it, entry by entry of the same axes.
@@ -34,7 +35,7 @@ def accelerate(t):
             a[k] = f[k] - d[k] * (v[k] - v_f[k]) - dot(e, moment) - dot(s, force)
             linear = add(scale(link.total, s), cross(e, offset))
             angular = add(times(tensor, e), cross(offset, s))
-            m[k, axis.depth] = axis.armature + dot(e, angular) + dot(s, linear)
+            m[k, axis.depth] = axis.armature + t.lag * d[k] + dot(e, angular) + dot(s, linear)
             j = axis.before
             while j >= 0:
                 one = axis_at(t.axes, j)
@@ -168,21 +169,50 @@ def ascend(t, m, x):
 
 
 @jit_inside
+def decay(t):
+    """Rate [1/s] at which damping slows velocities, at most: the trace of M^-1 D."""
+    out = 0.0
+    d, x, m = vector(t.d, t.v_size), vector(t.x, t.v_size), vector(t.factor, (t.v_size, t.v_size))
+    for last in range(t.v_size):
+        if d[last] != 0.0:
+            k = last
+            while k >= 0:
+                x[k] = 0.0
+                k = axis_at(t.axes, k).before
+            x[last] = 1.0
+            descend(t, m, x, last, False)
+            k = last
+            while k >= 0:
+                axis = axis_at(t.axes, k)
+                out += d[last] * axis.inverse * x[k] * x[k]
+                k = axis.before
+    return out
+
+
+@jit_inside
+def answered(t, i, a):
+    """What accelerations a give to a link: to its spin, and to its material at the origin; kept for those behind."""
+    link = link_at(t.links, i)
+    turning, gain = NONE, NONE
+    if link.parent >= 0:
+        parent = link_at(t.links, link.parent)
+        turning, gain = load(parent.answer_turning), load(parent.answer)
+    for k in range(link.first_axis, link.first_axis + link.axes):
+        axis = axis_at(t.axes, k)
+        turning = axpy(a[k], load(axis.spin), turning)
+        gain = axpy(a[k], load(axis.velocity), gain)
+    store(link.answer_turning, turning)
+    store(link.answer, gain)
+    return turning, gain
+
+
+@jit_inside
 def spread_acceleration(t):
     """Give all bodies the accelerations that belong to a."""
     a, origin = vector(t.a, t.v_size), load(t.origin)
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
-        turning, gain = NONE, NONE
-        if link.parent >= 0:
-            parent = link_at(t.links, link.parent)
-            turning, gain = load(parent.answer_turning), load(parent.answer)
-        for k in range(link.first_axis, link.first_axis + link.axes):
-            axis = axis_at(t.axes, k)
-            turning = axpy(a[k], load(axis.spin), turning)
-            gain = axpy(a[k], load(axis.velocity), gain)
-        store(link.answer_turning, turning)
-        store(link.answer, gain)
+        turning, gain = answered(t, i, a)
         turning = add(turning, load(link.turning))
         gain = add(gain, load(link.gain))
         c = sub(load(b.position), origin)

@@ -77,7 +77,7 @@ def move(t):
 def joined(t, joint, place, turn, q, x):
     """Place and quaternion of a link's frame behind one of its joints; the joint's axes."""
     k, m = joint.first_q, joint.first_axis
-    if joint.kind == SLIDE or joint.kind > SLIDE:
+    if joint.kind >= SLIDE:  # or a hinge
         q[k] += x[m]
         angle, axis = q[k] - joint.reference, turn_by(turn, load(joint.axis))
         if joint.kind == SLIDE:

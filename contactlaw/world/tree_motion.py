@@ -3,6 +3,9 @@
     flight     Runge-Kutta steps of q' = v, v' = a(q, v), of fourth order
     drift      q <- q + h v + h^2/2 a,  v <- v + h a,  all of the tree's bodies at q
 
+Damping that would slow a velocity faster than the steps of a flight can follow comes behind it by half a step:
+M + h/2 D takes the place of M, as in linearly implicit methods; all velocities still go where the forces send them.
+
 In the leapfrog the mass matrix M and a are held for a few substeps, as they are in the middle of the kicks that end
 these: what is left out is of second order in how far the tree goes in this time. The drift between two such groups has
 the mean of both a. The middle is foreseen with the contact forces that there are, for a holds centripetal terms, which
@@ -16,6 +19,7 @@ from math import ceil
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, tree_at
 from contactlaw.world.call import call_on_tree
+from contactlaw.world.tree_dynamics import decay
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.trees import accelerate, clear, copy, place
 from contactlaw.world.vec import add, load, norm, scale, store, sub
@@ -23,14 +27,18 @@ from contactlaw.world.vec import add, load, norm, scale, store, sub
 HOLD = 4
 LONGEST_HOLD = 1e-3  # [s]
 LARGEST_TURN = 0.1  # [rad] of a Runge-Kutta step
+LARGEST_DECAY = 0.5  # of a velocity by damping, in such a step
+STIFF = 4.0  # steps that damping may ask of a flight; then it lags
 
 
 def fly(b, until):
     """Bring a tree to a time [s] of the step, in free flight."""
     t = tree_at(b.tree, 0)
     left = until - b.time
+    t.decay = decay(t)
+    longest = abs(left) / max(min(ceil(abs(left) * t.decay / LARGEST_DECAY), STIFF), 1.0)
     while left != 0.0:
-        steps = max(ceil(abs(left) * t.fold / LARGEST_TURN), 1.0)
+        steps = max(ceil(abs(left) * t.fold / LARGEST_TURN), ceil(abs(left) / longest - 1e-6))
         h = left / steps
         runge_kutta(t, h)
         left = left - h if steps > 1.0 else 0.0
@@ -47,6 +55,9 @@ def runge_kutta(t, h):
     h/12 (-v1 + 2 v2 + 2 v3 + 3 v4).
     """
     n = t.v_size
+    if t.decay * abs(h) > 2.0 * LARGEST_DECAY:
+        t.lag = 0.5 * abs(h)
+        call_on_tree(t.accelerate, t)
     q, v, a = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n)
     rest = t.room + 8 * t.q_size
     q0, v0 = vector(t.room, t.q_size), vector(rest, n)
@@ -79,6 +90,7 @@ def runge_kutta(t, h):
     combine(t, h / 12.0, middle, h / 6.0, v)
     for k in range(n):
         v[k] = v0[k] + h / 6.0 * gained[k]
+    t.lag = 0.0
     place(t)
     accelerate(t)
     t.hold = 0
@@ -127,9 +139,10 @@ def drift(b, h):
 
 @jit_inside
 def foresee(t, h):
-    """Find mass matrix and accelerations for the next substeps of h [s], as they are amid the kicks that follow these."""
+    """Find mass matrix and accelerations for the next substeps of h [s], as they are amid the kicks that end these."""
     n = t.v_size
-    t.hold = int(max(min(HOLD, LONGEST_HOLD / h), 1.0)) if t.held == h else 1
+    longest = min(LONGEST_HOLD, LARGEST_DECAY / max(t.decay, 1e-9))
+    t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
     t.held = h
     half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,9 @@ Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
 V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
 
 
-class Bodies(Protocol):
-    """Bodies and joints as arrays, named as in MuJoCo's model, which is one.
+@dataclass(frozen=True)
+class Bodies:
+    """Bodies and joints as arrays, named as in MuJoCo's model, which does in its place.
 
     Attributes:
         body_parentid, body_jntnum, body_jntadr: Of each body: its parent, how many joints, the first of them.
@@ -68,7 +70,7 @@ class TreeRows:
             another joint.
     """
 
-    def __init__(self, model: Bodies, bodies: Sequence[int]) -> None:
+    def __init__(self, model: Bodies | Any, bodies: Sequence[int]) -> None:
         known = {int(body): number for number, body in enumerate(bodies)}
         heads = [body for body in known if model.body_jntnum[body] > 0]
         link_of = {body: number for number, body in enumerate(heads)}
@@ -108,7 +110,7 @@ class TreeRows:
         self._hang_joints(model, joints, kinds)
         self._weigh(model, list(known))
 
-    def _hang_joints(self, model: Bodies, joints: list[int], kinds: list[int]) -> None:
+    def _hang_joints(self, model: Bodies | Any, joints: list[int], kinds: list[int]) -> None:
         """Joints and degrees of freedom, in their order."""
         q, v = 0, 0
         for row, joint, kind in zip(self.joints, joints, kinds, strict=True):
@@ -130,7 +132,7 @@ class TreeRows:
                 self.axes["depth"][k] = 0 if before < 0 else self.axes["depth"][before] + 1
                 before = k
 
-    def _weigh(self, model: Bodies, bodies: list[int]) -> None:
+    def _weigh(self, model: Bodies | Any, bodies: list[int]) -> None:
         """Mass, centre of mass and principal axes of each link, of all bodies that are part of it."""
         for number, link in enumerate(self.links):
             parts = [i for i in range(len(bodies)) if self.row[i] == number and model.body_mass[bodies[i]] > 0.0]

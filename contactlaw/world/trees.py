@@ -16,9 +16,9 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.call import call_on_tree
 from contactlaw.world.motion import LEAST_MOBILITY, lightness
-from contactlaw.world.tree_dynamics import ascend, project
+from contactlaw.world.tree_dynamics import answered, ascend, decay, project
 from contactlaw.world.tree_kinematics import spread_velocity, vector
-from contactlaw.world.vec import load, norm, sub
+from contactlaw.world.vec import add, cross, load, norm, store, sub
 
 
 @jit_inside
@@ -60,12 +60,18 @@ def accelerate(t):
 
 
 def settle(b):
-    """Find the accelerations of a tree whose coordinates, velocities or forces have been changed."""
+    """Find the accelerations of a tree whose coordinates, velocities or forces have been changed.
+
+    One that sleeps stays as it is; it says whether it is disturbed.
+    """
     t = tree_at(b.tree, 0)
-    if t.stale != 0:
+    if b.asleep != 0:
+        t.disturbed = 1 if moved(t) else 0
+    elif t.stale != 0:
         clear(vector(t.x, t.v_size))
         place(t)
         accelerate(t)
+        t.decay = decay(t)
         t.stale = 0
         t.hold = 0
         t.held = 0.0
@@ -101,6 +107,43 @@ def mobility(a, arm_a, b, arm_b, direction):
         out += x[k] * axis.inverse * (x[k] if same else y[k])
         k = axis.before
     return max(out, LEAST_MOBILITY * a.inverse_mass) if same else out
+
+
+def press(b, arm, force):
+    """Add what a force [N] on a body gives to the accelerations of all, in `shift` and `twist` (`sleep`)."""
+    t = tree_at(b.tree, 0)
+    n = t.v_size
+    x, origin = vector(t.x, n), load(t.origin)
+    clear(x)
+    project(t, b, arm, force, x)
+    ascend(t, vector(t.factor, (n, n)), x)
+    for i in range(t.count):
+        one = body_at(t.bodies, i)
+        turning, gain = answered(t, i, x)
+        store(one.twist, add(load(one.twist), turning))
+        store(one.shift, add(load(one.shift), add(gain, cross(turning, sub(load(one.position), origin)))))
+        one.active = 1
+
+
+def rest(b):
+    """Stop a tree that falls asleep; it keeps what it sleeps with."""
+    t = tree_at(b.tree, 0)
+    clear(vector(t.v, t.v_size))
+    copy(vector(t.q, t.q_size), vector(t.kept, t.q_size))
+    copy(vector(t.f, t.v_size), vector(t.kept + 8 * t.q_size, t.v_size))
+    t.stale = 1
+
+
+@jit_inside
+def moved(t):
+    """Whether coordinates, velocities or forces of a tree are not those that it fell asleep with."""
+    q, v, f = vector(t.q, t.q_size), vector(t.v, t.v_size), vector(t.f, t.v_size)
+    kept, out = vector(t.kept, t.q_size + t.v_size), False
+    for k in range(t.q_size):
+        out = out or q[k] != kept[k]
+    for k in range(t.v_size):
+        out = out or v[k] != 0.0 or f[k] != kept[t.q_size + k]
+    return out
 
 
 def spread(b):

@@ -14,7 +14,7 @@ from contactlaw.world.access import body_aside, body_at, contact_at, near_at, se
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import call_with_body
 from contactlaw.world.motion import fly, lightness
-from contactlaw.world.pace import contact_time, predict, touch_time
+from contactlaw.world.pace import closing_speed, contact_time, predict, touch_time
 from contactlaw.world.records import NEVER
 
 MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
@@ -130,9 +130,10 @@ def bound_delta_v(w, p, a, b, length):
     closing, push = max(p.closing, 0.0), max(p.acceleration, 0.0)
     square = (closing + push * length) ** 2
     if p.closed != 0:
-        t = contact_at(w.contacts, p.slot).touch
+        c = contact_at(w.contacts, p.slot)
+        t = c.touch
         x = max(t.overlap, 0.0)
-        square = t.closing * t.closing + 0.8 * t.force * x / t.mass
+        square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass
     for_a, for_b = lightness(a), lightness(b)
     both = for_a + for_b
     for_a *= 2.0 * max(sqrt(square), b.delta_v) / both

@@ -18,6 +18,7 @@ from contactlaw.world.frames import matrix_of, principal, product, unit_quaterni
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
 from contactlaw.world.tree import Tree
+from contactlaw.world.tree_rows import TreeRows
 
 
 class World:
@@ -55,7 +56,7 @@ class World:
 
     def __init__(
         self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
-        crowd_substeps: float = 60.0, crowd: int = 8, stillness: float = 1e-6,
+        crowd_substeps: float = 60.0, crowd: int = 8, stillness: float = 1e-9,
     ) -> None:  # fmt: skip
         pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
         self.gravity = checks.vector("gravity", pull)
@@ -122,13 +123,18 @@ class World:
             tree: Its bodies and joints; a `Chain` is one.
             q, v: Its coordinates and velocities, see `Tree`; None: `Tree.start`, and zeros.
         """
-        bodies = [self.add_body(part.mass, part.inertia) for part in tree.parts]
-        fields = tree.rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
-        arrays = self._arrays = with_tree(self.arrays, fields)
-        number = arrays.trees.size - 1
-        tree.rows.write(arrays, number)
+        number, bodies = self.add_tree_of(tree.rows)
         self.place_tree(number, tree.start if q is None else q, np.zeros(tree.v_size) if v is None else v)
         return number, bodies
+
+    def add_tree_of(self, rows: TreeRows) -> tuple[int, list[int]]:
+        """The same of records, which an engine's adapter has; the tree is nowhere until it is placed."""
+        bodies = [self.add_body(float(link["mass"]), link["inertia"]) for link in rows.links]
+        arrays = self._arrays = with_tree(
+            self.arrays, rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
+        )
+        rows.write(arrays, arrays.trees.size - 1)
+        return arrays.trees.size - 1, bodies
 
     def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
         """Give a tree other coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""
@@ -216,6 +222,10 @@ class World:
         """
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
         return self._shape(shapes.plane(*self._turn(body), p, n))
+
+    def add_tangent(self, body: int, partner: int, reach: float) -> int:
+        """Let a sphere, shape number `partner`, touch a plane of a body that is placed anew, see `shapes.tangent`."""
+        return self._shape(shapes.tangent(self._turn(body)[0], partner, reach))
 
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
         """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.

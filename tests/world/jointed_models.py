@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from contactlaw.world.arrays import empty, with_bodies, with_tree
-from contactlaw.world.coordinates import addresses, numbers, write_coordinates
+from contactlaw.world.coordinates import numbers, write_coordinates
 from contactlaw.world.records import Arrays
 from contactlaw.world.tree_rows import TreeRows
 
@@ -68,20 +68,19 @@ def random_state(model: mujoco.MjModel, seed: int) -> mujoco.MjData:
 
 
 def tree_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Arrays, TreeRows, list[int]]:
-    """A world with the model's tree in its state; the rows, and the tree's bodies in the model."""
+    """A world with the model's one tree in its state; the rows, and the tree's bodies in the model."""
     bodies = [i for i in range(1, model.nbody) if model.body_treeid[i] >= 0]
+    return *made_of(model, data, bodies), bodies
+
+
+def made_of(model: mujoco.MjModel, data: mujoco.MjData, bodies: list[int]) -> tuple[Arrays, TreeRows]:
+    """A world with the tree that these bodies are, in the state and under the applied forces of the data."""
     rows = TreeRows(model, bodies)
     world = with_bodies(empty(), rows.bodies())
     stand = model.body_parentid[bodies[0]]
     own = {"first": 1, "gravity": model.opt.gravity, "base": data.xpos[stand], "base_turn": data.xquat[stand]}
-    world = with_tree(world, addresses() | rows.fields() | own)
-    world.bound()
+    world = with_tree(world, rows.fields() | own).bound()
     rows.write(world, 0)
-    put(world, model, data)
-    return world, rows, bodies
-
-
-def put(world: Arrays, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Give the world's tree the state of the data."""
-    numbers(world, 0, "f")[:] = data.qfrc_applied
-    write_coordinates(world, 0, data.qpos, data.qvel)
+    numbers(world, 0, "f")[:] = data.qfrc_applied[rows.v_of]
+    write_coordinates(world, 0, data.qpos[rows.q_of], data.qvel[rows.v_of])
+    return world, rows

@@ -19,7 +19,7 @@ ROOM = 64
 def row_of(world: World) -> np.ndarray:
     """Its packed state."""
     arrays = world.arrays.bound()
-    row = np.full(size(ROOM, arrays.memory.shape[1], arrays.bodies.size), np.nan)
+    row = np.zeros(size(ROOM, arrays.memory.shape[1], arrays.bodies.size, arrays.pairs.size))
     assert pack(arrays.world, row) == 0
     return row
 
@@ -143,7 +143,7 @@ def test_a_row_of_a_world_at_rest_is_zeros_and_too_little_room_is_told() -> None
     arrays = world.arrays.bound()
     closed = int(world.contacts["closed"].sum())
     assert closed > 0
-    row = np.zeros(size(0, arrays.memory.shape[1], arrays.bodies.size))
+    row = np.zeros(size(0, arrays.memory.shape[1], arrays.bodies.size, arrays.pairs.size))
     assert pack(arrays.world, row) == closed
 
 
@@ -176,7 +176,7 @@ def test_unsound_numbers_do_no_harm() -> None:
 def test_rows_of_nothing_but_one_number_and_of_other_lengths(value: float) -> None:
     world = eight(1e-4, 0.8)
     arrays = world.arrays.bound()
-    for length in (0, 1, 5, 36, size(ROOM, arrays.memory.shape[1], arrays.bodies.size)):
+    for length in (0, 1, 5, 36, size(ROOM, arrays.memory.shape[1], arrays.bodies.size, arrays.pairs.size)):
         assert unpack(arrays.world, np.full(length, value)) > 0 or value == 0.0
         world.step(3)
         assert np.isfinite(world.position).all()
@@ -188,7 +188,7 @@ def test_the_same_contact_twice_is_left_out_once() -> None:
     world.step(30)
     row = row_of(world)
     arrays = world.arrays.bound()
-    length = size(1, arrays.memory.shape[1], 0) - HEAD
+    length = size(1, arrays.memory.shape[1], 0, 0) - HEAD
     count = int(row[0])
     row[HEAD + count * length : HEAD + (count + 1) * length] = row[HEAD : HEAD + length]
     row[0] += 1

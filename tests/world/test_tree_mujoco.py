@@ -9,7 +9,7 @@ import pytest
 from contactlaw.world.coordinates import coordinates, jacobian, mass_matrix, numbers
 from contactlaw.world.frames import matrix_of
 from contactlaw.world.step import step
-from tests.world.jointed_models import random_model, random_state, tree_of
+from tests.world.jointed_models import made_of, random_model, random_state, tree_of
 
 pytestmark = pytest.mark.heavy
 SEEDS = range(40)
@@ -85,3 +85,27 @@ def test_a_tree_flies_as_by_fine_steps_of_mujoco(seed: int) -> None:
     q, v = coordinates(world, 0)
     np.testing.assert_allclose(q, data.qpos, atol=1e-5)
     np.testing.assert_allclose(v, data.qvel, atol=1e-4 * np.abs(data.qvel).max())
+
+
+def test_two_trees_of_a_model_have_their_own_places() -> None:
+    """A free body comes before an arm on a stand; each is a world's tree of its own, and what welds is one body."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><option gravity="0 0 -9.81"/><worldbody>
+        <body pos="1 2 3"><freejoint/><geom size=".1"/></body>
+        <body name="stand" mocap="true"><body><joint axis="0 1 0" armature=".1"/><geom size=".1" pos=".2 0 0"/>
+        <body pos=".4 0 0" euler="0 30 0"><geom type="box" size=".1 .05 .02" pos=".1 0 0"/><geom size=".03"/>
+        <body pos=".2 0 0"><joint type="ball"/><geom type="capsule" size=".02" fromto="0 0 0 .2 0 .1"/></body>
+        </body></body></body></worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    data.mocap_pos[:], data.mocap_quat[:] = [0.3, 0.2, 0.1], [0.6, 0.0, 0.8, 0.0]
+    data.qvel[:] = np.linspace(-1.0, 2.0, model.nv)
+    mujoco.mj_forward(model, data)
+    roots = [1, 3]
+    for root, (q, v) in zip(roots, ((0, 0), (7, 6)), strict=True):
+        bodies = [i for i in range(1, model.nbody) if model.body_treeid[i] == model.body_treeid[root]]
+        world, rows = made_of(model, data, bodies)
+        np.testing.assert_array_equal(rows.q_of, q + np.arange(rows.start.size))
+        np.testing.assert_array_equal(rows.v_of, v + np.arange(rows.axes.size))
+        np.testing.assert_allclose(numbers(world, 0, "a"), data.qacc[rows.v_of], rtol=1e-9, atol=1e-9)
+    assert rows.links.size == 2 and list(rows.row) == [0, 0, 1]

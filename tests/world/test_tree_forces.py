@@ -1,0 +1,145 @@
+"""Trees described body by body: damping and forces of joints, contacts of branches, and rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contactlaw.world import World
+from contactlaw.world.coordinates import numbers
+from contactlaw.world.tree import Joint, Part, Tree
+from tests.world.jointed_scenes import TIP, arm_over_floor
+from validation.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
+
+INERTIA = 2e-3
+
+
+def wheel(damping: float, timestep: float, v: float = 5.0) -> World:
+    """One body that turns about its centre of mass."""
+    world = World(gravity=0.0, timestep=timestep)
+    world.add_tree(Tree([Part(0.1, INERTIA, [Joint(armature=INERTIA, damping=damping)])]), v=[v])
+    return world
+
+
+@pytest.mark.heavy
+def test_damping_slows_a_wheel_as_its_equation_says() -> None:
+    damping, wish, force = 0.2, 2.0, 0.1
+    world = wheel(damping, 2e-3)
+    numbers(world.arrays, 0, "f")[:], numbers(world.arrays, 0, "v_f")[:] = force, wish
+    world.arrays.trees["stale"] = 1
+    world.step(20)
+    end = wish + force / damping
+    decayed = (5.0 - end) * np.exp(-damping / (2.0 * INERTIA) * 0.04)
+    np.testing.assert_allclose(world.tree(0)[1][0], end + decayed, atol=1e-6)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("damping", [2.0, 20.0, 2000.0])
+def test_damping_that_is_stiff_neither_swings_nor_blows_up(damping: float) -> None:
+    world = wheel(damping, 5e-3)
+    before = 5.0
+    for _ in range(40):
+        world.step()
+        now = world.tree(0)[1][0]
+        assert 0.0 <= now < before or now == 0.0
+        before = now
+    assert before < 1e-9
+    numbers(world.arrays, 0, "f")[:] = 3.0 * damping
+    world.arrays.trees["stale"] = 1
+    world.step(40)
+    np.testing.assert_allclose(world.tree(0)[1][0], 3.0, rtol=1e-9)
+
+
+def creature(timestep: float, restitution: float = 1.0, gravity: float = 0.0) -> World:
+    """A free body with a limb on a ball joint, one on two hinges, and a piston; a ball of steel at each end."""
+    arm, inertia = (0.06, 0.0, 0.0), (1e-5, 6e-5, 6e-5)
+    back = (-0.06, 0.0, 0.0)
+    parts = [
+        Part(0.3, (2e-4, 3e-4, 3.5e-4), [Joint("free")]),
+        Part(0.1, inertia, [Joint("ball", back)], 0, (0.12, 0.0, 0.0)),
+        Part(0.1, inertia, [Joint("hinge", back, (0.0, 1.0, 0.0), 1e-5), Joint("hinge", back, (0.0, 0.0, 1.0), 1e-5)],
+             0, (0.0, 0.12, 0.0), (0.8, 0.0, 0.0, 0.6)),
+        Part(0.1, inertia, [Joint("slide", axis=(1.0, 0.0, 0.0), armature=0.05)], 2, (0.12, 0.0, 0.0)),
+    ]  # fmt: skip
+    tree = Tree(parts)
+    world = World(gravity=gravity, timestep=timestep)
+    rng = np.random.default_rng(3)
+    q = tree.start + 0.0
+    q[2] = 0.12
+    v = np.zeros(tree.v_size) if gravity > 0.0 else 2.0 * rng.normal(size=tree.v_size)
+    v[:3] = [0.0, 0.0, -1.0]
+    v[-1] = 0.0
+    _, bodies = world.add_tree(tree, q, v)
+    ends = [world.add_sphere(body, TIP, arm) for body in bodies]
+    ends += [world.add_sphere(bodies[0], TIP, at) for at in ((-0.06, 0.06, 0.0), (-0.06, -0.06, 0.0))]
+    floor, roof = world.add_plane(None, *FLOOR), world.add_plane(None, (0.0, 0.0, 0.4), (0.0, 0.0, -1.0))
+    world.add_contact(ends, [floor, roof], steel_pair(0.3 if gravity > 0.0 else 0.0, restitution))
+    return world
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [1e-3, 5e-3])
+def test_a_branching_tree_keeps_its_energy_between_two_planes(timestep: float) -> None:
+    world = creature(timestep)
+    energy, impacts = world.energy.total, 0
+    for _ in range(round(8.0 / timestep)):
+        world.step()
+        rows = world.contacts
+        impacts += int(rows["touches"][~rows["closed"]].sum())
+    assert impacts >= 20
+    assert world.arrays.world["late"][0] == 0
+    assert world.energy.total == pytest.approx(energy, rel=1e-5 * impacts)
+
+
+@pytest.mark.heavy
+def test_an_arm_that_lies_sleeps_until_it_is_pulled_or_hit() -> None:
+    world = arm_over_floor(0.03, 0.1, timestep=2e-3)
+    mass = mass_of(RADIUS)
+    ball = world.add_body(mass, 0.4 * mass * RADIUS**2, (0.1, 0.0, 20.0))
+    world.add_contact(world.add_sphere(ball, RADIUS), 1, steel_pair(0.3, 0.5))
+    world.step(250)
+    assert world.asleep[0]
+    lying, kicks = world.tree(0), world.arrays.world["kicks"][0]
+    world.step(100)
+    np.testing.assert_array_equal(world.tree(0), lying)
+    assert world.arrays.world["kicks"][0] == kicks
+    saved = world.save()
+    numbers(world.arrays, 0, "f")[0] = -0.3
+    world.arrays.trees["stale"] = 1
+    world.step(2)
+    assert not world.asleep[0] and world.tree(0)[1][0] < -0.1
+    world.restore(saved)
+    tip = world.position[0] + [0.2 - world.position[0][0], 0.0, 0.0]
+    world.place(ball, [tip[0], 0.0, RADIUS + TIP + 5e-3], [0.0, 0.0, -1.0])
+    world.step(4)
+    assert not world.asleep[0] and world.arrays.world["kicks"][0] > kicks
+
+
+@pytest.mark.heavy
+def test_limbs_that_lie_on_the_floor_come_to_rest() -> None:
+    world = creature(2e-3, restitution=0.2, gravity=9.81)
+    for part in range(4):
+        world.add_contact(part, part, steel_pair(0.3, 0.2))
+    numbers(world.arrays, 0, "d")[6:] = 2e-3
+    top = world.energy.total
+    for _ in range(1500):
+        world.step()
+        assert world.energy.total <= top * (1.0 + 1e-9) + 1e-9
+        top = min(top, world.energy.total)
+    assert np.abs(world.tree(0)[1]).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ([], "parts: is empty"),
+        ([Part(1.0, 1.0, [])], "part 0 has none"),
+        ([Part(1.0, 1.0, [Joint("screw")])], "kind = 'screw': must be one of"),
+        ([Part(1.0, 1.0, [Joint()], 0)], "parent = 0: of part 0 must be from -1 to -1"),
+        ([Part(1.0, 1.0, [Joint()]), Part(1.0, 1.0, [Joint("free")], 0)], "free joint behind another"),
+        ([Part(-1.0, 1.0, [Joint()])], "mass = -1.0"),
+    ],
+)
+def test_bad_trees_are_named(parts: list[Part], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Tree(parts)
