@@ -35,7 +35,7 @@ def integrate(w, root, now, until):
         t = approach(w, bodies, pairs, t, until)
         if until - t > SHORTEST * (until - now):
             t = run(w, bodies, pairs, t, now, until)
-        elif t < until:  # a touch at the end: what it is to be integrated by tells nothing of its speed yet
+        elif t < until:  # a touch at the end: a substep so short would tell nothing of its speed
             t = until
             for i in range(bodies):
                 fly(body_at(w.bodies, whole_at(w.island_bodies, i)), until)

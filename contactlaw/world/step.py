@@ -124,9 +124,19 @@ def begin(w, dt):
             if c.near >= 0:
                 near_at(w.near, c.near).slot = -1
             release(w, slot)
-        store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w)
+    follow_tangents(w)
+
+
+@jit_inside
+def follow_tangents(w):
+    """Bring closed contacts along with tangent planes that have been placed anew."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0:
+            c = contact_at(w.contacts, p.slot)
+            store(c.earlier, load(c.impulse))
     follow_tangents(w)
 
 
