@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import ContactPair
-from validation.ball import FRICTION, INTEGRATORS, MASS, RADIUS, RESTITUTION, STEEL
-from validation.balls import BulletBalls, MujocoBalls
+from validation.ball import (
+    FRICTION,
+    INTEGRATORS,
+    MASS,
+    RADIUS,
+    RESTITUTION,
+    STEEL,
+    TANGENTIAL_MASS,
+    Array,
+    balls_world,
+    in_words,
+)
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
 from validation.picture import STYLES, limit_line, panels
@@ -18,7 +27,6 @@ from validation.picture import STYLES, limit_line, panels
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 State = tuple[Array, Array, Array]
 """Places, velocities, spins of both balls, shape (2, 3) each."""
 
@@ -26,7 +34,7 @@ STEPS = {"mujoco": [1.0 / 240.0, 2e-3, 1e-3, 1e-4, 1e-5], "pybullet": [1.0 / 240
 KEPT, REBOUND = 1e-10, 1e-2
 SPEEDS = [1.0, 3.0]  # [m/s]
 PAIR = ContactPair(STEEL, STEEL, FRICTION, RESTITUTION)
-CHI = PAIR.chi(1.0 / 2.0, 1.0 / 7.0)  # of two equal solid balls, masses over that of one
+CHI = PAIR.chi(0.5 * MASS, 0.5 * TANGENTIAL_MASS)  # of two equal solid balls
 INERTIA = 0.4 * MASS * RADIUS**2  # [kg m^2]
 AHEAD = 2.3  # engine steps before the touch
 
@@ -91,7 +99,7 @@ class Momentum(Case):
                        "error in e", "line of centres turns [degrees]"])  # fmt: skip
         for run in data["runs"]:
             table.rows.append(
-                [f"{run['engine']}, {1e3 * run['step']:.3g} ms {run['integrator']}", f"{run['speed']:g}",
+                [f"{run['engine']}, {in_words(run['step'])} {run['integrator']}", f"{run['speed']:g}",
                  *(f"{run[key]:.1e}" for key in ("linear", "angular", "tangential", "normal")),
                  f"{run['turning']:.2f}"]
             )  # fmt: skip
@@ -140,23 +148,20 @@ def _start(speed: float, seed: int, dt: float) -> State:
 
 def _impact(engine: str, dt: float, integrator: str, speed: float, seed: int) -> Data | None:
     start = _start(speed, seed, dt)
-    balls: Any = (
-        MujocoBalls(dt, PAIR, *start, integrator=integrator) if engine == "mujoco" else BulletBalls(dt, PAIR, *start)
-    )
+    world = balls_world(engine, dt, PAIR, *start, integrator=integrator or "Euler")
+    world.start()
     first = _momenta(start)
     size = np.linalg.norm(MASS * start[1], axis=1).sum()
     arm = size * 2.0 * RADIUS
     linear = angular = 0.0
-    try:
-        for _ in range(int(AHEAD) + 3 + round(3e-4 / speed**0.2 / dt)):
-            balls.step(1)
-            state = balls.motion()
-            now = _momenta(state)
-            linear = max(linear, float(np.abs(now[0] - first[0]).max() / size))
-            if not (integrator == "RK4" and balls.busy()):  # its places are ahead by half of what is owed
-                angular = max(angular, float(np.abs(now[1] - first[1]).max() / arm))
-    finally:
-        balls.close()
+    for _ in range(int(AHEAD) + 3 + round(3e-4 / speed**0.2 / dt)):
+        world.step()
+        found = world.read()
+        state = found.position, found.velocity, found.spin
+        now = _momenta(state)
+        linear = max(linear, float(np.abs(now[0] - first[0]).max() / size))
+        angular = max(angular, float(np.abs(now[1] - first[1]).max() / arm))
+    world.close()
     lines = [_line_of_centres(start, first=True), _line_of_centres(state, first=False)]
     if lines[0] is None or lines[1] is None or np.linalg.norm(state[1] - start[1]) < 0.1 * speed:
         return None

@@ -9,21 +9,11 @@ import numpy as np
 
 from contactlaw.laws.microslip import Microslip
 from contactlaw.world import World
+from validation import ball
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
 from validation.picture import STYLES, limit_line, panels
-from validation.world_scenes import (
-    FLOOR,
-    FRICTION,
-    RADIUS,
-    balls,
-    box_of_planes,
-    column,
-    mass_of,
-    rack,
-    steel_pair,
-    tumbler,
-)
+from validation.world_scenes import FLOOR, RADIUS, balls, box_of_planes, column, mass_of, rack, steel_pair, tumbler
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,20 +93,13 @@ class OwnWorld(Case):
         return figure
 
 
-def psi_2_error(restitution: float, dt: float, law: Microslip | str = "microslip", substeps: float = 100.0) -> float:
+def psi_2_error(restitution: float, dt: float, law: Microslip | str = "microslip", substeps: int = 100) -> float:
     """Largest over psi_1 and phases of the touch within a step, against the annuli."""
-    pair = steel_pair(restitution=restitution, radius=RADIUS, law=law)
-    chi, length = pair.chi(1.0, 1.0 / 3.5), max(dt, pair.contact_duration(MASS, 1.0))
-    truth, worst = judge([(psi, round(chi, 12), restitution) for psi in PSI_1]).psi_2, 0.0
-    for phase in (0.1, 0.6):
-        for psi, exact in zip(PSI_1, np.atleast_1d(truth), strict=True):
-            velocity = [psi * FRICTION / pair.kappa, 0.0, -1.0]
-            place = [[0.0, 0.0, RADIUS + (1.0 + phase) * dt]]
-            made = balls(pair, place, velocity, planes=[FLOOR], timestep=dt, substeps=substeps)
-            made.step(round(3.0 * length / dt) + 3)
-            v, w = made.velocity[0], made.spin[0]
-            worst = max(worst, abs(pair.kappa / FRICTION * (v[0] - RADIUS * w[1]) - exact))
-    return float(worst)
+    pair = ball.steel_pair(law, restitution)
+    world = ball.ball_world("none", dt, pair, substeps=substeps)
+    found = ball.impacts(world, pair, PSI_1, np.array([1.1, 1.6]))[..., 0]
+    truth = judge([(psi, pair.chi(ball.MASS, ball.TANGENTIAL_MASS), restitution) for psi in PSI_1])
+    return float(np.abs(found - truth.psi_2[:, None]).max())
 
 
 def bounces(dt: float) -> float:
