@@ -1,23 +1,41 @@
-"""The bounce of a steel ball inside an engine: what each way costs an impact and a step, beside its error."""
+"""Error against run time inside the engines: what each way to a bounce costs an impact and a step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import cycle
 from math import ceil
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS
 from contactlaw.laws import Law
 from contactlaw.laws.microslip import Microslip
+from sims.panel import ENGINE_NAMES
+from sims.worlds import World
 from validation import front
-from validation.ball import FRICTION, MASS, RADIUS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, energy_of, steel_pair
-from validation.case import Data, Limit, Table
+from validation.ball import (
+    FRICTION,
+    MASS,
+    RADIUS,
+    RESTITUTION,
+    SPEED,
+    SUBSTEPS,
+    TANGENTIAL_MASS,
+    Array,
+    after,
+    at,
+    ball_world,
+    energy_of,
+    in_words,
+    launch,
+    linear_spring,
+    steel_pair,
+)
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.front import Rung
 from validation.impacts import judge
 from validation.measure import interleaved
@@ -27,9 +45,6 @@ from validation.reference import annulus
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
-
-SPEED = 1.0  # [m/s]
 INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 FINE_BELOW = 2e-5  # [s]: of such steps the phase of the touch hardly matters
 PHASES = {"fine": 3, "coarse": 40}
@@ -42,32 +57,14 @@ GROWN = 3e-3  # of the energy: beyond, a way is not sane
 PATIENCE = 0.06  # [s]: a ball that has not left by then is judged as it is
 DEFAULT = "microslip, default"
 CLOSER, FASTER = 30.0, 100.0
+OWN_STEPS = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0}  # [s]
+NATIVE_STEPS = [1e-3, 1e-4]  # [s], besides
+SOFT = 0.02  # [s], a native contact that some steps of 2 ms resolve
+NATIVE_RESOLVED = {"mujoco": [1000, 300, 100, 30], "pybullet": [1000, 100]}  # steps a contact
 
 CHI = steel_pair().chi(MASS, TANGENTIAL_MASS)
 DURATION = steel_pair().contact_duration(MASS, SPEED)
 KAPPA = steel_pair().kappa
-
-
-class Ball(Protocol):
-    """A ball over a floor in some engine; `validation.ball.BulletBall` is one."""
-
-    def start(self, height: float, velocity: Any, spin: Any) -> None:
-        """Put it at a height [m] over touching with a velocity [m/s] and spin [rad/s]."""
-        ...
-
-    def step(self, count: int) -> None:
-        """Step the engine."""
-        ...
-
-    @property
-    def height(self) -> float:
-        """Over touching [m]."""
-        ...
-
-    @property
-    def true_motion(self) -> tuple[Array, Array]:
-        """Velocity [m/s] and spin [rad/s] at the time of the position."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -77,13 +74,13 @@ class Way:
     Attributes:
         family: Law, or "native".
         dt: Engine step [s].
-        make: Gives the ball.
+        make: Gives its world.
         patience: How long it may stay in contact [s].
     """
 
     family: str
     dt: float
-    make: Callable[[], Any]
+    make: Callable[[], World]
     patience: float = 3.0 * DURATION
 
     @property
@@ -100,6 +97,88 @@ class Setting:
     law: str | Law
     dt: float
     substeps: int = SUBSTEPS
+
+
+@register
+class FrontEngines(Case):
+    """A steel ball's bounce in both engines: every law, nodes, substeps and steps, and the engine's own contact."""
+
+    name = "front_engines"
+    place = 43
+    title = "Error and time in the engines"
+    claim = (
+        "At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings the law is asked "
+        "to be on the front of error against run time, 30 times closer than the single-spring laws at equal run time, "
+        "and 100 times faster than the annulus reference at equal error. Shorter steps only cost more: the law's "
+        "substeps do their work. In PyBullet reading and pushing the bodies takes part of the time, whatever the law."
+    )
+    caption = (
+        f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of all steps, of callback "
+        "and engine, from before the touch until the ball has left: MuJoCo and PyBullet. Line: the front. Numbers: "
+        "nodes/substeps of microslip at the engine's own step. Native: the engine's own contact; in MuJoCo soft, and "
+        "as stiff as the law's."
+    )
+    needs = ("mujoco", "pybullet")
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Every way, side by side in each engine."""
+        data: Data = {}
+        problems: list[str] = []
+        for number, engine in enumerate(OWN_STEPS):
+            data[engine], wrong = measured(
+                ways(engine, quick), 12 if quick else 50, quick, lambda part, n=number: progress(0.5 * (n + part))
+            )
+            problems += [f"{engine}: {one}" for one in wrong]
+        limits = [limit for engine, one in data.items() for limit in _limits(one, ENGINE_NAMES[engine])]
+        return Outcome(limits, data, problems)
+
+    def table(self, data: Data) -> Table:
+        """The fronts, and the comparisons."""
+        found = Table(["engine", *front.HEADS])
+        for engine, one in data.items():
+            found.rows.extend([ENGINE_NAMES[engine], *row] for row in front.rows(one, DEFAULT))
+            found.rows.extend([ENGINE_NAMES[engine], words, *[""] * 5, f"{front.short(one[name])} times"]
+                              for name, words in front.COMPARED.items())  # fmt: skip
+        return found
+
+    def draw(self, data: Data) -> Figure:
+        """Error over the time of an impact."""
+        figure, both = panels(2, width=5.4, height=4.4)
+        for axes, (engine, one) in zip(both, data.items(), strict=True):
+            front.plot(axes, one, DEFAULT, label=_label)
+            axes.set(xlabel="time of an impact [us]", ylabel=r"largest error in $\psi_2$ [-]",
+                     title=ENGINE_NAMES[engine])  # fmt: skip
+        figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower center", ncols=9)
+        return figure
+
+
+def ways(engine: str, quick: bool) -> dict[str, Way]:
+    """The law in every setting, and the engine's own contact."""
+    own = OWN_STEPS[engine]
+    found = {
+        name: Way(name.split(",")[0], one.dt,
+                  partial(ball_world, engine, one.dt, steel_pair(one.law), substeps=one.substeps))
+        for name, one in settings(own, quick).items()
+    }  # fmt: skip
+    kinds = {"its own solref": None, "soft, bouncing": linear_spring(SOFT, RESTITUTION)}
+    stiff = linear_spring(DURATION, RESTITUTION)
+    if engine == "pybullet":
+        kinds, stiff = {"its own": None}, None
+    for number in NATIVE_RESOLVED[engine][:: 3 if quick else 1]:
+        dt = DURATION / number
+        found[f"native, {'as stiff' if stiff else 'its own'}, T/{number}"] = Way(
+            "native", dt, partial(_native, engine, dt, stiff)
+        )
+    for dt in [own] if quick else [own, *NATIVE_STEPS]:
+        for kind, spring in kinds.items():
+            found[f"native, {kind}, {in_words(dt)}"] = Way("native", dt, partial(_native, engine, dt, spring), PATIENCE)
+    return found
+
+
+def _native(engine: str, dt: float, spring: tuple[float, float] | None) -> World:
+    world = ball_world(engine, dt, None)
+    world.native(FRICTION, RESTITUTION, spring)
+    return world
 
 
 def settings(own_step: float, quick: bool) -> dict[str, Setting]:
@@ -123,11 +202,6 @@ def settings(own_step: float, quick: bool) -> dict[str, Setting]:
     }
     fine = f"T/{resolved[0]}"
     return found | {f"microslip, 64 nodes, {fine}": Setting(Microslip(node_count=64), steps[fine])}
-
-
-def in_words(dt: float) -> str:
-    """A step as it is written."""
-    return f"1/{round(1.0 / dt)} s" if dt > 3e-3 else f"{1e3 * dt:g} ms"
 
 
 def measured(
@@ -196,7 +270,7 @@ class _Bounces:
         self.turns = cycle(range(len(self.launches)))
 
     @cached_property
-    def ball(self) -> Ball:
+    def world(self) -> World:
         """Made when first thrown."""
         return self.way.make()
 
@@ -204,7 +278,7 @@ class _Bounces:
         """Start an impact; returns the direction of sliding."""
         i, j = self.launches[number]
         velocity, spin, along = launch(self.psi_1[i] * FRICTION / KAPPA * SPEED, 2.4 * j, spinning=j % 2 == 1)
-        self.ball.start(float(self.way.phases[j]) * self.way.dt * SPEED, velocity, spin)
+        self.world.start(at(float(self.way.phases[j]) * self.way.dt * SPEED, velocity, spin))
         return along
 
     def throw_all(self) -> None:
@@ -212,19 +286,18 @@ class _Bounces:
         most = ceil(self.way.patience / self.way.dt) + 4
         for number, (i, _) in enumerate(self.launches):
             along = self.place(number)
-            first = energy_of(*self.ball.true_motion)
+            state = self.world.read()
+            first = energy_of(state.velocity[0], state.spin[0])
             self.counts[number] = most
             for count in range(1, most + 1):
-                self.ball.step(1)
-                if self.ball.height > 0.0 and self.ball.true_motion[0][2] > 0.0:
+                self.world.step()
+                if self.world.place()[2] > RADIUS and self.world.read().velocity[0, 2] > 0.0:
                     self.counts[number] = count
                     break
-            velocity, spin = self.ball.true_motion
-            point = velocity - RADIUS * np.array([spin[1], -spin[0], 0.0])
-            psi = float(point @ along) * KAPPA / (FRICTION * SPEED)
-            grown = energy_of(velocity, spin) / first
+            sliding, up, energy = after(self.world.read(), along)
+            psi, grown = sliding * KAPPA / (FRICTION * SPEED), energy / first
             self.errors[number] = psi - self.psi_2[i]
-            pushed = 2.0 * CHI * (1.0 + velocity[2] / SPEED)  # what friction at its limit all along takes from psi
+            pushed = 2.0 * CHI * (1.0 + up / SPEED)  # what friction at its limit all along takes from psi
             if not np.isfinite(psi):
                 self.problem = "not finite"
             elif grown > 1.0 + GROWN:
@@ -240,58 +313,20 @@ class _Bounces:
 
     def timed(self) -> None:
         """The impact."""
-        self.ball.step(self.count)
+        self.world.step(self.count)
 
     def counts_of(self, rounds: int) -> Array:
         """Steps of the impact of each round; two rounds went before."""
         return self.counts[(np.arange(rounds) + 2) % self.counts.size].astype(float)
 
 
-def launch(speed: float, turned: float, *, spinning: bool) -> tuple[Array, Array, Array]:
-    """Velocity, spin and direction of sliding of a ball whose contact point slides at a speed [m/s].
-
-    Args:
-        speed: Of the contact point [m/s].
-        turned: Direction of sliding from the x axis [rad].
-        spinning: Whether it slides because it spins, instead of moving obliquely.
-    """
-    along = np.array([np.cos(turned), np.sin(turned), 0.0])
-    velocity, spin = np.array([0.0, 0.0, -SPEED]), np.zeros(3)
-    if spinning:
-        spin = -speed / RADIUS * np.array([-along[1], along[0], 0.0])
-    else:
-        velocity += speed * along
-    return velocity, spin, along
-
-
-def limits(data: Data, engine: str) -> list[Limit]:
+def _limits(data: Data, engine: str) -> list[Limit]:
     """What is asked of the default."""
     return [
         Limit(f"ways that beat the default in both, {engine}", 0.0, float(data["rungs"][DEFAULT]["beaten"])),
-        Limit("times closer than a single spring as fast", CLOSER, data["closer"], at_least=True),
-        Limit("times faster than annuli as close", FASTER, data["faster"], at_least=True),
+        Limit(f"times closer than a single spring as fast, {engine}", CLOSER, data["closer"], at_least=True),
+        Limit(f"times faster than annuli as close, {engine}", FASTER, data["faster"], at_least=True),
     ]
-
-
-def table(data: Data) -> Table:
-    """The front, and the comparisons."""
-    found = Table(front.HEADS, list(front.rows(data, DEFAULT)))
-    found.rows.append(
-        ["default closer than any single spring as fast", *[""] * 5, f"{front.short(data['closer'])} times"]
-    )
-    found.rows.append(["default faster than annuli as close", *[""] * 5, f"{front.short(data['faster'])} times"])
-    return found
-
-
-def draw(data: Data) -> Figure:
-    """Error over the time of an impact and, without the annuli, of a step."""
-    figure, (left, right) = panels(2, width=5.4, height=4.4)
-    front.plot(left, data, DEFAULT, label=_label)
-    front.plot(right, data, DEFAULT, per_step=True)
-    left.set(xlabel="time of an impact [us]", ylabel=r"largest error in $\psi_2$ [-]")
-    right.set(xlabel="time of one step of these [us]")
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=9)
-    return figure
 
 
 def _label(name: str) -> str:
