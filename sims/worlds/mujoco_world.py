@@ -148,6 +148,10 @@ class EngineWorld(World):
     def _advance(self, count: int) -> None:
         mujoco.mj_step(self.model, self.data, count)
 
+    def push(self, loads: Array) -> None:
+        """As `World.push`; it lasts until the next one."""
+        self.data.xfrc_applied[self._ids] = loads
+
     def place(self, number: int = 0) -> Array:
         """As `World.place`, of a free body."""
         at = self._places[number]

@@ -98,7 +98,7 @@ class EngineWorld(World):
             p.setCollisionFilterGroupMask(number, -1, group, mask, physicsClientId=self.client)
             made = {"lateralFriction": sqrt(friction), "restitution": sqrt(restitution)}
             if spring is not None:
-                stiffness, damping = (self.bodies[0].mass * value for value in spring)
+                stiffness, damping = (min(body.mass for body in self.bodies) * value for value in spring)
                 made = {"lateralFriction": sqrt(friction), "contactStiffness": stiffness, "contactDamping": damping}
             p.changeDynamics(number, -1, **made, physicsClientId=self.client)
 
@@ -127,6 +127,13 @@ class EngineWorld(World):
         for _ in range(count):
             self.callback()
             p.stepSimulation(self.client)
+
+    def push(self, loads: Array) -> None:
+        """As `World.push`."""
+        for number, load in enumerate(loads.tolist()):
+            body, at = self.ids[self.bodies[number].name], self.place(number).tolist()
+            p.applyExternalForce(body, -1, load[:3], at, p.WORLD_FRAME, self.client)
+            p.applyExternalTorque(body, -1, load[3:], p.WORLD_FRAME, self.client)
 
     def place(self, number: int = 0) -> Array:
         """As `World.place`."""

@@ -215,6 +215,10 @@ class World(ABC):
             self._advance(1)
             self.time += self.timestep
 
+    def push(self, loads: Array) -> None:
+        """Force [N] and torque [N m] on each body in the coming step, world frame, shape (n, 6)."""
+        raise ValueError(f"engine = {self.settings.engine!r}: takes no force from outside")
+
     def read(self) -> State:
         """Where the bodies are and how they move now: the one place where velocities are read, in any engine."""
         return self._read()

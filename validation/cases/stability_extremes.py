@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import GAIN, on_all_cores, short, tally, without_names
-from validation.stability_levels import EXTREMES, extreme
+from validation.stability import (
+    GAIN,
+    crosses,
+    gains,
+    on_all_cores,
+    scale_of_gains,
+    short,
+    tally,
+    without_names,
+)
+from validation.stability_draws import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS
 
 if TYPE_CHECKING:
@@ -92,8 +101,6 @@ class StabilityExtremes(Case):
     def draw(self, data: Data) -> Figure:
         """Gain above, what is left below."""
         from matplotlib.figure import Figure
-
-        from validation.stability_picture import crosses, gains, scale_of_gains
 
         figure = Figure(figsize=(13.2, 8.2), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)

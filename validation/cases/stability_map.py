@@ -10,7 +10,16 @@ import numpy as np
 
 from contactlaw.laws.hertz import HERTZ_DURATION
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import on_all_cores, short, tally, without_names
+from validation.stability import (
+    crosses,
+    gains,
+    hatched,
+    on_all_cores,
+    scale_of_gains,
+    short,
+    tally,
+    without_names,
+)
 from validation.stability_draws import bounces
 from validation.stability_trials import Trial
 from validation.stability_worlds import ENGINES, ONCE, STIFF, SUB_CYCLED, TITLES, WAYS
@@ -113,8 +122,6 @@ class StabilityMap(Case):
     def draw(self, data: Data) -> Figure:
         """A map for each way."""
         from matplotlib.figure import Figure
-
-        from validation.stability_picture import crosses, gains, hatched, scale_of_gains
 
         figure = Figure(figsize=(13.2, 4.4), layout="constrained")
         panels = figure.subplots(len(ENGINES), len(WAYS), sharex=True, sharey=True)
