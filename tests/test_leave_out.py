@@ -11,21 +11,24 @@ import numpy as np
 import pytest
 
 from contactlaw import rebound
-from validation.cases.leave_out import _largest, _limits, _number
-from validation.leave_out_measure import (
+from sims.scene import find_scenes
+from sims.worlds import World
+from validation import leave_out_scenes
+from validation.cases.leave_out import (
     ALLOWED,
-    INGREDIENTS,
     LAW_ERROR,
     NEEDED,
     NOTHING,
     OUT,
+    _largest,
+    _limits,
+    _number,
     ingredients_of,
-    left_out_by,
     saving,
     verdict,
     without,
 )
-from validation.leave_out_scenes import FULL, Build, difference, held, run, shipped, subjects
+from validation.leave_out_scenes import FULL, SHIPPED, Build, difference, run, subjects
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="the MuJoCo plugin needs compiled callbacks")
 
@@ -70,16 +73,13 @@ def test_another_motion_is_no_number() -> None:
 
 
 def test_together_leaves_out_each_and_the_simplest_law() -> None:
-    build = without(["tangential history", "microslip nodes", "ledger"])
-    assert build == replace(FULL, law="coulomb", ledger=False)
-    assert left_out_by(build, INGREDIENTS) == ["tangential history", "microslip nodes", "ledger"]
-    assert left_out_by(replace(FULL, law="mindlin"), INGREDIENTS) == ["microslip nodes"]
-    assert left_out_by(FULL, INGREDIENTS) == []
+    build = without(["tangential history", "microslip nodes", "damping"])
+    assert build == replace(FULL, law="coulomb", elastic=True)
 
 
 def test_a_limit_is_missed_where_shipped_scenes_leave_out_too_much() -> None:
     """The limits are not true by their making."""
-    scene = {"cells": {}, "together": {"change": 2e-3}, "shipped": {"change": None}}
+    scene = {"cells": {"together": {"change": 2e-3}, "shipped": {"change": None}}}
     data = {"engines": {"pybullet": {"one": scene}}, "grouping": {"mujoco": 1e-9}}
     assert [limit.passed for limit in _limits(data)] == [True, *[False] * 3]
 
@@ -96,17 +96,23 @@ def test_what_may_change_is_below_the_error_of_the_law() -> None:
     assert ALLOWED == LAW_ERROR / 4
 
 
-def test_build_reaches_mujoco() -> None:
-    pytest.importorskip("mujoco")
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_a_build_reaches_the_world(engine: str, monkeypatch) -> None:
+    pytest.importorskip(engine)
+    made: list[World] = []
+
+    def new_world(*told: Any) -> World:
+        made.append(real(*told))
+        return made[-1]
+
+    real = leave_out_scenes.new_world
+    monkeypatch.setattr(leave_out_scenes, "new_world", new_world)
     superball = subjects()["superball"]
-    full = held(superball, "mujoco", FULL)
-    spec: Any = full.spec  # type: ignore[attr-defined]
-    assert spec.plugins[0].config["ledger"] == "true"
-    assert len(spec.pairs) == 1, "a pair that the engine is to leave out is one that it detects"
-    lean = held(superball, "mujoco", Build(substeps=50, ledger=False, others=False))
-    spec = lean.spec  # type: ignore[attr-defined]
-    assert spec.plugins[0].config["substeps"] == "50" and "ledger" not in spec.plugins[0].config
-    assert not spec.pairs
+    for build in (Build(substeps=50, collide=False, gravity=False), SHIPPED):
+        run(superball, engine, build)
+    lean, shipped = made
+    assert (lean.tuning.substeps, lean.tuning.collide, lean.law) == (50, False, "microslip")
+    assert not lean.gravity.any() and shipped.gravity.any() and shipped.tuning.left_alone is None
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
@@ -123,19 +129,15 @@ def test_rigid_friction_and_the_damper_are_noticed(engine: str) -> None:
     assert elastic[1] == pytest.approx(1.0, abs=1e-3) and full[1] == pytest.approx(0.93, abs=1e-3)
 
 
-def test_shipped_scenes_are_read_not_assumed() -> None:
-    pytest.importorskip("mujoco")
+def test_a_shipped_scene_is_the_scene() -> None:
     pytest.importorskip("pybullet")
-    puck, cradle = subjects()["puck"], subjects()["cradle"]
-    found = shipped(puck, "mujoco")
-    assert not found.gravity and not found.others and not found.ledger and not found.elastic
-    in_line = shipped(cradle, "pybullet")
-    assert in_line.elastic and in_line.law == "coulomb" and in_line.couples == "neighbours"
-    assert in_line.left_alone and not in_line.others
-    superball = shipped(subjects()["superball"], "pybullet")
-    assert superball.law == "microslip" and not superball.elastic and superball.gravity
-    golf = shipped(subjects()["golf"], "pybullet")
-    assert golf.fixed_bodies_move and not golf.left_alone, "its heads move"
+    from sims.scene import Settings
+
+    for name in ("cradle", "superball"):
+        subject = subjects()[name]
+        built, own = run(subject, "pybullet", SHIPPED), find_scenes()[name].run(Settings("pybullet"))
+        assert built.facts["law"] == own.facts["law"] == ("coulomb" if name == "cradle" else "microslip")
+        assert difference(subject.results(built), subject.results(own)) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_ingredients_are_those_of_the_scene_and_the_engine() -> None:
