@@ -18,11 +18,10 @@ from sims.bounces import Bounce, bounces_of
 from sims.contact_point import contact_velocity
 from sims.puck import Puck
 from sims.recording import Recording
-from sims.scene import OWN_STEP, Measured, Scene, Settings, find_scenes
+from sims.scene import OWN_STEP, Limit, Measured, Scene, Settings, find_scenes
 from sims.worlds import Tuning, World, new_world
 from validation.ball import DOWN, GRAVITY, MASS, NO, static_overlap, steel_pair
 from validation.ball import RADIUS as BALL
-from validation.case import Limit
 
 UP = (0.0, 0.0, 1.0)
 ALMOST = 1.0 - 1e-6

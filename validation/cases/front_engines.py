@@ -113,8 +113,8 @@ class FrontEngines(Case):
         "substeps do their work. In PyBullet reading and pushing the bodies takes part of the time, whatever the law."
     )
     caption = (
-        f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of all steps, of callback "
-        "and engine, from before the touch until the ball has left: MuJoCo and PyBullet. Line: the front. Numbers: "
+        f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of all steps from "
+        "before the touch until the ball has left: MuJoCo and PyBullet. Line: the front. Numbers: "
         "nodes/substeps of microslip at the engine's own step. Native: the engine's own contact; in MuJoCo soft, and "
         "as stiff as the law's."
     )

@@ -117,7 +117,8 @@ class Rolling(Case):
         left.plot(fine, np.array([closed_form(angle) for angle in fine]), color="black", linewidth=0.9)
         for style, (engine, dt, name) in zip(STYLES, [KINDS[0], KINDS[4], KINDS[3], KINDS[-1]], strict=False):
             own = [one for one in data["slopes"]
-                   if (one["engine"], one["integrator"]) == (engine, name) and abs(one["step"] - dt) < 1e-6]  # fmt: skip
+                   if (one["engine"], one["integrator"]) == (engine, name)
+                   and abs(one["step"] - dt) < 1e-6]  # fmt: skip
             angles = [one["angle"] for one in own]
             right.semilogy(angles, [max(one["error"], 1e-16) for one in own], **style,
                            label=f"{engine}, {in_words(dt)} {name}")  # fmt: skip
