@@ -49,10 +49,7 @@ def rates(repeats: int, count: int) -> Data:
         f"{CHEAP[0]} nodes, {CHEAP[1]} steps": partial(by_law, nodes=CHEAP[0], steps=CHEAP[1]),
     }
     tabled = f"table of {TABLE} x {TABLE}, its making included, one core"
-    with (
-        ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes,
-        ThreadPoolExecutor(2) as threads,
-    ):
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes, ThreadPoolExecutor(2) as threads:
         where: dict[str, Executor | None] = {"one core": None, "two threads": threads, "two processes": processes}
         runs: dict[str, Callable[[], object]] = {
             f"{name}, {place}": partial(sweep, function, chunks, executor)

@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import (
-    GAIN,
-    crosses,
-    gains,
-    on_all_cores,
-    scale_of_gains,
-    short,
-    tally,
-    without_names,
-)
+from validation.stability import GAIN, crosses, gains, on_all_cores, scale_of_gains, short, tally, without_names
 from validation.stability_draws import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS
 

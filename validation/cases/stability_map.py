@@ -10,16 +10,7 @@ import numpy as np
 
 from contactlaw.laws.hertz import HERTZ_DURATION
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import (
-    crosses,
-    gains,
-    hatched,
-    on_all_cores,
-    scale_of_gains,
-    short,
-    tally,
-    without_names,
-)
+from validation.stability import crosses, gains, hatched, on_all_cores, scale_of_gains, short, tally, without_names
 from validation.stability_draws import bounces
 from validation.stability_trials import Trial
 from validation.stability_worlds import ENGINES, ONCE, STIFF, SUB_CYCLED, TITLES, WAYS
@@ -148,9 +139,7 @@ class StabilityMap(Case):
         return figure
 
 
-def cell_of(
-    task: tuple[str, str, tuple[int, int], tuple[float, float], tuple[float, float], int],
-) -> Data:
+def cell_of(task: tuple[str, str, tuple[int, int], tuple[float, float], tuple[float, float], int]) -> Data:
     """One cell of one way: balls and balls on balls at random, and an elastic one without friction."""
     engine, way, cell, steps, modulus, seeds = task
     trials = [_drawn(cell, number, steps, modulus) for number in range(2 * seeds)]
