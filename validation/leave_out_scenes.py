@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair
-from sims.bounces import Bounce, bounces_of
+from sims.bounces import bounces_of
 from sims.contact_point import contact_velocity
 from sims.puck import Puck
 from sims.recording import Recording
@@ -23,7 +23,6 @@ from sims.worlds import Tuning, World, new_world
 from validation.ball import DOWN, GRAVITY, MASS, NO, static_overlap, steel_pair
 from validation.ball import RADIUS as BALL
 
-UP = (0.0, 0.0, 1.0)
 ALMOST = 1.0 - 1e-6
 """Restitution with which a contact that is meant to be elastic has its damper in."""
 RESTING = 0.4  # how long a ball rests [s]
@@ -114,15 +113,20 @@ class Resting(Scene):
 
 def subjects() -> dict[str, Subject]:
     """All of them, by the names of the table."""
-    scenes = find_scenes()
+    from sims import superball
+    from sims.scenes import table_tennis, under_table
+
+    scenes, rubber = find_scenes(), superball.pair_of(Settings())
+    under = _bounces(rubber, ["ball"], under_table.BOUNCES, ceiling="clearance")
+    tennis = _bounces(table_tennis.pair_of(), [*table_tennis.STROKES], 1)
     no_table = "would fall along the block's face: has gravity only with the air table"
     no_tee = "would fall before it is struck: stands on a tee, which is not there"
     return {
         "puck": Subject(scenes["puck"], _puck, weightless=no_table),
-        "rubber experiment": Subject(scenes["rubber_experiment"], _rubber, weightless=no_table),
-        "superball": Subject(scenes["superball"], _superball),
-        "under a table": Subject(scenes["under_table"], _under_table),
-        "table tennis": Subject(scenes["table_tennis"], _table_tennis),
+        "rubber experiment": Subject(scenes["rubber_experiment"], _ends, weightless=no_table),
+        "superball": Subject(scenes["superball"], _bounces(rubber, ["ball"], BOUNCES)),
+        "under a table": Subject(scenes["under_table"], under),
+        "table tennis": Subject(scenes["table_tennis"], tennis),
         "golf": Subject(scenes["golf"], _golf, weightless=no_tee),
         "billiards": Subject(scenes["billiards"], _billiards),
         "cradle": Subject(scenes["cradle"], _cradle, pull=DOWN, row=True),
@@ -138,49 +142,25 @@ def _puck(recording: Recording) -> list[float]:
     return [psi_2, float(track.velocities[-1] @ puck.normal) / puck.speed]
 
 
-def _rubber(recording: Recording) -> list[float]:
-    from sims.scenes.rubber_experiment import FIRST
-
-    track, pair = recording.track("puck"), Puck(recording.facts["material"]).pair
-    between = int(np.searchsorted(recording.times, recording.facts["apart"]))
-    out = []
-    for face, ends in ((FIRST, [0, between]), (recording.facts["second"], [between, -1])):
-        normal = np.asarray(face)
-        velocities = contact_velocity(track.velocities[ends], track.spins[ends], normal, track.size[0])
-        side = np.cross(normal, UP)
-        approach = -float(velocities[0] @ normal)
-        if approach > 0.0:
-            out += [pair.psi(float(velocities[1] @ side), approach), float(velocities[1] @ normal) / approach]
-    return out
+def _ends(recording: Recording) -> list[float]:
+    """Velocities and spins at the end, over the greatest speed of all."""
+    fastest = max(float(np.linalg.norm(track.velocities, axis=1).max()) for track in recording.tracks)
+    return [float(value) / fastest for track in recording.tracks
+            for value in (*track.velocities[-1], *(track.size[0] * track.spins[-1]))]  # fmt: skip
 
 
-def _superball(recording: Recording) -> list[float]:
-    from sims.superball import RADIUS, pair_of
+def _bounces(pair: ContactPair, names: Sequence[str], count: int, **where: str) -> Callable[[Recording], list[float]]:
+    """psi_2, and the speed of departure over that of approach, of the first bounces of some balls."""
 
-    pair = pair_of(Settings())
-    found = bounces_of(recording, "ball")[:BOUNCES]
-    return [value for one in found for value in _after(one, pair, RADIUS)] if len(found) == BOUNCES else []
+    def results(recording: Recording) -> list[float]:
+        told = {key: recording.facts[fact] for key, fact in where.items()}
+        found = [one for name in names for one in bounces_of(recording, name, **told)[:count]]
+        radius = recording.track(names[0]).size[0]
+        out = [value for one in found for value in
+               (pair.psi(one.sliding(radius)[1], one.approach), one.departure / one.approach)]  # fmt: skip
+        return out if len(found) == count * len(names) else []
 
-
-def _after(bounce: Bounce, pair: ContactPair, radius: float) -> tuple[float, float]:
-    """psi_2, and the speed of departure over that of approach."""
-    return pair.psi(bounce.sliding(radius)[1], bounce.approach), bounce.departure / bounce.approach
-
-
-def _table_tennis(recording: Recording) -> list[float]:
-    from sims.scenes.table_tennis import RADIUS, STROKES, pair_of
-
-    found = [bounce for name in STROKES for bounce in bounces_of(recording, name)[:1]]
-    return [value for one in found for value in _after(one, pair_of(), RADIUS)]
-
-
-def _under_table(recording: Recording) -> list[float]:
-    from sims.scenes.under_table import BOUNCES
-    from sims.superball import RADIUS, pair_of
-
-    pair = pair_of(Settings())
-    found = bounces_of(recording, "ball", ceiling=recording.facts["clearance"])[:BOUNCES]
-    return [value for one in found for value in _after(one, pair, RADIUS)] if len(found) == BOUNCES else []
+    return results
 
 
 def _golf(recording: Recording) -> list[float]:
@@ -205,8 +185,7 @@ def _cradle(recording: Recording) -> list[float]:
 
 
 def _incline(recording: Recording) -> list[float]:
-    scene = find_scenes()["incline"]
-    found = scene.measure(recording)["balls"].values()
+    found = find_scenes()["incline"].measure(recording)["balls"].values()
     return [one[key] / one[f"{key}_closed_form"] for one in found for key in ("acceleration", "rim", "speed_back")]
 
 

@@ -13,7 +13,6 @@ from validation.reference.closed_forms import (
     gross_slip,
     hertz,
     oscillator,
-    rebound_models,
     regimes,
     rigid,
     waves,
@@ -86,7 +85,7 @@ def test_two_chi_of_one_reverses_the_motion_as_the_normal_one(restitution):
 def test_sliding_throughout_is_the_rigid_impulse_for_every_model(chi):
     psi = regimes.slides_throughout_from(chi) + np.array([1e-9, 0.5, 7.0])
     expected = psi - 4.0 * chi
-    for model in (rigid.gross_slip, oscillator.rebound, rebound_models.stronge):
+    for model in (rigid.gross_slip, oscillator.rebound):
         np.testing.assert_allclose(model(psi, chi), expected, atol=1e-12)
     np.testing.assert_allclose(rigid.rebound(psi, chi), np.maximum(expected, 0.0), atol=1e-12)
 
@@ -101,23 +100,6 @@ def test_first_stick_is_where_psi_falls_to_the_closing_velocity(psi_1, chi, rest
     assert history.psi[sticks - 1] == pytest.approx(velocity, abs=step)
     if restitution == 1.0:
         assert math.cos(oscillator.phases(psi_1, chi)[0].end) == pytest.approx(velocity, abs=1e-12)
-
-
-def test_walton_takes_the_lesser_loss_and_rigid_theory_is_its_limit():
-    psi = np.linspace(-6.0, 6.0, 97)
-    np.testing.assert_allclose(rebound_models.walton(psi, DISK, 0.0, 0.9), rigid.rebound(psi, DISK, 0.9), atol=1e-15)
-    out = rebound_models.walton(psi, DISK, 0.4, 0.9)
-    assert np.all(np.abs(out) <= np.abs(psi) + 1e-15)
-    inner = np.abs(psi) < 2.0 * DISK * 1.9 / 1.4
-    np.testing.assert_allclose(out[inner], -0.4 * psi[inner], atol=1e-15)
-
-
-def test_another_tangential_stiffness_in_strongs_model_is_another_unit_of_psi():
-    # eta^2 = 1: tangential as stiff as normal. In SI with kappa = 0.8, mu = V = 1 both ways must give one velocity.
-    kappa, mass_ratio, sliding = 0.8, 3.5, 1.1
-    scaled = rebound_models.stronge(kappa * sliding, 0.5 * kappa * mass_ratio, 0.7, compliance_ratio=kappa) / kappa
-    direct = oscillator.rebound(sliding, 0.5 * mass_ratio, 0.7)
-    assert scaled == pytest.approx(direct, abs=1e-12)
 
 
 def test_hertz_impact_agrees_with_the_integrated_motion():
@@ -270,8 +252,6 @@ def test_stick_radius_tends_to_its_limits():
         (lambda: rigid.rebound(1.0, 0.0), "chi is 0.0"),
         (lambda: rigid.rebound(1.0, 1.0, 1.2), "restitution is 1.2"),
         (lambda: oscillator.phases(math.nan, 1.0), "psi_1 is nan"),
-        (lambda: rebound_models.walton(1.0, 1.0, 2.0), "tangential_restitution is 2.0"),
-        (lambda: rebound_models.stronge(1.0, 1.0, compliance_ratio=0.0), "compliance_ratio is 0.0"),
         (lambda: regimes.closing_velocity_at_first_stick(0.5, 1.0), "psi_1 is 0.5"),
         (lambda: hertz.impact(1.0, -1.0, 1.0, 1.0), "radius is -1.0"),
         (lambda: hertz.radius_scale(1.0, 1.0, 1.0, 0.6, 1.0), "poissons_ratio is 0.6"),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FRICTION, RESTITUTION = 0.092, 0.98
-SPEED, SPEEDS = 3.875, (3.85, 3.9)  # [m/s]: the middle of the range that is published, and its ends
+SPEED = 3.875  # [m/s]: the middle of the range that is published
 RADIUS = 2.5e-3  # [m]
 STICKING = 33.0  # [deg] incidence beyond which the contact slides throughout, by every law
 TABLES = {"e_t": ("kharaz_et_lethe", "e_t_cm"), "spin": ("kharaz_omega_lethe", "omega_abs_rad_s"),
@@ -79,8 +79,7 @@ class AluminaOnGlass(Case):
         lines = quantities(pair, grid)
         data = {
             "kappa": pair.kappa, "chi": SPHERE * pair.kappa / 2.0, "coupling": pair.coupling, "rms": measures,
-            "shown": shown, "each_from_each": consistency(), "spin_by_speed": [spin_rms(pair, v) for v in SPEEDS],
-            "grid": grid,
+            "shown": shown, "each_from_each": consistency(), "grid": grid,
             "laws": {quantity: {law: found[quantity] for law, found in lines.items()} for quantity in TABLES},
         }  # fmt: skip
         limits = []
@@ -105,11 +104,6 @@ class AluminaOnGlass(Case):
         for law in [*LAWS, REFERENCE]:
             found = [data["rms"][quantity][part][law] for quantity in TABLES for part in ("below", "all")]
             table.rows.append([law, *(f"{value:.3g}" for value in found)])
-        slow, fast = data["spin_by_speed"]
-        table.rows.append(
-            [f"(microslip, {SPEEDS[0]:g} to {SPEEDS[1]:g} m/s instead of {SPEED:g})", "", "",
-             f"{slow:.3g} to {fast:.3g}", "", "", ""]
-        )  # fmt: skip
         pair = data["each_from_each"]
         table.rows.append(
             ["(measured, from the measured rebound angle)", f"{pair['e_t'][0]:.3g}", f"{pair['e_t'][1]:.3g}",
@@ -162,14 +156,6 @@ def quantities(
             "rebound angle": np.degrees(np.arctan(e_t * np.tan(angle) / pair.restitution)),
         }
     return found
-
-
-def spin_rms(pair: ContactPair, speed: float) -> float:
-    """rms of microslip in the spin below 33 degrees [rad/s], for another speed [m/s]."""
-    table = load("kharaz_omega_lethe")
-    below = table["theta_deg"] < STICKING
-    found = quantities(pair, table["theta_deg"], speed, with_reference=False)["microslip"]["spin"]
-    return rms((found - table["omega_abs_rad_s"])[below])
 
 
 def consistency() -> dict[str, tuple[float, float]]:

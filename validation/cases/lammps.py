@@ -99,40 +99,34 @@ class Lammps(Case):
         ]  # fmt: skip
         return Outcome(limits, data, problems)
 
-    def _cost(self, chi: float, seconds: Any, quick: bool) -> dict[str, dict[str, float]]:
-        """Microseconds an impact: of one alone, and of one among a thousand."""
+    def _cost(self, chi: float, seconds: Any, quick: bool) -> dict[str, float]:
+        """Microseconds an impact, of one among a thousand."""
         many = np.linspace(0.05, 4.0 * chi - 1.0, MANY)
-        repeats = 3 if quick else 15
-        for psi in (many[:1], many):
-            seconds(psi)
-        return {
-            "alone": spread(np.array([1e6 * seconds(many[number : number + 1]) for number in range(repeats)])),
-            "among many": spread(np.array([1e6 / MANY * seconds(many) for _ in range(3 if quick else 7)])),
-        }
+        return spread(np.array([1e6 / MANY * seconds(many) for _ in range(4 if quick else 8)])[1:])
 
     def table(self, data: Data) -> Table:
         """Variants of LAMMPS, then the rungs."""
         counts = data["steps"]
         table = Table(["law", *(f"largest error, {count} steps" for count in counts),
                        "finest, psi_1 > 1 alone", "rms, finest",
-                       "differs from the rung of its equations by", f"one impact alone, {DEFAULT} steps [us]",
-                       f"one of {MANY} [us]"])  # fmt: skip
+                       "differs from the rung of its equations by",
+                       f"one impact of {MANY}, {DEFAULT} steps [us]"])  # fmt: skip
         for variant, found in data["variants"].items():
             twin = data["differs_from_twin"].get(variant)
             table.rows.append(
                 [f"LAMMPS {variant}: {VARIANTS[variant]}", *(f"{error:.3f}" for error in found["largest"]),
                  f"{found['largest_from_sliding']:.3f}", f"{found['rms'][-1]:.3f}",
                  f"{twin:.1e} ({TWINS[variant]})" if twin is not None else "",
-                 *(f"{found['microseconds'][how]['median']:.3g}" for how in ("alone", "among many"))]
+                 f"{found['microseconds']['median']:.3g}"]
             )  # fmt: skip
         for law, found in data["laws"].items():
             errors = ["" if count != DEFAULT else f"{found['largest']:.2g}" for count in counts]
             table.rows.append(
                 [f"contactlaw {law}", *errors, f"{found['largest_from_sliding']:.2g}", f"{found['rms']:.2g}", "",
-                 *(f"{found['microseconds'][how]['median']:.3g}" for how in ("alone", "among many"))]
+                 f"{found['microseconds']['median']:.3g}"]
             )  # fmt: skip
         table.rows.append([f"(LAMMPS {data['version']}, chi = {data['chi']:.3f}, psi_1 to {data['psi_1'][-1]:.2f})",
-                           *[""] * (len(counts) + 5)])  # fmt: skip
+                           *[""] * (len(counts) + 4)])  # fmt: skip
         return table
 
     def draw(self, data: Data) -> Figure:
@@ -160,8 +154,7 @@ class Lammps(Case):
 
 
 def timed(psi_1: np.ndarray, chi: float, law: str) -> float:
-    """Seconds that a rung takes for these impacts; one impact alone is asked as plain numbers."""
-    given: Any = float(psi_1[0]) if psi_1.size == 1 else psi_1
+    """Seconds that a rung takes for these impacts."""
     start = perf_counter()
-    rebound(given, float(chi), law)
+    rebound(psi_1, chi, law)
     return perf_counter() - start

@@ -47,8 +47,7 @@ class PaperFigure6(Case):
     caption = (
         "A 4 in steel puck under 100 flashes a second, from above, simulated in MuJoCo: before the impact (dotted "
         "rims, every fifth flash) and after it (full rims). Crosses: centre, which goes on to the right. Diamond: "
-        "the marker at the contact point, which turns back to the left. Right: the marker's path near the block, "
-        "with the directions of the contact point before and after."
+        "the marker at the contact point, which turns back to the left."
     )
     needs = ("mujoco",)
 
@@ -74,7 +73,6 @@ class PaperFigure6(Case):
         read = float(reading.psi(puck.pair.kappa, puck.pair.friction)[0][1])
         slope = puck.pair.friction / puck.pair.kappa
         tangents = np.array([found, expected]) * slope / e
-        chords = _chord_angles(times, marker, touch)
         eight = psi[1] * slope / e
         data = {
             "psi_1": psi_1, "chi": puck.chi, "radius": puck.radius, "speed": SPEED, "flashes": FLASHES,
@@ -85,7 +83,6 @@ class PaperFigure6(Case):
             "reflexion_angle": degrees(atan2(tangents[0], 1.0)),
             "reflexion_angle_reference": degrees(atan2(tangents[1], 1.0)),
             "centre_angle": degrees(atan2(final.velocity[0], -final.velocity[1])), "spin": final.spin,
-            "chord_angles": chords,
             "psi_1_of_seen": _crossings(psi[0], np.degrees(np.arctan(eight)), -SEEN),
             "restitution_read": reading.restitution,
         }  # fmt: skip
@@ -106,7 +103,6 @@ class PaperFigure6(Case):
 
     def table(self, data: Data) -> Table:
         """What is read off."""
-        first, *_, last = data["chord_angles"]
         seen = " and ".join(f"{psi:.2f}" for psi in data["psi_1_of_seen"])
         rows: list[Sequence[str]] = [
             ["psi_1 of the largest reversal", f"{data['psi_1']:.2f}"],
@@ -117,8 +113,6 @@ class PaperFigure6(Case):
             ["the same by the reference, atan(psi_2 mu/(kappa e)) [deg]", f"{data['reflexion_angle_reference']:.2f}"],
             ["seen by the paper [deg]", f"about {-SEEN:.0f}"],
             ["psi_1 at which the law has that angle", seen],
-            [f"chord of the marker, first and first {len(data['chord_angles'])} flash intervals [deg]",
-             f"{first:.1f}, {last:.1f}"],
             ["angle of the centre's path [deg]", f"{data['centre_angle']:+.1f}"],
             ["spin after [rad/s]", f"{data['spin']:.2f}"],
             ["restitution read from the flashes", f"{data['restitution_read']:.5f}"],
@@ -126,13 +120,11 @@ class PaperFigure6(Case):
         return Table(["figure", "value"], rows)
 
     def draw(self, data: Data) -> Figure:
-        """The picture from above, and the marker's path enlarged."""
+        """The picture from above."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(9.6, 6.4), layout="constrained")
-        left, right = figure.subplots(1, 2, width_ratios=[1.15, 1.0])
-        _draw_flashes(left, data)
-        _draw_marker(right, data)
+        figure = Figure(figsize=(6.0, 6.4), layout="constrained")
+        _draw_flashes(figure.subplots(), data)
         return figure
 
 
@@ -169,13 +161,6 @@ def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
     return table[:, 0], table[:, 1:3], angles, final
 
 
-def _chord_angles(times: np.ndarray, marker: np.ndarray, touch: float) -> list[float]:
-    """Angles of the marker's chords from the first flash after the touch to the next ones, against the normal [deg]."""
-    after = marker[times > touch]
-    chords = after[1:9] - after[0]
-    return np.degrees(np.arctan2(chords[:, 0], -chords[:, 1])).tolist()
-
-
 def _crossings(x: np.ndarray, y: np.ndarray, level: float) -> list[float]:
     """Where a curve crosses a level, by straight lines between its points."""
     at = np.flatnonzero(np.diff(np.sign(y - level)) != 0)
@@ -191,10 +176,6 @@ def _diamond(marker: np.ndarray, angle: float) -> np.ndarray:
     return np.array([marker, middle + width * aside, middle - length * out, middle - width * aside])
 
 
-def _draw_block(axes: Axes, x: tuple[float, float], depth: float) -> None:
-    axes.fill_between(x, [0.0, 0.0], [depth, depth], facecolor="#d0d0d0", edgecolor="black", hatch="///", linewidth=0.8)
-
-
 def _draw_flashes(axes: Axes, data: Any) -> None:
     from matplotlib.patches import Circle, Polygon
 
@@ -202,7 +183,7 @@ def _draw_flashes(axes: Axes, data: Any) -> None:
                               for key in ("centres", "marker", "times"))  # fmt: skip
     radius = 1e3 * data["radius"]
     low, high = float(centres[:, 0].min() - radius), float(centres[:, 0].max() + radius)
-    _draw_block(axes, (low, high), 14.0)
+    axes.fill_between((low, high), 0.0, 14.0, facecolor="#d0d0d0", edgecolor="black", hatch="///", linewidth=0.8)
     axes.annotate("block", (0.5 * (low + high), 7.0), ha="center", va="center",
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
     for late, dashes, color in ((False, (0, (1, 2)), "#8a8a8a"), (True, "-", "#8a8a8a")):
@@ -217,31 +198,5 @@ def _draw_flashes(axes: Axes, data: Any) -> None:
     axes.plot([], [], "D", markerfacecolor="white", markeredgecolor="black", label="marker before")
     axes.plot([], [], "D", markerfacecolor="#c44e00", markeredgecolor="black", label="marker after")
     axes.set(xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal", title="stroboscopic picture")
-    axes.grid(visible=False)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
-
-
-def _draw_marker(axes: Axes, data: Any) -> None:
-    marker, times = 1e3 * np.array(data["marker"]), np.array(data["times"])
-    late = times > data["touch"]
-    contact = marker[~late][-1, 0] + (data["touch"] - times[~late][-1]) * 1e3 * np.tan(
-        np.radians(data["incidence_angle"])
-    )  # fmt: skip
-    x = marker[:, 0] - contact
-    _draw_block(axes, (-60.0, 30.0), 8.0)
-    axes.plot(x[~late], marker[~late, 1], "D", markerfacecolor="white", markeredgecolor="black", label="before")
-    axes.plot(x[late], marker[late, 1], "D", markerfacecolor="#c44e00", markeredgecolor="black", label="after")
-    depth = np.array([0.0, -110.0])
-    for angle, dashes, text in (
-        (-data["incidence_angle"], (0, (1, 2)), rf"in: {data['incidence_angle']:.1f}$^\circ$"),
-        (data["reflexion_angle"], "-", rf"out: {data['reflexion_angle']:.1f}$^\circ$"),
-        (-SEEN, "--", rf"paper: about {-SEEN:.0f}$^\circ$"),
-    ):
-        axes.plot(-depth * np.tan(np.radians(angle)), depth, color="black", linestyle=dashes, linewidth=1.0, label=text)
-    axes.axvline(0.0, color="black", linewidth=0.6)
-    axes.set(
-        xlim=(-60.0, 30.0), ylim=(-115.0, 8.0), aspect="equal", xlabel="along the block, from the contact [mm]",
-        ylabel="away from it [mm]", title="the marker alone",
-    )  # fmt: skip
     axes.grid(visible=False)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 from contactlaw import rebound
 from sims.puck import Puck
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import STYLES, panels
 from validation.stroboscope import Reading, fit_motion, pictured, read_impact
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -47,11 +43,6 @@ class StroboscopicError(Case):
         "as the paper says. The paper's tolerance near psi_1 = 5, read as two standard errors, is that of a "
         "drafting error of a few tenths of a millimetre. Beside that, eq. (6) gives mu low by (1 - e)/2, since it "
         "takes e = 1."
-    )
-    caption = (
-        "Standard error of psi_1 (left) and psi_2 (right) over psi_1, one picture each, by drafting error on the "
-        "print. Marks: scatter of repeated readings; lines: as the covariance of the fit has it. Dashed: half "
-        "of the band that the paper estimates for rubber near psi_1 = 5."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -129,34 +120,6 @@ class StroboscopicError(Case):
              "+-5 % of psi_2:", f"{needed['psi_2']:.2f} mm", "", "", "", ""]
         )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Relative error of psi_1 and absolute error of psi_2."""
-        figure, axes = panels(2, width=5.0, height=4.2)
-        for column, (name, one) in enumerate(zip(("psi_1", "psi_2"), axes, strict=True)):
-            for material, filled in (("steel", "none"), ("rubber", "full")):
-                rows = data["materials"][material]
-                psi = [row["psi_1"] for row in rows]
-                for style, size in zip(STYLES, data["drafting"], strict=False):
-                    parts = [row[f"{size:g}"] for row in rows]
-                    dashes = "-" if material == "rubber" else ":"
-                    one.semilogy(psi, [part["predicted"][column] for part in parts], color=style["color"],
-                                 linestyle=dashes)  # fmt: skip
-                    one.semilogy(psi, [part["scatter"][column] for part in parts], color=style["color"],
-                                 marker=style["marker"], linestyle="", fillstyle=filled,
-                                 label=f"{material}, {size:g} mm")  # fmt: skip
-            value = {
-                "psi_1": HIGH,
-                "psi_2": next(r["psi_2"] for r in data["materials"]["rubber"] if r["psi_1"] == HIGH),
-            }
-            tolerance = TOLERANCES[name]
-            height = tolerance / BAND * abs(value[name])
-            one.axhline(height, color="black", linewidth=0.8, linestyle=(0, (8, 4)))
-            one.annotate(f"half of {100 * tolerance:.0f} % near 5, rubber", (0.1, height), xytext=(0, 2),
-                         textcoords="offset points", fontsize=8)  # fmt: skip
-            one.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=rf"standard error of $\{name}$ [-]", xlim=(0.0, 6.6))
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        return figure
 
 
 @dataclass(frozen=True)
