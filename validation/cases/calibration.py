@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from contactlaw import MATERIALS, Calibration, ContactPair, ContactWarning, calibrate
-from validation.calibration_figure import as_drawn, draw_rebound, draw_residuals
 from validation.calibration_tables import (
     DISK,
     KHARAZ_FRICTION,
@@ -21,10 +20,6 @@ from validation.calibration_tables import (
     balls,
 )
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NAMES = ("friction", "restitution", "stiffness_ratio")
 BAND = {"steel": 0.02, "rubber": 0.25}  # of mu as the paper states it, taken as two standard uncertainties
@@ -50,10 +45,6 @@ class CalibrationCase(Case):
         "explains. Tables that cannot tell are said to be such: Cross's single impacts bound friction from below "
         "and no more."
     )
-    caption = (
-        "Impacts over the fitted curve: a synthetic table of the steel puck, one of the rubber puck, and alumina on "
-        "glass as published (tangential restitution and spin). Below: what the curve leaves."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Many noisy tables of both pucks, and every published table."""
@@ -66,11 +57,6 @@ class CalibrationCase(Case):
         single = {table.name: _as_data(_of(table, None)) for table in balls()}
         data = {"pucks": pucks, "alumina": real, "alumina_kappa": kappa, "balls": single, "repeats": repeats,
                 "impacts": len(STEEL.incidences)}  # fmt: skip
-        data["drawn"] = {
-            "steel puck (synthetic)": as_drawn(_of(STEEL)),
-            "rubber puck (synthetic)": as_drawn(_of(RUBBER)),
-            "alumina on glass (Kharaz et al.)": as_drawn(_of(alumina()[-1], kappa)),
-        }
         limits = []
         for name, puck in pucks.items():
             limits += [
@@ -114,20 +100,6 @@ class CalibrationCase(Case):
         for name, one in data["balls"].items():
             table.rows.append([name, str(one["impacts"]), *_cells(one), ""])
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Three tables over their curves."""
-        figure, _ = panels(1, width=12.6, height=6.4)
-        figure.clear()
-        axes = figure.subplots(2, 3, height_ratios=[2, 1], sharex="col")
-        for column, (title, drawn) in enumerate(data["drawn"].items()):
-            upper, lower = axes[:, column]
-            draw_rebound(upper, drawn)
-            draw_residuals(lower, drawn)
-            upper.set(title=title, xlabel="")
-            upper.annotate(drawn["text"], (0.04, 0.96), xycoords="axes fraction", va="top", fontsize=8)
-        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        return figure
 
 
 def _alumina_pair() -> ContactPair:

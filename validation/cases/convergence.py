@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,11 +11,7 @@ from contactlaw.laws.microslip import Microslip
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import sticking
 from validation.measure import order_of
-from validation.picture import STYLES, panels, plain_ticks
 from validation.reference import annulus
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CHI = 1.441
 STEPS = [32, 64, 128, 256, 512, 1024]
@@ -37,9 +32,6 @@ class Convergence(Case):
         "Two discretisations that share no code, the nodes of `microslip` and the rings of the annulus solver, "
         "converge to the same limit, both with at least about second order."
     )
-    caption = (
-        f"Largest error in psi_2 over incidence (chi = {CHI}, e = 1), against {FINE_NODES} nodes, {FINE_STEPS} steps."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Refine one number at a time."""
@@ -49,20 +41,14 @@ class Convergence(Case):
             return np.atleast_1d(rebound(psi_1, CHI, Microslip(node_count=nodes), steps=steps))
 
         limit = law(FINE_NODES, FINE_STEPS)
-        in_steps = {
-            str(nodes): [float(np.abs(law(nodes, steps) - law(nodes, FINE_STEPS)).max()) for steps in STEPS]
-            for nodes in (8, 16, 64)
-        }
-        total = {
-            str(nodes): [float(np.abs(law(nodes, steps) - limit).max()) for steps in STEPS] for nodes in (8, 16, 64)
-        }
+        in_steps = [float(np.abs(law(16, steps) - law(16, FINE_STEPS)).max()) for steps in STEPS]
         in_nodes = [float(np.abs(law(nodes, FINE_STEPS) - limit).max()) for nodes in NODES]
         reference, counts = self._reference(psi_1, limit, progress)
         data = {
             "chi": CHI, "impacts": psi_1.size, "fine": [FINE_NODES, FINE_STEPS],
-            "steps": STEPS, "error_in_steps": in_steps, "total_error": total,
+            "steps": STEPS, "error_in_steps": in_steps,
             "nodes": NODES, "error_in_nodes": in_nodes,
-            "order_in_steps": order_of(np.array(STEPS[1:]), np.array(in_steps["16"][1:])),
+            "order_in_steps": order_of(np.array(STEPS[1:]), np.array(in_steps[1:])),
             "order_in_nodes": order_of(np.array(NODES), np.array(in_nodes)),
             "annuli": ANNULI, "reference_error": reference,
             "reference_order": order_of(np.array(ANNULI[1:]), np.array(counts["reference_rms"][1:])),
@@ -107,7 +93,7 @@ class Convergence(Case):
     def table(self, data: Data) -> Table:
         """The refinements one after the other."""
         table = Table(["refined", "to", "largest error", "order", "time [ms]", "corrections a step, mean (most)"])
-        for count, error in zip(data["steps"], data["error_in_steps"]["16"], strict=True):
+        for count, error in zip(data["steps"], data["error_in_steps"], strict=True):
             table.rows.append(
                 ["microslip, steps (16 nodes)", str(count), f"{error:.1e}", f"{data['order_in_steps']:.2f}", "", ""]
             )
@@ -120,20 +106,3 @@ class Convergence(Case):
                  f"{data['milliseconds'][i]:.2g}", corrections]
             )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Errors over steps, and over nodes and annuli."""
-        figure, (left, right) = panels(2)
-        for style, (nodes, errors) in zip(STYLES, data["total_error"].items(), strict=False):
-            left.loglog(data["steps"], errors, **style, label=f"microslip, {nodes} nodes")
-        left.set(xlabel="steps an impact [-]", ylabel=r"largest error in $\psi_2$ [-]", title="in the steps")
-        right.loglog(data["nodes"], data["error_in_nodes"], **STYLES[0],
-                     label=f"microslip, in nodes: order {data['order_in_nodes']:.1f}")  # fmt: skip
-        right.loglog(data["annuli"], data["reference_error"], **STYLES[1],
-                     label=f"reference, in annuli: order {data['reference_order']:.1f}")  # fmt: skip
-        right.set(xlabel="nodes or annuli [-]", ylabel=r"largest error in $\psi_2$ [-]", title="in space")
-        plain_ticks(left, data["steps"])
-        plain_ticks(right, sorted({*data["nodes"], *data["annuli"]} - {8, 16, 32, 64}))
-        left.legend()
-        right.legend()
-        return figure

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 
 from contactlaw import ContactPair
 from validation.ball import INTEGRATORS, MASS, RADIUS, STEEL, Array, balls_world, in_words
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import STYLES, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 COUNTS = [3, 4, 5]
 GAP = 1e-4  # [m]
@@ -34,10 +28,6 @@ class Cradle(Case):
         "When one ball strikes a row that touches, all contacts act at once and the velocities after depend on how the "
         "forces share; at the engine's own step, far longer than the whole event, they are those of a finely "
         "integrated chain of Hertz springs. With 0.1 mm between, only the last ball flies off."
-    )
-    caption = (
-        "Velocity of each ball after the impact over the first one's before. Lines: Hertz chain, integrated to 1e-11; "
-        "filled marks: MuJoCo at 2 ms, rings: PyBullet at 1/240 s."
     )
     needs = ("mujoco", "pybullet", "scipy")
 
@@ -84,25 +74,6 @@ class Cradle(Case):
                          _words(run["velocity"]), f"{run['error']:.1e}"]
                     )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Velocities by place in the row."""
-        figure, (axes,) = panels(1, width=6.0)
-        for style, (count, chain) in zip(STYLES, data["chain"].items(), strict=False):
-            number = np.arange(1, int(count) + 1)
-            line: dict[str, Any] = style | {"marker": ""}
-            axes.plot(number, chain, **line, label=f"{count} balls, Hertz chain")
-            for engine, dt, big in (("mujoco", 2e-3, False), ("pybullet", 1.0 / 240.0, True)):
-                for run in data["runs"]:
-                    if (run["balls"], run["engine"], run["gap"]) == (int(count), engine, 0.0) and abs(
-                        run["step"] - dt
-                    ) < 1e-6:
-                        axes.plot(number, run["velocity"], "o", color=style["color"], markersize=9 if big else 4.5,
-                                  fillstyle="none" if big else "full")  # fmt: skip
-        axes.set(xlabel="ball in the row, the striking one first [-]", ylabel="velocity after, over the first's [-]")
-        axes.set_xticks(range(1, max(COUNTS) + 1))
-        axes.legend()
-        return figure
 
 
 def _kinds() -> list[tuple[str, float, str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,10 +21,6 @@ from validation.ball import (
 )
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
-from validation.picture import STYLES, limit_line, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 State = tuple[Array, Array, Array]
 """Places, velocities, spins of both balls, shape (2, 3) each."""
@@ -50,12 +45,6 @@ class Momentum(Case):
         "Two spinning balls that meet off-centre keep their linear and angular momentum to rounding, at any engine "
         "step and at every one of them, and at about 1 m/s the contact point rebounds as the theory says for both "
         "balls' inertia."
-    )
-    caption = (
-        "Left: largest change of momentum, over what the balls have of it, at any step. Right: largest error of the "
-        "rebound (both tangential components and the normal one, in units of psi) over the engine's step. Tangential "
-        "and normal are told apart by the line of centres in the middle of the contact: it turns while they touch, "
-        "with the speed, which the theory leaves out."
     )
     needs = ("mujoco", "pybullet")
 
@@ -104,27 +93,6 @@ class Momentum(Case):
                  f"{run['turning']:.2f}"]
             )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Momentum, and the rebound."""
-        figure, (left, right) = panels(2)
-        for engine, look in (("mujoco", {}), ("pybullet", {"fillstyle": "none", "markersize": 9})):
-            for style, speed in zip(STYLES, SPEEDS, strict=False):
-                own = [run for run in data["runs"]
-                       if (run["engine"], run["speed"]) == (engine, speed)
-                       and run["integrator"] in ("Euler", "")]  # fmt: skip
-                steps = [run["step"] for run in own]
-                worst = [max(run["linear"], run["angular"], 1e-17) for run in own]
-                left.loglog(steps, worst, **(style | look), label=f"{engine}, {speed:g} m/s")
-                right.loglog(steps, [max(run["tangential"], run["normal"]) for run in own], **(style | look),
-                             label=f"{engine}, {speed:g} m/s")  # fmt: skip
-        limit_line(left, KEPT, "asked")
-        limit_line(right, REBOUND, "asked at 1 m/s")
-        left.set(xlabel="engine step [s]", ylabel="relative change of momentum [-]")
-        right.set(xlabel="engine step [s]", ylabel=r"largest error in $\psi_2$ or e [-]")
-        left.legend(fontsize=8)
-        right.legend(fontsize=8)
-        return figure
 
 
 def _start(speed: float, seed: int, dt: float) -> State:

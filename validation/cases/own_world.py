@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,11 +11,7 @@ from contactlaw.world import World
 from validation import ball
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
-from validation.picture import STYLES, limit_line, panels
 from validation.world_scenes import FLOOR, RADIUS, balls, box_of_planes, column, mass_of, rack, steel_pair, tumbler
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MASS = mass_of(RADIUS)
 STEPS = [1.0 / 60.0, 2e-3, 1e-4, 1e-5, 1e-6]  # [s]
@@ -36,7 +31,6 @@ class OwnWorld(Case):
         "Bodies that drift, contacts that look where the bodies are, and equal and opposite kicks at one point: psi_2, "
         "energy and momentum are right at any step, with no correction for what moves within it."
     )
-    caption = "Largest error of psi_2 over the step of the world, 100 substeps and 16 nodes; dotted: 200 and 64."
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Impacts first, then what is conserved."""
@@ -78,19 +72,6 @@ class OwnWorld(Case):
             table.rows.append([f"error of psi_2, steps of {dt:.3g} s", *(f"{one['error']:.1e}" for one in own)])
         table.rows.extend([name, f"{reached:.1e}", "", ""] for name, reached in data["kept"].items())
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Errors over the step."""
-        figure, (axes,) = panels(1)
-        for style, e in zip(STYLES, RESTITUTIONS, strict=False):
-            own = [one for one in data["psi_2"] if one["restitution"] == e]
-            axes.loglog([one["step"] for one in own], [one["error"] for one in own], **style, label=f"e = {e:g}")
-        fine = [one for one in data["psi_2"] if "fine" in one]
-        axes.loglog([one["step"] for one in fine], [one["fine"] for one in fine], "k:", label="e = 1, fine")
-        limit_line(axes, 5e-4, "asked")
-        axes.set(xlabel="step of the world [s]", ylabel="largest error of psi_2 [-]")
-        axes.legend()
-        return figure
 
 
 def psi_2_error(restitution: float, dt: float, law: Microslip | str = "microslip", substeps: int = 100) -> float:

@@ -103,11 +103,7 @@ class ReboundConstants(Case):
         finite = all(
             np.isfinite(list(row[reading].values())).all() for row in rows for reading in ("greatest", "slope")
         )
-        return Outcome(
-            [],
-            {"rows": rows, "summary": summary},
-            [] if finite else ["a law gives a value not finite"],
-        )
+        return Outcome([], {"rows": rows, "summary": summary}, [] if finite else ["a law gives a value not finite"])
 
     def table(self, data: Data) -> Table:
         """A row a pair, then a summary; slope and greatest value, both as slope (greatest)."""

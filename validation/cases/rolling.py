@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import atan, cos, degrees, radians, sin, tan
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,10 +20,6 @@ from validation.ball import (
     steel_pair,
 )
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import STYLES, limit_line, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ANGLES = [10, 15, 20, 25, 30, 40, 50, 60]  # [degrees]
 KINDS = [("mujoco", dt, name) for dt in (2e-3, 1.0 / 240.0) for name in INTEGRATORS] + [("pybullet", 1.0 / 240.0, "")]
@@ -67,10 +62,6 @@ class Rolling(Case):
         f"rolls below {LIMIT:.0f} degrees (tan = 7/2 mu) and slides above, as the closed form has it, while its height "
         "does not move."
     )
-    caption = (
-        "Left: acceleration of the centre (filled) and of the rim (open) on an incline, MuJoCo at 2 ms; lines: closed "
-        "form. Right: relative error of both, all engines and steps; none is drawn below 1e-16."
-    )
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -109,29 +100,6 @@ class Rolling(Case):
                  f"{max(one['sinking'] for one in [flat, *same]):.1e}"]
             )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Accelerations and their errors."""
-        figure, (left, right) = panels(2)
-        fine = np.linspace(0.0, 65.0, 200)
-        left.plot(fine, np.array([closed_form(angle) for angle in fine]), color="black", linewidth=0.9)
-        for style, (engine, dt, name) in zip(STYLES, [KINDS[0], KINDS[4], KINDS[3], KINDS[-1]], strict=False):
-            own = [one for one in data["slopes"]
-                   if (one["engine"], one["integrator"]) == (engine, name)
-                   and abs(one["step"] - dt) < 1e-6]  # fmt: skip
-            angles = [one["angle"] for one in own]
-            right.semilogy(angles, [max(one["error"], 1e-16) for one in own], **style,
-                           label=f"{engine}, {in_words(dt)} {name}")  # fmt: skip
-            if (engine, dt, name) == KINDS[0]:
-                look: dict[str, Any] = {"color": "black", "linestyle": ""}
-                left.plot(angles, [one["centre"] for one in own], marker="o", **look, label="centre")
-                left.plot(angles, [one["rim"] for one in own], marker="s", **look, fillstyle="none", label="rim")
-        left.set(xlabel="incline [degrees]", ylabel="acceleration [m/s$^2$]")
-        left.legend()
-        limit_line(right, ACCELERATION, "asked")
-        right.set(xlabel="incline [degrees]", ylabel="relative error [-]")
-        right.legend(fontsize=8)
-        return figure
 
 
 def _watched(world: World, seconds: float, looks: int) -> tuple[Array, Array, float]:

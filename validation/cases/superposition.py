@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +10,7 @@ from numpy.typing import NDArray
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
 from validation.measure import interleaved, order_of, spread
-from validation.picture import STYLES, panels
 from validation.reference import annulus, superposition
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -41,11 +36,6 @@ class Superposition(Case):
         "rebound as its second, the annuli, of which it uses nothing. What it remembers, and the cost of its steps, "
         "grow with the number of steps; with annuli both stay the same. But its steps are simple, and exact in "
         "space: the table says how few are enough, and from how many on they cost more than those with annuli."
-    )
-    caption = (
-        f"Left: time a step over the number of steps (psi_1 = {TIMED_PSI}). Right: largest error in psi_2 over the "
-        "steps, against the limit of the superposition. "
-        f"All with chi = {DISK}."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -108,22 +98,6 @@ class Superposition(Case):
             table.rows.append(["most components, or annuli", f"{steps} steps", str(cost["components"][number]),
                                ", ".join(map(str, ANNULI))])  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Cost and error over steps."""
-        figure, (middle, right) = panels(2)
-        cost, errors = data["cost"], data["errors"]
-        for style, (name, times) in zip(STYLES, cost["microseconds"].items(), strict=False):
-            middle.loglog(cost["steps"], [one["median"] for one in times], **style, label=name)
-        middle.set(xlabel="steps an impact [-]", ylabel="time a step [us]", title="what a step costs")
-        middle.legend(loc="lower right")
-        right.loglog(errors["superposition"]["steps"], errors["superposition"]["error"], **STYLES[0],
-                     label=f"superposition: order {errors['order']:.1f}")  # fmt: skip
-        for style, (name, one) in zip(STYLES[1:], errors["annuli"].items(), strict=False):
-            right.loglog(one["steps"], one["error"], **style, label=name)
-        right.set(xlabel="steps an impact [-]", ylabel=r"largest error in $\psi_2$ [-]", title="what it gives")
-        right.legend()
-        return figure
 
 
 def _errors(counts: list[int]) -> Data:
