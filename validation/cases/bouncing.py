@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from itertools import groupby
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from validation.ball import DOWN, GRAVITY, INTEGRATORS, RADIUS, Array, at, ball_world, static_overlap, steel_pair
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import STYLES, limit_line, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DROP = 0.05  # [m]
 ENERGY = 1e-3
@@ -41,17 +36,11 @@ class Bouncing(Case):
         "engine step; one with restitution comes to rest at the overlap that carries its weight, and stays there for a "
         "minute without drift."
     )
-    caption = (
-        "Left: energy at the top of each bounce, over the first, less 1. It is taken with the true velocity: a "
-        "semi-implicit engine keeps the velocity of half a step before, so half a step of gravity is added; with it "
-        "the flight itself is exact. Right: height of the ball with restitution 0.9 over its place at rest (2 ms); "
-        "below the dotted line the ball lies."
-    )
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Elastic runs at every step, then rest."""
-        data: Data = {"elastic": [], "rest": [], "fall": {}}
+        data: Data = {"elastic": [], "rest": []}
         problems: list[str] = []
         runs = [
             (engine, dt, max(seconds * (0.1 if quick and dt < 2e-3 else 0.5 if quick else 1.0), 0.5))
@@ -64,18 +53,14 @@ class Bouncing(Case):
                 problems.append(f"{engine}, {dt:g} s: no bounce or not finite")
                 tops = np.full(1, np.nan)
             data["elastic"].append({"engine": engine, "step": dt, "seconds": seconds, "bounces": tops.size,
-                                    "largest": float(np.abs(tops).max()), "tops": tops})  # fmt: skip
+                                    "largest": float(np.abs(tops).max())})  # fmt: skip
             progress(0.7 * (number + 1) / len(runs))
         kinds = [("mujoco", dt, name) for dt in RESTS["mujoco"] for name in INTEGRATORS]
         kinds += [("pybullet", dt, "Euler") for dt in RESTS["pybullet"]]
         for e in RESTITUTIONS:
             for engine, dt, integrator in kinds:
-                height, rest = _lie(engine, dt, integrator, e, 10.0 if quick else LONG)
+                rest = _lie(engine, dt, integrator, e, 10.0 if quick else LONG)
                 data["rest"].append({"engine": engine, "step": dt, "integrator": integrator, "e": e, **rest})
-                if (engine, e, integrator, dt) == ("mujoco", 0.9, "Euler", 2e-3):
-                    some = slice(0, int(4.0 / dt), 8)
-                    data["fall"] = {"time": dt * np.arange(1, height.size + 1)[some],
-                                    "height": height[some] + static_overlap()}  # fmt: skip
         limits = [
             Limit(f"energy of the elastic ball, {engine}, any step", ENERGY,
                   max(run["largest"] for run in data["elastic"] if run["engine"] == engine))
@@ -112,24 +97,6 @@ class Bouncing(Case):
             )  # fmt: skip
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """Energy over bounces, and the fall to rest."""
-        figure, (left, right) = panels(2)
-        mujoco = [run for run in data["elastic"] if run["engine"] == "mujoco" and run["step"] != 1e-3]
-        for style, run in zip(STYLES, mujoco, strict=False):
-            tops = np.array(run["tops"])
-            left.plot(np.arange(1, tops.size + 1), tops, **style, markevery=8, label=f"{1e3 * run['step']:.4g} ms")
-        limit_line(left, ENERGY, "asked")
-        limit_line(left, -ENERGY, "asked")
-        left.set(xlabel="bounce [-]", ylabel="energy over the first, less 1 [-]", title="elastic, MuJoCo",
-                 ylim=(-1.6 * ENERGY, 1.2 * ENERGY))  # fmt: skip
-        left.legend(fontsize=8, ncols=3, loc="lower left")
-        fall = data["fall"]
-        right.semilogy(fall["time"], np.maximum(np.abs(fall["height"]), 1e-18), color="black", linewidth=0.8)
-        right.axhline(static_overlap(), color="black", linewidth=0.8, linestyle=":")
-        right.set(xlabel="time [s]", ylabel="height over the place at rest [m]", title="restitution 0.9, 2 ms, MuJoCo")
-        return figure
-
 
 def _tops(engine: str, dt: float, seconds: float) -> Array:
     """Energy of each flight over the first, less 1: it is the same all along it, so that nearest to the top will do."""
@@ -151,7 +118,7 @@ def _tops(engine: str, dt: float, seconds: float) -> Array:
     return np.array(out[1:])
 
 
-def _lie(engine: str, dt: float, integrator: str, e: float, seconds: float) -> tuple[Array, Data]:
+def _lie(engine: str, dt: float, integrator: str, e: float, seconds: float) -> Data:
     """Drop, and watch it lie. A ball whose bounces are each e times as fast rests after (1 + e)/(1 - e) falls."""
     world = ball_world(engine, dt, steel_pair(restitution=e), DOWN, integrator=integrator)
     world.start(at(DROP))
@@ -162,7 +129,7 @@ def _lie(engine: str, dt: float, integrator: str, e: float, seconds: float) -> t
     world.close()
     height, rest = seen[:, 2] - RADIUS, seen[round(SETTLED / dt) :]
     overlap, last = RADIUS - rest[:, 2], int(np.flatnonzero(height > static_overlap())[-1])
-    return height, {
+    return {
         "overlap_error": float(np.abs(overlap / static_overlap() - 1.0).max()),
         "jitter": float(np.ptp(overlap) / static_overlap()),
         "drift": float(np.hypot(*(rest[:, :2] - rest[0, :2]).T).max()),

@@ -90,15 +90,6 @@ class Way:
         return (np.arange(count) + 0.5) / count
 
 
-@dataclass(frozen=True)
-class Setting:
-    """What the law is told: a law, the step [s] and substeps a contact."""
-
-    law: str | Law
-    dt: float
-    substeps: int = SUBSTEPS
-
-
 @register
 class FrontEngines(Case):
     """A steel ball's bounce in both engines: every law, nodes, substeps and steps, and the engine's own contact."""
@@ -156,9 +147,8 @@ def ways(engine: str, quick: bool) -> dict[str, Way]:
     """The law in every setting, and the engine's own contact."""
     own = OWN_STEPS[engine]
     found = {
-        name: Way(name.split(",")[0], one.dt,
-                  partial(ball_world, engine, one.dt, steel_pair(one.law), substeps=one.substeps))
-        for name, one in settings(own, quick).items()
+        name: Way(name.split(",")[0], dt, partial(ball_world, engine, dt, steel_pair(law), substeps=substeps))
+        for name, (law, dt, substeps) in settings(own, quick).items()
     }  # fmt: skip
     kinds = {"its own solref": None, "soft, bouncing": linear_spring(SOFT, RESTITUTION)}
     stiff = linear_spring(DURATION, RESTITUTION)
@@ -181,27 +171,25 @@ def _native(engine: str, dt: float, spring: tuple[float, float] | None) -> World
     return world
 
 
-def settings(own_step: float, quick: bool) -> dict[str, Setting]:
-    """Every law at every step; at the engine's own step also in few substeps, and `microslip` in many ways."""
+def settings(own_step: float, quick: bool) -> dict[str, tuple[str | Law, float, int]]:
+    """Law, step [s] and substeps: every law at every step, at the engine's own also in few substeps."""
     resolved = RESOLVED[::3] if quick else RESOLVED
     steps = {f"T/{n}" if n > 1 else "T": DURATION / n for n in resolved} | {in_words(own_step): own_step}
     found = {
-        DEFAULT if name == "microslip" and dt == own_step else f"{name}, {words}": Setting(name, dt)
+        DEFAULT if name == "microslip" and dt == own_step else f"{name}, {words}": (name, dt, SUBSTEPS)
         for name in LAWS
         for words, dt in steps.items()
     }
     counts, nodes = (COUNTS[1::2], NODES[1::2]) if quick else (COUNTS, NODES)
     found |= {
-        f"microslip, {n} nodes, {count} substeps": Setting(Microslip(node_count=n), own_step, count)
+        f"microslip, {n} nodes, {count} substeps": (Microslip(node_count=n), own_step, count)
         for n in nodes
         for count in counts
         if (n, count) != (16, SUBSTEPS)
     }
-    found |= {
-        f"{name}, {counts[0]} substeps": Setting(name, own_step, counts[0]) for name in LAWS if name != "microslip"
-    }
+    found |= {f"{name}, {counts[0]} substeps": (name, own_step, counts[0]) for name in LAWS if name != "microslip"}
     fine = f"T/{resolved[0]}"
-    return found | {f"microslip, 64 nodes, {fine}": Setting(Microslip(node_count=64), steps[fine])}
+    return found | {f"microslip, 64 nodes, {fine}": (Microslip(node_count=64), steps[fine], SUBSTEPS)}
 
 
 def measured(
@@ -223,11 +211,10 @@ def measured(
         progress(0.5 * (number + 1) / len(bounces))
     runs: dict[str, Callable[[], object]] = {name: one.timed for name, one in bounces.items()}
     prepare: dict[str, Callable[[], object]] = {name: one.next for name, one in bounces.items()}
-    rings, errors = {}, {}
+    errors = {}
     for n in ANNULI:
-        name = f"annuli, N = {n}"
-        rings[name] = _Rings(n, psi_1)
-        runs[name], prepare[name] = rings[name].timed, rings[name].next
+        name, turns = f"annuli, N = {n}", cycle(psi_1)
+        runs[name] = lambda n=n, turns=turns: annulus.impact(next(turns), CHI, n, restitution=RESTITUTION)
         found = [annulus.rebound(psi, CHI, n, restitution=RESTITUTION) for psi in psi_1]
         errors[name] = np.array(found) - truth.psi_2
     seconds = interleaved(runs, repeats, prepare, lambda part: progress(0.5 + 0.5 * part))
@@ -241,21 +228,6 @@ def measured(
     data |= {"closer": front.closer(data, DEFAULT, SINGLE), "faster": front.faster(data, DEFAULT, ["annuli"])}
     problem = rungs[DEFAULT].problem
     return data, [f"{DEFAULT}: {problem}"] if problem else []
-
-
-class _Rings:
-    """The annuli on the same incidences."""
-
-    def __init__(self, annuli: int, psi_1: list[float]) -> None:
-        self.annuli, self.incidences = annuli, cycle(psi_1)
-
-    def next(self) -> None:
-        """Go on to the next impact."""
-        self.psi_1 = next(self.incidences)
-
-    def timed(self) -> None:
-        """The impact."""
-        annulus.impact(self.psi_1, CHI, self.annuli, restitution=RESTITUTION)
 
 
 class _Bounces:

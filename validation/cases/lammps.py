@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from contactlaw import rebound
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.data_picture import BROAD
 from validation.impacts import judge, sticking
 from validation.lammps_wall import VARIANTS, contact, impacts
 from validation.measure import spread
-from validation.picture import LAW_STYLES, panels
 from validation.prediction import SPHERE, rms
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 STEPS = [40, 160, 640, 2560]
 DEFAULT = 160  # steps of `rebound` at this chi: cost is compared at as many
@@ -38,10 +33,6 @@ class Lammps(Case):
         "rungs: `mindlin` is its mindlin/force and `mindlin_rescaled` its mindlin_rescale/force, the same equations "
         "and the same rebound. Kept as displacement, not as force (mindlin, mindlin_rescale), the spring errs most "
         "where impacts start stuck. `microslip` is hundreds of times closer than all four."
-    )
-    caption = (
-        "psi_2 over the incidence, and how far it is from the reference, finest steps: LAMMPS's four models "
-        "(markers), and the rungs (lines)."
     )
     needs = ("lammps",)
 
@@ -128,29 +119,6 @@ class Lammps(Case):
         table.rows.append([f"(LAMMPS {data['version']}, chi = {data['chi']:.3f}, psi_1 to {data['psi_1'][-1]:.2f})",
                            *[""] * (len(counts) + 4)])  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Rebound and difference over incidence."""
-        figure, (left, right) = panels(2, height=4.2)
-        psi_1, truth = np.array(data["psi_1"]), np.array(data["psi_2"])
-        left.plot(psi_1, truth, **BROAD, label="reference")
-        for law, found in data["laws"].items():
-            line: dict[str, Any] = {key: LAW_STYLES[law][key] for key in ("color", "linestyle")}
-            left.plot(psi_1, found["psi_2"], **line, label=law)
-            right.plot(psi_1, np.array(found["psi_2"]) - truth, **line)
-        for marker, (variant, found) in zip("s^Dv", data["variants"].items(), strict=True):
-            style: dict[str, Any] = {
-                "marker": marker,
-                "markerfacecolor": "white",
-                "color": "#333333",
-                "linestyle": "none",
-            }
-            left.plot(psi_1, found["psi_2"], **style, markevery=2, label=f"LAMMPS {variant}")
-            right.plot(psi_1, np.array(found["psi_2"]) - truth, **style)
-        left.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"$\psi_2$ [-]", title=rf"$\chi$ = {data['chi']:.3f}, e = 1")
-        right.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"$\psi_2$ minus the reference's [-]", title="difference")
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        return figure
 
 
 def timed(psi_1: np.ndarray, chi: float, law: str) -> float:

@@ -40,7 +40,7 @@ def without(whats: Iterable[str]) -> Build:
 
 
 def judge(subject: Subject, engine: str, rounds: int) -> Data:
-    """One scene in one engine: what each ingredient, all that can be left out together, and the scene as shipped change.
+    """One scene in one engine: what it changes by without each ingredient, without all that can go, and as shipped.
 
     Args:
         subject: The scene.
@@ -87,7 +87,8 @@ class LeaveOut(Case):
         "velocity after over one before, the largest change) changes by, and the part of the time that is saved. What "
         "changes it by at most 1e-4, a quarter of the law's own error, is what the scene has no use for, and can be "
         "left out; that must also hold of all such ingredients together, and of what the scenes as shipped leave out. "
-        "Fewer substeps are accuracy given away, and change more. The paddle, a body with a joint, is built by hand and not varied."
+        "Fewer substeps are accuracy given away, and change more. The paddle, a body with a joint, "
+        "is built by hand and not varied."
     )
     needs = ("mujoco", "pybullet", "scipy")
 
@@ -114,8 +115,8 @@ class LeaveOut(Case):
 
     def table(self, data: Data) -> Table:
         """A row for each scene and engine."""
-        table = Table(["scene", "with everything [ms]", "can be left out (change)", "needed", "all that can be, together",
-                       "as shipped"])  # fmt: skip
+        table = Table(["scene", "with everything [ms]", "can be left out (change)", "needed",
+                       "all that can be, together", "as shipped"])  # fmt: skip
         for engine, scenes in data["engines"].items():
             for name, found in scenes.items():
                 cells = found["cells"]
@@ -126,7 +127,8 @@ class LeaveOut(Case):
                         for what in ("together", "shipped")]  # fmt: skip
                 table.rows.append([
                     f"{name}, {ENGINE_NAMES[engine]}", f"{found['milliseconds']:.2f}", "; ".join(free),
-                    "; ".join(word for word in words.values() if word not in free), ends[0], f"{found['laws']}: {ends[1]}",
+                    "; ".join(word for word in words.values() if word not in free), ends[0],
+                    f"{found['laws']}: {ends[1]}",
                 ])  # fmt: skip
         for engine, change in data["grouping"].items():
             table.rows.append([f"cradle with a call for each couple, {ENGINE_NAMES[engine]}", "", "", "",

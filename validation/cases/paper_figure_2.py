@@ -13,7 +13,6 @@ the annulus solution gives, times 2/(pi (1 - nu)) is f/(G mu C), whatever mass, 
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,7 +49,7 @@ class PaperFigure2(Case):
     )
     caption = (
         "Traction over radius at ten equal times (the last, tau = 1, is zero); steel puck, chi = 1.256, psi_1 = 1.2. "
-        "Solid: stuck; chain-dashed: slipping. Grey: 180 annuli. Left scale as in the paper, with C the greatest "
+        "Solid: stuck; chain-dashed: slipping. Left scale as in the paper, with C the greatest "
         "contact radius over the ball's; right scale over mu times the greatest pressure."
     )
 
@@ -76,7 +75,7 @@ class PaperFigure2(Case):
             "chi": puck.chi, "psi_1": PSI_1, "annuli": ANNULI,
             "scale": 2.0 / (np.pi * (1.0 - puck.pair.a.poissons_ratio)),
             "tau": TIMES, "radii": paper.radii, "edge": edge, "traction": coarse, "stuck": _states(paper),
-            "annuli_fine": finer * ANNULI, "radii_fine": converged.radii, "traction_fine": fine,
+            "annuli_fine": finer * ANNULI,
             "difference": difference, "stuck_part": [_stuck_part(converged, tau) for tau in TIMES],
             "stick": first, "falling": falling, "no_stick": last, "all_at_once": _at_once(converged, int(stuck[0])),
             "closing_speed": _closing_speed(puck.chi), "closing_tau": _closing_time(puck.chi),
@@ -114,18 +113,11 @@ class PaperFigure2(Case):
         """As the paper draws it."""
         figure, (axes,) = panels(1, width=6.8, height=5.2)
         scale = data["scale"]
-        for number, edge in enumerate(data["edge"]):
-            within = np.array(data["radii_fine"]) < edge
-            axes.plot(
-                ANNULI * np.append(np.array(data["radii_fine"])[within], edge),
-                scale * np.append(np.array(data["traction_fine"][number])[within], 0.0),
-                color="#b0b0b0", linewidth=2.6, zorder=1,
-            )  # fmt: skip
+        for number, (tau, traction) in enumerate(zip(data["tau"], data["traction"], strict=True)):
             _draw_traction(axes, data, number)
-        _name_times(axes, data["tau"], scale * np.array(data["traction"])[:, 0])
+            axes.annotate(f"{tau:.1f}", (-0.3 - 0.8 * (number % 2), scale * traction[0]), fontsize=8, ha="right")
         axes.plot([], [], color="black", label="stuck")
         axes.plot([], [], color="black", linestyle=CHAIN_DASH, label="slipping")
-        axes.plot([], [], color="#b0b0b0", linewidth=2.6, label=f"{data['annuli_fine']} annuli")
         axes.axhline(0.0, color="black", linewidth=0.8)
         axes.set(
             xlabel="radius [twentieths of the greatest contact radius]", ylabel=r"$f\,/\,(G\,\mu\,C)$ [-]",
@@ -193,16 +185,3 @@ def _draw_traction(axes: Axes, data: Any, number: int) -> None:
     axes.plot(x[:core], y[:core], color="black", zorder=2)
     outer = max(core - 1, 0)
     axes.plot(x[outer:], y[outer:], color="black", linestyle=CHAIN_DASH, zorder=2)
-
-
-def _name_times(axes: Axes, times: list[float], heights: np.ndarray) -> None:
-    """The time of each curve at its left end; labels that would overlap are moved apart."""
-    least = 0.036
-    places = heights.copy()
-    order = np.argsort(heights)
-    for lower, upper in pairwise(order):
-        places[upper] = max(places[upper], places[lower] + least)
-    for tau, height, place in zip(times, heights, places, strict=True):
-        text = rf"$\tau$ = {tau:.1f}" if tau == times[0] else f"{tau:.1f}"
-        axes.annotate(text, (-0.15, height), xytext=(-0.45, place), fontsize=8, ha="right", va="center",
-                      arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0})  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from validation.case import register
-from validation.rebound_figure import INCH, ReboundFigure, Tolerance
+from validation.rebound_figure import INCH, ReboundFigure
 
 
 @register
@@ -27,7 +27,7 @@ class PaperFigure3(ReboundFigure):
         "blue: with the +-2 % of the paper's mu."
     )
     material = "steel"
-    tolerance = Tolerance(friction=0.02)
+    tolerance = 0.02
     diameters = {"3 in": 3.0 * INCH, "4 in": 4.0 * INCH}  # noqa: RUF012
     speeds = (0.5, 1.5)
     span = 7.0

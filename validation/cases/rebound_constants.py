@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning, Material, rebound
 from validation.case import Case, Data, Outcome, Progress, Table, register
 from validation.measured import Array, load
-from validation.picture import LAW_STYLES, panels
 from validation.prediction import REFERENCE, SPHERE, reference, rms
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DELRIN = Material(
     3.1e9, 0.35, 1440.0, "delrin", "nu as commonly quoted for acetal homopolymer, assumed; E without effect"
@@ -63,10 +59,6 @@ class ReboundConstants(Case):
         "an upper bound. The errors, 0.02 to 0.1, exclude rigid friction, but hardly tell the laws with compliance "
         "apart. What no law here explains are losses in the tangential motion itself, rough and worn surfaces, "
         "plastic flow, and steel's constant, which is too high."
-    )
-    caption = (
-        "beta_0 of eleven pairs, measured with one standard error (bars) and by the laws: the slope over the "
-        "sticking range (markers of the laws), and the greatest value by microslip (short vertical line)."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -128,26 +120,6 @@ class ReboundConstants(Case):
                      for law in laws]  # fmt: skip
             table.rows.append([text + count, "", "", "", "", "", *found, "", ""])
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """A line a pair."""
-        figure, (axes,) = panels(1, width=8.6, height=4.6)
-        rows = data["rows"]
-        height = np.arange(len(rows))[::-1]
-        axes.errorbar([row["beta_0"] for row in rows], height, xerr=[row["error"] for row in rows], color="#999999",
-                      marker="|", markersize=13, markeredgewidth=2.0, linestyle="none", elinewidth=6.0, zorder=1,
-                      label="measured")  # fmt: skip
-        for law, style in LAW_STYLES.items():
-            face = style["color"] if law == "microslip" else "white"
-            axes.plot([row["slope"][law] for row in rows], height, color=style["color"], marker=style["marker"],
-                      linestyle="none", markersize=5.5, markerfacecolor=face, label=law,
-                      zorder=3 if law == "microslip" else 2)  # fmt: skip
-        axes.plot([row["greatest"]["microslip"] for row in rows], height, color="black", marker="|", markersize=11,
-                  linestyle="none", label="greatest, microslip")  # fmt: skip
-        axes.set_yticks(height, [row["pair"] for row in rows])
-        axes.set(xlabel=r"$\beta_0$ = part of the contact point's velocity that is reversed [-]")
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        return figure
 
 
 def both_readings(
