@@ -18,14 +18,12 @@ from sims.bounces import bounces_of
 from sims.contact_point import contact_velocity
 from sims.puck import Puck
 from sims.recording import Recording
-from sims.scene import OWN_STEP, Limit, Measured, Scene, Settings, find_scenes
+from sims.scene import OWN_STEP, Scene, Settings, find_scenes
 from sims.worlds import Tuning, World, new_world
-from validation.ball import DOWN, GRAVITY, MASS, NO, static_overlap, steel_pair
-from validation.ball import RADIUS as BALL
+from validation.ball import DOWN, NO
 
 ALMOST = 1.0 - 1e-6
 """Restitution with which a contact that is meant to be elastic has its damper in."""
-RESTING = 0.4  # how long a ball rests [s]
 BOUNCES = 3  # of the superball that count: the error of one is the throw of the next
 
 
@@ -86,31 +84,6 @@ class Subject:
     options: Mapping[str, float] = field(default_factory=dict)
 
 
-class Resting(Scene):
-    """The ball of the engine cases, which lies on the floor with its static overlap."""
-
-    name = "resting"
-    title = "a ball at rest"
-
-    def run(self, settings: Settings) -> Recording:
-        """Nothing happens."""
-        world = new_world(settings, gravity=(0.0, 0.0, -GRAVITY))
-        world.ball("ball", BALL, MASS, [0.0, 0.0, BALL - static_overlap()])
-        world.plane("floor")
-        world.contact("ball", "floor", steel_pair())
-        return world.record(RESTING)
-
-    def measure(self, recording: Recording) -> Measured:
-        """Change of the overlap over it, and the greatest velocity [m/s]."""
-        track = recording.track("ball")
-        moved = np.abs(track.positions - track.positions[0]).max() / static_overlap()
-        return {"moved": float(moved), "velocity": float(np.abs(track.velocities).max())}
-
-    def check(self, measured: Measured) -> list[Limit]:
-        """It lies still."""
-        return [Limit("way over the static overlap", 1e-6, measured["moved"])]
-
-
 def subjects() -> dict[str, Subject]:
     """All of them, by the names of the table."""
     from sims import superball
@@ -131,7 +104,6 @@ def subjects() -> dict[str, Subject]:
         "billiards": Subject(scenes["billiards"], _billiards),
         "cradle": Subject(scenes["cradle"], _cradle, pull=DOWN, row=True),
         "rolling, incline": Subject(scenes["incline"], _incline, options={"speed": 0.25}),
-        "resting ball": Subject(Resting(), lambda recording: list(Resting().measure(recording).values())),
     }
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from contactlaw import ContactPair
@@ -33,11 +35,13 @@ class Cradle(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """In touch and apart."""
+        from sims.scenes.cradle import hertz_chain
+
         counts = COUNTS[:1] if quick else COUNTS
         runs: list[Data] = []
         chains = {}
         for number, count in enumerate(counts):
-            chain = chains[str(count)] = hertz_chain(count)
+            chain = chains[str(count)] = hertz_chain(replace(PAIR, radius=0.5 * RADIUS), MASS, count, 1, SPEED, 0.0)
             away = np.zeros(count)
             away[-1] = SPEED
             for gap, truth in ((0.0, chain), (GAP, away)):
@@ -80,28 +84,6 @@ def _kinds() -> list[tuple[str, float, str]]:
     first, *finer = STEPS["mujoco"]
     kinds = [("mujoco", first, name) for name in INTEGRATORS] + [("mujoco", dt, "Euler") for dt in finer]
     return kinds + [("pybullet", dt, "") for dt in STEPS["pybullet"]]
-
-
-def hertz_chain(count: int) -> Array:
-    """Velocities after the first of a row of balls in touch came with `SPEED` [m/s]."""
-    from scipy.integrate import solve_ivp
-
-    stiffness = 4.0 / 3.0 * PAIR.effective_modulus * np.sqrt(0.5 * RADIUS)
-    time = (MASS / (stiffness * SPEED**0.5)) ** 0.4  # scales: SPEED x time is a length
-    factor = stiffness * time**2.5 * SPEED**0.5 / MASS
-
-    def rates(_: float, state: Array) -> Array:
-        overlap = np.maximum(state[: count - 1] - state[1:count], 0.0)
-        force = factor * overlap**1.5
-        push = np.zeros(count)
-        push[:-1] -= force
-        push[1:] += force
-        return np.concatenate([state[count:], push])
-
-    start = np.zeros(2 * count)
-    start[count] = 1.0
-    solution = solve_ivp(rates, (0.0, LONG / time), start, method="DOP853", rtol=1e-11, atol=1e-13, max_step=1.0)
-    return SPEED * solution.y[count:, -1]
 
 
 def _after(engine: str, dt: float, integrator: str, count: int, gap: float) -> Array:

@@ -109,6 +109,6 @@ def pump(law: str) -> Data:
     )
     fractions = np.arange(1, LEG + 1)[:, None] / LEG
     path = np.concatenate([corners[:1], *(a + fractions * (b - a) for a, b in pairwise(corners))])
-    normal, force = force_along_path(pair, deep * path[:, 0], shift * path[:, 1])
+    _, force = force_along_path(pair, deep * path[:, 0], shift * path[:, 1])
     work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(shift * path[:, 1]))])
     return {"extracted": float(-work[-1] / work[2 * LEG]), "force_left": float(force[-1] / np.abs(force).max())}

@@ -14,8 +14,21 @@ from contactlaw.laws import Law
 from validation import front, million
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.front import Rung
-from validation.front_forces import ALL_SPRINGS_STEPS, COLLIDE_STEPS, along_paths, histories
-from validation.front_ways import ANNULI, DEFAULT, FEW_ANNULI, SINGLE, SUPERPOSITION, laws, rungs, sample, thrown
+from validation.front_ways import (
+    ALL_SPRINGS_STEPS,
+    ANNULI,
+    COLLIDE_STEPS,
+    DEFAULT,
+    FEW_ANNULI,
+    SINGLE,
+    SUPERPOSITION,
+    along_paths,
+    histories,
+    laws,
+    rungs,
+    sample,
+    thrown,
+)
 from validation.impacts import judge, sticking
 from validation.reference import annulus, superposition
 from validation.substeps import substep_times

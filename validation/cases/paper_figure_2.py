@@ -78,7 +78,7 @@ class PaperFigure2(Case):
             "annuli_fine": finer * ANNULI,
             "difference": difference, "stuck_part": [_stuck_part(converged, tau) for tau in TIMES],
             "stick": first, "falling": falling, "no_stick": last, "all_at_once": _at_once(converged, int(stuck[0])),
-            "closing_speed": _closing_speed(puck.chi), "closing_tau": _closing_time(puck.chi),
+            "closing_tau": _closing_time(puck.chi),
         }  # fmt: skip
         limits = [
             Limit("stick begins, not before tau", 0.2, first, at_least=True),
@@ -150,15 +150,6 @@ def _at_once(history: Impact, instant: int) -> float:
     return float(history.stuck[instant].sum() / (history.pressure[instant] > 0.0).sum())
 
 
-def _closing_speed(chi: float) -> float:
-    """Normal speed over V_z1 at which gross slip ends.
-
-    In gross slip the surfaces' velocity is that of the body, psi = psi_1 - 2 chi (1 - v), less that of the growing
-    elastic displacement, which is v in the same scale (appendix of the paper): they meet at v below.
-    """
-    return (2.0 * chi - PSI_1) / (2.0 * chi - 1.0)
-
-
 def _closing_time(chi: float) -> float:
     """When gross slip ends, in durations: the time in which a Hertz impact slows to the closing speed.
 
@@ -166,11 +157,13 @@ def _closing_time(chi: float) -> float:
     """
     from scipy.integrate import quad
 
+    from validation.reference.closed_forms.regimes import closing_velocity_at_first_stick
+
     def passed(x: float) -> float:
         # x = sin^(4/5) of an angle up to pi/2 takes the root out of the integral.
         return quad(lambda angle: 0.8 * np.sin(angle) ** -0.2, 0.0, np.arcsin(x**1.25))[0]
 
-    overlap = (1.0 - _closing_speed(chi) ** 2) ** 0.4
+    overlap = (1.0 - closing_velocity_at_first_stick(PSI_1, chi) ** 2) ** 0.4
     return 0.5 * passed(overlap) / passed(1.0)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, cos, degrees, radians, sin, tan
+from math import atan, cos, degrees, radians, sin
 
 import numpy as np
 
@@ -40,14 +40,6 @@ def made(engine: str, dt: float, integrator: str, angle: float) -> World:
 def resting(angle: float) -> float:
     """Overlap at rest on the incline [m]."""
     return static_overlap() * cos(radians(angle)) ** (2.0 / 3.0)
-
-
-def closed_form(angle: float) -> tuple[float, float]:
-    """Acceleration of the centre and of the rim [m/s^2], from rest."""
-    slope = radians(angle)
-    if tan(slope) <= 3.5 * FRICTION:
-        return 5.0 / 7.0 * GRAVITY * sin(slope), 5.0 / 7.0 * GRAVITY * sin(slope)
-    return GRAVITY * (sin(slope) - FRICTION * cos(slope)), 2.5 * FRICTION * GRAVITY * cos(slope)
 
 
 @register
@@ -127,8 +119,10 @@ def _level(world: World, seconds: float) -> Data:
 
 def _slope(world: World, angle: float) -> Data:
     """From rest: after a while the differences of speeds over time."""
+    from sims.scenes.incline import acceleration
+
     world.start(at(-resting(angle)))
     world.step(round(WAIT / world.timestep))
     _, found, moved = _watched(world, DOWNHILL, 20)
-    error = float(np.abs(found / closed_form(angle) - 1.0).max())
+    error = float(np.abs(found / np.array(acceleration(radians(angle), FRICTION)) - 1.0).max())
     return {"centre": found[0], "rim": found[1], "error": error, "sinking": moved / resting(angle)}

@@ -28,7 +28,8 @@ class SuperballAndGolf(Case):
     claim = (
         "A superball that strikes a hard surface at 25 degrees leaves with about half of its contact point's "
         "velocity reversed. The friction of these pairs was not published, so the table gives each law's range over "
-        "the friction that dry rubber may have (0.5 to 1.5, assumed; at least the ratio of the impulses). Rigid friction reverses nothing. With elastic constants alone (kappa = 2/3) "
+        "the friction that dry rubber may have (0.5 to 1.5, assumed; at least the ratio of the impulses). Rigid "
+        "friction reverses nothing. With elastic constants alone (kappa = 2/3) "
         "`microslip` comes nearest of all laws to most measured values of 2010 and still falls short of them; it "
         "meets that of 2002. A kappa of 0.60, for comparison and not taken, closes half of what is missing or more. "
         "Either friction was far lower than assumed, or these balls are softer in shear than a small contact of "
