@@ -33,7 +33,6 @@ Array = NDArray[np.float64]
 INCH = 0.0254  # [m]
 MORE_FRICTION = 1.2  # what the paper says would restore the measured psi_2
 FACTORS = np.linspace(0.8, 1.5, 1401)  # of friction, tried
-LOWERED, ALL = "where mu too low makes psi_2 small", "all partial stick"
 ENGINES = {"mujoco": ("MuJoCo", "^"), "pybullet": ("PyBullet", "s")}
 
 
@@ -123,7 +122,7 @@ class ReboundFigure(Case):
             Limit("the same, aimed at", 2e-3, collapse),
             Limit("largest error in psi_2 of any throw", 4e-3, error),
             Limit(f"friction factor that restitution acts like, off the claimed {self.factor:g} by", 5e-3,
-                  abs(data["friction"]["ranges"][ALL]["factor"] - self.factor)),
+                  abs(data["friction"]["factor"] - self.factor)),
         ]  # fmt: skip
         return Outcome(limits, data, problems)
 
@@ -157,24 +156,15 @@ class ReboundFigure(Case):
         return found, problems
 
     def _friction(self, psi: Array, elastic: Array, damped: Array, chi: float, restitution: float) -> Data:
-        """How much of the 20 % restitution explains, over the falling branch and over all partial stick."""
+        """How much of the 20 % restitution explains, over all partial stick."""
         by_equation_6 = 2.0 / (1.0 + restitution)
-        lower = np.flatnonzero(recorded(psi, elastic, MORE_FRICTION) > elastic)
-        ranges = {LOWERED: float(psi[lower[-1]]), ALL: 4.0 * chi - 1.0}
-        rows = {}
-        for name, upper in ranges.items():
-            factor, left = friction_factor(psi, damped, elastic, upper)
-            inside = psi <= upper
-            rows[name] = {
-                "upper": upper, "factor": factor,
-                "rms_left": left,
-                "rms_before": float(np.sqrt(np.mean((damped - elastic)[inside] ** 2))),
-                "with_equation_6": factor * by_equation_6,
-                "share": (factor - 1.0) / (MORE_FRICTION - 1.0),
-                "share_with_equation_6": (factor * by_equation_6 - 1.0) / (MORE_FRICTION - 1.0),
-            }  # fmt: skip
-        corrected = SURFACES[self.material].friction * by_equation_6
-        return {"equation_6": by_equation_6, "mu_corrected": corrected, "ranges": rows}
+        upper = 4.0 * chi - 1.0
+        factor, left = friction_factor(psi, damped, elastic, upper)
+        return {
+            "equation_6": by_equation_6, "mu_corrected": SURFACES[self.material].friction * by_equation_6,
+            "upper": upper, "factor": factor, "rms_left": left, "with_equation_6": factor * by_equation_6,
+            "rms_before": float(np.sqrt(np.mean((damped - elastic)[psi <= upper] ** 2))),
+        }  # fmt: skip
 
     def table(self, data: Data) -> Table:
         """A row an incidence; then what of the 20 % restitution explains."""
@@ -189,15 +179,12 @@ class ReboundFigure(Case):
                  f"{data['reference'][number]:.4f}", *means, f"{data['spread'][number]:.1e}"]
             )  # fmt: skip
         friction = data["friction"]
-        for name, row in friction["ranges"].items():
-            table.rows.append(
-                [f"{name} (psi_1 <= {row['upper']:.2f})", f"mu factor that maps e = {data['restitution']:g} on e = 1",
-                 f"{row['factor']:.3f}",
-                 f"of the 20 %: {100 * row['share']:.0f} %",
-                 f"and eq. (6) with e: {row['with_equation_6']:.3f}",
-                 f"of the 20 %: {100 * row['share_with_equation_6']:.0f} %",
-                 f"rms {row['rms_before']:.3f} -> {row['rms_left']:.3f}"]
-            )  # fmt: skip
+        table.rows.append(
+            [f"all partial stick (psi_1 <= {friction['upper']:.2f})",
+             f"mu factor that maps e = {data['restitution']:g} on e = 1", f"{friction['factor']:.3f}",
+             f"and eq. (6) with e: {friction['with_equation_6']:.3f}", "", "",
+             f"rms {friction['rms_before']:.3f} -> {friction['rms_left']:.3f}"]
+        )  # fmt: skip
         table.rows.append(
             ["mu", f"{data['mu']:g} by the paper", f"{friction['mu_corrected']:.4f} by eq. (6) with (1 + e) for 2",
              "", "", "", ""]

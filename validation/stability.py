@@ -13,7 +13,7 @@ from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from validation.case import Data
 from validation.stability_trials import RADIUS, Trial
@@ -181,16 +181,6 @@ def crosses(axes: Axes, places: Iterable[tuple[float, float]], size: float) -> N
     for colour, wider in (("white", 2.0), ("black", 0.0)):
         axes.plot(*(zip(*points, strict=True) if points else ([], [])), "x", color=colour, clip_on=False,
                   markersize=size + 0.5 * wider, markeredgewidth=0.8 + wider, linestyle="none")  # fmt: skip
-
-
-def hatched(axes: Axes, x: NDArray[np.float64], y: NDArray[np.float64], cells: Iterable[tuple[int, int]]) -> None:
-    """Cells, by row and column, hatched."""
-    from matplotlib.patches import Rectangle
-
-    for row, column in cells:
-        corner, far = (x[column], y[row]), (x[column + 1], y[row + 1])
-        axes.add_patch(Rectangle(corner, far[0] - corner[0], far[1] - corner[1], fill=False, hatch="//////",
-                                 linewidth=0.0, edgecolor="#7a7a7a"))  # fmt: skip
 
 
 def scale_of_gains(figure: Figure, mesh: Any, axes: Any) -> None:

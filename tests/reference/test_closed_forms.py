@@ -8,15 +8,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from validation.reference import annulus
-from validation.reference.closed_forms import (
-    dundurs,
-    gross_slip,
-    hertz,
-    oscillator,
-    regimes,
-    rigid,
-    waves,
-)
+from validation.reference.closed_forms import dundurs, gross_slip, hertz, oscillator, regimes, rigid, waves
 
 DISK = 1.256
 STEEL = {"modulus": 2.034e11, "nu": 0.28, "density": 7833.0}
@@ -125,12 +117,6 @@ def test_hertz_impact_agrees_with_the_integrated_motion():
     assert path.y_events[0][0][0] == pytest.approx(1.0, rel=1e-9)
     assert impact.force == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(radius) * impact.overlap**1.5)
     assert pytest.approx(2.9432752, abs=1e-7) == hertz.DURATION
-
-
-def test_the_papers_scale_is_the_greatest_contact_radius_over_the_radius():
-    shear, nu, mass, radius, speed = 7.9e10, 0.28, 1.6, 0.0508, 0.8
-    impact = hertz.impact(mass, radius, 0.5 * 2.0 * shear * (1 + nu) / (1.0 - nu**2), speed)
-    assert hertz.radius_scale(mass, radius, shear, nu, speed) == pytest.approx(impact.contact_radius / radius)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
@@ -254,7 +240,6 @@ def test_stick_radius_tends_to_its_limits():
         (lambda: oscillator.phases(math.nan, 1.0), "psi_1 is nan"),
         (lambda: regimes.closing_velocity_at_first_stick(0.5, 1.0), "psi_1 is 0.5"),
         (lambda: hertz.impact(1.0, -1.0, 1.0, 1.0), "radius is -1.0"),
-        (lambda: hertz.radius_scale(1.0, 1.0, 1.0, 0.6, 1.0), "poissons_ratio is 0.6"),
         (lambda: gross_slip.displacement(2.0, 0.0, contact_radius=1.0, poissons_ratio=0.3), "r has the value 2.0"),
         (lambda: waves.slowness_ratio(0.7), "poissons_ratio is 0.7"),
         (lambda: dundurs.beta(0.0, 0.3, 0.0, 0.3), "both 0"),

@@ -61,7 +61,7 @@ class AnyStep(Case):
         """Every step in both engines, every integrator of MuJoCo, every number of substeps."""
         psi_1 = INCIDENCES[::3] if quick else INCIDENCES
         phases = 12 if quick else 100
-        data: Data = {"psi_1": psi_1, "steps": STEPS, "error": {}, "rms": {}, "substeps": COUNTS, "in_substeps": {},
+        data: Data = {"psi_1": psi_1, "steps": STEPS, "error": {}, "substeps": COUNTS, "in_substeps": {},
                       "integrators": {}, "twirl": {}, "resolved": {}, "uncertainty": 0.0}  # fmt: skip
         problems: list[str] = []
 
@@ -88,7 +88,6 @@ class AnyStep(Case):
             for engine, steps in STEPS.items():
                 found = [errors(engine, dt, pair) for dt in steps]
                 data["error"][f"{engine}, e = {e:g}"] = [*map(largest, found)]
-                data["rms"][f"{engine}, e = {e:g}"] = [*map(rms, found)]
             for name in INTEGRATORS:
                 one = errors("mujoco", LONG, pair, integrator=name)
                 data["integrators"].setdefault(name, []).append(largest(one))

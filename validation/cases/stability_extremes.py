@@ -35,8 +35,8 @@ class StabilityExtremes(Case):
     caption = (
         "Largest gain of energy of a way (rows) at a level of an extreme (columns); crosses: a run gains more than "
         "0.1 %, is not finite, goes through by more than a radius, or does not come to rest where it should, within 20 "
-        "periods of the law's contact and 200 steps. Engine steps from a 300th of a contact to a thousand contacts, all "
-        "else at random. Where a ball starts inside the floor it has the energy of the law's contact."
+        "periods of the law's contact and 200 steps. Engine steps from a 300th of a contact to a thousand contacts, "
+        "all else at random. Where a ball starts inside the floor it has the energy of the law's contact."
     )
     needs = ("mujoco", "pybullet")
 
