@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair
 from sims.bounces import bounces_of
-from sims.contact_point import contact_velocity
 from sims.puck import Puck
 from sims.recording import Recording
 from sims.scene import OWN_STEP, Scene, Settings, find_scenes
@@ -100,7 +99,7 @@ def subjects() -> dict[str, Subject]:
         "superball": Subject(scenes["superball"], _bounces(rubber, ["ball"], BOUNCES)),
         "under a table": Subject(scenes["under_table"], under),
         "table tennis": Subject(scenes["table_tennis"], tennis),
-        "golf": Subject(scenes["golf"], _golf, weightless=no_tee),
+        "golf": Subject(scenes["golf"], _ends, weightless=no_tee),
         "billiards": Subject(scenes["billiards"], _billiards),
         "cradle": Subject(scenes["cradle"], _cradle, pull=DOWN, row=True),
         "rolling, incline": Subject(scenes["incline"], _incline, options={"speed": 0.25}),
@@ -133,18 +132,6 @@ def _bounces(pair: ContactPair, names: Sequence[str], count: int, **where: str) 
         return out if len(found) == count * len(names) else []
 
     return results
-
-
-def _golf(recording: Recording) -> list[float]:
-    from sims.scenes.golf import LOFTS, RADIUS, axes, pair_of
-
-    pair, speed, out = pair_of(recording.facts["friction"]), recording.facts["speed"], []
-    for loft in LOFTS:
-        (face, up), track = axes(loft), recording.track(f"ball{loft}")
-        after = contact_velocity(track.velocities[-1], track.spins[-1], face, RADIUS) - [speed, 0.0, 0.0]
-        approach = speed * float(face[0])
-        out += [pair.psi(float(after @ up), approach), float(after @ face) / approach]
-    return out
 
 
 def _billiards(recording: Recording) -> list[float]:

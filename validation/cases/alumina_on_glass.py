@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning
+from contactlaw import LAWS, MATERIALS, ContactPair
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.data_picture import curves, points
 from validation.measured import Array, load
 from validation.picture import panels
-from validation.prediction import REFERENCE, SPHERE, over_the_next_best, rebounds, rms
+from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, rms
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,14 +27,7 @@ LIMITS = {"e_t": 0.02, "spin": 15.0}
 UNSURE = 0.1  # [deg] how well an angle of a velocity is taken to be known; it makes e_t unsure by UNSURE/theta
 
 
-def alumina_on_glass() -> ContactPair:
-    """The pair as published; its warning of the coupling is left to the claim."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ContactWarning)
-        return ContactPair(MATERIALS["alumina"], MATERIALS["glass"], FRICTION, RESTITUTION)
-
-
-PAIR = alumina_on_glass()
+PAIR = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], FRICTION, RESTITUTION)
 
 
 @register

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, ContactWarning, Material, collide
+from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, Material, collide
 from contactlaw import force_along_path as law_along_path
 from contactlaw import rebound as law_rebound
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.prediction import quiet_pair
 
 Array = NDArray[np.float64]
 
@@ -146,9 +145,7 @@ def _hertz() -> list[Limit]:
     stated, reached, spin = [], [], []
     for a, b, radius, speed in ((steel, steel, 0.025, 0.8), (rubber, rubber, 0.05, 0.3), (glass, RIGID, 1.5e-3, 4.0)):
         body = Body(4.19 * radius**3 * (a.density or 0.0), radius, velocity=(0.3 * speed, 0.0, -speed))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)
-            pairs = {law: ContactPair(a, b, 0.2, radius=radius, law=law) for law in ("microslip", "linear_spring")}
+        pairs = {law: quiet_pair(a, b, 0.2, radius=radius, law=law) for law in ("microslip", "linear_spring")}
         pair = pairs["microslip"]
         exact = hertz.impact(body.mass, radius, pair.effective_modulus, speed)
         figures = np.array([exact.duration, exact.overlap, exact.force])
@@ -164,9 +161,7 @@ def _hertz() -> list[Limit]:
         spin.append(abs(radius * impact.spin_a[1] + 2.5 * gained[0]) / abs(gained[0]))
     damped = []
     for e in RESTITUTIONS:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)
-            unit = ContactPair(Material(1.0, 0.0), RIGID, 0.0, e, radius=1.0)
+        unit = quiet_pair(Material(1.0, 0.0), RIGID, 0.0, e, radius=1.0)
         motion = impact_motion(e, 2, 8)
         damped += [abs(unit.contact_duration(1.0, 1.0) / motion.time[-1] - 1.0),
                    abs(unit.greatest_overlap(1.0, 1.0) / motion.overlap.max() - 1.0)]  # fmt: skip

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactlaw import LAWS, RIGID, ContactPair, ContactWarning, Material
+from contactlaw import LAWS, RIGID, Material
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.data_picture import curves, points
 from validation.measured import Array, load
 from validation.picture import panels
-from validation.prediction import REFERENCE, SPHERE, over_the_next_best, rebounds, reference, rms
+from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, reference, rms
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,9 +45,7 @@ class FiniteElements(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Both published curves; the case takes a second or two, quick or not."""
-        with warnings.catch_warnings():  # of the coupling, which the claim names
-            warnings.simplefilter("ignore", ContactWarning)
-            pair = ContactPair(STEEL, RIGID, FRICTION)
+        pair = quiet_pair(STEEL, RIGID, FRICTION)
         kappa, chi = pair.kappa, SPHERE * pair.kappa / 2.0
         recoil, spin = load("chungooi5_recoil_fem_wu"), load("chungooi5_spin_fem_wu")
         measures: dict[str, dict[str, dict[str, float]]] = {}

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 
-from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning, Material, rebound
+from contactlaw import LAWS, MATERIALS, Material, rebound
 from validation.case import Case, Data, Outcome, Progress, Table, register
 from validation.measured import Array, load
-from validation.prediction import REFERENCE, SPHERE, reference, rms
+from validation.prediction import REFERENCE, SPHERE, quiet_pair, reference, rms
 
 DELRIN = Material(
     3.1e9, 0.35, 1440.0, "delrin", "nu as commonly quoted for acetal homopolymer, assumed; E without effect"
@@ -68,9 +67,7 @@ class ReboundConstants(Case):
         for number, name in enumerate(table.words["pair"]):
             a, b, remark = PAIRS[name]
             restitution, friction = float(table["e"][number]), float(table["mu"][number])
-            with warnings.catch_warnings():  # of the coupling, which the table shows
-                warnings.simplefilter("ignore", ContactWarning)
-                pair = ContactPair(a, b, friction, restitution)
+            pair = quiet_pair(a, b, friction, restitution)
             chi = SPHERE * pair.kappa / 2.0
             readings = both_readings(chi, restitution, 60 if quick else 200, 16 if quick else 40)
             rows.append(

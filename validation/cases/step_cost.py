@@ -77,8 +77,8 @@ class Scene:
     def made(self) -> World:
         """Its world."""
         law = self.contact in ("law", "among", "alone")
-        tuning: dict[str, Any] = {"left_alone": self.contact == "alone",
-                                  "collide": self.contact == "among" or self.engine == "pybullet"}  # fmt: skip
+        collide = self.contact == "among" or (self.engine == "pybullet" and law)
+        tuning: dict[str, Any] = {"left_alone": self.contact == "alone", "collide": collide}
         gravity = NO if self.dt == RESOLVED else DOWN
         world = ball_world(self.engine, self.dt, steel_pair(self.law, self.e) if law else None, gravity, **tuning)
         if self.contact in ("native", "elastic"):

@@ -23,9 +23,6 @@ MOST_FLASHES = 16  # of a flight that can be told apart on a print
 THROW = 1.0  # speed of the centre before the impact [m/s]
 BACKSPIN = {"steel": 0.0, "rubber": 0.5}  # share of the contact point's tangential velocity that is spin
 INCIDENCES = {"steel": [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "rubber": [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}
-HIGH = 5.0  # psi_1 at which the paper gives its tolerance for rubber
-TOLERANCES = {"psi_1": 0.07, "psi_2": 0.05}  # relative
-BAND = 2.0  # standard errors in such a tolerance
 MARKERS = (0.9, np.array([0.4, 0.4 + np.pi]))  # the ends of a strip of tape: radius over the puck's, angles [rad]
 SEED = 1981
 
@@ -40,8 +37,8 @@ class StroboscopicError(Case):
     claim = (
         "Velocities read from stroboscopic pictures with a drafting error of a quarter of a millimetre leave psi of "
         "steel good to some hundredths, at every incidence. For rubber the error grows steeply with the incidence, "
-        "as the paper says. The paper's tolerance near psi_1 = 5, read as two standard errors, is that of a "
-        "drafting error of a few tenths of a millimetre. Beside that, eq. (6) gives mu low by (1 - e)/2, since it "
+        "as the paper says. "
+        "Beside that, eq. (6) gives mu low by (1 - e)/2, since it "
         "takes e = 1."
     )
 
@@ -78,23 +75,12 @@ class StroboscopicError(Case):
             "materials": materials, "drafting": DRAFTING, "draws": draws, "print_scale": PRINT_SCALE,
             "flashes": FLASHES, "field": FIELD, "throw": THROW, "most_flashes": MOST_FLASHES,
             "scatter_over_predicted": ratio,
-            "drafting_of_tolerance": self._drafting_of_tolerance(materials["rubber"]),
         }  # fmt: skip
         limits = [
             Limit("psi read from exact points, off by", 1e-9, exact),
             Limit(f"scatter at {DRAFTING[0]:g} mm over that of the covariance, off 1 by", 0.05, abs(ratio - 1.0)),
         ]
         return Outcome(limits, data)
-
-    def _drafting_of_tolerance(self, rows: list[dict[str, Any]]) -> dict[str, float]:
-        """Drafting error [mm on the print] at which BAND standard errors at psi_1 = 5 are the paper's tolerance."""
-        row = next(row for row in rows if row["psi_1"] == HIGH)
-        small = DRAFTING[0]
-        values = {"psi_1": row["psi_1"], "psi_2": row["psi_2"]}
-        return {
-            name: small * TOLERANCES[name] / BAND * abs(values[name]) / float(row[f"{small:g}"]["predicted"][number])
-            for number, name in enumerate(values)
-        }
 
     def table(self, data: Data) -> Table:
         """A row an impact; a column a drafting error."""
@@ -114,11 +100,6 @@ class StroboscopicError(Case):
                      *(f"{row[size]['scatter'][1]:.4f}" for size in sizes),
                      f"{100 * middle['friction_bias']:+.1f} +- {100 * middle['friction']:.1f}" if gross else "-"]
                 )  # fmt: skip
-        needed = data["drafting_of_tolerance"]
-        table.rows.append(
-            ["rubber", f"{HIGH:g}", "drafting error whose double is", "+-7 % of psi_1:", f"{needed['psi_1']:.2f} mm",
-             "+-5 % of psi_2:", f"{needed['psi_2']:.2f} mm", "", "", "", ""]
-        )  # fmt: skip
         return table
 
 
