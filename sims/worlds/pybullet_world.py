@@ -65,7 +65,8 @@ class EngineWorld(World):
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         driven = any(body.path is not None for body in self.bodies)  # else nothing but gravity and the law moves them
         alone = not driven if self.tuning.left_alone is None else self.tuning.left_alone
-        self.callback = self.callback or ContactCallback(self.client, fixed_bodies_move=driven, left_alone=alone)
+        moved = driven or self.tuning.left_alone is False  # told so: as for a user of whom nothing is known
+        self.callback = self.callback or ContactCallback(self.client, fixed_bodies_move=moved, left_alone=alone)
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
         self.handles.append(self.callback.add_contact(first, second, pair, substeps=self.tuning.substeps))
         self._by_law |= {*ones, *twos}
