@@ -37,7 +37,7 @@ an interruption left. `--quick` takes at most two minutes, with fewer impacts an
 `--report` only writes this page and draws the pictures again. The command ends with 1 if a limit is missed. Times are
 to be compared on a quiet machine. No number on this page is typed.
 """
-MOST_ROWS = 16
+MOST_ROWS = 12
 """Of the figures of a chapter; the rest stands in its results."""
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.data_picture import curves, points
 from validation.measured import Array, load
-from validation.picture import panels
+from validation.picture import curves, panels, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, rms
 
 if TYPE_CHECKING:
@@ -124,17 +123,10 @@ class AluminaOnGlass(Case):
 def quantities(
     pair: ContactPair, theta: Array, speed: float = SPEED, *, with_reference: bool = True
 ) -> dict[str, dict[str, Array]]:
-    """What every law says the experimenters should have seen.
+    """What every law says the experimenters should have seen at incidences [deg] > 0, shape (n,), and a speed [m/s].
 
-    Args:
-        pair: The contact.
-        theta: Angle of incidence from the normal [deg], > 0, shape (n,).
-        speed: Before the impact [m/s].
-        with_reference: Whether the annulus solver is asked too.
-
-    Returns:
-        By law: e_t of the centre of mass, spin [rad/s], rebound angle of the centre of mass [deg], shape (n,) each.
-        e_t is formed from psi_2/psi_1, not from velocities: at small angles both vanish.
+    By law: e_t of the centre of mass, spin [rad/s], rebound angle of the centre of mass [deg], shape (n,) each. e_t is
+    formed from psi_2/psi_1, not from velocities: at small angles both vanish.
     """
     angle = np.radians(theta)
     psi_1 = pair.kappa / pair.friction * np.tan(angle)

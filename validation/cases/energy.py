@@ -69,15 +69,8 @@ class Energy(Case):
 
     def table(self, data: Data) -> Table:
         """A row a law."""
-        table = Table(
-            [
-                "law",
-                "largest gain of energy",
-                "impacts that gain more than 0.001",
-                "its psi_1, chi, e, mu",
-                "extracted on the closed path",
-            ]
-        )
+        table = Table(["law", "largest gain of energy", "impacts that gain more than 0.001", "its psi_1, chi, e, mu",
+                       "extracted on the closed path"])  # fmt: skip
         for name, gain in data["gain"].items():
             worst = data["worst"][name]
             where = ", ".join(f"{worst[key]:.2f}" for key in ("psi_1", "chi", "e", "mu"))

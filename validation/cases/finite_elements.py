@@ -8,9 +8,8 @@ import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.data_picture import curves, points
 from validation.measured import Array, load
-from validation.picture import panels
+from validation.picture import curves, panels, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, reference, rms
 
 if TYPE_CHECKING:
@@ -122,15 +121,7 @@ def disagreement(recoil: tuple[Array, Array], spin: tuple[Array, Array], kappa: 
     v_out = x + 1.4 y_spin holds exactly for one impact, but the two curves were read at slightly different x. So the
     recoil curve is carried to the x of the spin curve: its distance from the reference is interpolated, which is small
     and smooth where the curve itself bends.
-
-    Args:
-        recoil: x and v_out/(mu v_n), shape (n,) each, x rising.
-        spin: x and R omega/(mu v_n), shape (m,) each; points beyond the recoil curve's last are left out.
-        kappa: Tangential over normal stiffness.
-        chi: (kappa/2) m_N/m_T.
-
-    Returns:
-        Over x < 5.8 ("partial slip"), and over all.
+    recoil, spin: x and what is over it, shape (n,) each, x rising. Returns it over x < 5.8, and over all.
     """
     both = spin[0] <= recoil[0].max()
     x = spin[0][both]

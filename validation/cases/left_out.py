@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, cos, degrees, pi, radians, sqrt, tan
+from math import cos, pi, radians, sqrt, tan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,11 +204,7 @@ def _travel(angle: float | None) -> Data:
     block = integral(centre + gained / puck.mass)[-1]
     ball = integral(puck.radius * spin - puck.radius**2 / puck.inertia * gained)[-1]
     widest = sqrt(puck.radius * float(impact.overlap.max()))
-    return {
-        "angle": degrees(atan(centre / puck.speed)),
-        "block": 100.0 * float(block) / widest,
-        "ball": 100.0 * float(ball) / widest,
-    }
+    return {"block": 100.0 * float(block) / widest, "ball": 100.0 * float(ball) / widest}
 
 
 def _coupling(name: str, a: Material, b: Material, friction: float | None) -> Data:
@@ -217,10 +213,9 @@ def _coupling(name: str, a: Material, b: Material, friction: float | None) -> Da
 
     beta = dundurs.beta(1.0 / a.shear_modulus, a.poissons_ratio, 1.0 / b.shear_modulus, b.poissons_ratio)
     return {
-        "name": name,
-        "beta": beta,
+        "name": name, "beta": beta,
         "over_friction": None if friction is None else abs(beta) / friction,
         "stick_radius": None if friction is None else dundurs.stick_radius(beta, friction),
         "stiffening": dundurs.stiffening(beta) - 1.0,
         "difference": abs(quiet_pair(a, b, 0.1, radius=1.0).coupling - 2.0 * beta),
-    }
+    }  # fmt: skip

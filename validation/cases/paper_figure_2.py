@@ -77,7 +77,7 @@ class PaperFigure2(Case):
             "tau": TIMES, "radii": paper.radii, "edge": edge, "traction": coarse, "stuck": _states(paper),
             "annuli_fine": finer * ANNULI,
             "difference": difference, "stuck_part": [_stuck_part(converged, tau) for tau in TIMES],
-            "stick": first, "falling": falling, "no_stick": last, "all_at_once": _at_once(converged, int(stuck[0])),
+            "stick": first, "falling": falling, "no_stick": last, "all_at_once": _stuck_part(converged, first),
             "closing_tau": _closing_time(puck.chi),
         }  # fmt: skip
         limits = [
@@ -143,11 +143,6 @@ def _stuck_part(history: Impact, tau: float) -> float:
     """Stuck part of the contact radius at a time."""
     instant = int(np.abs(history.time - tau).argmin())
     return float(history.stuck[instant].sum() / max((history.pressure[instant] > 0.0).sum(), 1))
-
-
-def _at_once(history: Impact, instant: int) -> float:
-    """Part of the annuli in contact that are stuck at an instant."""
-    return float(history.stuck[instant].sum() / (history.pressure[instant] > 0.0).sum())
 
 
 def _closing_time(chi: float) -> float:

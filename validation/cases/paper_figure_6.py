@@ -24,7 +24,6 @@ SPEED = 1.0  # approach along the normal [m/s]
 FLASHES = 100.0  # a second
 FIELD = 0.16  # of the picture, away from the block [m]
 STEP = 1e-3  # of the engine [s]; a contact lasts a fourteenth of it
-MARKER_HALF = (0.003, 0.0075)  # half width and half length of the diamond [m]
 RIM_EACH = 5  # flashes between two rims that are drawn
 ENOUGH = 1e-6  # drafting error [m] that the fit of exact points is told; it does not change the fit
 SEEN = 8.0  # reflexion angle that the paper read off [degrees]
@@ -53,7 +52,8 @@ class PaperFigure6(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """The incidence of the largest reversal, and what the flashes say of it."""
-        psi_1, psi = self._largest_reversal()
+        steel, psi = Puck(material="steel"), np.arange(0.0, 6.0, 0.01)
+        psi_1 = float(psi[np.argmin(rebound(psi, steel.chi, restitution=steel.pair.restitution))].round(2))
         puck = Puck(material="steel", psi_1=psi_1, speed=SPEED, heading=-0.5 * pi, timestep=STEP, phase=FIELD / STEP)
         times, centres, angles, final = _flashed(puck)
         progress(0.8)
@@ -73,7 +73,6 @@ class PaperFigure6(Case):
         read = float(reading.psi(puck.pair.kappa, puck.pair.friction)[0][1])
         slope = puck.pair.friction / puck.pair.kappa
         tangents = np.array([found, expected]) * slope / e
-        eight = psi[1] * slope / e
         data = {
             "psi_1": psi_1, "chi": puck.chi, "radius": puck.radius, "speed": SPEED, "flashes": FLASHES,
             "restitution": e, "mu": puck.pair.friction, "contact_duration": puck.contact_duration,
@@ -82,7 +81,6 @@ class PaperFigure6(Case):
             "incidence_angle": degrees(atan2(psi_1 * slope, 1.0)),
             "reflexion_angle": degrees(atan2(tangents[0], 1.0)),
             "reflexion_angle_reference": degrees(atan2(tangents[1], 1.0)),
-            "psi_1_of_seen": _crossings(psi[0], np.degrees(np.arctan(eight)), -SEEN),
         }  # fmt: skip
         limits = [
             Limit("psi_2 at the end of the simulation, off the reference by", 4e-3, abs(found - expected)),
@@ -92,16 +90,8 @@ class PaperFigure6(Case):
         problems = [] if np.isfinite(centres).all() else ["the puck's path is not finite"]
         return Outcome(limits, data, problems)
 
-    def _largest_reversal(self) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
-        """psi_1 of the most negative psi_2, and psi_2 over psi_1."""
-        puck = Puck(material="steel")
-        psi_1 = np.arange(0.0, 6.0, 0.01)
-        psi_2 = np.asarray(rebound(psi_1, puck.chi, restitution=puck.pair.restitution))
-        return float(psi_1[psi_2.argmin()].round(2)), (psi_1, psi_2)
-
     def table(self, data: Data) -> Table:
         """What is read off."""
-        seen = " and ".join(f"{psi:.2f}" for psi in data["psi_1_of_seen"])
         rows: list[Sequence[str]] = [
             ["psi_1 of the largest reversal", f"{data['psi_1']:.2f}"],
             ["psi_2: simulation, flashes, reference",
@@ -110,7 +100,6 @@ class PaperFigure6(Case):
             ["angle of reflexion of the contact point [deg]", f"{data['reflexion_angle']:.2f}"],
             ["the same by the reference, atan(psi_2 mu/(kappa e)) [deg]", f"{data['reflexion_angle_reference']:.2f}"],
             ["seen by the paper [deg]", f"about {-SEEN:.0f}"],
-            ["psi_1 at which the law has that angle", seen],
         ]  # fmt: skip
         return Table(["figure", "value"], rows)
 
@@ -156,23 +145,8 @@ def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
     return table[:, 0], table[:, 1:3], angles, final
 
 
-def _crossings(x: np.ndarray, y: np.ndarray, level: float) -> list[float]:
-    """Where a curve crosses a level, by straight lines between its points."""
-    at = np.flatnonzero(np.diff(np.sign(y - level)) != 0)
-    return [float(x[k] + (level - y[k]) * (x[k + 1] - x[k]) / (y[k + 1] - y[k])) for k in at]
-
-
-def _diamond(marker: np.ndarray, angle: float) -> np.ndarray:
-    """Corners of the diamond, its tip at the marker's point on the rim, shape (4, 2)."""
-    out = np.array([np.cos(angle), np.sin(angle)])
-    aside = np.array([-out[1], out[0]])
-    width, length = MARKER_HALF
-    middle = marker - length * out
-    return np.array([marker, middle + width * aside, middle - length * out, middle - width * aside])
-
-
 def _draw_flashes(axes: Axes, data: Any) -> None:
-    from matplotlib.patches import Circle, Polygon
+    from matplotlib.patches import Circle
 
     centres, marker, times = (1e3 * np.array(data[key]) if key != "times" else np.array(data[key])
                               for key in ("centres", "marker", "times"))  # fmt: skip
@@ -185,13 +159,10 @@ def _draw_flashes(axes: Axes, data: Any) -> None:
         chosen = (times > data["touch"]) == late
         for centre in (centres[chosen] if late else centres[chosen][::-1])[::RIM_EACH]:
             axes.add_patch(Circle(tuple(centre), radius, fill=False, linestyle=dashes, color=color, linewidth=0.9))
-        for point, angle in zip(marker[chosen], np.array(data["angles"])[chosen], strict=True):
-            corners = 1e3 * _diamond(1e-3 * point, angle)
-            axes.add_patch(Polygon(corners, facecolor="#c44e00" if late else "white", edgecolor="black", linewidth=0.8))
+        axes.plot(*marker[chosen].T, "D", markersize=5, markerfacecolor="#c44e00" if late else "white",
+                  markeredgecolor="black", label="marker after" if late else "marker before")  # fmt: skip
         axes.plot(*centres[chosen].T, "+" if late else "x", color="black", markersize=6,
                   label="centre after" if late else "centre before")  # fmt: skip
-    axes.plot([], [], "D", markerfacecolor="white", markeredgecolor="black", label="marker before")
-    axes.plot([], [], "D", markerfacecolor="#c44e00", markeredgecolor="black", label="marker after")
     axes.set(xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal", title="stroboscopic picture")
     axes.grid(visible=False)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)

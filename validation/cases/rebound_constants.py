@@ -77,15 +77,9 @@ class ReboundConstants(Case):
                  "greatest": readings[0], "slope": readings[1]}
             )  # fmt: skip
             progress((number + 1) / len(table))
-        laws = list(rows[0]["slope"])
         summary = {
             reading: {
-                law: {
-                    "rms": rms([row[reading][law] - row["beta_0"] for row in rows]),
-                    "within one": sum(abs(row[reading][law] - row["beta_0"]) <= row["error"] for row in rows),
-                    "within two": sum(abs(row[reading][law] - row["beta_0"]) <= 2.0 * row["error"] for row in rows),
-                }
-                for law in laws
+                law: {"rms": rms([row[reading][law] - row["beta_0"] for row in rows])} for law in rows[0]["slope"]
             }
             for reading in ("greatest", "slope")
         }
@@ -109,30 +103,16 @@ class ReboundConstants(Case):
                  *(f"{row['slope'][law]:.2f} ({row['greatest'][law]:.2f})" for law in laws), f"{off:+.1f}",
                  row["remark"]]
             )  # fmt: skip
-        for key, text in (("rms", "rms from the measured"), ("within one", "within one standard error"),
-                          ("within two", "within two standard errors")):  # fmt: skip
-            count = "" if key == "rms" else f", of {len(data['rows'])}"
-            form = ".2f" if key == "rms" else "d"
-            found = [f"{data['summary']['slope'][law][key]:{form}} ({data['summary']['greatest'][law][key]:{form}})"
-                     for law in laws]  # fmt: skip
-            table.rows.append([text + count, "", "", "", "", "", *found, "", ""])
+        found = [f"{data['summary']['slope'][law]['rms']:.2f} ({data['summary']['greatest'][law]['rms']:.2f})"
+                 for law in laws]  # fmt: skip
+        table.rows.append(["rms from the measured", "", "", "", "", "", *found, "", ""])
         return table
 
 
 def both_readings(
     chi: float, restitution: float, count: int, reference_count: int
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """The greatest -psi_2/psi_1, and the slope over the sticking range, by law.
-
-    Args:
-        chi: (kappa/2) m_N/m_T.
-        restitution: e.
-        count: Incidences asked of each law.
-        reference_count: Incidences asked of the reference.
-
-    Returns:
-        Greatest and slope, by law. Greatest: over all psi_1, not below 0.
-    """
+    """The greatest -psi_2/psi_1, not below 0, and the slope over the sticking range, by law; counts: of incidences."""
     greatest, slope = {}, {}
     for law in [*LAWS, REFERENCE]:
         number = reference_count if law == REFERENCE else count
@@ -152,12 +132,6 @@ def walton_slope(psi_1: Array, psi_2: Array, chi: float, restitution: float) -> 
     These are psi_1 < 2 chi (1 + e)/(1 + beta_0), where the line meets that of gross slip, psi_1 - 2 chi (1 + e); the
     range and the slope are made to agree. Source of the model: Walton (1993), in Foerster, Louge, Chang & Allia, Phys.
     Fluids 6 (1994) 1108.
-
-    Args:
-        psi_1: Incidences, evenly spread from 0 to 2 chi (1 + e), shape (n,).
-        psi_2: After the impact, shape (n,).
-        chi: (kappa/2) m_N/m_T.
-        restitution: e.
     """
     # Sums from the left: the slope over each first part of the range, and the part that this slope itself implies.
     slopes = -np.cumsum(psi_1 * psi_2) / np.cumsum(psi_1**2)

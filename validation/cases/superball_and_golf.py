@@ -73,18 +73,7 @@ class SuperballAndGolf(Case):
 
 
 def e_t(kappa: float, friction: Array, tangent: float, e_n: float, law: str) -> Array:
-    """Part of the contact point's velocity that is reversed, over friction.
-
-    Args:
-        kappa: Tangential over normal stiffness.
-        friction: mu, shape (n,).
-        tangent: Tangential over normal velocity before.
-        e_n: Restitution.
-        law: Name, or `REFERENCE`.
-
-    Returns:
-        -psi_2/psi_1, shape (n,).
-    """
+    """-psi_2/psi_1, the part of the contact point's velocity that is reversed, at some friction coefficients, (n,)."""
     psi_1, chi = kappa / friction * tangent, SPHERE * kappa / 2.0
     psi_2 = reference(psi_1, chi, e_n) if law == REFERENCE else np.asarray(rebound(psi_1, chi, law, e_n))
     return 0.0 - psi_2 / psi_1
