@@ -6,7 +6,7 @@ import importlib
 import math
 import pkgutil
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Limit:
 class Named(Protocol):
     """Something with a name of its own."""
 
-    name: Any
+    name: ClassVar[str]
 
 
 Kind = TypeVar("Kind", bound=Named)

@@ -101,7 +101,7 @@ def test_a_missed_limit_shows(tmp_path):
     result = runner.run_case(Sample(), tmp_path)
     assert not result["passed"] and result["sane"]
     text = report.write([Sample()], tmp_path).read_text()
-    assert "| [A sample](#a-sample) | sample | 2 | 1 | **1** |" in text
+    assert "| [sample](#a-sample) | 2 | 1 | **1** |" in text
     assert "**MISSED**: seven: 7 (at most 5)." in text
     assert "Kept: eight 8 us (at least 5 us)." in text
 
@@ -189,7 +189,7 @@ def test_the_report_begins_with_what_is_missed(tmp_path):
     missed = text.split("## What is missed")[1].split("\n## ")[0]
     assert missed.count("| seven | at most 5 | 7 |") == 2 and "eight" not in missed
     assert "(#paper-figure-1-the-balls-way)" in missed
-    assert "| all 2 |  | 4 | 2 | 2 |" in text
+    assert "| all 2 | 4 | 2 | 2 |" in text
 
 
 def invoke(*arguments):

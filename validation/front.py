@@ -8,7 +8,7 @@ nothing beats (non-dominated, Pareto-optimal).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -224,16 +224,13 @@ def faster(data: Data, default: str, families: Iterable[str]) -> float:
     return time / star["microseconds"]["median"]
 
 
-def plot(
-    axes: Axes, data: Data, default: str, *, label: Callable[[str], str] | None = None, floor: float = 0.0,
-) -> None:  # fmt: skip
-    """Largest error over time: a mark for each rung, the front a line, the default a star.
+def plot(axes: Axes, data: Data, default: str, *, floor: float = 0.0) -> None:
+    """Largest error over time: a mark for each rung, the front a line with nodes/steps of microslip, the default a star.
 
     Args:
         axes: To draw on; both become logarithmic.
         data: From `weighed`.
         default: Name of the default's rung.
-        label: What to write at a rung of the front; "": nothing.
         floor: Errors below are drawn there.
     """
     shown = {name: one for name, one in data["rungs"].items() if not one["problem"]}
@@ -251,10 +248,10 @@ def plot(
         if line and point(name)[1] > line[-1][1]:
             continue
         line.append(point(name))
-        text = label(name) if label and name != default else ""
-        if text and line[-1][1] < 0.6 * labelled:
+        words = name.replace(",", "").split()
+        if words[0] == "microslip" and len(words) == 5 and line[-1][1] < 0.6 * labelled:
             labelled = line[-1][1]
-            axes.annotate(text, line[-1], xytext=(-5, -5), textcoords="offset points", fontsize=7, ha="right",
+            axes.annotate(f"{words[1]}/{words[3]}", line[-1], xytext=(-5, -5), textcoords="offset points", fontsize=7, ha="right",
                           va="top")  # fmt: skip
     axes.loglog(*zip(*line, strict=True), color="black", linewidth=0.8, label="front")
     axes.margins(x=0.12)

@@ -37,7 +37,7 @@ an interruption left. `--quick` takes at most two minutes, with fewer impacts an
 `--report` only writes this page and draws the pictures again. The command ends with 1 if a limit is missed. Times are
 to be compared on a quiet machine. No number on this page is typed.
 """
-MOST_ROWS = 12
+MOST_ROWS = 10
 """Of the figures of a chapter; the rest stands in its results."""
 
 
@@ -94,10 +94,10 @@ def limits_table(result: Result) -> Table:
     return table
 
 
-def link(case: Case) -> str:
-    """The title, linked to the chapter: GitHub drops punctuation from the anchors of headings."""
+def link(case: Case, text: str = "") -> str:
+    """A text, or the title, linked to the chapter: GitHub drops punctuation from the anchors of headings."""
     anchor = re.sub(r"[^\w -]", "", case.title.lower()).replace(" ", "-")
-    return f"[{case.title}](#{anchor})"
+    return f"[{text or case.title}](#{anchor})"
 
 
 def markdown(table: Table) -> str:
@@ -126,7 +126,7 @@ def _missed(present: list[tuple[Case, Result]]) -> str:
 
 def _summary(present: list[tuple[Case, Result]]) -> str:
     """How many limits each case has and misses, and what it was measured on."""
-    table = Table(["case", "name", "asked", "reached", "missed", "took", "on"])
+    table = Table(["case", "asked", "reached", "missed", "took", "on"])
     all_asked = all_reached = 0
     for case, result in present:
         count, reached = len(result["limits"]), sum(limit["passed"] for limit in result["limits"])
@@ -136,11 +136,11 @@ def _summary(present: list[tuple[Case, Result]]) -> str:
             figures[2] = "**NOT SANE**"
         quick = ", quick" if result["quick"] else ""
         took = f"{result['seconds']:.0f} s{quick}"
-        table.rows.append([link(case), case.name, *figures, took, result["machine"]["date"]])
+        table.rows.append([link(case, case.name), *figures, took, result["machine"]["date"]])
     minutes = sum(result["seconds"] for _, result in present) / 60.0
     missed = all_asked - all_reached
     totals = [str(all_asked), str(all_reached), str(missed) if missed else "", f"{minutes:.1f} min", ""]
-    table.rows.append([f"all {len(present)}", "", *totals])
+    table.rows.append([f"all {len(present)}", *totals])
     keys = ("cpu", "cores", "python", "numpy", "numba", "mujoco", "pybullet")
     machines = {", ".join(f"{key} {result['machine'][key]}" for key in keys if key in result["machine"])
                 for _, result in present}  # fmt: skip

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair
 from contactlaw import world as own
+from contactlaw.world.records import Arrays
 from sims.scene import NONE, Settings
 from sims.worlds.world import Array, Body, State, Tuning, World, matrix_to_quaternion
 
@@ -17,7 +18,7 @@ class EngineWorld(World):
     def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
         super().__init__(settings, gravity, tuning)
         self.world = own.World(self.gravity, self.timestep, substeps=float(tuning.substeps))
-        self._fresh: own.Arrays | None = None
+        self._fresh: Arrays | None = None
         self._shapes: dict[str, list[int]] = {}
 
     def _make_body(self, body: Body) -> None:
@@ -43,9 +44,8 @@ class EngineWorld(World):
         raise ValueError(f"law = 'native': engine = {NONE!r} has no contact of its own")
 
     def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
-        if self._fresh is None:
-            self._fresh = self.world.save()
-        self.world.restore(self._fresh)
+        fresh = self._fresh = self._fresh or self.world.save()
+        self.world.restore(fresh)
         for number, (position, velocity, spin, turn) in enumerate(states):
             self.world.place(number, position, velocity, matrix_to_quaternion(turn), spin)
 

@@ -199,7 +199,8 @@ class World(ABC):
         """
         self.time = 0.0
         own = [(body.position, body.velocity, body.spin, body.rotation) for body in self.bodies]
-        self._start([(*(np.asarray(one, dtype=float) for one in state), np.eye(3)) for state in states] or own)
+        told = [(np.array(x, float), np.array(v, float), np.array(w, float), np.eye(3)) for x, v, w in states]
+        self._start(told or own)
 
     def step(self, count: int = 1) -> None:
         """Let a number of steps pass; driven bodies are put on their paths before each."""

@@ -136,7 +136,7 @@ class FrontEngines(Case):
         """Error over the time of an impact."""
         figure, both = panels(2, width=5.4, height=4.4)
         for axes, (engine, one) in zip(both, data.items(), strict=True):
-            front.plot(axes, one, DEFAULT, label=_label)
+            front.plot(axes, one, DEFAULT)
             axes.set(xlabel="time of an impact [us]", ylabel=r"largest error in $\psi_2$ [-]",
                      title=ENGINE_NAMES[engine])  # fmt: skip
         figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower center", ncols=9)
@@ -175,7 +175,7 @@ def settings(own_step: float, quick: bool) -> dict[str, tuple[str | Law, float, 
     """Law, step [s] and substeps: every law at every step, at the engine's own also in few substeps."""
     resolved = RESOLVED[::3] if quick else RESOLVED
     steps = {f"T/{n}" if n > 1 else "T": DURATION / n for n in resolved} | {in_words(own_step): own_step}
-    found = {
+    found: dict[str, tuple[str | Law, float, int]] = {
         DEFAULT if name == "microslip" and dt == own_step else f"{name}, {words}": (name, dt, SUBSTEPS)
         for name in LAWS
         for words, dt in steps.items()
@@ -299,11 +299,3 @@ def _limits(data: Data, engine: str) -> list[Limit]:
         Limit(f"times closer than a single spring as fast, {engine}", CLOSER, data["closer"], at_least=True),
         Limit(f"times faster than annuli as close, {engine}", FASTER, data["faster"], at_least=True),
     ]
-
-
-def _label(name: str) -> str:
-    """Nodes/substeps of a rung of microslip."""
-    words = name.replace(",", "").split()
-    if words[0] != "microslip" or words[-1] != "substeps":
-        return ""
-    return f"{words[1]}/{words[-2]}"

@@ -131,7 +131,7 @@ class FrontLaw(Case):
         figure = Figure(figsize=(9.6, 7.8), layout="constrained")
         all_axes = list(figure.subplots(2, 2).flat)
         for axes, (use, one) in zip(all_axes, data["uses"].items(), strict=True):
-            front.plot(axes, one, DEFAULT, label=_sizes, floor=EXACT)
+            front.plot(axes, one, DEFAULT, floor=EXACT)
             what = r"$F/\mu P_{max}$" if use in ("history", "path") else r"$\psi_2$"
             axes.set(xlabel=f"time {'a path' if use == 'path' else 'an impact'} [us]", title=USES[use],
                      ylabel=f"largest error in {what} [-]")  # fmt: skip
@@ -141,12 +141,6 @@ class FrontLaw(Case):
 
 def _superposed(impacts: list[tuple[float, float]], steps: int) -> Array:
     return np.array([superposition.impact(*one, steps).psi_2 for one in impacts])
-
-
-def _sizes(name: str) -> str:
-    """Nodes/steps of a rung of microslip."""
-    words = name.replace(",", "").split()
-    return f"{words[1]}/{words[3]}" if name.startswith("microslip") and len(words) == 5 else ""
 
 
 def _not_sane(psi_1: Array, chi: Array, psi_2: Array) -> str:

@@ -104,16 +104,21 @@ def scenes() -> dict[str, Scene]:
     } | {f"touching, {law}": Scene("among", "touching, native contact", 1.0, law=law) for law in LAWS}
     for name, one in list(found.items()):
         if name != "free, law among native contacts":
-            made = vars(one) | {"engine": "pybullet", "asked": None, "steps": 50, "over": f"PyBullet, {one.over}"}
+            made: dict[str, Any] = vars(one) | {
+                "engine": "pybullet",
+                "asked": None,
+                "steps": 50,
+                "over": f"PyBullet, {one.over}",
+            }
             found[f"PyBullet, {name}"] = Scene(**made)
 
-    def kinds(what: str, asked: float, engine: str = "mujoco", **how: Any) -> None:
+    def kinds(what: str, asked: float, engine: Any = "mujoco", **how: Any) -> None:
         base = f"{what}, native"
         how |= {"engine": engine, "dt": LONG if engine == "mujoco" else BULLET}
         found[base] = Scene("native", base, **how)
         if what == "bouncing":
             found["bouncing, native undamped"] = Scene("elastic", base, **how)
-            found["bouncing to rest, e = 0.9"] = Scene("law", base, asked, **(how | {"e": 0.9}))
+            found["bouncing to rest, e = 0.9"] = Scene("law", base, asked, **{**how, "e": 0.9})
         bounces = how.get("height") is not None
         found[f"{what}, e = 1" if bounces else what] = Scene("law", base, asked, **how)
         if engine == "pybullet":
@@ -127,7 +132,7 @@ def scenes() -> dict[str, Scene]:
     kinds("rolling", 3.0, **rest | {"speed": 1.0, "spin": 1.0, "before": 100, "steps": 400})
     kinds("sliding", 3.0, **rest | {"speed": 3.0, "before": 20, "steps": 200})
     kinds("PyBullet, bouncing", 4.0, "pybullet", **bounce, steps=240)
-    kinds("PyBullet, at rest", 4.0, "pybullet", **rest | {"before": 60, "steps": 240})
+    kinds("PyBullet, at rest", 4.0, "pybullet", **(rest | {"before": 60, "steps": 240}))
     return found
 
 
@@ -286,16 +291,18 @@ def _heap(count: int, repeats: int) -> tuple[list[Data], list[str]]:
 
     from contactlaw.mujoco_plugin import contacts_of
 
+    engine: Any = mujoco
+
     worlds = {"native": box(count, law=False), "law": box(count, law=True)}
-    kind, steps = mujoco.mjtState.mjSTATE_INTEGRATION, 20  # pyright: ignore[reportAttributeAccessIssue]
+    kind, steps = engine.mjtState.mjSTATE_INTEGRATION, 20
     out, problems = [], []
     for when, time in (("pouring", POURING), ("lying", LYING)):
         saved = {}
         for name, world in worlds.items():
             world.step(round((time - world.data.time) / LONG))
-            saved[name] = np.empty(mujoco.mj_stateSize(world.model, kind))
-            mujoco.mj_getState(world.model, world.data, saved[name], kind)
-        back = {name: partial(mujoco.mj_setState, world.model, world.data, saved[name], kind)
+            saved[name] = np.empty(engine.mj_stateSize(world.model, kind))
+            engine.mj_getState(world.model, world.data, saved[name], kind)
+        back = {name: partial(engine.mj_setState, world.model, world.data, saved[name], kind)
                 for name, world in worlds.items()}  # fmt: skip
         seconds = interleaved({name: partial(world.step, steps) for name, world in worlds.items()}, repeats, back)
         one: Data = {"balls": count, "when": when}
