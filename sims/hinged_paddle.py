@@ -69,6 +69,7 @@ def in_mujoco(setup: Setup, count: int) -> Iterator[State]:
     import mujoco
 
     from contactlaw import mujoco_plugin
+    from sims.worlds.mujoco_world import true_velocity
 
     engine: Any = mujoco
     spec = engine.MjSpec()
@@ -90,7 +91,7 @@ def in_mujoco(setup: Setup, count: int) -> Iterator[State]:
             engine.mj_step(model, data)
         engine.mj_kinematics(model, data)
         engine.mj_comPos(model, data)
-        rates = data.qvel
+        rates = true_velocity(model, data)
         turn = data.body("ball").xmat.reshape(3, 3).copy()
         yield data.qpos[1:4].copy(), turn, rates[1:4], turn @ rates[4:], float(data.qpos[0]), float(rates[0])
 
@@ -128,7 +129,8 @@ def in_pybullet(setup: Setup, count: int) -> Iterator[State]:
         contact.add_contact(ball, paddle, setup.pair, link_b=0)
         for number in range(count + 1):
             if number:
-                contact.step()
+                contact()
+                p.stepSimulation(client)
             place, turn = p.getBasePositionAndOrientation(ball, client)
             matrix = np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3)
             angle, rate = p.getJointState(paddle, 0, physicsClientId=client)[:2]

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
-import math
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from contactlaw import MATERIALS, ContactPair, checks
 from contactlaw.laws import law_of
 from sims.recording import Recording
+from sims.registry import Limit, Registry
 
 ENGINES = ("mujoco", "pybullet")
 NONE = "none"
@@ -85,32 +83,6 @@ class Settings:
         return pair if self.law is None else replace(pair, law=self.law)
 
 
-@dataclass(frozen=True)
-class Check:
-    """Something that must hold of a scene.
-
-    Attributes:
-        name: What was measured, in words.
-        reached: The measured value.
-        asked: Its limit.
-        unit: Of both; "" for a plain number.
-        at_least: Whether the measured value must not be below the limit, instead of not above.
-    """
-
-    name: str
-    reached: float
-    asked: float
-    unit: str = ""
-    at_least: bool = False
-
-    @property
-    def passed(self) -> bool:
-        """Whether the limit is kept; a value that is not finite keeps none."""
-        if not math.isfinite(self.reached):
-            return False
-        return self.reached >= self.asked if self.at_least else self.reached <= self.asked
-
-
 class Scene(ABC):
     """A small simulation that shows something, and checks itself.
 
@@ -151,7 +123,7 @@ class Scene(ABC):
         """The figures that the scene is about, as `--json` prints them."""
 
     @abstractmethod
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """What must hold of the figures; less where the law is not `microslip`."""
 
     def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
@@ -179,24 +151,7 @@ class Scene(ABC):
             checks.one_of("option", name, self.options)
 
 
-SCENES: dict[str, Scene] = {}
+_REGISTRY: Registry[Scene] = Registry("sims.scenes", "scene")
+SCENES = _REGISTRY.known
 """Every scene by its name; filled by `find_scenes`."""
-
-SomeScene = TypeVar("SomeScene", bound=Scene)
-
-
-def register(kind: type[SomeScene]) -> type[SomeScene]:
-    """Class decorator: make a scene known under its name."""
-    if kind.name in SCENES and type(SCENES[kind.name]).__module__ != kind.__module__:
-        raise ValueError(f"name = {kind.name!r}: {type(SCENES[kind.name]).__module__} has a scene of this name already")
-    SCENES[kind.name] = kind()
-    return kind
-
-
-def find_scenes() -> dict[str, Scene]:
-    """Import every file of sims/scenes and return what they registered, by name."""
-    import sims.scenes as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
-    return dict(sorted(SCENES.items()))
+register, find_scenes = _REGISTRY.register, _REGISTRY.find

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings
+from sims.scene import Limit, Measured, Scene, Settings
 
 console = Console(width=None if sys.stdout.isatty() else 110)
 messages = Console(stderr=True, width=console.width)
@@ -46,7 +46,7 @@ def figures(measured: Measured) -> None:
         console.print(table)
 
 
-def checks(found: Sequence[Check]) -> bool:
+def checks(found: Sequence[Limit]) -> bool:
     """A line for each check. Returns whether all passed."""
     for one in found:
         sign, unit = (">=" if one.at_least else "<="), f" {one.unit}" if one.unit else ""

@@ -23,7 +23,7 @@ from contactlaw import MATERIALS, RIGID, ContactPair
 from sims.bounces import Bounce
 from sims.loaded_rebound import loaded_rebound, scaled_load
 from sims.recording import Array, Recording, Track
-from sims.scene import Check, Measured, Settings
+from sims.scene import Limit, Measured, Settings
 
 RADIUS = 0.023  # [m]
 MASS = 0.0464  # [kg]
@@ -144,24 +144,24 @@ def describe(bounce: Bounce, pair: ContactPair) -> Measured:
     }
 
 
-def check_bounces(bounces: list[Measured], law: str, wanted: int) -> list[Check]:
+def check_bounces(bounces: list[Measured], law: str, wanted: int) -> list[Limit]:
     """What must hold of the bounces of any superball; against the reference for `microslip` alone."""
-    checks = [Check("bounces", len(bounces), wanted, at_least=True)]
+    checks = [Limit("bounces", wanted, len(bounces), at_least=True)]
     if not bounces:
         return checks
     first = bounces[0]["energy_before"]
     if law not in ("mindlin", "native"):  # these may gain energy
         gained = max(one["energy"] - one["energy_before"] for one in bounces)
-        checks.append(Check("energy gained in a bounce, of the first", gained / first, 0.0))
+        checks.append(Limit("energy gained in a bounce, of the first", 0.0, gained / first))
     drift = max((abs(two["energy_before"] - one["energy"]) for one, two in pairwise(bounces)), default=0.0)
-    checks.append(Check("energy changed in flight, of the first", drift / first, 1e-6))
+    checks.append(Limit("energy changed in flight, of the first", 1e-6, drift / first))
     if law != "microslip":
         return checks
     worst = max(abs(one["psi2"] - one["psi2_reference"]) for one in bounces)
     return checks + [
-        Check("psi2 off the reference at a bounce", worst, 1e-2),
-        Check("velocity after a bounce off the reference", max(_velocity_error(one) for one in bounces), 0.03),
-        Check("spin after a bounce off the reference", max(_spin_error(one) for one in bounces), 0.03),
+        Limit("psi2 off the reference at a bounce", 1e-2, worst),
+        Limit("velocity after a bounce off the reference", 0.03, max(_velocity_error(one) for one in bounces)),
+        Limit("spin after a bounce off the reference", 0.03, max(_spin_error(one) for one in bounces)),
     ]
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contactlaw import collide, rebound
-from validation import front_engine
-from validation.ball import FRICTION, RESTITUTION
-from validation.front_engine import CHI, DURATION, KAPPA, SPEED, Way, launch
+from contactlaw import collide
+from sims.worlds import State
+from validation.ball import FRICTION, RADIUS, RESTITUTION, SPEED, launch, steel_pair
+from validation.cases import front_engines
+from validation.cases.front_engines import CHI, DURATION, KAPPA, Way
 from validation.front_ways import thrown
-from validation.million import HIGH, LOW, Table
 
 
 @pytest.mark.parametrize(("psi_1", "chi"), [(0.3, 0.5), (2.0, 1.441), (5.0, 2.0)])
@@ -22,7 +22,7 @@ def test_a_body_is_thrown_with_the_numbers_asked(psi_1, chi):
 @pytest.mark.parametrize("spinning", [False, True])
 def test_a_launch_slides_as_asked(spinning):
     velocity, spin, along = launch(0.3, 0.7, spinning=spinning)
-    point = velocity + np.cross(spin, [0.0, 0.0, -front_engine.RADIUS])
+    point = velocity + np.cross(spin, [0.0, 0.0, -RADIUS])
     assert point @ along == pytest.approx(0.3, rel=1e-12) and velocity[2] == -SPEED
     assert bool(spin.any()) == spinning
 
@@ -33,24 +33,27 @@ class Mirror:
     def __init__(self, restitution: float) -> None:
         self.restitution, self.dt = restitution, DURATION
 
-    def start(self, height, velocity, spin):
-        self.height, self.velocity, self.spin = height, np.array(velocity), np.array(spin)
+    def start(self, state):
+        (_, _, z), velocity, spin = state
+        self.height, self.velocity, self.spin = z - RADIUS, np.array(velocity), np.array(spin)
 
-    def step(self, count):
+    def step(self, count=1):
         for _ in range(count):
             self.height += self.dt * self.velocity[2]
             if self.height < 0.0 and self.velocity[2] < 0.0:
                 self.velocity[2] *= -self.restitution
 
-    @property
-    def true_motion(self):
-        return self.velocity, self.spin
+    def place(self):
+        return np.array([0.0, 0.0, RADIUS + self.height])
+
+    def read(self):
+        return State(self.place()[None], np.eye(3)[None], self.velocity[None], self.spin[None])
 
 
-def thrown_all(restitution: float) -> front_engine._Bounces:
+def thrown_all(restitution: float) -> front_engines._Bounces:
     psi_1 = [0.5, 2.0]
     way = Way("mirror", DURATION, lambda: Mirror(restitution), patience=50 * DURATION)
-    bounces = front_engine._Bounces(way, psi_1, np.array([0.1, 0.2]))
+    bounces = front_engines._Bounces(way, psi_1, np.array([0.1, 0.2]))
     bounces.throw_all()
     return bounces
 
@@ -78,9 +81,9 @@ def test_rounds_meet_the_impacts_in_turn():
 
 
 def test_friction_beyond_its_limit_does_not_count(monkeypatch):
-    monkeypatch.setattr(front_engine, "CHI", 0.01)  # so little that what stops the sliding is too much
+    monkeypatch.setattr(front_engines, "CHI", 0.01)  # so little that what stops the sliding is too much
     way = Way("sticky", DURATION, lambda: Sticky(1.0), patience=50 * DURATION)
-    bounces = front_engine._Bounces(way, [2.0], np.array([0.0]))
+    bounces = front_engines._Bounces(way, [2.0], np.array([0.0]))
     bounces.throw_all()
     assert "friction cone" in bounces.problem
 
@@ -88,22 +91,13 @@ def test_friction_beyond_its_limit_does_not_count(monkeypatch):
 class Sticky(Mirror):
     """The same, which stops all sliding."""
 
-    def step(self, count):
+    def step(self, count=1):
         super().step(count)
         self.velocity[:2] = 0.0
         self.spin[:] = 0.0
 
 
-def test_the_table_gives_what_the_law_gives():
-    random = np.random.default_rng(3)
-    chi = np.concatenate([random.uniform(LOW, HIGH, 2000), [LOW, HIGH, LOW, HIGH, 1.0, 0.5]])
-    psi_1 = np.concatenate([random.uniform(0.0, 1.0, 2000) * (4.0 * chi[:2000] + 1.5), [0.0, 0.0, 9.0, 9.0, 1.0, 1.0]])
-    law = rebound(psi_1, chi)
-    coarse, fine = (float(np.abs(Table(size)((psi_1, chi)) - law).max()) for size in (17, 33))
-    assert fine < 0.01 and fine < 0.5 * coarse
-
-
 def test_the_scaled_launch_is_that_of_the_reference():
-    pair = front_engine.steel_pair()
+    pair = steel_pair()
     assert pair.psi(2.0 * FRICTION / KAPPA * SPEED, SPEED) == pytest.approx(2.0)
     assert pytest.approx(1.44, abs=0.03) == CHI

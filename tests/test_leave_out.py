@@ -11,51 +11,18 @@ import numpy as np
 import pytest
 
 from contactlaw import rebound
-from validation.cases.leave_out import _largest, _limits, _number
-from validation.leave_out_measure import (
-    ALLOWED,
-    INGREDIENTS,
-    LAW_ERROR,
-    NEEDED,
-    NOTHING,
-    OUT,
-    ingredients_of,
-    left_out_by,
-    saving,
-    verdict,
-    without,
-)
-from validation.leave_out_scenes import FULL, Build, difference, held, run, shipped, subjects
+from sims.scene import find_scenes
+from sims.worlds import World
+from validation import leave_out_scenes
+from validation.cases.leave_out import ALLOWED, LAW_ERROR, _largest, _limits, _number, can_go, ingredients_of, without
+from validation.leave_out_scenes import FULL, SHIPPED, Build, difference, run, subjects
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="the MuJoCo plugin needs compiled callbacks")
 
 
-def part(value: float, low: float) -> dict[str, float]:
-    return {"part": value, "low": low, "high": 2.0 * value - low}
-
-
-@pytest.mark.parametrize(
-    ("change", "saved", "noise", "expected"),
-    [
-        (ALLOWED, part(0.1, 0.05), 0.0, OUT),
-        (1.01 * ALLOWED, part(0.9, 0.8), 0.0, NEEDED),
-        (None, part(0.9, 0.8), 0.0, NEEDED),
-        (0.0, part(0.01, 0.005), 0.0, NOTHING),
-        (0.0, part(0.1, -0.01), 0.0, NOTHING),
-        (0.0, part(0.1, 0.05), 0.06, NOTHING),
-        (0.0, part(-0.1, -0.2), 0.0, NOTHING),
-    ],
-)
-def test_verdict_follows_change_and_saving(change, saved, noise, expected) -> None:
-    assert verdict(change, saved, noise) == expected
-
-
-def test_saving_is_read_from_the_quiet_rounds() -> None:
-    usual, lean = np.full(9, 2.0), np.full(9, 1.0)
-    lean[2:5] = 50.0
-    assert saving(lean, usual) == {"part": 0.5, "low": 0.5, "high": 0.5}
-    lean[[0, 6]] = 1.8  # four of five even rounds are slow
-    assert saving(lean, usual)["low"] == pytest.approx(0.1)
+def test_what_is_not_felt_can_go() -> None:
+    assert can_go(0.0) and can_go(ALLOWED)
+    assert not can_go(1.01 * ALLOWED) and not can_go(None)
 
 
 def test_another_motion_is_no_number() -> None:
@@ -70,16 +37,13 @@ def test_another_motion_is_no_number() -> None:
 
 
 def test_together_leaves_out_each_and_the_simplest_law() -> None:
-    build = without(["tangential history", "microslip nodes", "ledger"])
-    assert build == replace(FULL, law="coulomb", ledger=False)
-    assert left_out_by(build, INGREDIENTS) == ["tangential history", "microslip nodes", "ledger"]
-    assert left_out_by(replace(FULL, law="mindlin"), INGREDIENTS) == ["microslip nodes"]
-    assert left_out_by(FULL, INGREDIENTS) == []
+    build = without(["tangential history", "microslip nodes", "damping"])
+    assert build == replace(FULL, law="coulomb", elastic=True)
 
 
 def test_a_limit_is_missed_where_shipped_scenes_leave_out_too_much() -> None:
     """The limits are not true by their making."""
-    scene = {"cells": {}, "together": {"change": 2e-3}, "shipped": {"change": None}}
+    scene = {"cells": {"together": {"change": 2e-3}, "shipped": {"change": None}}}
     data = {"engines": {"pybullet": {"one": scene}}, "grouping": {"mujoco": 1e-9}}
     assert [limit.passed for limit in _limits(data)] == [True, *[False] * 3]
 
@@ -96,17 +60,23 @@ def test_what_may_change_is_below_the_error_of_the_law() -> None:
     assert ALLOWED == LAW_ERROR / 4
 
 
-def test_build_reaches_mujoco() -> None:
-    pytest.importorskip("mujoco")
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_a_build_reaches_the_world(engine: str, monkeypatch) -> None:
+    pytest.importorskip(engine)
+    made: list[World] = []
+
+    def new_world(*told: Any) -> World:
+        made.append(real(*told))
+        return made[-1]
+
+    real = leave_out_scenes.new_world
+    monkeypatch.setattr(leave_out_scenes, "new_world", new_world)
     superball = subjects()["superball"]
-    full = held(superball, "mujoco", FULL)
-    spec: Any = full.spec  # type: ignore[attr-defined]
-    assert spec.plugins[0].config["ledger"] == "true"
-    assert len(spec.pairs) == 1, "a pair that the engine is to leave out is one that it detects"
-    lean = held(superball, "mujoco", Build(substeps=50, ledger=False, others=False))
-    spec = lean.spec  # type: ignore[attr-defined]
-    assert spec.plugins[0].config["substeps"] == "50" and "ledger" not in spec.plugins[0].config
-    assert not spec.pairs
+    for build in (Build(substeps=50, collide=False, gravity=False), SHIPPED):
+        run(superball, engine, build)
+    lean, shipped = made
+    assert (lean.tuning.substeps, lean.tuning.collide, lean.law) == (50, False, "microslip")
+    assert not lean.gravity.any() and shipped.gravity.any() and shipped.tuning.fixed_bodies_move is None
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
@@ -123,19 +93,15 @@ def test_rigid_friction_and_the_damper_are_noticed(engine: str) -> None:
     assert elastic[1] == pytest.approx(1.0, abs=1e-3) and full[1] == pytest.approx(0.93, abs=1e-3)
 
 
-def test_shipped_scenes_are_read_not_assumed() -> None:
-    pytest.importorskip("mujoco")
+def test_a_shipped_scene_is_the_scene() -> None:
     pytest.importorskip("pybullet")
-    puck, cradle = subjects()["puck"], subjects()["cradle"]
-    found = shipped(puck, "mujoco")
-    assert not found.gravity and not found.others and not found.ledger and not found.elastic
-    in_line = shipped(cradle, "pybullet")
-    assert in_line.elastic and in_line.law == "coulomb" and in_line.couples == "neighbours"
-    assert in_line.left_alone and not in_line.others
-    superball = shipped(subjects()["superball"], "pybullet")
-    assert superball.law == "microslip" and not superball.elastic and superball.gravity
-    golf = shipped(subjects()["golf"], "pybullet")
-    assert golf.fixed_bodies_move and not golf.left_alone, "its heads move"
+    from sims.scene import Settings
+
+    for name in ("cradle", "superball"):
+        subject = subjects()[name]
+        built, own = run(subject, "pybullet", SHIPPED), find_scenes()[name].run(Settings("pybullet"))
+        assert built.facts["law"] == own.facts["law"] == ("coulomb" if name == "cradle" else "microslip")
+        assert difference(subject.results(built), subject.results(own)) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_ingredients_are_those_of_the_scene_and_the_engine() -> None:

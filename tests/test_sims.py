@@ -18,7 +18,7 @@ from sims.loaded_rebound import loaded_rebound
 from sims.outlines import DARK, polygons_of
 from sims.puck import ENGINES, LAUNCHES, SURFACES, Puck, run
 from sims.recording import Recording, Track
-from sims.scene import Check, Settings, find_scenes
+from sims.scene import Limit, Settings, find_scenes
 from sims.superball import BACKSPIN, RADIUS, flight, garwin
 from sims.worlds import new_world
 from sims.worlds.world import matrix_to_quaternion, onto
@@ -162,9 +162,9 @@ def test_both_engines_throw_the_same_ball():
 
 
 def test_a_check_that_is_not_kept_is_seen():
-    assert not Check("error", 0.02, 0.01).passed
-    assert not Check("bounces", 5, 6, at_least=True).passed
-    assert not Check("error", float("nan"), 0.01).passed
+    assert not Limit("error", 0.01, 0.02).passed
+    assert not Limit("bounces", 6, 5, at_least=True).passed
+    assert not Limit("error", 0.01, float("nan")).passed
     scene = SCENES["superball"]
     measured = scene.measure(scene.run(Settings("pybullet", "coulomb"))) | {"law": "microslip"}
     said = [check.name for check in scene.check(measured) if not check.passed]
@@ -314,7 +314,7 @@ def test_the_puck_as_a_scene_is_the_same_throw(engine):
 
 
 def test_a_failed_check_is_an_exit_code(monkeypatch):
-    monkeypatch.setattr(type(SCENES["superball"]), "check", lambda self, measured: [Check("never", 1.0, 0.0)])
+    monkeypatch.setattr(type(SCENES["superball"]), "check", lambda self, measured: [Limit("never", 0.0, 1.0)])
     finished = CliRunner().invoke(app, ["superball", "--engine", "pybullet"])
     assert finished.exit_code == 1 and "FAILS" in finished.output
 

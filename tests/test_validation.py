@@ -101,9 +101,9 @@ def test_a_missed_limit_shows(tmp_path):
     result = runner.run_case(Sample(), tmp_path)
     assert not result["passed"] and result["sane"]
     text = report.write([Sample()], tmp_path).read_text()
-    assert "| [A sample](#a-sample) | 2 | 1 | **1** |" in text
-    assert "| seven | at most 5 | 7 | MISSED |" in text
-    assert "| eight | at least 5 us | 8 us | kept |" in text
+    assert "| [sample](#a-sample) | 2 | 1 | **1** |" in text
+    assert "**MISSED**: seven: 7 (at most 5)." in text
+    assert "Kept: eight 8 us (at least 5 us)." in text
 
 
 def test_a_case_that_raises_is_not_sane_and_stops_nothing(tmp_path):
@@ -150,12 +150,12 @@ def test_the_stamp_names_machine_and_versions(tmp_path):
 
 def test_a_case_without_its_extra_is_skipped_with_a_message(tmp_path, monkeypatch):
     monkeypatch.setattr("validation.runner.find_spec", lambda name: None)
-    result = CliRunner().invoke(app, ["-f", "^mujoco_cost$", "--folder", str(tmp_path)])
+    result = CliRunner().invoke(app, ["-f", "^step_cost$", "--folder", str(tmp_path)])
     assert "skipped, needs mujoco" in result.output
-    assert not (tmp_path / "results" / "mujoco_cost.json").exists()
+    assert not (tmp_path / "results" / "step_cost.json").exists()
 
 
-@pytest.mark.parametrize(("name", "extra"), [("lammps", "lammps"), ("mujoco_cost", "all")])
+@pytest.mark.parametrize(("name", "extra"), [("lammps", "lammps"), ("step_cost", "all")])
 def test_the_message_names_the_extra_that_helps(name, extra, monkeypatch):
     monkeypatch.setattr("validation.runner.find_spec", lambda name: None)
     assert runner.how_to_install(find_cases()[name]) == f"pip install 'contactlaw[{extra}]'"

@@ -108,15 +108,10 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
 
 
 def calibrate_columns(columns: dict[str, np.ndarray], radius: float | None, **options: object) -> Calibration:
-    """`contactlaw.calibrate` of the columns that `read_table` gave.
-
-    Args:
-        columns: The columns.
-        radius: From the centre of mass to the contact [m]; needed where there are spins.
-        options: Passed to `contactlaw.calibrate`.
+    """`contactlaw.calibrate`, with its options, of the columns that `read_table` gave.
 
     Raises:
-        ValueError: A value outside its range, or spins without a radius.
+        ValueError: A value outside its range, or spins without a radius, from centre of mass to contact [m].
     """
     if "normal_after" not in columns and options.get("restitution") is None:
         raise ValueError("restitution = None: must be given where there is no column normal_after")

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
-import math
-import pkgutil
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from sims.registry import Limit, Registry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,32 +18,6 @@ Data = dict[str, Any]
 """What a case measured, as it is saved: JSON types only."""
 Progress = Callable[[float], None]
 """Told by a running case which part of it is done, 0 to 1."""
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A figure that the project asks for.
-
-    Attributes:
-        name: What was measured, in words.
-        asked: The limit.
-        reached: The measured value.
-        unit: Of both; "" for a plain number.
-        at_least: Whether the measured value must not be below the limit, instead of not above.
-    """
-
-    name: str
-    asked: float
-    reached: float
-    unit: str = ""
-    at_least: bool = False
-
-    @property
-    def passed(self) -> bool:
-        """Whether the limit is kept; a value that is not finite keeps none."""
-        if not math.isfinite(self.reached):
-            return False
-        return self.reached >= self.asked if self.at_least else self.reached <= self.asked
 
 
 @dataclass(frozen=True)
@@ -111,27 +84,15 @@ class Case(ABC):
         return None
 
 
-CASES: dict[str, Case] = {}
+_REGISTRY: Registry[Case] = Registry("validation.cases", "case")
+CASES = _REGISTRY.known
 """Every case by its name; filled by `find_cases`."""
-
-SomeCase = TypeVar("SomeCase", bound=Case)
-
-
-def register(kind: type[SomeCase]) -> type[SomeCase]:
-    """Class decorator: make a case known under its name."""
-    if kind.name in CASES and type(CASES[kind.name]).__module__ != kind.__module__:
-        raise ValueError(f"name = {kind.name!r}: {type(CASES[kind.name]).__module__} has a case of this name already")
-    CASES[kind.name] = kind()
-    return kind
+register = _REGISTRY.register
 
 
 def find_cases() -> dict[str, Case]:
-    """Import every file of validation/cases and return what they registered, by name."""
-    import validation.cases as folder
-
-    for module in pkgutil.iter_modules(folder.__path__):
-        importlib.import_module(f"{folder.__name__}.{module.name}")
-    return dict(sorted(CASES.items(), key=lambda item: (item[1].place, item[0])))
+    """Import every file of validation/cases and return what they registered, by name, in the order of the report."""
+    return dict(sorted(_REGISTRY.find().items(), key=lambda item: (item[1].place, item[0])))
 
 
 def select(pattern: str) -> list[Case]:

@@ -8,7 +8,7 @@ nothing beats (non-dominated, Pareto-optimal).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -104,33 +104,25 @@ def weighed(rungs: Mapping[str, Rung]) -> Data:
     Returns:
         `rungs`: by name family, largest and rms error, microseconds an impact (and a step), how many beat it and the
         closest of them, its problem;
-        `front`, `front_rms`: names on the front of the largest and of the rms error; `dominated`: families that have
-        no rung on either.
+        `front`: names on the front; `dominated`: families that have no rung on it.
     """
     sane = {name: rung for name, rung in rungs.items() if not rung.problem}
     seconds = {name: rung.seconds for name, rung in sane.items()}
-    errors = {
-        kind: {name: measure(rung.error) for name, rung in sane.items()}
-        for kind, measure in (("largest", largest), ("rms", rms))
-    }
-    fronts = {kind: non_dominated(found, seconds) for kind, found in errors.items()}
+    errors = {name: largest(rung.error) for name, rung in sane.items()}
+    found = non_dominated(errors, seconds)
     entries = {}
     for name, rung in rungs.items():
         entry: Data = {"family": rung.family, "problem": rung.problem, "microseconds": spread(1e6 * rung.seconds)}
         if not rung.problem:
-            own = largest(rung.error)
-            better = beaten_by(name, errors["largest"], seconds)
-            entry |= {"largest": own, "rms": rms(rung.error), "beaten": len(better), "beaten_by": better[:1]}
+            better = beaten_by(name, errors, seconds)
+            entry |= {"largest": errors[name], "rms": rms(rung.error), "beaten": len(better), "beaten_by": better[:1]}
         if rung.steps is not None:
             entry["steps"] = float(rung.steps.mean())
             entry["step_microseconds"] = spread(1e6 * rung.seconds / rung.steps)
         entries[name] = entry
-    on_front = {rungs[name].family for names in fronts.values() for name in names}
     families = dict.fromkeys(rung.family for rung in sane.values())
-    return {
-        "rungs": entries, "front": fronts["largest"], "front_rms": fronts["rms"],
-        "dominated": [family for family in families if family not in on_front],
-    }  # fmt: skip
+    on_front = {rungs[name].family for name in found}
+    return {"rungs": entries, "front": found, "dominated": [one for one in families if one not in on_front]}
 
 
 def largest(error: Array) -> float:
@@ -187,22 +179,18 @@ def _stepping_stones(data: Data) -> list[str]:
 
 
 def _standing(data: Data, name: str) -> str:
-    """Whether a rung is on the front, of which error, and if not what beats it."""
+    """Whether a rung is on the front, and if not what beats it."""
     one = data["rungs"][name]
     other = "".join(f", beaten by {other}" for other in one["beaten_by"])
     if one["family"] in data["dominated"]:
         return f"no setting of {one['family']} is{other}"
-    both = [kind for kind, front in (("largest", "front"), ("rms", "front_rms")) if name in data[front]]
-    return " and ".join(both) or f"no{other}"
+    return "yes" if name in data["front"] else f"no{other}"
 
 
 HEADS = ["way", "largest error", "rms", "time an impact [us]", "quartiles", "time a step [us]", "on the front"]
 """Of `rows`."""
 
-COMPARED = {
-    "closer": "default closer than any single spring as fast",
-    "faster": "default faster than annuli as close",
-}
+COMPARED = {"closer": "default closer than any single spring as fast", "faster": "default faster than annuli as close"}
 """What `closer` and `faster` say."""
 
 
@@ -236,43 +224,36 @@ def faster(data: Data, default: str, families: Iterable[str]) -> float:
     return time / star["microseconds"]["median"]
 
 
-def plot(
-    axes: Axes, data: Data, default: str, *, label: Callable[[str], str] | None = None, floor: float = 0.0,
-    per_step: bool = False,
-) -> None:  # fmt: skip
-    """Largest error over time: a mark for each rung, the front a line, the default a star.
+def plot(axes: Axes, data: Data, default: str, *, floor: float = 0.0) -> None:
+    """Largest error over time: a mark for each rung, the front a line, nodes/steps at it, the default a star.
 
     Args:
         axes: To draw on; both become logarithmic.
         data: From `weighed`.
         default: Name of the default's rung.
-        label: What to write at a rung of the front; "": nothing.
         floor: Errors below are drawn there.
-        per_step: Over the time of a step instead of an impact, where there are steps, and without the front.
     """
-    key = "step_microseconds" if per_step else "microseconds"
-    shown = {name: one for name, one in data["rungs"].items() if key in one and not one["problem"]}
+    shown = {name: one for name, one in data["rungs"].items() if not one["problem"]}
 
     def point(name: str) -> tuple[float, float]:
-        return shown[name][key]["median"], max(shown[name]["largest"], floor)
+        return shown[name]["microseconds"]["median"], max(shown[name]["largest"], floor)
 
     for family in dict.fromkeys(one["family"] for one in shown.values()):
         points = [point(name) for name, one in shown.items() if one["family"] == family]
         look = LOOKS[family] | {"linestyle": "none", "fillstyle": "full"}
         axes.loglog(*zip(*points, strict=True), **look, label=family)
-    if not per_step:
-        line: list[tuple[float, float]] = []
-        labelled = float("inf")
-        for name in data["front"]:
-            if line and point(name)[1] > line[-1][1]:
-                continue
-            line.append(point(name))
-            text = label(name) if label and name != default else ""
-            if text and line[-1][1] < 0.6 * labelled:
-                labelled = line[-1][1]
-                axes.annotate(text, line[-1], xytext=(-5, -5), textcoords="offset points", fontsize=7, ha="right",
-                              va="top")  # fmt: skip
-        axes.loglog(*zip(*line, strict=True), color="black", linewidth=0.8, label="front")
+    line: list[tuple[float, float]] = []
+    labelled = float("inf")
+    for name in data["front"]:
+        if line and point(name)[1] > line[-1][1]:
+            continue
+        line.append(point(name))
+        words = name.replace(",", "").split()
+        if words[0] == "microslip" and len(words) == 5 and line[-1][1] < 0.6 * labelled:
+            labelled = line[-1][1]
+            axes.annotate(f"{words[1]}/{words[3]}", line[-1], xytext=(-5, -5), textcoords="offset points", fontsize=7,
+                          ha="right", va="top")  # fmt: skip
+    axes.loglog(*zip(*line, strict=True), color="black", linewidth=0.8, label="front")
     axes.margins(x=0.12)
     axes.loglog(*point(default), "*", color="#c44e00", markersize=13, markeredgecolor="black", linestyle="none",
                 label="default")  # fmt: skip

@@ -20,13 +20,7 @@ Impact = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Judged:
-    """Impacts with their converged rebound, arrays of one shape (n,).
-
-    Attributes:
-        psi_1, chi, restitution: The impacts.
-        psi_2: The reference's, extrapolated.
-        uncertainty: Its estimate of its own error.
-    """
+    """Impacts with their converged psi_2 and its estimate of its own error, arrays of one shape (n,)."""
 
     psi_1: Array
     chi: Array

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import SOURCE_STAMP
-from validation.case import Table
 
 Array = NDArray[np.float64]
 Spread = dict[str, float]
@@ -97,21 +96,3 @@ def spread(values: Array) -> Spread:
 def order_of(sizes: Array, errors: Array) -> float:
     """Order of convergence: minus the slope of log(error) over log(size), least squares."""
     return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])
-
-
-def step_table(
-    times: Mapping[str, Spread],
-    ratios: Mapping[str, Spread],
-    over: Mapping[str, str],
-    unit: str,
-    digits: tuple[int, int],
-) -> Table:
-    """What a step of each scene costs, and over which other scene; digits: decimals of times and of ratios."""
-    table = Table(["scene", f"a step [{unit}]", "quartiles", "over", "ratio", "quartiles"])
-    for name, time in times.items():
-        row = [name]
-        for spread_of, decimals in ((time, digits[0]), (ratios[name], digits[1])):
-            median, low, high = (f"{spread_of[part]:.{decimals}f}" for part in ("median", "low", "high"))
-            row += [median, f"{low} to {high}"]
-        table.rows.append([*row[:3], over[name], *row[3:]])
-    return table

@@ -1,4 +1,4 @@
-"""A million impacts at once: how many a second, on one core and two, by the law itself and from a table of it."""
+"""A million impacts at once: how many a second, on one core and two."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ LOW, HIGH = 0.5, 2.0  # of chi
 CHEAP = (8, 48)  # nodes and steps: the cheapest round numbers that keep an error of 7e-3 with room
 JUDGED = 300  # impacts, of those that stick somewhere
 FINE = 2000  # steps of the superposition method, which judges
-TABLE = 129  # entries each way: the law at default settings, straight lines between
 
 
 def rates(repeats: int, count: int) -> Data:
@@ -48,20 +47,15 @@ def rates(repeats: int, count: int) -> Data:
         "default": partial(by_law, nodes=None, steps=None),
         f"{CHEAP[0]} nodes, {CHEAP[1]} steps": partial(by_law, nodes=CHEAP[0], steps=CHEAP[1]),
     }
-    tabled = f"table of {TABLE} x {TABLE}, its making included, one core"
-    with (
-        ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes,
-        ThreadPoolExecutor(2) as threads,
-    ):
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes, ThreadPoolExecutor(2) as threads:
         where: dict[str, Executor | None] = {"one core": None, "two threads": threads, "two processes": processes}
         runs: dict[str, Callable[[], object]] = {
             f"{name}, {place}": partial(sweep, function, chunks, executor)
             for name, function in functions.items()
             for place, executor in where.items()
         }
-        runs[tabled] = lambda: sweep(Table(TABLE), chunks)
         seconds = interleaved(runs, repeats)
-    answers = {name: function(judged) for name, function in functions.items()} | {tabled: Table(TABLE)(judged)}
+    answers = {name: function(judged) for name, function in functions.items()}
     found: Data = {}
     for name, times in seconds.items():
         error = next(answer for start, answer in answers.items() if name.startswith(start)) - truth
@@ -74,36 +68,3 @@ def rates(repeats: int, count: int) -> Data:
 def by_law(chunk: Chunk, nodes: int | None, steps: int | None) -> Array:
     """psi_2 of some impacts by `rebound`."""
     return np.asarray(rebound(*chunk, Microslip(node_count=nodes), steps=steps))
-
-
-class Table:
-    """psi_2 of elastic impacts with psi_1 >= 0, read from a table of the law at default settings.
-
-    Two sheets over chi meet where the theory has its kinks: psi_1 from 0 to 1 (starts stuck) and from 1 to 4 chi - 1
-    (starts sliding). Beyond, psi_2 = psi_1 - 4 chi. Between the entries psi_2 runs straight in psi_1 and chi.
-
-    Args:
-        size: Entries each way; chi from `LOW` to `HIGH`.
-    """
-
-    def __init__(self, size: int) -> None:
-        self.last = size - 1
-        part, chi = np.linspace(0.0, 1.0, size), np.linspace(LOW, HIGH, size)[:, None]
-        self.sheets = np.array(
-            [rebound(part + 0.0 * chi, chi), rebound(1.0 + part * np.maximum(4.0 * chi - 2.0, 0.0), chi)]
-        )
-
-    def __call__(self, chunk: Chunk) -> Array:
-        """psi_2 of some impacts."""
-        psi_1, chi = chunk
-        beyond = np.maximum(4.0 * chi - 2.0, 1e-12)
-        sliding = (psi_1 > 1.0).astype(np.intp)
-        across = np.clip(np.where(sliding, (psi_1 - 1.0) / beyond, psi_1), 0.0, 1.0) * self.last
-        along = (chi - LOW) * (self.last / (HIGH - LOW))
-        i, j = (np.minimum(x.astype(np.intp), self.last - 1) for x in (along, across))
-        a, b = along - i, across - j
-        flat, row = self.sheets.ravel(), self.last + 1
-        corner = (sliding * row + i) * row + j
-        near = flat[corner] * (1.0 - b) + flat[corner + 1] * b
-        far = flat[corner + row] * (1.0 - b) + flat[corner + row + 1] * b
-        return np.where(psi_1 >= np.maximum(4.0 * chi - 1.0, 1.0), psi_1 - 4.0 * chi, near * (1.0 - a) + far * a)

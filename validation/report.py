@@ -19,7 +19,7 @@ Rigid-body engines stop the tangential motion of two bodies in contact, or let i
 store tangential motion and give it back, stick in the middle of the contact while they slip at its edge, and rebound
 backwards. `contactlaw` claims to bring this into MuJoCo and PyBullet: with the accuracy of the theory of Maw, Barber &
 Fawcett (1976, 1981), at the engines' own time steps, without creating energy, and at little cost. This page shows
-whether it does: every claim has a chapter with a picture, the limits that were asked, and what was reached.
+whether it does: it begins with what is missed, then every claim has a chapter: what was asked and reached, and figures.
 """
 
 WORDS = """An impact is described by two numbers: **psi_1**, the angle of incidence (tangential over normal velocity of
@@ -31,16 +31,14 @@ the paper, extrapolated. *Steps* and *nodes* say how finely a law is resolved in
 
 REPEAT = """## How to repeat
 
-```sh
-python -m validation
-```
-
-measures all cases, at most 20 minutes on two cores, and writes `results/*.json`, the pictures, this page and the table
-in the README. Each case is saved as it ends; after an interruption `--resume` does only the others, as long as sources,
-versions and machine are the same. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to
-`quick/`; `-f NAME` runs one case, `--report` only writes this page and draws the pictures again. The command ends with
-1 if a limit is missed. Times are to be compared on a quiet machine. No number on this page is typed.
+`python -m validation` measures all cases, at most 20 minutes on two cores, and writes `results/*.json`, the pictures,
+this page and the table in the README; `-f '^NAME$'` runs one, by its name in the table above, and `--resume` those that
+an interruption left. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to `quick/`;
+`--report` only writes this page and draws the pictures again. The command ends with 1 if a limit is missed. Times are
+to be compared on a quiet machine. No number on this page is typed.
 """
+MOST_ROWS = 10
+"""Of the figures of a chapter; the rest stands in its results."""
 
 
 def write(cases: Iterable[Case], folder: Path) -> Path:
@@ -96,10 +94,10 @@ def limits_table(result: Result) -> Table:
     return table
 
 
-def link(case: Case) -> str:
-    """The title, linked to the chapter: GitHub drops punctuation from the anchors of headings."""
+def link(case: Case, text: str = "") -> str:
+    """A text, or the title, linked to the chapter: GitHub drops punctuation from the anchors of headings."""
     anchor = re.sub(r"[^\w -]", "", case.title.lower()).replace(" ", "-")
-    return f"[{case.title}](#{anchor})"
+    return f"[{text or case.title}](#{anchor})"
 
 
 def markdown(table: Table) -> str:
@@ -127,7 +125,7 @@ def _missed(present: list[tuple[Case, Result]]) -> str:
 
 
 def _summary(present: list[tuple[Case, Result]]) -> str:
-    """How many limits each case has, keeps and misses."""
+    """How many limits each case has and misses, and what it was measured on."""
     table = Table(["case", "asked", "reached", "missed", "took", "on"])
     all_asked = all_reached = 0
     for case, result in present:
@@ -137,41 +135,43 @@ def _summary(present: list[tuple[Case, Result]]) -> str:
         if not result["sane"]:
             figures[2] = "**NOT SANE**"
         quick = ", quick" if result["quick"] else ""
-        table.rows.append([link(case), *figures, f"{result['seconds']:.0f} s{quick}", result["machine"]["date"]])
+        took = f"{result['seconds']:.0f} s{quick}"
+        table.rows.append([link(case, case.name), *figures, took, result["machine"]["date"]])
     minutes = sum(result["seconds"] for _, result in present) / 60.0
     missed = all_asked - all_reached
     totals = [str(all_asked), str(all_reached), str(missed) if missed else "", f"{minutes:.1f} min", ""]
     table.rows.append([f"all {len(present)}", *totals])
-    lines = ["## All cases", "", "How many limits were asked, reached and missed.", "", markdown(table), ""]
+    keys = ("cpu", "cores", "python", "numpy", "numba", "mujoco", "pybullet")
+    machines = {", ".join(f"{key} {result['machine'][key]}" for key in keys if key in result["machine"])
+                for _, result in present}  # fmt: skip
+    lines = ["## All cases", "", markdown(table), "", f"Measured on {'; '.join(sorted(machines))}.", ""]
     if len({result["machine"].get("contactlaw") for _, result in present}) > 1:
         lines += ["**These results come from different versions of the code: run all cases anew.**", ""]
     return "\n".join(lines)
 
 
 def _chapter(case: Case, result: Result, folder: Path) -> str:
-    """A claim, its picture, its limits, its figures, and how to repeat it."""
+    """A claim, its picture, what was missed and what was kept, and its figures."""
     lines = [f"## {case.title}", "", case.claim, ""]
     if result["problems"]:
         lines += ["**This run is not sane, its figures do not count:** " + "; ".join(result["problems"]), ""]
     if _drawn(case, result, folder):
         lines += [_picture(case), ""]
-    if result["limits"]:
-        lines += [markdown(limits_table(result)), ""]
+    missed = [f"{limit['name']}: {_against(limit)}" for limit in result["limits"] if not limit["passed"]]
+    held = [f"{limit['name']} {_against(limit)}" for limit in result["limits"] if limit["passed"]]
+    lines += [f"**MISSED**: {one}.\n" for one in missed]
+    lines += [f"Kept: {'; '.join(held)}.\n"] if held else []
     if result["data"]:
-        lines += [markdown(case.table(result["data"])), ""]
-    stamp = result["machine"]
-    versions = ", ".join(
-        f"{key} {stamp[key]}"
-        for key in ("python", "numpy", "numba", "mujoco", "pybullet", "contactlaw")
-        if key in stamp
-    )
-    quick = " --quick" if result["quick"] else ""
-    lines += [
-        f"Repeat: `python -m validation{quick} -f '^{case.name}$'` ({result['seconds']:.0f} s). "
-        f"Measured {stamp['date']} on {stamp['cpu']}, {stamp['cores']} cores; {versions}.",
-        "",
-    ]
+        table = case.table(result["data"])
+        rest = len(table.rows) - MOST_ROWS
+        lines += [markdown(Table(table.heads, table.rows[:MOST_ROWS])), ""]
+        lines += [f"{rest} more rows are made from [its results](results/{case.name}.json).\n"] if rest > 0 else []
     return "\n".join(lines)
+
+
+def _against(limit: dict[str, Any]) -> str:
+    """Reached, and what was asked."""
+    return f"{with_unit(limit['reached'], limit['unit'])} ({asked(limit)})"
 
 
 def _drawn(case: Case, result: Result, folder: Path) -> bool:

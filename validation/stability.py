@@ -1,26 +1,28 @@
-"""Whether a trial goes well: all finite, no energy gained, nothing gone through, rest where there is to be rest."""
-
-# pyright: reportAttributeAccessIssue=false
-# (pyright cannot see into the mujoco module)
+"""Whether a trial goes well: all finite, no energy gained, nothing gone through, rest where it is to be; and maps."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf, isfinite, isnan, nan
 from multiprocessing import get_context
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from validation.case import Data
 from validation.stability_trials import RADIUS, Trial
-from validation.stability_worlds import World, world
+from validation.stability_worlds import TrialWorld
 from validation.sweep import sweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 GAIN = 1e-3  # of the energy at the start
 REST = 1e-3  # the same
@@ -54,7 +56,11 @@ def judged(engine: str, trial: Trial, way: str) -> Verdict:
     """Run a trial to its end, or until it fails."""
     with warnings.catch_warnings(), quiet(engine):
         warnings.simplefilter("ignore")
-        return _run(world(engine, trial, way), trial, trial.first_energy(way))
+        one = TrialWorld(engine, trial, way)
+        try:
+            return _run(one, trial, trial.first_energy(way))
+        finally:
+            one.world.close()
 
 
 @contextmanager
@@ -63,20 +69,20 @@ def quiet(engine: str) -> Iterator[None]:
     if engine == "mujoco":
         import mujoco
 
-        mujoco.set_mju_user_warning(lambda message: None)
+        mujoco.set_mju_user_warning(lambda message: None)  # pyright: ignore[reportAttributeAccessIssue]
     try:
         yield
     finally:
         if engine == "mujoco":
-            mujoco.set_mju_user_warning(None)
+            mujoco.set_mju_user_warning(None)  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def _run(one: World, trial: Trial, first: float) -> Verdict:
+def _run(one: TrialWorld, trial: Trial, first: float) -> Verdict:
     steps = max(1, round(trial.duration / trial.step))
     worst, left, kinetic, energy, through = -inf, nan, inf, nan, False
     for count in np.diff(np.unique(np.linspace(0, steps, LOOKS + 1).astype(int))):
         one.step(int(count))
-        places, velocities, spins = one.motion()
+        places, _, velocities, spins = one.read()
         kinetic = trial.kinetic(velocities, spins)
         energy = kinetic + trial.potential(places)
         if one.broken() or not isfinite(energy):
@@ -101,7 +107,7 @@ def tally(engine: str, way: str, trials: Sequence[Trial | None]) -> Data:
     """What the trials of one cell of a map give.
 
     Args:
-        engine, way: As `stability_worlds.world` has them.
+        engine, way: As `TrialWorld` has them.
         trials: None: one that could not be drawn.
 
     Returns:
@@ -155,3 +161,30 @@ def on_all_cores(
 def _say_nothing() -> None:
     """Close this process's terminal: PyBullet greets when it is loaded."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+LIGHT, DARK = -6.0, 0.0  # log10 of the gain of energy
+EDGE = {"edgecolor": "#bbbbbb", "linewidth": 0.3}
+
+
+def gains(axes: Axes, x: ArrayLike, y: ArrayLike, gain: ArrayLike) -> Any:
+    """Cells between the edges x (m + 1) and y (n + 1) with the shade of their gain (n, m); returns the mesh."""
+    shades = np.log10(np.clip(np.asarray(gain, dtype=float), 10.0**LIGHT, 10.0**DARK))
+    mesh = axes.pcolormesh(x, y, shades, cmap="Greys", vmin=LIGHT, vmax=DARK, **EDGE)
+    axes.grid(visible=False)
+    return mesh
+
+
+def crosses(axes: Axes, places: Iterable[tuple[float, float]], size: float) -> None:
+    """A cross in the middle of each cell that fails, black with a white rim."""
+    points = list(places)
+    for colour, wider in (("white", 2.0), ("black", 0.0)):
+        axes.plot(*(zip(*points, strict=True) if points else ([], [])), "x", color=colour, clip_on=False,
+                  markersize=size + 0.5 * wider, markeredgewidth=0.8 + wider, linestyle="none")  # fmt: skip
+
+
+def scale_of_gains(figure: Figure, mesh: Any, axes: Any) -> None:
+    """The bar beside the axes."""
+    bar = figure.colorbar(mesh, ax=axes, fraction=0.02, pad=0.01)
+    bar.set_label("log10 of the largest gain of energy [-]", fontsize=8)
+    bar.ax.tick_params(labelsize=8)

@@ -1,22 +1,24 @@
 """A trial inside an engine, with the law, with its own contact, or with the law evaluated but once a step."""
 
-# pyright: reportAttributeAccessIssue=false
-# (pyright cannot see into the mujoco module)
-
 from __future__ import annotations
 
-from functools import cache
-from math import sqrt
-from typing import Any, Protocol
+from hashlib import sha256
+from itertools import combinations
+from math import cos, inf, sin, sqrt
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import LAWS
+from contactlaw.jit import jit_for
+from contactlaw.laws.record import CONTACT_SIZE, OPEN, PAIR_SIZE, contact_of, pair_of
+from contactlaw.laws.step import advance, know
 from sims.panel import ENGINE_NAMES as TITLES
-from validation.ball import linear_spring, true_velocity
-from validation.once_a_step import OnceAStep
-from validation.stability_trials import MASS, RADIUS, Trial
+from sims.scene import Settings
+from sims.worlds import State, new_world
+from validation.ball import linear_spring
+from validation.stability_trials import RADIUS, Trial
 
 Array = NDArray[np.float64]
 
@@ -28,194 +30,146 @@ WAYS = (*SUB_CYCLED, ONCE, NATIVE, STIFF)
 who sets friction (and in PyBullet restitution), and with a spring and damper of the contact's duration and
 restitution."""
 
-
-class World(Protocol):
-    """A trial in an engine."""
-
-    def step(self, count: int) -> None:
-        """Go on."""
-        ...
-
-    def motion(self) -> tuple[Array, Array, Array]:
-        """Places, and velocities and spins at the time of the places, shape (n, 3) each."""
-        ...
-
-    def broken(self) -> bool:
-        """Whether the engine itself says that something went wrong."""
-        ...
+jit = jit_for(sha256(Path(__file__).read_bytes()).hexdigest())
 
 
-def world(engine: str, trial: Trial, way: str) -> World:
-    """The trial in an engine."""
-    return (MujocoWorld if engine == "mujoco" else BulletWorld)(trial, way)
+class TrialWorld:
+    """The trial in an engine, begun.
 
+    Args:
+        engine: One of `ENGINES`.
+        trial: Balls on planes.
+        way: One of `WAYS`.
+    """
 
-def kept(trial: Trial) -> Array:
-    """Velocities as semi-implicit engines keep them, of half a step before the places [m/s], shape (n, 3)."""
-    return trial.velocities - 0.5 * trial.step * trial.gravity
-
-
-class MujocoWorld:
-    """In MuJoCo."""
-
-    def __init__(self, trial: Trial, way: str) -> None:
-        import mujoco
-
-        self.engine: Any = mujoco
-        spec = mujoco.MjSpec()
-        spec.option.timestep, spec.option.gravity = trial.step, trial.gravity
-        planes = [
-            spec.worldbody.add_geom(name=f"plane{number}", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1],
-                                    pos=point, quat=_turn(normal))
-            for number, (point, normal) in enumerate(trial.planes)
-        ]  # fmt: skip
-        balls = []
-        for number, (place, mass, inertia) in enumerate(zip(trial.places, trial.masses, trial.inertias, strict=True)):
-            body = spec.worldbody.add_body(
-                pos=place, mass=mass, inertia=[inertia] * 3, ipos=[0.0, 0.0, 0.0], explicitinertial=True
-            )
-            body.add_freejoint()
-            balls.append(body.add_geom(name=f"ball{number}", size=[RADIUS, 0.0, 0.0], mass=0.0))
-        self.once = None
+    def __init__(self, engine: str, trial: Trial, way: str) -> None:
+        self.world = world = new_world(Settings(engine, timestep=trial.step), trial.gravity)
+        planes = [f"plane{number}" for number in range(len(trial.planes))]
+        for name, (point, normal) in zip(planes, trial.planes, strict=True):
+            world.plane(name, point, normal)
+        balls = [f"ball{number}" for number in range(len(trial.masses))]
+        for name, mass, inertia, *state in zip(
+            balls, trial.masses, trial.inertias, trial.places, trial.velocities, trial.spins, strict=True
+        ):
+            world.ball(name, RADIUS, float(mass), *state, inertia=inertia)
+        self.once = OnceAStep(trial) if way == ONCE else None
+        e = trial.made["restitution"]
         if way in LAWS:
-            from contactlaw.mujoco_plugin import add_contact
-
-            names = [ball.name for ball in balls]
-            spec.compile()  # bodies are numbered
-            add_contact(spec, names, [*names, *(plane.name for plane in planes)], trial.pair(way), others=False)
-        else:
-            for geom in [*planes, *balls]:
-                geom.friction, geom.condim = [trial.made["friction"], 0.0, 0.0], 3
-                if way == ONCE:
-                    geom.contype = geom.conaffinity = 0
-                if way == STIFF:
-                    geom.solref = [-value for value in linear_spring(trial.contact, trial.made["restitution"])]
-            self.once = OnceAStep(trial) if way == ONCE else None
-        self.model = spec.compile()
-        self.data = mujoco.MjData(self.model)
-        speeds = self.data.qvel.reshape(-1, 2, 3)
-        speeds[:, 0], speeds[:, 1] = kept(trial), trial.spins
+            world.contact(balls, [*balls, *planes], trial.pair(way))
+        elif self.once is None:
+            world.native(trial.made["friction"], e, linear_spring(trial.contact, e) if way == STIFF else None)
+        world.start()
 
     def step(self, count: int) -> None:
         """Go on."""
         if self.once is None:
-            self.engine.mj_step(self.model, self.data, count)
+            self.world.step(count)
             return
         for _ in range(count):
-            self.data.xfrc_applied[1:] = self.once.push(*self._motion(self.data.qvel))
-            self.engine.mj_step(self.model, self.data)
+            state = self.world.read()
+            behind = state.velocity - 0.5 * self.world.timestep * self.world.gravity  # as semi-implicit engines keep it
+            self.world.push(self.once.push(state.position, behind, state.spin))
+            self.world.step()
 
-    def motion(self) -> tuple[Array, Array, Array]:
-        """As `World` has it."""
-        return self._motion(true_velocity(self.model, self.data))
-
-    def _motion(self, velocity: Array) -> tuple[Array, Array, Array]:
-        speeds, places = velocity.reshape(-1, 2, 3), self.data.qpos.reshape(-1, 7)
-        spins = np.empty_like(speeds[:, 1])
-        for number, (place, spin) in enumerate(zip(places, speeds[:, 1], strict=True)):
-            self.engine.mju_rotVecQuat(spins[number], spin, place[3:])
-        return places[:, :3].copy(), speeds[:, 0].copy(), spins
+    def read(self) -> State:
+        """The balls now."""
+        return self.world.read()
 
     def broken(self) -> bool:
-        """Whether the state was reset."""
-        return bool(self.data.warning.number.any())
+        """Whether the engine itself says that something went wrong; PyBullet never does."""
+        data = getattr(self.world, "data", None)
+        return data is not None and bool(data.warning.number.any())
 
 
-class BulletWorld:
-    """In PyBullet."""
+class OnceAStep:
+    """The law as discrete-element codes have theirs: evaluated once in a step, at the positions of its start.
 
-    def __init__(self, trial: Trial, way: str) -> None:
-        p, client = _bullet()
-        self.engine, self.client, self.trial = p, client, trial
-        p.resetSimulation(client)
-        p.setPhysicsEngineParameter(fixedTimeStep=trial.step, physicsClientId=client)
-        p.setGravity(*trial.gravity.tolist(), physicsClientId=client)
-        flat = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=client)
-        round_ = p.createCollisionShape(p.GEOM_SPHERE, radius=RADIUS, physicsClientId=client)
-        planes = [
-            p.createMultiBody(0.0, flat, basePosition=point, baseOrientation=np.roll(_turn(normal), -1).tolist(),
-                              physicsClientId=client)
-            for point, normal in trial.planes
-        ]  # fmt: skip
-        self.balls = [
-            p.createMultiBody(float(mass), round_, basePosition=place.tolist(), physicsClientId=client)
-            for mass, place in zip(trial.masses, trial.places, strict=True)
-        ]
-        # Bullet multiplies friction and restitution of two bodies
-        native = {"lateralFriction": sqrt(trial.made["friction"]), "restitution": sqrt(trial.made["restitution"])}
-        if way == STIFF:
-            stiffness, damping = (MASS * value for value in linear_spring(trial.contact, trial.made["restitution"]))
-            native = {"lateralFriction": native["lateralFriction"], "contactStiffness": stiffness,
-                      "contactDamping": damping}  # fmt: skip
-        for body in [*planes, *self.balls]:
-            p.changeDynamics(body, -1, **native, physicsClientId=client)
-        for ball, inertia in zip(self.balls, trial.inertias, strict=True):
-            p.changeDynamics(
-                ball, -1, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=1e12,
-                localInertiaDiagonal=[float(inertia)] * 3, physicsClientId=client,
-            )  # fmt: skip
-        for ball, velocity, spin in zip(self.balls, kept(trial), trial.spins, strict=True):
-            p.resetBaseVelocity(ball, velocity.tolist(), spin.tolist(), client)
-        self.callback, self.once = None, None
-        if way in LAWS:
-            from contactlaw.pybullet_callback import ContactCallback
+    This is what sub-cycling is measured against. It is a leapfrog: a stuck contact of frequency omega grows without
+    bound where omega dt > 2, whatever the law, and loses or gains a part of the energy long before.
 
-            self.callback = ContactCallback(client)
-            self.callback.add_contact(self.balls, [*self.balls, *planes], trial.pair(way))
-        elif way == ONCE:
-            self.once = OnceAStep(trial)
-            for ball in self.balls:
-                for other in [*self.balls, *planes]:
-                    p.setCollisionFilterPair(ball, other, -1, -1, 0, client)
+    Args:
+        trial: Of balls on planes.
+        law: Name in `contactlaw.LAWS`.
+    """
 
-    def step(self, count: int) -> None:
-        """Go on."""
-        p, client = self.engine, self.client
-        for _ in range(count):
-            if self.callback is not None:
-                self.callback()
-            elif self.once is not None:
-                places, velocities, spins = self._motion()
-                for ball, place, push in zip(
-                    self.balls, places.tolist(), self.once.push(places, velocities, spins).tolist(), strict=True
-                ):
-                    p.applyExternalForce(ball, -1, push[:3], place, p.WORLD_FRAME, client)
-                    p.applyExternalTorque(ball, -1, push[3:], p.WORLD_FRAME, client)
-            p.stepSimulation(client)
+    def __init__(self, trial: Trial, law: str = "microslip") -> None:
+        pair = trial.pair(law)
+        count, planes = len(trial.masses), len(trial.planes)
+        couples = [(ball, -1 - plane) for plane in range(planes) for ball in range(count)]
+        couples = np.array(couples + [*combinations(range(count), 2)])
+        points, normals = (np.array(one, dtype=float) for one in zip(*trial.planes, strict=True))
+        inverse = np.column_stack([1.0 / trial.masses, 1.0 / trial.inertias])
+        self.scene = couples, points, normals, inverse, trial.gravity, trial.step
+        self.contacts = np.zeros((len(couples), CONTACT_SIZE)), np.zeros((len(couples), pair.memory_size))
+        self.frames = np.zeros((len(couples), 6)), np.full(len(couples), -inf)
+        self.parameters = pair.parameters()
 
-    def motion(self) -> tuple[Array, Array, Array]:
-        """As `World` has it."""
-        places, velocities, spins = self._motion()
-        if self.callback is not None:
-            speeds = np.array([self.callback.velocity(ball) for ball in self.balls])
-            velocities, spins = speeds[:, 0], speeds[:, 1]
+    def push(self, places: Array, velocities: Array, spins: Array) -> Array:
+        """Force [N] and torque [N m] on every ball, shape (n, 6), for the coming step.
+
+        Args:
+            places: At its start [m], shape (n, 3).
+            velocities, spins: Of half a step before, as a semi-implicit engine keeps them, shape (n, 3).
+        """
+        out = np.zeros((len(places), 6))
+        _push(self.scene, self.parameters, self.contacts, self.frames, places, velocities, spins, out)
+        return out
+
+
+@jit
+def _push(scene, p, contacts, frames, places, velocities, spins, out):
+    couples, points, normals, inverse, gravity, dt = scene
+    for number in range(couples.shape[0]):
+        a, b = couples[number]
+        arm = RADIUS
+        if b < 0:
+            normal = normals[-1 - b].copy()
+            overlap = RADIUS - np.sum((places[a] - points[-1 - b]) * normal)
+            velocity, spin = velocities[a].copy(), spins[a].copy()
+            free = -np.sum(gravity * normal)
+            mobility, turning = inverse[a, 0], RADIUS**2 * inverse[a, 1]
         else:
-            velocities = velocities + 0.5 * self.trial.step * self.trial.gravity
-        return places, velocities, spins
+            between = places[a] - places[b]
+            distance = sqrt(np.sum(between * between))
+            normal = between / distance
+            overlap, arm, free = 2.0 * RADIUS - distance, 0.5 * distance, 0.0
+            velocity, spin = velocities[a] - velocities[b], spins[a] + spins[b]
+            mobility = inverse[a, 0] + inverse[b, 0]
+            turning = arm**2 * (inverse[a, 1] + inverse[b, 1])
+        velocity -= arm * np.cross(spin, normal)
+        frame, before = frames[0][number], frames[1][number]
+        frames[1][number] = overlap
+        first = _tangent(frame, normal, 0.5 * dt * np.sum(spin * normal))
+        second = np.cross(normal, first)
+        frame[:3], frame[3:] = first, normal
+        header, memory = contacts[0][number], contacts[1][number]
+        if overlap <= 0.0:
+            header[:], memory[:] = 0.0, 0.0
+            continue
+        contact, pair = contact_of(header), pair_of(p)
+        if contact.state == OPEN:
+            know(contact, pair, pair.radius)
+            contact.mass, contact.tangential_mass = 1.0 / mobility, 1.0 / (mobility + turning)
+        contact.overlap, contact.before = overlap, overlap if before == -np.inf else before
+        contact.closing = -np.sum(velocity * normal)
+        slide, aside = dt * np.sum(velocity * first), dt * np.sum(velocity * second)
+        advance(contact, pair, p[PAIR_SIZE:], memory, free, slide, aside, dt)
+        total = contact.force * normal - contact.f * first - contact.g * second
+        torque = -arm * np.cross(normal, total)
+        out[a, :3] += total
+        out[a, 3:] += torque
+        if b >= 0:
+            out[b, :3] -= total
+            out[b, 3:] += torque
 
-    def _motion(self) -> tuple[Array, Array, Array]:
-        p, client = self.engine, self.client
-        places = np.array([p.getBasePositionAndOrientation(ball, client)[0] for ball in self.balls])
-        speeds = np.array([p.getBaseVelocity(ball, client) for ball in self.balls])
-        return places, speeds[:, 0], speeds[:, 1]
 
-    def broken(self) -> bool:
-        """It never says so."""
-        return False
-
-
-@cache
-def _bullet() -> tuple[Any, int]:
-    """The module, and a client for all trials."""
-    import pybullet as p
-
-    return p, p.connect(p.DIRECT)
-
-
-def _turn(normal: tuple[float, float, float]) -> Array:
-    """Quaternion (w, x, y, z) that brings the z axis to a unit vector."""
-    x, y, z = normal
-    if z < -1.0 + 1e-12:
-        return np.array([0.0, 1.0, 0.0, 0.0])
-    turn = np.array([1.0 + z, -y, x, 0.0])
-    return turn / np.linalg.norm(turn)
+@jit
+def _tangent(frame, normal, twist):
+    """The first tangent brought into the new tangent plane by the shortest rotation, and turned by twist [rad]."""
+    old, n = frame[:3], frame[3:]
+    lean = max(1.0 + np.sum(normal * n), 1e-300)
+    t = old - np.sum(old * normal) / lean * (normal + n)
+    if lean < 1.0 or np.sum(t * t) < 0.5:  # no contact yet, or a normal that has jumped: any tangent will do
+        t = np.cross(np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.6 else np.array([0.0, 1.0, 0.0]), normal)
+    t = cos(twist) * t + sin(twist) * np.cross(normal, t)
+    return t / sqrt(np.sum(t * t))

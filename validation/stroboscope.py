@@ -59,10 +59,7 @@ class Reading:
     def psi(self, kappa: float, friction: float) -> tuple[Array, Array]:
         """psi_1 and psi_2 for a stiffness ratio and a friction taken as exact, and their standard errors."""
         scale = kappa / friction
-        return (
-            scale * np.array([self.incidence, self.reflexion]),
-            scale * np.sqrt(np.diag(self.covariance)[:2]),
-        )
+        return (scale * np.array([self.incidence, self.reflexion]), scale * np.sqrt(np.diag(self.covariance)[:2]))
 
 
 def pictured(

@@ -1,14 +1,5 @@
-"""The same function over many inputs, here or on any executor: a process pool, a dask cluster, ...
-
-A sweep knows nothing of where it runs: it needs `submit` of concurrent.futures alone. With processes:
-
-    with ProcessPoolExecutor() as pool:
-        answers = sweep(function, inputs, pool)
-
-and with dask, on one machine or many:
-
-    with Client("scheduler:8786") as client:
-        answers = sweep(function, inputs, client.get_executor())
+"""The same function over many inputs, here or on any executor that has `submit` of concurrent.futures: a process pool,
+or a cluster, `dask.distributed.Client("scheduler:8786").get_executor()`.
 
 Function and inputs are then pickled: the function must stand at the top of a module (or be a `functools.partial` of one
 that does), and that module must be importable where it runs.

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlaw import MATERIALS, ContactPair, Material
+from contactlaw import ContactPair, Material
 from contactlaw.world import World
+from sims.scene import Settings
+from sims.worlds import new_world
+from validation.ball import DENSITY, FLOOR, FRICTION, NO, STEEL, balls_world
 
-STEEL = MATERIALS["steel"]
+__all__ = ["FLOOR", "FRICTION", "STEEL"]
+
 RADIUS = 0.025  # [m]
-FLOOR = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # a point and a normal
-FRICTION = 0.115
 
 
-def mass_of(radius: float, density: float = 7833.0) -> float:
+def mass_of(radius: float, density: float = DENSITY) -> float:
     """Of a ball [kg]."""
     return 4.0 / 3.0 * pi * radius**3 * density
 
@@ -28,20 +30,16 @@ def steel_pair(friction: float = FRICTION, restitution: float = 1.0, **more: Any
 
 
 def balls(
-    pair: ContactPair, places: ArrayLike, velocities: ArrayLike, spins: ArrayLike = (0.0, 0.0, 0.0), *,
-    radius: ArrayLike = RADIUS, density: float = 7833.0, planes: Any = (), gravity: float = 0.0, **world: Any,
+    pair: ContactPair, places: ArrayLike, velocities: ArrayLike, spins: ArrayLike = NO, *, gravity: float = 0.0,
+    timestep: float = 1e-3, **more: Any,
 ) -> World:  # fmt: skip
-    """A world of solid balls that touch each other and the planes, points and normals."""
-    made = World(gravity=gravity, **world)
-    walls = [made.add_plane(None, point, normal) for point, normal in planes]
-    places = np.asarray(places, float)
-    shapes = []
-    for x, v, w, r in zip(*(np.broadcast_to(a, places.shape) for a in (places, velocities, spins)),
-                          np.broadcast_to(radius, len(places)), strict=True):  # fmt: skip
-        m = mass_of(float(r), density)
-        shapes.append(made.add_sphere(made.add_body(m, 0.4 * m * r * r, x, v, spin=w), float(r)))
-    made.add_contact(shapes, [*shapes, *walls], pair)
-    return made
+    """`ball.balls_world` without an engine, which has energy and momentum to ask for; gravity: downward [m/s^2]."""
+    more = {"radius": RADIUS} | more
+    made: Any = balls_world(
+        "none", timestep, pair, places, np.broadcast_to(velocities, (3,)) if np.ndim(velocities) == 0 else velocities,
+        spins, gravity=(0.0, 0.0, -gravity), **more,
+    )  # fmt: skip
+    return made.world
 
 
 def box_of_planes(half: float) -> list[tuple[Any, Any]]:
@@ -83,7 +81,8 @@ def tumbler(kind: str, seed: int, timestep: float, pair: ContactPair) -> World:
         a, b, c = 0.02, 0.03, 0.04
         mass, inertia = 0.3, tuple(0.1 * np.array([b * b + c * c, a * a + c * c, a * a + b * b]))
         feet = [(i * a, j * b, k * c) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
-    world = World(gravity=0.0, timestep=timestep)
+    made: Any = new_world(Settings("none", timestep=timestep), NO)
+    world: World = made.world
     walls = [world.add_plane(None, (0.0, 0.0, -s * 0.1), (0.0, 0.0, s)) for s in (1.0, -1.0)]
     velocity = np.append(rng.normal(size=2), rng.choice([-1.0, 1.0]))
     body = world.add_body(mass, inertia, (0.0, 0.0, 0.0), velocity, rng.normal(size=4), 20.0 * rng.normal(size=3))

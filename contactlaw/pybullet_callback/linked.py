@@ -73,7 +73,7 @@ class Linked:
                                 for k in kinds.values()])  # fmt: skip
         count, places = len(self.links), []
         joint_at, axes = np.zeros((len(self.joints), 3)), np.zeros((len(self.joints), 3))
-        for number, (link, kind, first, _) in enumerate(self.joints):
+        for number, (link, kind, *_) in enumerate(self.joints):
             axes[number] = (0.0, 0.0, 1.0) if kind in (FREE_JOINT, BALL) else infos[link][13]
             # the inertial frame, in which PyBullet tells poses, as seen from the joint's
             joint_at[number] = 0.0 if kind == FREE_JOINT else -rotation(dynamics[link][4]).T @ dynamics[link][3]

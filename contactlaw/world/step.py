@@ -134,17 +134,6 @@ def follow_tangents(w):
     """Bring closed contacts along with tangent planes that have been placed anew."""
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.slot >= 0:
-            c = contact_at(w.contacts, p.slot)
-            store(c.earlier, load(c.impulse))
-    follow_tangents(w)
-
-
-@jit_inside
-def follow_tangents(w):
-    """Bring closed contacts along with tangent planes that have been placed anew."""
-    for k in range(w.nears):
-        p = near_at(w.near, k)
         if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:
             replace(w, contact_at(w.contacts, p.slot))
 

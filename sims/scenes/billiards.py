@@ -22,7 +22,7 @@ import numpy as np
 from contactlaw import MATERIALS, ContactPair, Material, checks
 from sims.contact_point import contact_velocity, rebound_of, static_overlap
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 RADIUS, MASS, GRAVITY = 0.02625, 0.1406, 9.81  # [m], [kg], [m/s^2]
@@ -107,16 +107,16 @@ class Billiards(Scene):
             } | rebound_of(pair, out["chi"], points[came], points[left], NORMAL)
         return out
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Against the annulus solver; rolling until then."""
         if "microslip" not in measured["law"]:
             return []
         out = []
         for name, ball in measured["balls"].items():
             out += [
-                Check(f"error of psi_2, {name} side", abs(ball["psi2"] - ball["psi2_reference"]), 4e-3),
-                Check(f"psi across the slip after the impact, {name} side", ball["aside"], 4e-3),
-                Check(f"slip on the table over the speed before, {name} side", ball["slip_on_the_table"], 1e-3),
+                Limit(f"error of psi_2, {name} side", 4e-3, abs(ball["psi2"] - ball["psi2_reference"])),
+                Limit(f"psi across the slip after the impact, {name} side", 4e-3, ball["aside"]),
+                Limit(f"slip on the table over the speed before, {name} side", 1e-3, ball["slip_on_the_table"]),
             ]
         return out
 

@@ -17,7 +17,7 @@ import numpy as np
 from contactlaw import MATERIALS, ContactPair, checks
 from sims.contact_point import Array
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 RADIUS = 0.0254  # [m]
@@ -79,16 +79,16 @@ class Cradle(Scene):
             "energy_ratio": float(energy[-1] / energy[0]),
         }  # fmt: skip
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Momentum by any law, velocities by those whose normal force is Hertz's."""
         speed = max(np.abs(measured["velocities_chain"]))
-        out = [Check("change of momentum over that before", abs(measured["momentum_ratio"] - 1.0), 1e-9)]
+        out = [Limit("change of momentum over that before", 1e-9, abs(measured["momentum_ratio"] - 1.0))]
         if measured["law"] not in ("native", "linear_spring"):
             error = np.abs(np.subtract(measured["velocities"], measured["velocities_chain"])).max() / speed
             out += [
-                Check("greatest error of a velocity over the greatest", float(error), 5e-3),
-                Check("change of energy over that before", abs(measured["energy_ratio"] - 1.0), 1e-3),
-                Check("velocity aside over the greatest", measured["aside"] / float(speed), 1e-9),
+                Limit("greatest error of a velocity over the greatest", 5e-3, float(error)),
+                Limit("change of energy over that before", 1e-3, abs(measured["energy_ratio"] - 1.0)),
+                Limit("velocity aside over the greatest", 1e-9, measured["aside"] / float(speed)),
             ]
         return out
 

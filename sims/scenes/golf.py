@@ -23,7 +23,7 @@ import numpy as np
 from contactlaw import RIGID, ContactPair, Material, checks
 from sims.contact_point import contact_velocity, rebound_of
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 RADIUS, MASS = 0.02135, 0.0459  # [m], [kg]
@@ -91,7 +91,7 @@ class Golf(Scene):
         depth = pair.greatest_overlap(MASS, speed * cos(radians(min(LOFTS)))) / RADIUS
         return out | {"friction": facts["friction"], "chi": chi, "overlap_over_radius": depth, "shots": shots}
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Every loft against the annulus solver; friction's bound; where it slides to the end, the closed form."""
         from validation.reference.closed_forms.regimes import slides_throughout_from
 
@@ -101,14 +101,14 @@ class Golf(Scene):
         sliding = [shot for shot in shots
                    if shot["psi1"] >= slides_throughout_from(measured["chi"], RESTITUTION)]  # fmt: skip
         out = [
-            Check("greatest error of psi_2", max(abs(shot["psi2"] - shot["psi2_reference"]) for shot in shots), 4e-3),
-            Check("greatest ratio of impulses over friction",
-                  max(shot["impulse_ratio"] for shot in shots) / measured["friction"], 1.001),
+            Limit("greatest error of psi_2", 4e-3, max(abs(shot["psi2"] - shot["psi2_reference"]) for shot in shots)),
+            Limit("greatest ratio of impulses over friction",
+                  1.001, max(shot["impulse_ratio"] for shot in shots) / measured["friction"]),
         ]  # fmt: skip
         for shot in sliding:
             for what in ("backspin", "launch_angle"):
                 error = abs(shot[what] / shot[f"{what}_sliding"] - 1.0)
-                out.append(Check(f"error of the {what.replace('_', ' ')}, sliding at loft {shot['loft']}", error, 1e-3))
+                out.append(Limit(f"error of the {what.replace('_', ' ')}, sliding at loft {shot['loft']}", 1e-3, error))
         return out
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from contactlaw import MATERIALS, ContactPair, checks
 from sims.contact_point import Array, contact_velocity, static_overlap
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, NATIVE, Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, NATIVE, Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 GRAVITY = 9.81  # [m/s^2]
@@ -93,7 +93,7 @@ class Incline(Scene):
             }  # fmt: skip
         return out
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Each against the closed form, to a thousandth; no ball leaves the slope or sinks into it."""
         if measured["law"] in (NATIVE, "linear_spring"):  # the overlap at the start is that of Hertz
             return []
@@ -101,9 +101,9 @@ class Incline(Scene):
         for name, ball in measured["balls"].items():
             for what in ("acceleration", "rim", "turning_height", "speed_back"):
                 error = abs(ball[what] / ball[f"{what}_closed_form"] - 1.0)
-                out.append(Check(f"error of the {what.replace('_', ' ')}, ball that {name}", error, 1e-3))
+                out.append(Limit(f"error of the {what.replace('_', ' ')}, ball that {name}", 1e-3, error))
             out.append(
-                Check(f"change of distance from the slope over R, ball that {name}", ball["change_of_distance"], 1e-8)
+                Limit(f"change of distance from the slope over R, ball that {name}", 1e-8, ball["change_of_distance"])
             )
         return out
 

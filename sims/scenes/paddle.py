@@ -20,7 +20,7 @@ from contactlaw.laws import law_of
 from sims.contact_point import contact_velocity, rebound_of
 from sims.hinged_paddle import ENGINES, Setup
 from sims.recording import Recording, Track, line
-from sims.scene import NATIVE, Check, Measured, Scene, Settings, register
+from sims.scene import NATIVE, Limit, Measured, Scene, Settings, register
 from sims.scenes.table_tennis import GYRATION, MASS, RADIUS, pair_of
 
 PAIR = replace(pair_of(), friction=0.8, restitution=0.8)
@@ -92,16 +92,16 @@ class Paddle(Scene):
             "lever_change": float(np.abs(ball.velocities[:, 2]).max() * duration / HEIGHT),
         } | rebound_of(PAIR, chi, points[0], points[1], NORMAL)  # fmt: skip
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Reference, restitution, angular momentum about the hinge, energy, and that the paddle gives way."""
         # Within a step the lever arms are those of the touch: no better than the way along the face over the height.
         asked = measured["lever_change"]
-        out = [Check("change of angular momentum about the hinge over that before", measured["momentum_error"], asked)]
+        out = [Limit("change of angular momentum about the hinge over that before", asked, measured["momentum_error"])]
         if measured["law"] != "microslip":
             return out
         return out + [
-            Check("error of psi_2", abs(measured["psi2"] - measured["psi2_reference"]), 4e-3),
-            Check("error of the restitution", abs(measured["restitution"] - PAIR.restitution), 1e-3),
-            Check("energy after over that before", measured["energy_ratio"], 1.001),
-            Check("rate of the paddle", -measured["paddle_rate"], 0.1, "rad/s", at_least=True),
+            Limit("error of psi_2", 4e-3, abs(measured["psi2"] - measured["psi2_reference"])),
+            Limit("error of the restitution", 1e-3, abs(measured["restitution"] - PAIR.restitution)),
+            Limit("energy after over that before", 1.001, measured["energy_ratio"]),
+            Limit("rate of the paddle", 0.1, -measured["paddle_rate"], "rad/s", at_least=True),
         ]

@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import checks
 from sims.puck import SURFACES, Puck, Result, as_json, reference
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 BLOCK = (0.03, 0.3, 0.0254)  # half lengths [m]
@@ -69,12 +69,12 @@ class OnBlock(Scene):
             )
         )  # fmt: skip
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """As `sims.puck.Result.check`."""
-        out = [Check("psi2, anything finite", abs(measured["psi2"]), 1e3)]
+        out = [Limit("psi2, anything finite", 1e3, abs(measured["psi2"]))]
         if measured["law"] not in ("mindlin", "native"):
-            out.append(Check("energy after over before", measured["energy_ratio"], 1.001))
+            out.append(Limit("energy after over before", 1.001, measured["energy_ratio"]))
         if measured["law"] == "microslip":
             error = abs(measured["psi2"] - measured["psi2_reference"])
-            out.append(Check("psi2 off the reference", error, 4e-3))
+            out.append(Limit("psi2 off the reference", 4e-3, error))
         return out

@@ -15,7 +15,7 @@ from contactlaw import Body, checks, collide
 from sims.contact_point import Array, contact_velocity, rebound_of
 from sims.puck import SURFACES, Puck
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 # What the paper leaves open: psi_2 over psi_1 does not depend on it.
@@ -81,15 +81,15 @@ class RubberExperiment(Scene):
         out["energy_ratios"] = [float(energy[between] / energy[0]), float(energy[-1] / energy[between])]
         return out
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Both impacts against the annulus solver; no energy from nowhere."""
-        checks_: list[Check] = []
+        checks_: list[Limit] = []
         if measured["law"] not in ("mindlin", "native"):
-            checks_.append(Check("greatest energy ratio of an impact", max(measured["energy_ratios"]), 1.001))
+            checks_.append(Limit("greatest energy ratio of an impact", 1.001, max(measured["energy_ratios"])))
         if measured["law"] == "microslip":
             checks_ += [
-                Check(f"error of psi_2 at the {name} block",
-                      abs(measured[f"psi2_{name}"] - measured[f"psi2_reference_{name}"]), 4e-3)
+                Limit(f"error of psi_2 at the {name} block",
+                      4e-3, abs(measured[f"psi2_{name}"] - measured[f"psi2_reference_{name}"]))
                 for name in ("first", "second")
             ]  # fmt: skip
         return checks_

@@ -8,7 +8,7 @@ from typing import ClassVar
 from contactlaw import checks
 from sims.bounces import bounces_of
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Limit, Measured, Scene, Settings, register
 from sims.superball import (
     BACKSPIN,
     GRAVITY,
@@ -89,7 +89,7 @@ class Superball(Scene):
         ]
         return settled(recording, pair, bounces, asked_bounces=recording.facts["bounces"], garwin=garwins)
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """The bounces against the reference; that spin and direction turn round in all but one of them at least."""
         bounces, wanted = measured["bounces"], measured["asked_bounces"]
         out = check_bounces(bounces, measured["law"], wanted)
@@ -97,6 +97,6 @@ class Superball(Scene):
             reversed_ = sum(one["spin_before"] * one["spin_after"] < 0.0 for one in bounces)
             starts = [0.0, *(one["x"] for one in bounces)]
             back = sum(one["velocity_after"][0] * (x - one["x"]) > 0.0 for one, x in zip(bounces, starts, strict=False))
-            out.append(Check("bounces that reverse the spin", reversed_, wanted - 1, at_least=True))
-            out.append(Check("bounces after which it flies towards the last one", back, wanted - 1, at_least=True))
+            out.append(Limit("bounces that reverse the spin", wanted - 1, reversed_, at_least=True))
+            out.append(Limit("bounces after which it flies towards the last one", wanted - 1, back, at_least=True))
         return out

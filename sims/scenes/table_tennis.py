@@ -24,7 +24,7 @@ from contactlaw import RIGID, ContactPair, Material, checks
 from sims.bounces import bounces_of
 from sims.loaded_rebound import loaded_rebound, scaled_load
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, Check, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
 RADIUS, MASS, GRAVITY = 0.02, 2.7e-3, 9.81  # [m], [kg], [m/s^2]
@@ -97,32 +97,32 @@ class TableTennis(Scene):
             }  # fmt: skip
         return out
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Each bounce against the annulus solver; those that slide against the closed form; Garwin's ratio."""
         from validation.reference.closed_forms.regimes import slides_throughout_from
 
         strokes = measured["strokes"]
-        out = [Check("strokes that bounced", len(strokes), len(STROKES), at_least=True)]
+        out = [Limit("strokes that bounced", len(STROKES), len(strokes), at_least=True)]
         if measured["law"] != "microslip":
             return out
         for name, one in strokes.items():
             out += [
-                Check(f"error of psi_2, {name}", abs(one["psi2"] - one["psi2_reference"]), 4e-3),
-                Check(
-                    f"error of the restitution, {name}", abs(one["restitution"] - one["restitution_reference"]), 1e-3
+                Limit(f"error of psi_2, {name}", 4e-3, abs(one["psi2"] - one["psi2_reference"])),
+                Limit(
+                    f"error of the restitution, {name}", 1e-3, abs(one["restitution"] - one["restitution_reference"])
                 ),
-                Check(f"angular momentum about the touch lost, {name}", one["moment_lost"], 1e-6),
+                Limit(f"angular momentum about the touch lost, {name}", 1e-6, one["moment_lost"]),
             ]
             if abs(one["psi1"]) > slides_throughout_from(measured["chi"], RESTITUTION):
                 # The closed form has no weight in the contact: g T/v is 0.3 % of the normal impulse.
                 error = abs((one["velocity_after"] - one["velocity_before"])
                             / (one["velocity_sliding"] - one["velocity_before"]) - 1.0)  # fmt: skip
-                out.append(Check(f"error of the change of velocity of a ball that slides, {name}", error, 5e-3))
+                out.append(Limit(f"error of the change of velocity of a ball that slides, {name}", 5e-3, error))
         drop = strokes.get(NO_MOMENTUM)
         if drop:
             factors = [drop[f"{what}_after"] / drop[f"{what}_before"] for what in ("velocity", "spin")]
-            out.append(Check("difference of the factors of v and omega, drop", abs(factors[0] - factors[1]), 1e-6))
-            out.append(Check("factor of v and omega: both turn round, drop", max(factors), -0.1))
+            out.append(Limit("difference of the factors of v and omega, drop", 1e-6, abs(factors[0] - factors[1])))
+            out.append(Limit("factor of v and omega: both turn round, drop", -0.1, max(factors)))
         return out
 
 

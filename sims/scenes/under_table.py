@@ -8,7 +8,7 @@ from typing import ClassVar
 from contactlaw import checks
 from sims.bounces import bounces_of
 from sims.recording import Recording
-from sims.scene import Check, Measured, Scene, Settings, register
+from sims.scene import Limit, Measured, Scene, Settings, register
 from sims.superball import GRAVITY, INTERVAL, MASS, RADIUS, check_bounces, pair_of, settled, spins_in_words
 from sims.worlds import new_world
 
@@ -71,11 +71,11 @@ class UnderTable(Scene):
         last = float(recording.track("ball").positions[-1, 0])
         return settled(recording, pair, bounces, x_end=last)
 
-    def check(self, measured: Measured) -> list[Check]:
+    def check(self, measured: Measured) -> list[Limit]:
         """Floor, underside, floor; out again by the law, against the reference."""
         out = check_bounces(measured["bounces"], measured["law"], BOUNCES)
         if measured["law"] == "microslip":
             under = sum(one["surface"] == "table" for one in measured["bounces"])
-            out.append(Check("bounces off the underside", under, 1, at_least=True))
-            out.append(Check("where it ends, the edge being at 0", measured["x_end"], -RADIUS, "m"))
+            out.append(Limit("bounces off the underside", 1, under, at_least=True))
+            out.append(Limit("where it ends, the edge being at 0", -RADIUS, measured["x_end"], "m"))
         return out

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair, mujoco_plugin
 from sims.scene import Settings
-from sims.worlds.world import Array, Body, World, matrix_to_quaternion, onto
+from sims.worlds.world import Array, Body, State, Tuning, World, matrix_to_quaternion, onto
 
 GEOMS = {
     "ball": mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -29,9 +29,14 @@ STEPS_A_NATIVE_CONTACT = 10  # a stiffer contact than MuJoCo's solver resolves g
 class EngineWorld(World):
     """MuJoCo's."""
 
-    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
-        super().__init__(settings, gravity)
+    def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
+        super().__init__(settings, gravity, tuning)
         self.spec = mujoco.MjSpec()
+        self.spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{tuning.integrator.upper()}")
+        self._collide = int(tuning.collide)
+        self.contacts: list[str] = []
+        """Names of the contacts by the law."""
+        self.model: Any = None
         self.spec.option.timestep = self.timestep
         self.spec.option.gravity = self.gravity
         self._masses: dict[str, float] = {}
@@ -50,23 +55,36 @@ class EngineWorld(World):
                 joint = made.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=body.rotation.T @ axis)
                 joint.armature = HEAVY
         size = body.size[:1] if body.shape == "disc" else body.size
-        made.add_geom(name=body.name, type=GEOMS[body.shape], size=[*size, 0.0, 0.0][:3], contype=0, conaffinity=0)
+        made.add_geom(
+            name=body.name, type=GEOMS[body.shape], size=[*size, 0.0, 0.0][:3], contype=self._collide,
+            conaffinity=self._collide,
+        )  # fmt: skip
         self._masses[body.name] = body.mass
 
     def _make_plane(self, name: str, point: Array, normal: Array) -> None:
         self.spec.worldbody.add_geom(
             name=name, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5.0, 5.0, 0.1], pos=point,
-            quat=matrix_to_quaternion(onto(normal)), contype=0, conaffinity=0,
+            quat=matrix_to_quaternion(onto(normal)), contype=self._collide, conaffinity=self._collide,
         )  # fmt: skip
 
     def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None:
         self.spec.worldbody.add_geom(
             name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=half_sizes, pos=position,
-            quat=matrix_to_quaternion(rotation), contype=0, conaffinity=0,
+            quat=matrix_to_quaternion(rotation), contype=self._collide, conaffinity=self._collide,
         )  # fmt: skip
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
-        mujoco_plugin.add_contact(self.spec, ones, twos, pair, others=False)
+        tuning = self.tuning
+        self.contacts.append(
+            mujoco_plugin.add_contact(self.spec, ones, twos, pair, others=tuning.collide, substeps=tuning.substeps)
+        )
+
+    def _make_native(self, friction: float, restitution: float, spring: tuple[float, float] | None) -> None:
+        for geom in self.spec.geoms:
+            geom.contype = geom.conaffinity = 1
+            geom.friction, geom.condim = [friction, 0.0, 0.0], 3
+            if spring is not None:
+                geom.solref = [-value for value in spring]
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """MuJoCo's own contact: as stiff as the law's where the step allows, damped to the restitution.
@@ -90,50 +108,67 @@ class EngineWorld(World):
                 solref=[-stiffness, -damping], solimp=[0.9999, 0.9999, 1e-3, 0.5, 2.0],
             )  # fmt: skip
 
-    def _start(self) -> None:
-        self.model = self.spec.compile()
-        self.data = mujoco.MjData(self.model)
-        mujoco.mj_kinematics(self.model, self.data)
-        ids = [self.model.body(body.name).id for body in self.bodies]
-        self._dofs = [int(self.model.body_dofadr[number]) for number in ids]
-        self._ids = np.array(ids, dtype=int)
-        for body, dof in zip(self.bodies, self._dofs, strict=True):
+    def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
+        if self.model is None:
+            self.model = self.spec.compile()
+            self.data = mujoco.MjData(self.model)
+            self._ids = np.array([self.model.body(body.name).id for body in self.bodies], dtype=int)
+            joints = self.model.body_jntadr[self._ids]
+            self._places, self._dofs = (
+                self.model.jnt_qposadr[joints].tolist(),
+                self.model.body_dofadr[self._ids].tolist(),
+            )
+        else:
+            mujoco.mj_resetData(self.model, self.data)
+        data = self.data
+        for body, at, dof, (position, velocity, spin, turn) in zip(
+            self.bodies, self._places, self._dofs, states, strict=True
+        ):
             if body.path is None:
-                self.data.qvel[dof : dof + 3] = body.velocity
-                self.data.qvel[dof + 3 : dof + 6] = body.rotation.T @ body.spin
-        # The engine's velocity is that of half a step before the position.
-        self.data.qvel[:] -= self._half_step()
+                data.qpos[at : at + 3], data.qpos[at + 3 : at + 7] = position, matrix_to_quaternion(turn)
+                data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6] = velocity, turn.T @ spin
+        mujoco.mj_kinematics(self.model, data)
+        data.qvel[:] -= self._half_step()  # the engine's velocity is that of half a step before the position
 
     def _half_step(self) -> Array:
-        """What gravity adds to the free bodies' velocities in half a step, shape (nv,)."""
+        """What gravity adds to the free bodies' velocities in half a step, shape (nv,); none under Runge-Kutta."""
         out = np.zeros(self.model.nv)
-        for body, dof in zip(self.bodies, self._dofs, strict=True):
-            if body.path is None:
-                out[dof : dof + 3] = 0.5 * self.timestep * self.gravity
+        if self.model.opt.integrator != mujoco.mjtIntegrator.mjINT_RK4:
+            for body, dof in zip(self.bodies, self._dofs, strict=True):
+                if body.path is None:
+                    out[dof : dof + 3] = 0.5 * self.timestep * self.gravity
         return out
 
     def _drive(self, body: Body, position: Array, velocity: Array) -> None:
-        dof = self._dofs[self.bodies.index(body)]
-        joint = int(self.model.body_jntadr[self._ids[self.bodies.index(body)]])
-        place = int(self.model.jnt_qposadr[joint])
+        number = self.bodies.index(body)
+        dof, place = self._dofs[number], self._places[number]
         self.data.qpos[place : place + 3] = position - body.position
         self.data.qvel[dof : dof + 3] = velocity
 
     def _advance(self, count: int) -> None:
         mujoco.mj_step(self.model, self.data, count)
 
-    def _read(self) -> tuple[Array, Array, Array, Array]:
+    def push(self, loads: Array) -> None:
+        """As `World.push`; it lasts until the next one."""
+        self.data.xfrc_applied[self._ids] = loads
+
+    def place(self, number: int = 0) -> Array:
+        """As `World.place`, of a free body."""
+        at = self._places[number]
+        return self.data.qpos[at : at + 3].copy()
+
+    def _read(self) -> State:
         model, data = self.model, self.data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        speeds = data.qvel + self._half_step()
+        speeds = true_velocity(model, data)
         turns = data.xmat[self._ids].reshape(-1, 3, 3)
         linear = np.array([speeds[dof : dof + 3] for dof in self._dofs]).reshape(-1, 3)
         spins = [
             turn @ speeds[dof + 3 : dof + 6] if body.path is None else np.zeros(3)
             for body, turn, dof in zip(self.bodies, turns, self._dofs, strict=True)
         ]
-        return data.xpos[self._ids].copy(), turns.copy(), linear, np.array(spins).reshape(-1, 3)
+        return State(data.xpos[self._ids].copy(), turns.copy(), linear, np.array(spins).reshape(-1, 3))
 
     def _show(self) -> None:
         if self._window is None:
@@ -145,3 +180,25 @@ class EngineWorld(World):
     def _close(self) -> None:
         if self._window is not None:
             self._window.close()
+
+
+def true_velocity(model: Any, data: Any) -> Array:
+    """Generalised velocities at the time of the coordinates, shape (nv,).
+
+    Those of the engine are half a step behind, but for what rests or slides on a contact by the law; and but for
+    Runge-Kutta. Gravity alone is taken to act.
+    """
+    out = data.qvel.copy()
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        return out
+    touching = {
+        int(model.geom_bodyid[geom])
+        for name in mujoco_plugin.instances_of(model)
+        for contact in mujoco_plugin.contacts_of(model, data, name)
+        for geom in (contact.geom1, contact.geom2)
+        if contact.touching
+    }
+    for joint, body in zip(model.jnt_dofadr, model.jnt_bodyid, strict=True):
+        if model.body_dofnum[body] == 6 and body not in touching:
+            out[joint : joint + 3] += 0.5 * model.opt.timestep * model.opt.gravity
+    return out

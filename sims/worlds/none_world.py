@@ -7,16 +7,18 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair
 from contactlaw import world as own
+from contactlaw.world.records import Arrays
 from sims.scene import NONE, Settings
-from sims.worlds.world import Array, Body, World, matrix_to_quaternion
+from sims.worlds.world import Array, Body, State, Tuning, World, matrix_to_quaternion
 
 
 class EngineWorld(World):
     """`contactlaw.world.World`."""
 
-    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
-        super().__init__(settings, gravity)
-        self.world = own.World(self.gravity, self.timestep)
+    def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
+        super().__init__(settings, gravity, tuning)
+        self.world = own.World(self.gravity, self.timestep, substeps=float(tuning.substeps))
+        self._fresh: Arrays | None = None
         self._shapes: dict[str, list[int]] = {}
 
     def _make_body(self, body: Body) -> None:
@@ -41,8 +43,11 @@ class EngineWorld(World):
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         raise ValueError(f"law = 'native': engine = {NONE!r} has no contact of its own")
 
-    def _start(self) -> None:
-        """There is nothing to make ready."""
+    def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
+        fresh = self._fresh = self._fresh or self.world.save()
+        self.world.restore(fresh)
+        for number, (position, velocity, spin, turn) in enumerate(states):
+            self.world.place(number, position, velocity, matrix_to_quaternion(turn), spin)
 
     def _drive(self, body: Body, position: Array, velocity: Array) -> None:
         """No body is driven."""
@@ -50,11 +55,11 @@ class EngineWorld(World):
     def _advance(self, count: int) -> None:
         self.world.step(count)
 
-    def _read(self) -> tuple[Array, Array, Array, Array]:
+    def _read(self) -> State:
         w, x, y, z = self.world.quaternion.T
         turns = np.array([
             [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
             [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
             [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
         ]).transpose(2, 0, 1)  # fmt: skip
-        return self.world.position, turns, self.world.velocity, self.world.spin
+        return State(self.world.position, turns, self.world.velocity, self.world.spin)

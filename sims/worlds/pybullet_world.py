@@ -11,23 +11,21 @@ from numpy.typing import ArrayLike
 from contactlaw import ContactPair
 from contactlaw.pybullet_callback import ContactCallback
 from sims.scene import Settings
-from sims.worlds.world import Array, Body, World, matrix_to_quaternion, onto
+from sims.worlds.world import Array, Body, State, Tuning, World, matrix_to_quaternion, onto
 
 
 class EngineWorld(World):
     """PyBullet's."""
 
-    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
-        super().__init__(settings, gravity)
+    def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
+        super().__init__(settings, gravity, tuning)
         self.client = p.connect(p.GUI if settings.watch else p.DIRECT)
-        p.setPhysicsEngineParameter(
-            fixedTimeStep=self.timestep, contactERP=0.0, contactSlop=0.0, restitutionVelocityThreshold=0.0,
-            physicsClientId=self.client,
-        )  # fmt: skip
+        p.setPhysicsEngineParameter(fixedTimeStep=self.timestep, physicsClientId=self.client)
         p.setGravity(*self.gravity.tolist(), physicsClientId=self.client)
         self.ids: dict[str, int] = {}
-        self._law: ContactCallback | None = None
-        self._handles: list[int] = []
+        self.callback: ContactCallback | None = None
+        self.handles: list[int] = []
+        """Of the contacts by the law."""
 
     def _make_body(self, body: Body) -> None:
         if body.shape == "box":
@@ -44,7 +42,7 @@ class EngineWorld(World):
         if body.path is None:
             p.changeDynamics(
                 made, -1, localInertiaDiagonal=list(body.inertia), linearDamping=0.0, angularDamping=0.0,
-                maxJointVelocity=1e6, physicsClientId=self.client,
+                maxJointVelocity=1e12, physicsClientId=self.client,
             )  # fmt: skip
 
     def _make_plane(self, name: str, point: Array, normal: Array) -> None:
@@ -58,18 +56,23 @@ class EngineWorld(World):
     def _put(self, name: str, mass: float, shape: int, position: Array, rotation: Array) -> int:
         w, x, y, z = matrix_to_quaternion(rotation).tolist()
         made = p.createMultiBody(mass, shape, -1, position.tolist(), [x, y, z, w], physicsClientId=self.client)
-        p.setCollisionFilterGroupMask(made, -1, 0, 0, physicsClientId=self.client)
+        if not self.tuning.collide:
+            p.setCollisionFilterGroupMask(made, -1, 0, 0, physicsClientId=self.client)
         self.ids[name] = made
         return made
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         driven = any(body.path is not None for body in self.bodies)
-        self._law = self._law or ContactCallback(self.client, fixed_bodies_move=driven)
+        moved = driven if self.tuning.fixed_bodies_move is None else self.tuning.fixed_bodies_move
+        self.callback = self.callback or ContactCallback(self.client, fixed_bodies_move=moved)
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
-        self._handles.append(self._law.add_contact(first, second, pair))
+        self.handles.append(self.callback.add_contact(first, second, pair, substeps=self.tuning.substeps))
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """Bullet's own contact with the settings that let it bounce; friction and restitution are products of both."""
+        p.setPhysicsEngineParameter(
+            contactERP=0.0, contactSlop=0.0, restitutionVelocityThreshold=0.0, physicsClientId=self.client
+        )
         shared = set(ones) & set(twos)
         for name in {*ones, *twos}:
             e, mu = pair.restitution, pair.friction
@@ -86,12 +89,26 @@ class EngineWorld(World):
                 if one != two:
                     p.setCollisionFilterPair(self.ids[one], self.ids[two], -1, -1, 1, self.client)
 
-    def _start(self) -> None:
-        for body in self.bodies:
+    def _make_native(self, friction: float, restitution: float, spring: tuple[float, float] | None) -> None:
+        for name, number in self.ids.items():
+            mass = next((body.mass for body in self.bodies if body.name == name), 0.0)
+            group, mask = (1, -1) if mass else (2, -1 ^ 2)  # Bullet's own, of bodies that move and of others
+            p.setCollisionFilterGroupMask(number, -1, group, mask, physicsClientId=self.client)
+            made = {"lateralFriction": sqrt(friction), "restitution": sqrt(restitution)}
+            if spring is not None:
+                stiffness, damping = (min(body.mass for body in self.bodies) * value for value in spring)
+                made = {"lateralFriction": sqrt(friction), "contactStiffness": stiffness, "contactDamping": damping}
+            p.changeDynamics(number, -1, **made, physicsClientId=self.client)
+
+    def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
+        if self.callback is not None:
+            self.callback.restore({})
+        for body, (position, velocity, spin, turn) in zip(self.bodies, states, strict=True):
             if body.path is None:
-                # The engine's velocity is that of half a step before the position.
-                before = body.velocity - 0.5 * self.timestep * self.gravity
-                p.resetBaseVelocity(self.ids[body.name], before.tolist(), body.spin.tolist(), self.client)
+                number, (w, x, y, z) = self.ids[body.name], matrix_to_quaternion(turn).tolist()
+                p.resetBasePositionAndOrientation(number, position.tolist(), [x, y, z, w], self.client)
+                before = velocity - 0.5 * self.timestep * self.gravity  # the engine's is of half a step before
+                p.resetBaseVelocity(number, before.tolist(), spin.tolist(), self.client)
 
     def _drive(self, body: Body, position: Array, velocity: Array) -> None:
         number = self.ids[body.name]
@@ -101,15 +118,27 @@ class EngineWorld(World):
         p.resetBaseVelocity(number, velocity.tolist(), [0.0, 0.0, 0.0], self.client)
 
     def _advance(self, count: int) -> None:
-        for _ in range(count):
-            if self._law is None:
+        if self.callback is None:
+            for _ in range(count):
                 p.stepSimulation(self.client)
-            else:
-                self._law.step()
+            return
+        for _ in range(count):
+            self.callback.step()
 
-    def _read(self) -> tuple[Array, Array, Array, Array]:
+    def push(self, loads: Array) -> None:
+        """As `World.push`."""
+        for number, load in enumerate(loads.tolist()):
+            body, at = self.ids[self.bodies[number].name], self.place(number).tolist()
+            p.applyExternalForce(body, -1, load[:3], at, p.WORLD_FRAME, self.client)
+            p.applyExternalTorque(body, -1, load[3:], p.WORLD_FRAME, self.client)
+
+    def place(self, number: int = 0) -> Array:
+        """As `World.place`."""
+        return np.array(p.getBasePositionAndOrientation(self.ids[self.bodies[number].name], self.client)[0])
+
+    def _read(self) -> State:
         places, turns, speeds, spins = [], [], [], []
-        states = [state for handle in self._handles for state in (self._law.states(handle) if self._law else [])]
+        states = [state for handle in self.handles for state in (self.callback.states(handle) if self.callback else [])]
         pressed = {side[0] for state in states if state.overlap > 0.0 for side in (state.a, state.b)}
         for body in self.bodies:
             number = self.ids[body.name]
@@ -127,7 +156,7 @@ class EngineWorld(World):
             turns.append(np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3))
             speeds.append(speed)
             spins.append(spin)
-        return np.array(places), np.array(turns), np.array(speeds), np.array(spins)
+        return State(np.array(places), np.array(turns), np.array(speeds), np.array(spins))
 
     def _close(self) -> None:
         p.disconnect(self.client)

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter, sleep
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,18 +38,49 @@ class Body:
     path: Path | None = None
 
 
+class State(NamedTuple):
+    """All bodies now, in the order in which they were added: true velocities at the time of the positions.
+
+    position [m], velocity [m/s], spin (world frame) [rad/s]: shape (n, 3); rotation: to the world, shape (n, 3, 3).
+    """
+
+    position: Array
+    rotation: Array
+    velocity: Array
+    spin: Array
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What an engine and its adapter are told beyond a scene's settings.
+
+    Attributes:
+        integrator: MuJoCo's.
+        substeps: Least number of the law's own steps in a contact.
+        collide: Whether bodies touch by the engine's own contact, too, where no law says otherwise.
+        fixed_bodies_move: PyBullet: as `ContactCallback` has it; None: where a body is driven.
+    """
+
+    integrator: str = "Euler"
+    substeps: int = 100
+    collide: bool = False
+    fixed_bodies_move: bool | None = None
+
+
 class World(ABC):
     """Bodies, what they touch, and time.
 
-    First add everything, then `record`. Bodies touch only where `contact` says so.
+    First add everything, then `record`; or `start`, `step` and `read` as often as you like, and `close`. Bodies touch
+    only where `contact` or `native` says so.
 
     Args:
         settings: Engine, law and step.
         gravity: [m/s^2], shape (3,).
+        tuning: Of the engine and its adapter.
     """
 
-    def __init__(self, settings: Settings, gravity: ArrayLike) -> None:
-        self.settings = settings
+    def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
+        self.settings, self.tuning = settings, tuning
         self.timestep = settings.step
         self.gravity = checks.vector("gravity", gravity)
         self.time = 0.0
@@ -147,7 +178,59 @@ class World(ABC):
             self._laws.append(law_of(told.law).name)
             self._touch_by_law(first, second, told)
 
+    def native(self, friction: float, restitution: float, spring: tuple[float, float] | None = None) -> None:
+        """Let all bodies and planes, already added, touch by the engine's own contact as its users set it.
+
+        Args:
+            friction: Of any two.
+            restitution: Of any two; PyBullet's alone, MuJoCo has none.
+            spring: Stiffness and damping over mass [1/s^2], [1/s]; None: the engine's own.
+        """
+        self._make_native(friction, restitution, spring)
+
     # ---- what happens
+
+    def start(self, *states: tuple[ArrayLike, ArrayLike, ArrayLike]) -> None:
+        """Begin, or begin again, with no contact open.
+
+        Args:
+            states: Position [m], velocity [m/s] and spin [rad/s] of each body, unturned, in the order in which they
+                were added; none: every body as it was added.
+        """
+        self.time = 0.0
+        own = [(body.position, body.velocity, body.spin, body.rotation) for body in self.bodies]
+        told = [(np.array(x, float), np.array(v, float), np.array(w, float), np.eye(3)) for x, v, w in states]
+        self._start(told or own)
+
+    def step(self, count: int = 1) -> None:
+        """Let a number of steps pass; driven bodies are put on their paths before each."""
+        driven = [body for body in self.bodies if body.path is not None]
+        if not driven:
+            self._advance(count)
+            self.time += count * self.timestep
+            return
+        for _ in range(count):
+            for body in driven:
+                here, there = (np.asarray(body.path(t)) for t in (self.time, self.time + self.timestep))  # type: ignore[misc]
+                self._drive(body, here, (there - here) / self.timestep)
+            self._advance(1)
+            self.time += self.timestep
+
+    def push(self, loads: Array) -> None:
+        """Force [N] and torque [N m] on each body in the coming step, world frame, shape (n, 6)."""
+        raise ValueError(f"engine = {self.settings.engine!r}: takes no force from outside")
+
+    def read(self) -> State:
+        """Where the bodies are and how they move now: the one place where velocities are read, in any engine."""
+        return self._read()
+
+    def place(self, number: int = 0) -> Array:
+        """Where one body is [m], shape (3,): less work than `read`."""
+        return self._read().position[number]
+
+    def close(self) -> None:
+        """Let go of the engine."""
+        self._close()
 
     def record(self, duration: float, every: float | None = None, **facts: Any) -> Recording:
         """Let time pass and write down what happens, the start included.
@@ -159,7 +242,7 @@ class World(ABC):
         """
         stride = max(1, round((every or 0.0) / self.timestep))
         count = max(1, round(duration / (stride * self.timestep)))
-        self._start()
+        self.start()
         places = np.empty((count + 1, len(self.bodies), 3))
         turns = np.empty((count + 1, len(self.bodies), 3, 3))
         speeds, spins = np.empty_like(places), np.empty_like(places)
@@ -168,7 +251,7 @@ class World(ABC):
             for number in range(count + 1):
                 if number:
                     begin = perf_counter()
-                    self._step(stride)
+                    self.step(stride)
                     wall_time += perf_counter() - begin
                 places[number], turns[number], speeds[number], spins[number] = self._read()
                 self.settings.progress(number / count)
@@ -188,20 +271,6 @@ class World(ABC):
         }  # fmt: skip
         times = np.arange(count + 1, dtype=np.float64) * (self.timestep * stride)
         return Recording(times, tracks, self.scenery, facts=own | facts)
-
-    def _step(self, count: int) -> None:
-        """A number of steps; driven bodies are put on their paths before each."""
-        driven = [body for body in self.bodies if body.path is not None]
-        if not driven:
-            self._advance(count)
-            self.time += count * self.timestep
-            return
-        for _ in range(count):
-            for body in driven:
-                here, there = (np.asarray(body.path(t)) for t in (self.time, self.time + self.timestep))  # type: ignore[misc]
-                self._drive(body, here, (there - here) / self.timestep)
-            self._advance(1)
-            self.time += self.timestep
 
     def _add(
         self, name: str, shape: str, size: tuple[float, ...], mass: float, inertia: Any, position: Any, velocity: Any,
@@ -243,8 +312,12 @@ class World(ABC):
     @abstractmethod
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None: ...
 
+    def _make_native(self, friction: float, restitution: float, spring: tuple[float, float] | None) -> None:
+        raise ValueError(f"engine = {self.settings.engine!r}: has no contact of its own")
+
     @abstractmethod
-    def _start(self) -> None: ...
+    def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
+        """Position, velocity, spin and rotation of each body at one time; the first time the engine is made ready."""
 
     @abstractmethod
     def _drive(self, body: Body, position: Array, velocity: Array) -> None: ...
@@ -253,8 +326,7 @@ class World(ABC):
     def _advance(self, count: int) -> None: ...
 
     @abstractmethod
-    def _read(self) -> tuple[Array, Array, Array, Array]:
-        """Positions (n, 3), rotations (n, 3, 3), true velocities and spins (n, 3), all in the world frame."""
+    def _read(self) -> State: ...
 
     def _show(self) -> None:  # noqa: B027  (an engine may have nothing to do)
         """Bring the engine's window up to date; the first time open it."""
@@ -263,10 +335,10 @@ class World(ABC):
         """Let go of the engine."""
 
 
-def new_world(settings: Settings, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> World:
+def new_world(settings: Settings, gravity: ArrayLike = (0.0, 0.0, -9.81), tuning: Tuning | None = None) -> World:
     """An empty world in the engine of the settings."""
     module = importlib.import_module(f"sims.worlds.{settings.engine}_world")
-    return module.EngineWorld(settings, gravity)
+    return module.EngineWorld(settings, gravity, tuning or Tuning())
 
 
 def matrix_to_quaternion(matrix: Array) -> Array:
@@ -288,7 +360,9 @@ def matrix_to_quaternion(matrix: Array) -> Array:
 
 
 def onto(normal: Array) -> Array:
-    """A rotation matrix that brings the z axis onto a unit vector."""
-    side = np.cross(normal, [1.0, 0.0, 0.0] if abs(normal[0]) < 0.9 else [0.0, 1.0, 0.0])
-    side /= np.linalg.norm(side)
-    return np.column_stack([side, np.cross(normal, side), normal])
+    """The least rotation, as a matrix, that brings the z axis onto a unit vector."""
+    x, y, z = normal
+    if z < -1.0 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    cross = np.array([[0.0, 0.0, x], [0.0, 0.0, y], [-x, -y, 0.0]])  # of z x n
+    return np.eye(3) + cross + cross @ cross / (1.0 + z)

@@ -16,10 +16,9 @@ if numba.config.DISABLE_JIT:
 
 from contactlaw import rebound
 from validation.stability import NOT_FINITE, judged, tally
-from validation.stability_draws import bounces, chattering, resting
-from validation.stability_levels import EXTREMES, extreme
+from validation.stability_draws import EXTREMES, bounces, chattering, extreme, resting
 from validation.stability_trials import MASS, RADIUS, SOLID, Trial, pair_of
-from validation.stability_worlds import ENGINES, NATIVE, ONCE, STIFF, WAYS, world
+from validation.stability_worlds import ENGINES, NATIVE, ONCE, STIFF, WAYS, TrialWorld
 
 MADE = {"modulus": 1e9, "poisson": 0.3, "friction": 0.3, "restitution": 1.0}
 
@@ -39,8 +38,9 @@ def oblique(steps: float) -> Trial:
 def test_a_world_starts_as_its_trial_says(engine: str, way: str) -> None:
     trial = bounces((2, 3), ratio=3.0)
     assert trial is not None
-    for found, wanted in zip(world(engine, trial, way).motion(), (trial.places, trial.velocities, trial.spins),
-                             strict=True):  # fmt: skip
+    state = TrialWorld(engine, trial, way).read()
+    for found, wanted in zip((state.position, state.velocity, state.spin),
+                             (trial.places, trial.velocities, trial.spins), strict=True):  # fmt: skip
         np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-15)
     places, velocities, spins = trial.places, trial.velocities, trial.spins
     assert trial.first_energy() == pytest.approx(trial.kinetic(velocities, spins) + trial.potential(places), rel=1e-12)
@@ -52,9 +52,9 @@ def test_evaluated_once_a_step_the_law_is_right_where_the_step_resolves_it(engin
     errors = []
     for steps in (100.0, 400.0):
         trial = oblique(steps)
-        one = world(engine, trial, ONCE)
+        one = TrialWorld(engine, trial, ONCE)
         one.step(round(trial.duration / trial.step))
-        _, velocity, spin = one.motion()
+        _, _, velocity, spin = one.read()
         pair = trial.pair()
         sliding = velocity[0, 0] - RADIUS * spin[0, 1]
         wanted = float(rebound(1.2, pair.chi(MASS, MASS / (1.0 + 1.0 / SOLID))))
@@ -82,9 +82,9 @@ def test_theory_says_where_once_a_step_holds(engine: str) -> None:
             np.array([[1e-9 * deep / step, 0.0, 0.5 * step * trial.gravity[2]]]), np.zeros((1, 3)),
             gravity=trial.gravity, datum=trial.datum,
         )  # fmt: skip
-        one = world(engine, nudged, ONCE)
+        one = TrialWorld(engine, nudged, ONCE)
         one.step(60)
-        moved = abs(one.motion()[2][0, 1]) * RADIUS * step / deep
+        moved = abs(one.read().spin[0, 1]) * RADIUS * step / deep
         assert (moved > 1e-3) == grows, (turn, moved)
 
 
@@ -101,11 +101,11 @@ def test_a_contact_that_runs_out_of_substeps_stands(engine: str) -> None:
     """A compact core: chi about 4000, hundreds of contact durations in a step."""
     trial = bounces((3, 1), (-3.0, -2.8), gyration=1e-4, restitution=0.5, friction=0.1)
     assert trial is not None
-    one = world(engine, trial, "microslip")
+    one = TrialWorld(engine, trial, "microslip")
     for number in range(20):
         with pytest.warns(UserWarning, match="without bounce") if number == 0 else nullcontext():
             one.step(10)
-        places, velocities, spins = one.motion()
+        places, _, velocities, spins = one.read()
         assert trial.kinetic(velocities, spins) + trial.potential(places) < trial.first_energy() * (1.0 + 1e-6)
         assert trial.gaps(places).min() > -0.1 * RADIUS
 

@@ -21,11 +21,7 @@ compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="fine 
 
 @pytest.mark.parametrize(
     ("annuli", "bound"),
-    [
-        (10, 8e-3),
-        pytest.param(20, 3e-3, marks=compiled_only),
-        pytest.param(40, 1e-3, marks=compiled_only),
-    ],
+    [(10, 8e-3), pytest.param(20, 3e-3, marks=compiled_only), pytest.param(40, 1e-3, marks=compiled_only)],
 )
 def test_converged_values_within_the_promised_error(annuli, bound):
     np.testing.assert_allclose(annulus.rebound(INCIDENCE, DISK, annuli), CONVERGED, rtol=0.0, atol=bound)

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, ContactWarning, Material, collide
+from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, Material, collide
 from contactlaw import force_along_path as law_along_path
 from contactlaw import rebound as law_rebound
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import panels
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from validation.prediction import quiet_pair
 
 Array = NDArray[np.float64]
 
@@ -28,27 +20,11 @@ FINE = 16384  # steps: the error falls with their square, from some 1e-3 at 128
 CHIS = [0.3, 0.75, 1.0, 1.256, 1.441, 2.0]
 RESTITUTIONS = [1.0, 0.86, 0.5]
 SMALL = 1e-8  # psi_1 at which only the last 1e-8 of the time slips
-SHOWN = 1.256
-SHOWN_RESTITUTIONS = [1.0, 0.7]
-STYLES = {
-    "rigid": {"color": "#8a8a8a", "linestyle": (0, (6, 3)), "linewidth": 2.2},
-    "walton": {"color": "#c44e00", "linestyle": "-.", "linewidth": 1.3},
-    "springs": {"color": "#0072b2", "linestyle": (0, (2, 1.2)), "linewidth": 1.8},
-    "microslip": {"color": "black", "linestyle": "-", "linewidth": 1.6},
-    "annulus": {"color": "black", "linestyle": "", "marker": "o", "fillstyle": "none", "markersize": 6},
-}
-NAMES = {
-    "rigid": "rigid bodies",
-    "walton": r"Walton, $\beta_0$ from microslip",
-    "springs": "linear springs (Stronge)",
-    "microslip": "microslip",
-    "annulus": "annulus solver",
-}
 
 
 @register
 class ClosedForms(Case):
-    """Asked and reached for each closed form; and the simple models beside the laws."""
+    """Asked and reached for each closed form."""
 
     name = "closed_forms"
     place = 12
@@ -56,14 +32,7 @@ class ClosedForms(Case):
     claim = (
         "Where impact theory has a closed form the package and the annulus solver give it: sliding throughout, loading "
         "without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and for linear "
-        "springs the whole rebound. Models with a closed form for everything (rigid bodies, Walton's three parameters, "
-        "Stronge's springs) are drawn beside the laws, to show what each is worth."
-    )
-    caption = (
-        f"Rebound over incidence, chi = {SHOWN}: elastic on the left, restitution {SHOWN_RESTITUTIONS[1]} on the "
-        "right. Linear springs: normal and tangential spring in the ratio kappa under a Coulomb cap, exact; for e < 1 "
-        "the normal spring unloads stiffer (Stronge), while the laws and the annulus solver lose energy in a damper. "
-        "Walton's beta_0 is the greatest -psi_2/psi_1 of microslip."
+        "springs the whole rebound."
     )
     needs = ("scipy",)
 
@@ -74,51 +43,13 @@ class ClosedForms(Case):
         full_stick = {steps: _full_stick_error(steps) for steps in (128, FINE)}
         limits += [*_like_the_ball(), *_hertz(), *_paths()]
         progress(0.5)
-        shown = []
-        for restitution in SHOWN_RESTITUTIONS:
-            shown.append(_models(restitution, 8 if quick else 23))
-            progress(0.5 + 0.5 * len(shown) / len(SHOWN_RESTITUTIONS))
         finite = all(np.isfinite(limit.reached) for limit in limits)
-        return Outcome(limits, {"shown": shown, "full_stick": full_stick}, [] if finite else ["a value is not finite"])
+        return Outcome(limits, {"full_stick": full_stick}, [] if finite else ["a value is not finite"])
 
     def table(self, data: Data) -> Table:
-        """How far each simple model is from the annulus solver, extrapolated."""
-        heads = ["model", "e", "largest distance in psi_2 from the annulus solver", "at psi_1", "rms"]
-        rows: list[Sequence[str]] = []
-        for shown in data["shown"]:
-            for name, label in NAMES.items():
-                if name == "annulus":
-                    continue
-                error = np.abs(np.array(shown["at_annulus"][name]) - shown["annulus"])
-                extra = f" = {shown['beta_0']:.3f}" if name == "walton" else ""
-                rows.append([label.replace(r"$\beta_0$", "beta_0" + extra), f"{shown['restitution']:g}",
-                             f"{error.max():.2g}", f"{shown['annulus_psi_1'][int(error.argmax())]:.2f}",
-                             f"{np.sqrt(np.mean(error**2)):.2g}"])  # fmt: skip
-        for steps, error in data["full_stick"].items():
-            rows.append([f"linear_spring, {steps} steps, against full stick: error over psi_1", "1", f"{error:.2g}",
-                         f"{SMALL:g}", ""])  # fmt: skip
-        return Table(heads, rows)
-
-    def draw(self, data: Data) -> Figure:
-        """Rebound over incidence, a panel a restitution."""
-        figure, both = panels(2, width=4.8, height=4.1)
-        for axes, shown in zip(both, data["shown"], strict=True):
-            _draw_rebound(axes, shown)
-        figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        return figure
-
-
-def _draw_rebound(axes: Axes, shown: Data) -> None:
-    for name, style in STYLES.items():
-        psi_1 = shown["annulus_psi_1"] if name == "annulus" else shown["psi_1"]
-        axes.plot(psi_1, shown[name], **style, label=NAMES[name])
-    end = 2.0 * SHOWN * (1.0 + shown["restitution"]) - shown["restitution"]
-    axes.axvline(end, color="#8a8a8a", linewidth=0.8, linestyle=":")
-    axes.annotate("slides\nthroughout", (end, 0.02), xycoords=("data", "axes fraction"), xytext=(4, 0),
-                  textcoords="offset points", fontsize=8)  # fmt: skip
-    axes.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"rebound $\psi_2$ [-]",
-             title=rf"$\chi$ = {SHOWN}, e = {shown['restitution']:g}", xlim=(0.0, shown["psi_1"][-1]),
-             ylim=(-1.9, 1.3))  # fmt: skip
+        """How far two numbers of steps are from full stick at an incidence near zero."""
+        return Table(["linear_spring against full stick", "error in psi_2/psi_1"],
+                     [[f"{steps} steps", f"{error:.2g}"] for steps, error in data["full_stick"].items()])  # fmt: skip
 
 
 def _sliding() -> list[Limit]:
@@ -214,9 +145,7 @@ def _hertz() -> list[Limit]:
     stated, reached, spin = [], [], []
     for a, b, radius, speed in ((steel, steel, 0.025, 0.8), (rubber, rubber, 0.05, 0.3), (glass, RIGID, 1.5e-3, 4.0)):
         body = Body(4.19 * radius**3 * (a.density or 0.0), radius, velocity=(0.3 * speed, 0.0, -speed))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)
-            pairs = {law: ContactPair(a, b, 0.2, radius=radius, law=law) for law in ("microslip", "linear_spring")}
+        pairs = {law: quiet_pair(a, b, 0.2, radius=radius, law=law) for law in ("microslip", "linear_spring")}
         pair = pairs["microslip"]
         exact = hertz.impact(body.mass, radius, pair.effective_modulus, speed)
         figures = np.array([exact.duration, exact.overlap, exact.force])
@@ -232,9 +161,7 @@ def _hertz() -> list[Limit]:
         spin.append(abs(radius * impact.spin_a[1] + 2.5 * gained[0]) / abs(gained[0]))
     damped = []
     for e in RESTITUTIONS:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)
-            unit = ContactPair(Material(1.0, 0.0), RIGID, 0.0, e, radius=1.0)
+        unit = quiet_pair(Material(1.0, 0.0), RIGID, 0.0, e, radius=1.0)
         motion = impact_motion(e, 2, 8)
         damped += [abs(unit.contact_duration(1.0, 1.0) / motion.time[-1] - 1.0),
                    abs(unit.greatest_overlap(1.0, 1.0) / motion.overlap.max() - 1.0)]  # fmt: skip
@@ -271,25 +198,3 @@ def _paths() -> list[Limit]:
         Limit("loading that slides, F = mu P, three laws, relative error", EXACT, max(errors["slip"])),
         Limit("both on loading, annulus solver of 40, relative error", REFERENCE, max(errors["annulus"])),
     ]  # fmt: skip
-
-
-def _models(restitution: float, count: int) -> Data:
-    """psi_2 of every model over psi_1, and of the annulus solver at fewer points."""
-    from validation.reference import annulus
-    from validation.reference.closed_forms import rebound_models, rigid
-
-    psi_1, few = np.linspace(0.0, 5.6, 225), np.linspace(0.1, 5.5, count)
-    small = np.linspace(0.05, 5.6, 556)
-    tangential = float(np.max(-np.asarray(law_rebound(small, SHOWN, "microslip", restitution)) / small))
-
-    def all_models(psi: Array) -> dict[str, Array]:
-        return {
-            "rigid": rigid.rebound(psi, SHOWN, restitution),
-            "walton": rebound_models.walton(psi, SHOWN, tangential, restitution),
-            "springs": np.asarray(rebound_models.stronge(psi, SHOWN, restitution)),
-            "microslip": np.asarray(law_rebound(psi, SHOWN, "microslip", restitution)),
-        }
-
-    truth = [annulus.rebound_extrapolated(float(p), SHOWN, restitution)[0] for p in few]
-    return {"restitution": restitution, "beta_0": tangential, "psi_1": psi_1, "annulus_psi_1": few, "annulus": truth,
-            "at_annulus": all_models(few), **all_models(psi_1)}  # fmt: skip

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import ContactPair
-from validation.ball import INTEGRATORS, MASS, RADIUS, STEEL
-from validation.balls import BulletBalls, MujocoBalls
+from validation.ball import INTEGRATORS, MASS, RADIUS, STEEL, Array, balls_world, in_words
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import STYLES, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 COUNTS = [3, 4, 5]
 GAP = 1e-4  # [m]
@@ -39,27 +31,25 @@ class Cradle(Case):
         "forces share; at the engine's own step, far longer than the whole event, they are those of a finely "
         "integrated chain of Hertz springs. With 0.1 mm between, only the last ball flies off."
     )
-    caption = (
-        "Velocity of each ball after the impact over the first one's before. Lines: Hertz chain, integrated to 1e-11; "
-        "filled marks: MuJoCo at 2 ms, rings: PyBullet at 1/240 s."
-    )
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """In touch and apart."""
+        from sims.scenes.cradle import hertz_chain
+
         counts = COUNTS[:1] if quick else COUNTS
         runs: list[Data] = []
         chains = {}
         for number, count in enumerate(counts):
-            chain = chains[str(count)] = hertz_chain(count)
+            chain = chains[str(count)] = hertz_chain(replace(PAIR, radius=0.5 * RADIUS), MASS, count, 1, SPEED, 0.0)
             away = np.zeros(count)
             away[-1] = SPEED
             for gap, truth in ((0.0, chain), (GAP, away)):
                 for engine, dt, integrator in _kinds():
-                    after, aside = _after(engine, dt, integrator, count, gap)
+                    after = _after(engine, dt, integrator, count, gap)
                     runs.append(
                         {"balls": count, "gap": gap, "engine": engine, "step": dt, "integrator": integrator,
-                         "velocity": after, "error": float(np.abs(after - truth).max()) / SPEED, "aside": aside}
+                         "velocity": after, "error": float(np.abs(after - truth).max()) / SPEED}
                     )  # fmt: skip
             progress((number + 1) / len(counts))
         problems = [
@@ -84,29 +74,10 @@ class Cradle(Case):
                 if run["balls"] == int(count):
                     table.rows.append(
                         [count, f"{1e3 * run['gap']:g}",
-                         f"{run['engine']}, {1e3 * run['step']:.3g} ms {run['integrator']}",
+                         f"{run['engine']}, {in_words(run['step'])} {run['integrator']}",
                          _words(run["velocity"]), f"{run['error']:.1e}"]
                     )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Velocities by place in the row."""
-        figure, (axes,) = panels(1, width=6.0)
-        for style, (count, chain) in zip(STYLES, data["chain"].items(), strict=False):
-            number = np.arange(1, int(count) + 1)
-            line: dict[str, Any] = style | {"marker": ""}
-            axes.plot(number, chain, **line, label=f"{count} balls, Hertz chain")
-            for engine, dt, big in (("mujoco", 2e-3, False), ("pybullet", 1.0 / 240.0, True)):
-                for run in data["runs"]:
-                    if (run["balls"], run["engine"], run["gap"]) == (int(count), engine, 0.0) and abs(
-                        run["step"] - dt
-                    ) < 1e-6:
-                        axes.plot(number, run["velocity"], "o", color=style["color"], markersize=9 if big else 4.5,
-                                  fillstyle="none" if big else "full")  # fmt: skip
-        axes.set(xlabel="ball in the row, the striking one first [-]", ylabel="velocity after, over the first's [-]")
-        axes.set_xticks(range(1, max(COUNTS) + 1))
-        axes.legend()
-        return figure
 
 
 def _kinds() -> list[tuple[str, float, str]]:
@@ -115,46 +86,19 @@ def _kinds() -> list[tuple[str, float, str]]:
     return kinds + [("pybullet", dt, "") for dt in STEPS["pybullet"]]
 
 
-def hertz_chain(count: int) -> Array:
-    """Velocities after the first of a row of balls in touch came with `SPEED` [m/s]."""
-    from scipy.integrate import solve_ivp
-
-    stiffness = 4.0 / 3.0 * PAIR.effective_modulus * np.sqrt(0.5 * RADIUS)
-    time = (MASS / (stiffness * SPEED**0.5)) ** 0.4  # scales: SPEED x time is a length
-    factor = stiffness * time**2.5 * SPEED**0.5 / MASS
-
-    def rates(_: float, state: Array) -> Array:
-        overlap = np.maximum(state[: count - 1] - state[1:count], 0.0)
-        force = factor * overlap**1.5
-        push = np.zeros(count)
-        push[:-1] -= force
-        push[1:] += force
-        return np.concatenate([state[count:], push])
-
-    start = np.zeros(2 * count)
-    start[count] = 1.0
-    solution = solve_ivp(rates, (0.0, LONG / time), start, method="DOP853", rtol=1e-11, atol=1e-13, max_step=1.0)
-    return SPEED * solution.y[count:, -1]
-
-
-def _after(engine: str, dt: float, integrator: str, count: int, gap: float) -> tuple[Array, float]:
-    """Velocities along the row after the impact [m/s], and the greatest across it."""
+def _after(engine: str, dt: float, integrator: str, count: int, gap: float) -> Array:
+    """Velocities along the row after the impact [m/s]."""
     places, velocities = np.zeros((count, 3)), np.zeros((count, 3))
     places[:, 0] = np.arange(count) * (2.0 * RADIUS + gap)
     velocities[0, 0] = SPEED
     if gap == 0.0:  # begins in the middle of a step
         places[0, 0] -= 0.37 * dt * SPEED
-    balls: Any = (
-        MujocoBalls(dt, PAIR, places, velocities, integrator=integrator)
-        if engine == "mujoco"
-        else BulletBalls(dt, PAIR, places, velocities)
-    )
-    try:
-        balls.step(round(LONG / dt) + 2)
-        _, after, _ = balls.motion()
-    finally:
-        balls.close()
-    return after[:, 0], float(np.abs(after[:, 1:]).max())
+    world = balls_world(engine, dt, PAIR, places, velocities, integrator=integrator or "Euler")
+    world.start()
+    world.step(round(LONG / dt) + 2)
+    after = world.read().velocity
+    world.close()
+    return after[:, 0]
 
 
 def _words(velocities: list[float]) -> str:

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import LAW_STYLES, limit_line, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
 RESTITUTIONS = [1.0, 0.99, 0.93, 0.86, 0.7, 0.5]  # each needs tables of its own, hence a few, the first most often
 CREATORS = ("mindlin",)  # measured and reported, not limited
 ASKED = 1e-3
-SHOWN = 1e-7  # gains below are not drawn
 LEG = 32  # points on each leg of the closed path
 
 
@@ -35,11 +29,6 @@ class Energy(Case):
         "No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the "
         "law but one: the plain `mindlin` spring, which creates energy when the contact unloads."
     )
-    caption = (
-        "Left: how many of the random impacts gain more than a given part of their energy. Right: force over "
-        "displacement on the closed path (shift under high load, unload to half the overlap, shift back, reload, and "
-        "the same the other way)."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Random impacts, then the path."""
@@ -51,7 +40,7 @@ class Energy(Case):
         friction = np.exp(random.uniform(np.log(0.01), np.log(10.0), count))
         kappa = random.uniform(0.6, 1.0, count)
         problems = []
-        data: Data = {"count": count, "gain": {}, "grown": {}, "worst": {}, "curve": {}, "tangential_gain": {}}
+        data: Data = {"count": count, "gain": {}, "grown": {}, "worst": {}}
         for number, name in enumerate(LAWS):
             psi_2 = np.atleast_1d(rebound(psi_1, chi, name, e))
             if not np.isfinite(psi_2).all():
@@ -61,12 +50,10 @@ class Energy(Case):
             worst = int(np.argmax(gain))
             data["gain"][name] = float(gain[worst])
             data["grown"][name] = float(np.mean(gain > ASKED))
-            data["tangential_gain"][name] = float(np.max(psi_2**2 - psi_1**2) / 2.0)
             data["worst"][name] = {
                 key: float(values[worst])
                 for key, values in {"psi_1": psi_1, "chi": chi, "e": e, "mu": friction, "kappa": kappa}.items()
             }
-            data["curve"][name] = np.sort(gain)[::-1][np.unique(np.geomspace(1, count, 60).astype(int)) - 1]
             progress((number + 1) / len(LAWS))
         data["path"] = {name: pump(name) for name in LAWS if name != "coulomb"}
         limits = [
@@ -82,15 +69,8 @@ class Energy(Case):
 
     def table(self, data: Data) -> Table:
         """A row a law."""
-        table = Table(
-            [
-                "law",
-                "largest gain of energy",
-                "impacts that gain more than 0.001",
-                "its psi_1, chi, e, mu",
-                "extracted on the closed path",
-            ]
-        )
+        table = Table(["law", "largest gain of energy", "impacts that gain more than 0.001", "its psi_1, chi, e, mu",
+                       "extracted on the closed path"])  # fmt: skip
         for name, gain in data["gain"].items():
             worst = data["worst"][name]
             where = ", ".join(f"{worst[key]:.2f}" for key in ("psi_1", "chi", "e", "mu"))
@@ -98,34 +78,6 @@ class Energy(Case):
             table.rows.append([name, f"{gain:+.1e}", f"{100 * data['grown'][name]:.1f} %", where if gain > 0 else "",
                                f"{path['extracted']:+.3f}" if path else ""])  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Gains, and the closed path."""
-        figure, (left, right) = panels(2)
-        ranks = np.unique(np.geomspace(1, data["count"], 60).astype(int))
-        quiet = [name for name, gain in data["gain"].items() if gain <= SHOWN]
-        for name in data["curve"]:
-            if name not in quiet:
-                gains = np.array(data["curve"][name])
-                left.loglog(
-                    gains[gains > SHOWN], (ranks / data["count"])[gains > SHOWN], **LAW_STYLES[name], label=name
-                )
-        left.plot([], [], " ", label=f"none above {SHOWN:g}: " + ",\n".join(quiet))
-        left.set(xlabel="relative gain of kinetic energy [-]", ylabel="part of the impacts that gain more [-]",
-                 xlim=(SHOWN, 1.0), ylim=(0.5 / data["count"], 1.0),
-                 title=f"{data['count']} random impacts a law")  # fmt: skip
-        limit_line(left, ASKED, "asked of all but mindlin", vertical=True)
-        left.legend(loc="upper left", fontsize=8)
-        for name in ("mindlin", "microslip"):
-            style = LAW_STYLES[name]
-            path = data["path"][name]
-            work = "out of" if path["extracted"] > 0 else "into"
-            right.plot(path["displacement"], path["force"], **{**style, "marker": ""},
-                       label=f"{name}: {abs(path['extracted']):.2f} {work} the path")  # fmt: skip
-        right.set(xlabel="displacement / longest [-]", ylabel=r"$F/(\mu P)$ at high load [-]",
-                  title="closed path; work in units of the first shift's")  # fmt: skip
-        right.legend(fontsize=8)
-        return figure
 
 
 def kinetic(psi: Array, normal_speed: Array | float, chi: Array, friction: Array, kappa: Array) -> Array:
@@ -150,12 +102,6 @@ def pump(law: str) -> Data:
     )
     fractions = np.arange(1, LEG + 1)[:, None] / LEG
     path = np.concatenate([corners[:1], *(a + fractions * (b - a) for a, b in pairwise(corners))])
-    normal, force = force_along_path(pair, deep * path[:, 0], shift * path[:, 1])
+    _, force = force_along_path(pair, deep * path[:, 0], shift * path[:, 1])
     work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(shift * path[:, 1]))])
-    keep = slice(LEG, None, 4)
-    return {
-        "extracted": float(-work[-1] / work[2 * LEG]),
-        "force_left": float(force[-1] / np.abs(force).max()),
-        "displacement": path[keep, 1],
-        "force": force[keep] / (pair.friction * normal.max()),
-    }
+    return {"extracted": float(-work[-1] / work[2 * LEG]), "force_left": float(force[-1] / np.abs(force).max())}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,11 +9,7 @@ from contactlaw import MATERIALS, ContactPair, force_along_path
 from contactlaw.laws import LAWS, Law
 from contactlaw.laws.microslip import Microslip
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import STYLES, limit_line, panels, plain_ticks
 from validation.reference import mindlin_loop, superposition
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -40,10 +34,6 @@ class MindlinLoop(Case):
         "to rounding with all springs at once, as `force_along_path` takes them by default; within 1 % of mu P with "
         "16 nodes, the engines' default, within 0.1 % with 64."
     )
-    caption = (
-        f"Left: cycle between +-{SHOWN} mu P; displacement over the one at which all slips. Right: largest error of "
-        "the force over the nodes; without them it is rounding."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Each number of nodes on each amplitude."""
@@ -51,21 +41,16 @@ class MindlinLoop(Case):
         nodes = [16, 64] if quick else NODES
         laws: dict[str, Law] = {"default": LAWS["microslip"]} | {str(n): Microslip(node_count=n) for n in nodes}
         data: Data = {"nodes": nodes, "error": {}, "lost": {}}
-        curves: dict[str, Array] = {}
         for number, (name, law) in enumerate(laws.items()):
             data["error"][name], data["lost"][name] = {}, {}
             for amplitude in amplitudes:
                 exact = mindlin_loop.cycle(amplitude, POINTS)
                 force = _along(law, exact.displacement)
-                if amplitude == SHOWN:
-                    curves[name] = force
-                    data["displacement"], data["exact"] = exact.displacement.tolist(), exact.force.tolist()
                 data["error"][name][str(amplitude)] = float(np.abs(force - exact.force).max())
                 cycle = slice(POINTS - 1, None)
                 work = float(np.trapezoid(force[cycle], exact.displacement[cycle]))
                 data["lost"][name][str(amplitude)] = work / mindlin_loop.lost_work(amplitude) - 1.0
             progress((number + 1) / len(laws))
-        data["curve"] = {name: curves[name].tolist() for name in ("default", "64")}
         reference = max(float(np.abs(_superposed(a) - mindlin_loop.cycle(a, POINTS).force).max()) for a in amplitudes)
         data["reference_error"] = reference
         limits = [
@@ -73,7 +58,7 @@ class MindlinLoop(Case):
             Limit("largest error of F/(mu P), 16 nodes", 1e-2, max(data["error"]["16"].values())),
             Limit("largest error of F/(mu P), 64 nodes", 1e-3, max(data["error"]["64"].values())),
         ]
-        finite = all(np.isfinite(force).all() for force in curves.values())
+        finite = all(np.isfinite([*errors.values()]).all() for errors in data["error"].values())
         return Outcome(limits, data, [] if finite else ["microslip gives a force that is not finite"])
 
     def table(self, data: Data) -> Table:
@@ -85,28 +70,6 @@ class MindlinLoop(Case):
                 table.rows.append([label, amplitude, f"{error:.1e}", f"{100 * data['lost'][name][amplitude]:+.2f} %"])
         table.rows.append(["(superposition reference)", "all", f"{data['reference_error']:.1e}", ""])
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """The loop, and errors over nodes."""
-        figure, (left, right) = panels(2)
-        left.plot(data["displacement"], data["exact"], color="black", label="closed form")
-        for style, (name, force), shift in zip(STYLES[1:], data["curve"].items(), (0, 12), strict=False):
-            label = "microslip, " + ("all springs at once" if name == "default" else f"{name} nodes")
-            left.plot(data["displacement"], force, **{**style, "linestyle": "none"}, markevery=(shift, 24),
-                      fillstyle="none", label=label)  # fmt: skip
-        left.set(xlabel="displacement / that of full slip [-]", ylabel=r"tangential force $F/(\mu P)$ [-]",
-                 title=f"cycle between {SHOWN} and -{SHOWN}")  # fmt: skip
-        left.legend(loc="upper left", fontsize=8)
-        amplitudes = list(data["error"]["64"])
-        for style, amplitude in zip(STYLES, amplitudes, strict=False):
-            errors = [data["error"][str(n)][amplitude] for n in data["nodes"]]
-            right.loglog(data["nodes"], errors, **style, label=rf"amplitude {amplitude} $\mu P$")
-        right.set(xlabel="nodes [-]", ylabel=r"largest error of $F/(\mu P)$ [-]", title="finer is closer")
-        limit_line(right, 1e-2, "asked of 16 nodes (the engines' default)")
-        limit_line(right, 1e-3, "asked of 64 nodes")
-        plain_ticks(right, data["nodes"])
-        right.legend(loc="lower left", fontsize=8)
-        return figure
 
 
 def _along(law: Law, displacement: Array) -> Array:

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import ContactPair
-from validation.ball import FRICTION, INTEGRATORS, MASS, RADIUS, RESTITUTION, STEEL
-from validation.balls import BulletBalls, MujocoBalls
+from validation.ball import (
+    FRICTION,
+    INTEGRATORS,
+    MASS,
+    RADIUS,
+    RESTITUTION,
+    STEEL,
+    TANGENTIAL_MASS,
+    Array,
+    balls_world,
+    in_words,
+)
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
-from validation.picture import STYLES, limit_line, panels
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 State = tuple[Array, Array, Array]
 """Places, velocities, spins of both balls, shape (2, 3) each."""
 
@@ -26,7 +29,7 @@ STEPS = {"mujoco": [1.0 / 240.0, 2e-3, 1e-3, 1e-4, 1e-5], "pybullet": [1.0 / 240
 KEPT, REBOUND = 1e-10, 1e-2
 SPEEDS = [1.0, 3.0]  # [m/s]
 PAIR = ContactPair(STEEL, STEEL, FRICTION, RESTITUTION)
-CHI = PAIR.chi(1.0 / 2.0, 1.0 / 7.0)  # of two equal solid balls, masses over that of one
+CHI = PAIR.chi(0.5 * MASS, 0.5 * TANGENTIAL_MASS)  # of two equal solid balls
 INERTIA = 0.4 * MASS * RADIUS**2  # [kg m^2]
 AHEAD = 2.3  # engine steps before the touch
 
@@ -42,12 +45,6 @@ class Momentum(Case):
         "Two spinning balls that meet off-centre keep their linear and angular momentum to rounding, at any engine "
         "step and at every one of them, and at about 1 m/s the contact point rebounds as the theory says for both "
         "balls' inertia."
-    )
-    caption = (
-        "Left: largest change of momentum, over what the balls have of it, at any step. Right: largest error of the "
-        "rebound (both tangential components and the normal one, in units of psi) over the engine's step. Tangential "
-        "and normal are told apart by the line of centres in the middle of the contact: it turns while they touch, "
-        "with the speed, which the theory leaves out."
     )
     needs = ("mujoco", "pybullet")
 
@@ -91,32 +88,11 @@ class Momentum(Case):
                        "error in e", "line of centres turns [degrees]"])  # fmt: skip
         for run in data["runs"]:
             table.rows.append(
-                [f"{run['engine']}, {1e3 * run['step']:.3g} ms {run['integrator']}", f"{run['speed']:g}",
+                [f"{run['engine']}, {in_words(run['step'])} {run['integrator']}", f"{run['speed']:g}",
                  *(f"{run[key]:.1e}" for key in ("linear", "angular", "tangential", "normal")),
                  f"{run['turning']:.2f}"]
             )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Momentum, and the rebound."""
-        figure, (left, right) = panels(2)
-        for engine, look in (("mujoco", {}), ("pybullet", {"fillstyle": "none", "markersize": 9})):
-            for style, speed in zip(STYLES, SPEEDS, strict=False):
-                own = [run for run in data["runs"]
-                       if (run["engine"], run["speed"]) == (engine, speed)
-                       and run["integrator"] in ("Euler", "")]  # fmt: skip
-                steps = [run["step"] for run in own]
-                worst = [max(run["linear"], run["angular"], 1e-17) for run in own]
-                left.loglog(steps, worst, **(style | look), label=f"{engine}, {speed:g} m/s")
-                right.loglog(steps, [max(run["tangential"], run["normal"]) for run in own], **(style | look),
-                             label=f"{engine}, {speed:g} m/s")  # fmt: skip
-        limit_line(left, KEPT, "asked")
-        limit_line(right, REBOUND, "asked at 1 m/s")
-        left.set(xlabel="engine step [s]", ylabel="relative change of momentum [-]")
-        right.set(xlabel="engine step [s]", ylabel=r"largest error in $\psi_2$ or e [-]")
-        left.legend(fontsize=8)
-        right.legend(fontsize=8)
-        return figure
 
 
 def _start(speed: float, seed: int, dt: float) -> State:
@@ -140,23 +116,20 @@ def _start(speed: float, seed: int, dt: float) -> State:
 
 def _impact(engine: str, dt: float, integrator: str, speed: float, seed: int) -> Data | None:
     start = _start(speed, seed, dt)
-    balls: Any = (
-        MujocoBalls(dt, PAIR, *start, integrator=integrator) if engine == "mujoco" else BulletBalls(dt, PAIR, *start)
-    )
+    world = balls_world(engine, dt, PAIR, *start, integrator=integrator or "Euler")
+    world.start()
     first = _momenta(start)
     size = np.linalg.norm(MASS * start[1], axis=1).sum()
     arm = size * 2.0 * RADIUS
     linear = angular = 0.0
-    try:
-        for _ in range(int(AHEAD) + 3 + round(3e-4 / speed**0.2 / dt)):
-            balls.step(1)
-            state = balls.motion()
-            now = _momenta(state)
-            linear = max(linear, float(np.abs(now[0] - first[0]).max() / size))
-            if not (integrator == "RK4" and balls.busy()):  # its places are ahead by half of what is owed
-                angular = max(angular, float(np.abs(now[1] - first[1]).max() / arm))
-    finally:
-        balls.close()
+    for _ in range(int(AHEAD) + 3 + round(3e-4 / speed**0.2 / dt)):
+        world.step()
+        found = world.read()
+        state = found.position, found.velocity, found.spin
+        now = _momenta(state)
+        linear = max(linear, float(np.abs(now[0] - first[0]).max() / size))
+        angular = max(angular, float(np.abs(now[1] - first[1]).max() / arm))
+    world.close()
     lines = [_line_of_centres(start, first=True), _line_of_centres(state, first=False)]
     if lines[0] is None or lines[1] is None or np.linalg.norm(state[1] - start[1]) < 0.1 * speed:
         return None

@@ -3,30 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from contactlaw.laws.microslip import Microslip
 from contactlaw.world import World
+from validation import ball
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
-from validation.picture import STYLES, limit_line, panels
-from validation.world_scenes import (
-    FLOOR,
-    FRICTION,
-    RADIUS,
-    balls,
-    box_of_planes,
-    column,
-    mass_of,
-    rack,
-    steel_pair,
-    tumbler,
-)
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from validation.world_scenes import FLOOR, RADIUS, balls, box_of_planes, column, mass_of, rack, steel_pair, tumbler
 
 MASS = mass_of(RADIUS)
 STEPS = [1.0 / 60.0, 2e-3, 1e-4, 1e-5, 1e-6]  # [s]
@@ -46,7 +31,6 @@ class OwnWorld(Case):
         "Bodies that drift, contacts that look where the bodies are, and equal and opposite kicks at one point: psi_2, "
         "energy and momentum are right at any step, with no correction for what moves within it."
     )
-    caption = "Largest error of psi_2 over the step of the world, 100 substeps and 16 nodes; dotted: 200 and 64."
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Impacts first, then what is conserved."""
@@ -89,34 +73,14 @@ class OwnWorld(Case):
         table.rows.extend([name, f"{reached:.1e}", "", ""] for name, reached in data["kept"].items())
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """Errors over the step."""
-        figure, (axes,) = panels(1)
-        for style, e in zip(STYLES, RESTITUTIONS, strict=False):
-            own = [one for one in data["psi_2"] if one["restitution"] == e]
-            axes.loglog([one["step"] for one in own], [one["error"] for one in own], **style, label=f"e = {e:g}")
-        fine = [one for one in data["psi_2"] if "fine" in one]
-        axes.loglog([one["step"] for one in fine], [one["fine"] for one in fine], "k:", label="e = 1, fine")
-        limit_line(axes, 5e-4, "asked")
-        axes.set(xlabel="step of the world [s]", ylabel="largest error of psi_2 [-]")
-        axes.legend()
-        return figure
 
-
-def psi_2_error(restitution: float, dt: float, law: Microslip | str = "microslip", substeps: float = 100.0) -> float:
+def psi_2_error(restitution: float, dt: float, law: Microslip | str = "microslip", substeps: int = 100) -> float:
     """Largest over psi_1 and phases of the touch within a step, against the annuli."""
-    pair = steel_pair(restitution=restitution, radius=RADIUS, law=law)
-    chi, length = pair.chi(1.0, 1.0 / 3.5), max(dt, pair.contact_duration(MASS, 1.0))
-    truth, worst = judge([(psi, round(chi, 12), restitution) for psi in PSI_1]).psi_2, 0.0
-    for phase in (0.1, 0.6):
-        for psi, exact in zip(PSI_1, np.atleast_1d(truth), strict=True):
-            velocity = [psi * FRICTION / pair.kappa, 0.0, -1.0]
-            place = [[0.0, 0.0, RADIUS + (1.0 + phase) * dt]]
-            made = balls(pair, place, velocity, planes=[FLOOR], timestep=dt, substeps=substeps)
-            made.step(round(3.0 * length / dt) + 3)
-            v, w = made.velocity[0], made.spin[0]
-            worst = max(worst, abs(pair.kappa / FRICTION * (v[0] - RADIUS * w[1]) - exact))
-    return float(worst)
+    pair = ball.steel_pair(law, restitution)
+    world = ball.ball_world("none", dt, pair, substeps=substeps)
+    found = ball.impacts(world, pair, PSI_1, np.array([1.1, 1.6]))[..., 0]
+    truth = judge([(psi, pair.chi(ball.MASS, ball.TANGENTIAL_MASS), restitution) for psi in PSI_1])
+    return float(np.abs(found - truth.psi_2[:, None]).max())
 
 
 def bounces(dt: float) -> float:

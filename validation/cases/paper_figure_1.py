@@ -68,7 +68,6 @@ class PaperFigure1(Case):
                     "difference_at": float(reference.time[np.abs(difference).argmax()]),
                     "stick": float(reference.time[stuck[0]]) if stuck.size else None,
                     "slip_again": float(reference.time[stuck[-1]]) if stuck.size else None,
-                    "reversal": _reversal(reference.time, reference.tangential_force),
                     "least": float(reference.tangential_force.min()),
                 }
             )
@@ -81,12 +80,12 @@ class PaperFigure1(Case):
     def table(self, data: Data) -> Table:
         """A row an incidence; times in durations of the contact."""
         table = Table(
-            ["psi_1", "sticks from tau", "force reverses", "slips everywhere from", "least F/(mu P_max)",
+            ["psi_1", "sticks from tau", "slips everywhere from", "least F/(mu P_max)",
              "law less annuli, largest", "at tau"]
         )  # fmt: skip
         for curve in data["curves"]:
             times = ["-" if (value := curve[key]) is None else f"{value:.3f}" for key in
-                     ("stick", "reversal", "slip_again")]  # fmt: skip
+                     ("stick", "slip_again")]  # fmt: skip
             table.rows.append(
                 [f"{curve['psi_1']:g}", *times, f"{curve['least']:.4f}", f"{curve['difference']:.1e}",
                  f"{curve['difference_at']:.3f}"]
@@ -118,9 +117,3 @@ class PaperFigure1(Case):
         )  # fmt: skip
         axes.legend(loc="lower left")
         return figure
-
-
-def _reversal(time: np.ndarray, force: np.ndarray) -> float | None:
-    """Where the force turns negative; None where it does not."""
-    negative = np.flatnonzero(force < -1e-9)
-    return float(time[negative[0]]) if negative.size else None

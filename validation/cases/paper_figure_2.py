@@ -13,7 +13,6 @@ the annulus solution gives, times 2/(pi (1 - nu)) is f/(G mu C), whatever mass, 
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,7 +49,7 @@ class PaperFigure2(Case):
     )
     caption = (
         "Traction over radius at ten equal times (the last, tau = 1, is zero); steel puck, chi = 1.256, psi_1 = 1.2. "
-        "Solid: stuck; chain-dashed: slipping. Grey: 180 annuli. Left scale as in the paper, with C the greatest "
+        "Solid: stuck; chain-dashed: slipping. Left scale as in the paper, with C the greatest "
         "contact radius over the ball's; right scale over mu times the greatest pressure."
     )
 
@@ -76,10 +75,10 @@ class PaperFigure2(Case):
             "chi": puck.chi, "psi_1": PSI_1, "annuli": ANNULI,
             "scale": 2.0 / (np.pi * (1.0 - puck.pair.a.poissons_ratio)),
             "tau": TIMES, "radii": paper.radii, "edge": edge, "traction": coarse, "stuck": _states(paper),
-            "annuli_fine": finer * ANNULI, "radii_fine": converged.radii, "traction_fine": fine,
+            "annuli_fine": finer * ANNULI,
             "difference": difference, "stuck_part": [_stuck_part(converged, tau) for tau in TIMES],
-            "stick": first, "falling": falling, "no_stick": last, "all_at_once": _at_once(converged, int(stuck[0])),
-            "closing_speed": _closing_speed(puck.chi), "closing_tau": _closing_time(puck.chi),
+            "stick": first, "falling": falling, "no_stick": last, "all_at_once": _stuck_part(converged, first),
+            "closing_tau": _closing_time(puck.chi),
         }  # fmt: skip
         limits = [
             Limit("stick begins, not before tau", 0.2, first, at_least=True),
@@ -114,18 +113,11 @@ class PaperFigure2(Case):
         """As the paper draws it."""
         figure, (axes,) = panels(1, width=6.8, height=5.2)
         scale = data["scale"]
-        for number, edge in enumerate(data["edge"]):
-            within = np.array(data["radii_fine"]) < edge
-            axes.plot(
-                ANNULI * np.append(np.array(data["radii_fine"])[within], edge),
-                scale * np.append(np.array(data["traction_fine"][number])[within], 0.0),
-                color="#b0b0b0", linewidth=2.6, zorder=1,
-            )  # fmt: skip
+        for number, (tau, traction) in enumerate(zip(data["tau"], data["traction"], strict=True)):
             _draw_traction(axes, data, number)
-        _name_times(axes, data["tau"], scale * np.array(data["traction"])[:, 0])
+            axes.annotate(f"{tau:.1f}", (-0.3 - 0.8 * (number % 2), scale * traction[0]), fontsize=8, ha="right")
         axes.plot([], [], color="black", label="stuck")
         axes.plot([], [], color="black", linestyle=CHAIN_DASH, label="slipping")
-        axes.plot([], [], color="#b0b0b0", linewidth=2.6, label=f"{data['annuli_fine']} annuli")
         axes.axhline(0.0, color="black", linewidth=0.8)
         axes.set(
             xlabel="radius [twentieths of the greatest contact radius]", ylabel=r"$f\,/\,(G\,\mu\,C)$ [-]",
@@ -153,20 +145,6 @@ def _stuck_part(history: Impact, tau: float) -> float:
     return float(history.stuck[instant].sum() / max((history.pressure[instant] > 0.0).sum(), 1))
 
 
-def _at_once(history: Impact, instant: int) -> float:
-    """Part of the annuli in contact that are stuck at an instant."""
-    return float(history.stuck[instant].sum() / (history.pressure[instant] > 0.0).sum())
-
-
-def _closing_speed(chi: float) -> float:
-    """Normal speed over V_z1 at which gross slip ends.
-
-    In gross slip the surfaces' velocity is that of the body, psi = psi_1 - 2 chi (1 - v), less that of the growing
-    elastic displacement, which is v in the same scale (appendix of the paper): they meet at v below.
-    """
-    return (2.0 * chi - PSI_1) / (2.0 * chi - 1.0)
-
-
 def _closing_time(chi: float) -> float:
     """When gross slip ends, in durations: the time in which a Hertz impact slows to the closing speed.
 
@@ -174,11 +152,13 @@ def _closing_time(chi: float) -> float:
     """
     from scipy.integrate import quad
 
+    from validation.reference.closed_forms.regimes import closing_velocity_at_first_stick
+
     def passed(x: float) -> float:
         # x = sin^(4/5) of an angle up to pi/2 takes the root out of the integral.
         return quad(lambda angle: 0.8 * np.sin(angle) ** -0.2, 0.0, np.arcsin(x**1.25))[0]
 
-    overlap = (1.0 - _closing_speed(chi) ** 2) ** 0.4
+    overlap = (1.0 - closing_velocity_at_first_stick(PSI_1, chi) ** 2) ** 0.4
     return 0.5 * passed(overlap) / passed(1.0)
 
 
@@ -193,16 +173,3 @@ def _draw_traction(axes: Axes, data: Any, number: int) -> None:
     axes.plot(x[:core], y[:core], color="black", zorder=2)
     outer = max(core - 1, 0)
     axes.plot(x[outer:], y[outer:], color="black", linestyle=CHAIN_DASH, zorder=2)
-
-
-def _name_times(axes: Axes, times: list[float], heights: np.ndarray) -> None:
-    """The time of each curve at its left end; labels that would overlap are moved apart."""
-    least = 0.036
-    places = heights.copy()
-    order = np.argsort(heights)
-    for lower, upper in pairwise(order):
-        places[upper] = max(places[upper], places[lower] + least)
-    for tau, height, place in zip(times, heights, places, strict=True):
-        text = rf"$\tau$ = {tau:.1f}" if tau == times[0] else f"{tau:.1f}"
-        axes.annotate(text, (-0.15, height), xytext=(-0.45, place), fontsize=8, ha="right", va="center",
-                      arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0})  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from validation.case import register
-from validation.rebound_figure import INCH, ReboundFigure, Tolerance
+from validation.rebound_figure import INCH, ReboundFigure
 
 
 @register
@@ -23,11 +23,11 @@ class PaperFigure3(ReboundFigure):
         f"factor of {factor:g}, and eq. (6), which takes it for 1 and so finds mu too low, brings that back to 1."
     )
     caption = (
-        "Left: psi_2 over psi_1 of the steel pucks. Hatched: where points are recorded with mu up to 20 % too low; "
-        "blue: with the +-2 % of the paper's mu. Right: how far from the elastic curve points would be recorded."
+        "psi_2 over psi_1 of the steel pucks. Hatched: where points are recorded with mu up to 20 % too low; "
+        "blue: with the +-2 % of the paper's mu."
     )
     material = "steel"
-    tolerance = Tolerance(friction=0.02)
+    tolerance = 0.02
     diameters = {"3 in": 3.0 * INCH, "4 in": 4.0 * INCH}  # noqa: RUF012
     speeds = (0.5, 1.5)
     span = 7.0

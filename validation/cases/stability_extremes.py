@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import GAIN, on_all_cores, short, tally, without_names
-from validation.stability_levels import EXTREMES, extreme
+from validation.stability import crosses, gains, on_all_cores, scale_of_gains, short, tally, without_names
+from validation.stability_draws import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 TRIALS, FEW_TRIALS = 12, 4  # of a level; half of them elastic, their steps spread from contact to contact
@@ -34,12 +33,10 @@ class StabilityExtremes(Case):
         "0.1 % of energy, and what is to come to rest does."
     )
     caption = (
-        "Above: largest gain of energy of a way (rows) at a level of an extreme (columns); crosses: a run gains more "
-        "than 0.1 %, is not finite, goes through by more than a radius, or does not come to rest where it should, "
-        "within 20 periods of the law's contact and 200 steps. Below: median energy left by elastic balls (friction "
-        "may take some, the same for all ways; crossed: more than at the start; coloured: no run to judge by): rows "
-        "unlike those of the laws lose what they should keep. Engine steps from a 300th of a contact to a thousand "
-        "contacts, all else at random. Where a ball starts inside the floor it has the energy of the law's contact."
+        "Largest gain of energy of a way (rows) at a level of an extreme (columns); crosses: a run gains more than "
+        "0.1 %, is not finite, goes through by more than a radius, or does not come to rest where it should, within 20 "
+        "periods of the law's contact and 200 steps. Engine steps from a 300th of a contact to a thousand contacts, "
+        "all else at random. Where a ball starts inside the floor it has the energy of the law's contact."
     )
     needs = ("mujoco", "pybullet")
 
@@ -67,7 +64,9 @@ class StabilityExtremes(Case):
 
     def table(self, data: Data) -> Table:
         """A row for each way with all that fails, then every failure of the default."""
-        table = Table(["way", "runs", "levels", "fail", "not finite", "largest gain", "levels that fail"])
+        table = Table(
+            ["way", "runs", "levels", "fail", "not finite", "largest gain", "elastic balls keep", "levels that fail"]
+        )
         for engine, way in product(ENGINES, WAYS):
             cells = data["engines"][engine][way]
             failing = {}
@@ -77,47 +76,42 @@ class StabilityExtremes(Case):
             table.rows.append([
                 f"{way}, {TITLES[engine]}", str(sum(cell["runs"] for cell in cells)), str(len(cells)),
                 str(sum(cell["failed"] > 0 for cell in cells)), str(sum(cell["infinite"] for cell in cells)),
-                short(max(cell["gain"] for cell in cells)),
+                short(max(cell["gain"] for cell in cells)), _kept(cells),
                 "; ".join(f"{name}: {', '.join(words)}" for name, words in failing.items()) or "none",
             ])  # fmt: skip
         for engine in ENGINES:
             for cell in data["engines"][engine][DEFAULT]:
                 for failure in cell["failures"]:
-                    table.rows.append([f"FAILS: {DEFAULT}, {TITLES[engine]}", *[""] * 4, short(failure["gain"]),
+                    table.rows.append([f"FAILS: {DEFAULT}, {TITLES[engine]}", *[""] * 4, short(failure["gain"]), "",
                                        f"{failure['problem']}: {failure['trial']}"])  # fmt: skip
         refused = sum(cell["refused"] for ways in data["engines"].values() for one in ways.values() for cell in one)
-        table.rows.append(["beyond the accelerations that MuJoCo takes, not counted", str(refused), *[""] * 5])
+        table.rows.append(["beyond the accelerations that MuJoCo takes, not counted", str(refused), *[""] * 6])
         return table
 
     def draw(self, data: Data) -> Figure:
-        """Gain above, what is left below."""
+        """Gains; the table says what is left."""
         from matplotlib.figure import Figure
 
-        from validation.stability_picture import crosses, gains, scale_of_gains
-
-        figure = Figure(figsize=(13.2, 8.2), layout="constrained")
-        above, below = figure.subplots(2, 1, sharex=True)
+        figure = Figure(figsize=(13.2, 4.6), layout="constrained")
+        axes = figure.subplots()
         ways = list(product(ENGINES, WAYS))[::-1]
         cells = [data["engines"][engine][way] for engine, way in ways]
         x, y = np.arange(len(data["levels"]) + 1), np.arange(len(ways) + 1)
-        mesh = gains(above, x, y, [[cell["gain"] for cell in row] for row in cells])
-        crosses(above, [(c + 0.5, r + 0.5) for r, row in enumerate(cells) for c, cell in enumerate(row)
-                        if cell["failed"]], 4.0)  # fmt: skip
-        scale_of_gains(figure, mesh, above)
-        left = [[np.nan if cell["kept"] is None else cell["kept"] for cell in row] for row in cells]
-        shades = below.pcolormesh(x, y, np.clip(np.array(left, dtype=float), 0.0, 1.0), cmap="Greys_r", vmin=0.0,
-                                  vmax=1.0, edgecolor="#bbbbbb", linewidth=0.3)  # fmt: skip
-        below.set_facecolor("#f2d9c4")  # no elastic run
-        crosses(below, [(c + 0.5, r + 0.5) for r, row in enumerate(left) for c, kept in enumerate(row)
-                        if kept > 1.0 + GAIN], 4.0)  # fmt: skip
-        bar = figure.colorbar(shades, ax=below, fraction=0.02, pad=0.01)
-        bar.set_label("energy left, median [-]", fontsize=8)
-        for axes in (above, below):
-            axes.grid(visible=False)
-            axes.set_yticks(y[:-1] + 0.5, [f"{way}, {TITLES[engine]}" for engine, way in ways], fontsize=8)
-            axes.tick_params(length=0)
-            axes.axhline(len(WAYS), color="black", linewidth=1.2)
-        _heads(above, below, data["levels"])
+        mesh = gains(axes, x, y, [[cell["gain"] for cell in row] for row in cells])
+        crosses(axes, [(c + 0.5, r + 0.5) for r, row in enumerate(cells) for c, cell in enumerate(row)
+                       if cell["failed"]], 4.0)  # fmt: skip
+        scale_of_gains(figure, mesh, axes)
+        axes.set_yticks(y[:-1] + 0.5, [f"{way}, {TITLES[engine]}" for engine, way in ways], fontsize=8)
+        axes.set_xticks(x[:-1] + 0.5, [EXTREMES[name].words[level] for name, level in data["levels"]], rotation=90,
+                        fontsize=8)  # fmt: skip
+        axes.tick_params(length=0)
+        axes.axhline(len(WAYS), color="black", linewidth=1.2)
+        names = [name for name, _ in data["levels"]]
+        for name in dict.fromkeys(names):
+            axes.axvline(names.index(name), color="black", linewidth=1.2)
+            axes.annotate(EXTREMES[name].name, (names.index(name) + 0.5 * names.count(name), 1.0), ha="center",
+                          xycoords=("data", "axes fraction"), xytext=(0, 4), textcoords="offset points",
+                          fontsize=8)  # fmt: skip
         return figure
 
 
@@ -127,17 +121,6 @@ def level_of(task: tuple[str, str, str, int, int]) -> Data:
     return tally(engine, way, [extreme(name, level, number, count) for number in range(count)])
 
 
-def _heads(above: Axes, below: Axes, levels: list[list]) -> None:
-    """Names over the columns of an extreme, levels under them."""
-    below.set_xticks(np.arange(len(levels)) + 0.5, [EXTREMES[name].words[level] for name, level in levels],
-                     rotation=90, fontsize=8)  # fmt: skip
-    above.tick_params(labelbottom=True)
-    above.set_xticks(below.get_xticks(), [label.get_text() for label in below.get_xticklabels()], rotation=90,
-                     fontsize=8)  # fmt: skip
-    names = [name for name, _ in levels]
-    for name in dict.fromkeys(names):
-        first, count = names.index(name), names.count(name)
-        for axes in (above, below):
-            axes.axvline(first, color="black", linewidth=1.2)
-            axes.annotate(EXTREMES[name].name, (first + 0.5 * count, 1.0), xycoords=("data", "axes fraction"),
-                          xytext=(0, 4), textcoords="offset points", ha="center", fontsize=8)  # fmt: skip
+def _kept(cells: list[Data]) -> str:
+    """Median over the levels of the median energy that elastic balls keep; friction may take some."""
+    return f"{np.median([cell['kept'] for cell in cells if cell['kept'] is not None]):.3g}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from contactlaw.laws.hertz import HERTZ_DURATION
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.stability import on_all_cores, short, tally, without_names
+from validation.stability import crosses, gains, on_all_cores, scale_of_gains, short, tally, without_names
 from validation.stability_draws import bounces
 from validation.stability_trials import Trial
 from validation.stability_worlds import ENGINES, ONCE, STIFF, SUB_CYCLED, TITLES, WAYS
@@ -26,7 +26,6 @@ SEEDS, SEEDS_OF_DEFAULT = 1, 5  # of a ball, and as many of a ball on a ball
 WIDER = range(100, 120)  # numbers of the trials of a cell that are drawn besides for the default, half of them stacks
 DEFAULT = "microslip"
 CONSERVED = 1e-3
-LOST = 0.01  # of the energy of an elastic ball without friction: more, and a cell is hatched
 
 SWING = HERTZ_DURATION * sqrt(1.875)  # omega T of small motions at the greatest overlap, omega^2 = k_N/m
 STIFFEST_ACROSS = sqrt(3.5)  # omega across over along, sqrt(2 chi), a solid ball with nu = 0
@@ -51,8 +50,7 @@ class StabilityMap(Case):
     )
     caption = (
         "Shade: largest gain of energy in a cell. Cross: a run in it gains more than 0.1 %, is not finite, or goes "
-        "through by more than a radius. Hatched: "
-        "an elastic ball without friction loses more than 1 % in two to eight flights. Broken lines: omega dt = 2, "
+        "through by more than a radius. Broken lines: omega dt = 2, "
         "along the normal (left) and across (right), at the greatest overlap; dotted: for the linear spring. Each cell "
         "holds a ball on a floor, and a ball on a second one of another mass, with Poisson's ratio, friction, "
         "restitution, speed, spin and heading at random, the same for all ways."
@@ -114,8 +112,6 @@ class StabilityMap(Case):
         """A map for each way."""
         from matplotlib.figure import Figure
 
-        from validation.stability_picture import crosses, gains, hatched, scale_of_gains
-
         figure = Figure(figsize=(13.2, 4.4), layout="constrained")
         panels = figure.subplots(len(ENGINES), len(WAYS), sharex=True, sharey=True)
         x, y = 10.0 ** np.array(data["durations"]), 10.0 ** np.array(data["moduli"])
@@ -123,9 +119,6 @@ class StabilityMap(Case):
         for (engine, way), axes in zip(product(ENGINES, WAYS), panels.ravel(), strict=True):
             one = data["engines"][engine][way]
             mesh = gains(axes, x, y, one["gain"])
-            lossy = [(r, c) for r, row in enumerate(one["kept"]) for c, kept in enumerate(row)
-                     if kept is not None and kept < 1.0 - LOST]  # fmt: skip
-            hatched(axes, x, y, lossy)
             crosses(axes, [(sqrt(x[c] * x[c + 1]), sqrt(y[r] * y[r + 1])) for r, c in np.argwhere(one["fails"])], 4.0)
             _limit_of_theory(axes, way)
             axes.set(xscale="log", yscale="log", xticks=[1e-2, 1.0, 1e2], yticks=[1e3, 1e6, 1e9, 1e12])
@@ -141,9 +134,7 @@ class StabilityMap(Case):
         return figure
 
 
-def cell_of(
-    task: tuple[str, str, tuple[int, int], tuple[float, float], tuple[float, float], int],
-) -> Data:
+def cell_of(task: tuple[str, str, tuple[int, int], tuple[float, float], tuple[float, float], int]) -> Data:
     """One cell of one way: balls and balls on balls at random, and an elastic one without friction."""
     engine, way, cell, steps, modulus, seeds = task
     trials = [_drawn(cell, number, steps, modulus) for number in range(2 * seeds)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 from contactlaw import rebound
 from sims.puck import Puck
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import STYLES, panels
 from validation.stroboscope import Reading, fit_motion, pictured, read_impact
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -27,9 +23,6 @@ MOST_FLASHES = 16  # of a flight that can be told apart on a print
 THROW = 1.0  # speed of the centre before the impact [m/s]
 BACKSPIN = {"steel": 0.0, "rubber": 0.5}  # share of the contact point's tangential velocity that is spin
 INCIDENCES = {"steel": [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "rubber": [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]}
-HIGH = 5.0  # psi_1 at which the paper gives its tolerance for rubber
-TOLERANCES = {"psi_1": 0.07, "psi_2": 0.05}  # relative
-BAND = 2.0  # standard errors in such a tolerance
 MARKERS = (0.9, np.array([0.4, 0.4 + np.pi]))  # the ends of a strip of tape: radius over the puck's, angles [rad]
 SEED = 1981
 
@@ -44,14 +37,9 @@ class StroboscopicError(Case):
     claim = (
         "Velocities read from stroboscopic pictures with a drafting error of a quarter of a millimetre leave psi of "
         "steel good to some hundredths, at every incidence. For rubber the error grows steeply with the incidence, "
-        "as the paper says. The paper's tolerance near psi_1 = 5, read as two standard errors, is that of a "
-        "drafting error of a few tenths of a millimetre. Beside that, eq. (6) gives mu low by (1 - e)/2, since it "
+        "as the paper says. "
+        "Beside that, eq. (6) gives mu low by (1 - e)/2, since it "
         "takes e = 1."
-    )
-    caption = (
-        "Standard error of psi_1 (left) and psi_2 (right) over psi_1, one picture each, by drafting error on the "
-        "print. Marks: scatter of repeated readings; lines: as the covariance of the fit has it. Dashed: half "
-        "of the band that the paper estimates for rubber near psi_1 = 5."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -87,23 +75,12 @@ class StroboscopicError(Case):
             "materials": materials, "drafting": DRAFTING, "draws": draws, "print_scale": PRINT_SCALE,
             "flashes": FLASHES, "field": FIELD, "throw": THROW, "most_flashes": MOST_FLASHES,
             "scatter_over_predicted": ratio,
-            "drafting_of_tolerance": self._drafting_of_tolerance(materials["rubber"]),
         }  # fmt: skip
         limits = [
             Limit("psi read from exact points, off by", 1e-9, exact),
             Limit(f"scatter at {DRAFTING[0]:g} mm over that of the covariance, off 1 by", 0.05, abs(ratio - 1.0)),
         ]
         return Outcome(limits, data)
-
-    def _drafting_of_tolerance(self, rows: list[dict[str, Any]]) -> dict[str, float]:
-        """Drafting error [mm on the print] at which BAND standard errors at psi_1 = 5 are the paper's tolerance."""
-        row = next(row for row in rows if row["psi_1"] == HIGH)
-        small = DRAFTING[0]
-        values = {"psi_1": row["psi_1"], "psi_2": row["psi_2"]}
-        return {
-            name: small * TOLERANCES[name] / BAND * abs(values[name]) / float(row[f"{small:g}"]["predicted"][number])
-            for number, name in enumerate(values)
-        }
 
     def table(self, data: Data) -> Table:
         """A row an impact; a column a drafting error."""
@@ -123,40 +100,7 @@ class StroboscopicError(Case):
                      *(f"{row[size]['scatter'][1]:.4f}" for size in sizes),
                      f"{100 * middle['friction_bias']:+.1f} +- {100 * middle['friction']:.1f}" if gross else "-"]
                 )  # fmt: skip
-        needed = data["drafting_of_tolerance"]
-        table.rows.append(
-            ["rubber", f"{HIGH:g}", "drafting error whose double is", "+-7 % of psi_1:", f"{needed['psi_1']:.2f} mm",
-             "+-5 % of psi_2:", f"{needed['psi_2']:.2f} mm", "", "", "", ""]
-        )  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Relative error of psi_1 and absolute error of psi_2."""
-        figure, axes = panels(2, width=5.0, height=4.2)
-        for column, (name, one) in enumerate(zip(("psi_1", "psi_2"), axes, strict=True)):
-            for material, filled in (("steel", "none"), ("rubber", "full")):
-                rows = data["materials"][material]
-                psi = [row["psi_1"] for row in rows]
-                for style, size in zip(STYLES, data["drafting"], strict=False):
-                    parts = [row[f"{size:g}"] for row in rows]
-                    dashes = "-" if material == "rubber" else ":"
-                    one.semilogy(psi, [part["predicted"][column] for part in parts], color=style["color"],
-                                 linestyle=dashes)  # fmt: skip
-                    one.semilogy(psi, [part["scatter"][column] for part in parts], color=style["color"],
-                                 marker=style["marker"], linestyle="", fillstyle=filled,
-                                 label=f"{material}, {size:g} mm")  # fmt: skip
-            value = {
-                "psi_1": HIGH,
-                "psi_2": next(r["psi_2"] for r in data["materials"]["rubber"] if r["psi_1"] == HIGH),
-            }
-            tolerance = TOLERANCES[name]
-            height = tolerance / BAND * abs(value[name])
-            one.axhline(height, color="black", linewidth=0.8, linestyle=(0, (8, 4)))
-            one.annotate(f"half of {100 * tolerance:.0f} % near 5, rubber", (0.1, height), xytext=(0, 2),
-                         textcoords="offset points", fontsize=8)  # fmt: skip
-            one.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=rf"standard error of $\{name}$ [-]", xlim=(0.0, 6.6))
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        return figure
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +10,7 @@ from numpy.typing import NDArray
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
 from validation.measure import interleaved, order_of, spread
-from validation.picture import STYLES, panels
 from validation.reference import annulus, superposition
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -27,7 +22,6 @@ FINE = 32000  # with half as many extrapolated to the limit
 ANNULI = [20, 40]
 TIMED = [1000, 4000, 12000, 36000]
 TIMED_PSI = 0.5
-SHOWN = [0.25, 0.5, 1.2, 2.0]  # psi_1 in the picture of the components
 
 
 @register
@@ -42,11 +36,6 @@ class Superposition(Case):
         "rebound as its second, the annuli, of which it uses nothing. What it remembers, and the cost of its steps, "
         "grow with the number of steps; with annuli both stay the same. But its steps are simple, and exact in "
         "space: the table says how few are enough, and from how many on they cost more than those with annuli."
-    )
-    caption = (
-        "Left: components of the traction over one impact of 1000 steps. Middle: time a step over the number of steps "
-        f"(psi_1 = {TIMED_PSI}). Right: largest error in psi_2 over the steps, against the limit of the superposition. "
-        f"All with chi = {DISK}."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -67,15 +56,9 @@ class Superposition(Case):
         errors = _errors(STEPS[:-2] if quick else STEPS)
         progress(0.5)
         cost = _cost(TIMED[:-1] if quick else TIMED, 3 if quick else 5, lambda part: progress(0.5 + 0.5 * part))
-        components = {}
-        for psi_1 in SHOWN:
-            history = superposition.impact(psi_1, DISK)
-            components[str(psi_1)] = history.components.tolist()
         data = {
             "incidences": INCIDENCES, "agreement": agreement, "steps_default": superposition.STEPS,
-            "errors": errors, "cost": cost, "components": components,
-            "time": superposition.impact(SHOWN[0], DISK).time.tolist(), "enclosed": _enclosed(),
-            "milliseconds": _default_cost(9),
+            "errors": errors, "cost": cost
         }  # fmt: skip
         largest = {chi: max(one["difference"]) for chi, one in agreement.items()}
         limits = [
@@ -114,34 +97,7 @@ class Superposition(Case):
             )  # fmt: skip
             table.rows.append(["most components, or annuli", f"{steps} steps", str(cost["components"][number]),
                                ", ".join(map(str, ANNULI))])  # fmt: skip
-        for name, time in data["milliseconds"].items():
-            column = [f"{time['median']:.2f}", ""]
-            table.rows.append([f"time of an impact by default [ms], {name}", f"psi_1 = {TIMED_PSI}",
-                               *(column if name == "superposition" else reversed(column))])  # fmt: skip
-        enclosed = data["enclosed"]
-        table.rows.append(["instants with slip enclosed by stick", f"{enclosed['instants']} instants",
-                           "never looked for", str(enclosed["found"])])  # fmt: skip
         return table
-
-    def draw(self, data: Data) -> Figure:
-        """Components over time, cost and error over steps."""
-        figure, (left, middle, right) = panels(3, width=4.2)
-        for style, (psi_1, count) in zip(STYLES, data["components"].items(), strict=False):
-            left.plot(data["time"], count, **style, markevery=100, label=rf"$\psi_1$ = {psi_1}")
-        left.set(xlabel=r"time $\tau = t/T$ [-]", ylabel="components of the traction [-]", title="what is remembered")
-        left.legend()
-        cost, errors = data["cost"], data["errors"]
-        for style, (name, times) in zip(STYLES, cost["microseconds"].items(), strict=False):
-            middle.loglog(cost["steps"], [one["median"] for one in times], **style, label=name)
-        middle.set(xlabel="steps an impact [-]", ylabel="time a step [us]", title="what a step costs")
-        middle.legend(loc="lower right")
-        right.loglog(errors["superposition"]["steps"], errors["superposition"]["error"], **STYLES[0],
-                     label=f"superposition: order {errors['order']:.1f}")  # fmt: skip
-        for style, (name, one) in zip(STYLES[1:], errors["annuli"].items(), strict=False):
-            right.loglog(one["steps"], one["error"], **style, label=name)
-        right.set(xlabel="steps an impact [-]", ylabel=r"largest error in $\psi_2$ [-]", title="what it gives")
-        right.legend()
-        return figure
 
 
 def _errors(counts: list[int]) -> Data:
@@ -186,22 +142,3 @@ def _cost(counts: list[int], repeats: int, progress: Progress) -> Data:
         growth[name] = spread(a_step[-1] / a_step[0])["median"]
     components = [int(superposition.impact(TIMED_PSI, DISK, steps).components.max()) for steps in counts]
     return {"steps": counts, "microseconds": times, "growth": growth, "components": components}
-
-
-def _default_cost(repeats: int) -> Data:
-    """Time of one impact of each method with the steps that it takes by default."""
-    runs = {"superposition": partial(superposition.rebound, TIMED_PSI, DISK)}
-    runs |= {f"annulus, N = {n}": partial(annulus.rebound, TIMED_PSI, DISK, n) for n in ANNULI}
-    return {name: spread(1e3 * seconds) for name, seconds in interleaved(runs, repeats).items()}
-
-
-def _enclosed() -> Data:
-    """At how many instants the annulus solver finds slip within stick, which the superposition never looks for."""
-    found = instants = 0
-    for psi_1 in INCIDENCES:
-        history = annulus.impact(psi_1, DISK, 40)
-        slips = (history.pressure > 0.0) & ~history.stuck
-        outside = np.flip(np.logical_or.accumulate(np.flip(history.stuck, axis=1), axis=1), axis=1)
-        found += int((slips & outside).any(axis=1).sum())
-        instants += history.stuck.shape[0]
-    return {"found": found, "instants": instants}

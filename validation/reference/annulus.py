@@ -88,12 +88,7 @@ class Impact:
 
 
 def rebound(
-    psi_1: ArrayLike,
-    chi: ArrayLike,
-    annuli: int = 20,
-    *,
-    restitution: ArrayLike = 1.0,
-    steps: int | None = None,
+    psi_1: ArrayLike, chi: ArrayLike, annuli: int = 20, *, restitution: ArrayLike = 1.0, steps: int | None = None
 ) -> float | Array:
     """Rebound psi_2 of an impact.
 

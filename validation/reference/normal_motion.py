@@ -161,11 +161,7 @@ def impact_motion(restitution: float, annuli: int, steps: int) -> NormalMotion:
     inward = path.times_of(watched, outward=False)
     landmarks = np.unique(
         np.concatenate(
-            [
-                [0.0, path.peak_time, path.duration],
-                inward,
-                path.times_of(watched[watched > overlap_left], outward=True),
-            ]
+            [[0.0, path.peak_time, path.duration], inward, path.times_of(watched[watched > overlap_left], outward=True)]
         )
     )
     pieces = np.ceil(np.diff(landmarks) * steps / path.duration).astype(int)

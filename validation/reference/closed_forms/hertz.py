@@ -15,7 +15,7 @@ from math import pi, sqrt
 
 from scipy.special import gamma
 
-from validation.reference.checks import check_finite, check_positive
+from validation.reference.checks import check_positive
 
 DURATION = float(0.8 * sqrt(pi) * gamma(0.4) / gamma(0.9))
 """Duration of contact times approach speed over greatest overlap."""
@@ -63,28 +63,3 @@ def impact(mass: float, radius: float, modulus: float, speed: float) -> HertzImp
         contact_radius=sqrt(radius * overlap),
         stiffness=stiffness,
     )
-
-
-def radius_scale(mass: float, radius: float, shear_modulus: float, poissons_ratio: float, speed: float) -> float:
-    """C = [15 M V^2 (1 - nu)/(16 G R^3)]^(1/5), by which Maw, Barber & Fawcett (1981) scale tractions in their Fig. 2.
-
-    It is the greatest contact radius over R, for two bodies of one material: then E* = G/(1 - nu), so that d_m/R =
-    [15 M V^2 (1 - nu)/(16 G R^3)]^(2/5) = C^2, and the contact radius is sqrt(R d_m) = C R. The nomenclature writes V_z
-    and Fig. 2 V_0 for what is the approach speed V_z1 elsewhere.
-
-    Args:
-        mass: M, the normal effective mass [kg].
-        radius: R [m].
-        shear_modulus: G of both bodies [Pa].
-        poissons_ratio: nu of both bodies, in (-1, 0.5].
-        speed: V [m/s].
-
-    Raises:
-        ValueError: An argument is outside its range.
-    """
-    for name, value in (("mass", mass), ("radius", radius), ("shear_modulus", shear_modulus), ("speed", speed)):
-        check_positive(name, value)
-    check_finite("poissons_ratio", poissons_ratio)
-    if not -1.0 < poissons_ratio <= 0.5:
-        raise ValueError(f"poissons_ratio is {poissons_ratio!r}; it must lie in (-1, 0.5]")
-    return (15.0 * mass * speed**2 * (1.0 - poissons_ratio) / (16.0 * shear_modulus * radius**3)) ** 0.2

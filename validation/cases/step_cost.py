@@ -1,0 +1,329 @@
+"""What a step costs with the law, beside the same step with the engine's own contact and without any."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlaw import LAWS, ContactPair
+from sims.worlds import World
+from validation.ball import (
+    DOWN,
+    FLOOR,
+    FRICTION,
+    NO,
+    RADIUS,
+    RESTITUTION,
+    STEEL,
+    at,
+    ball_world,
+    balls_world,
+    elastic_energy,
+    energy_of,
+    static_overlap,
+    steel_pair,
+)
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.measure import interleaved, order_of, spread
+from validation.picture import STYLES, bars, panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RESOLVED = 1e-6  # [s]; a contact lasts some 100
+LONG, BULLET = 2e-3, 1.0 / 240.0  # [s], the engines' own
+OVERLAP = 1e-5  # [m] at the start in contact
+DROP = 0.05  # [m]
+ELASTIC_NATIVE = (2.5e4, 0.0)  # a contact of some 20 ms without damping: so the native ball bounces, too
+ROOM = 0.055  # [m], of a ball in the box at the start
+MASSES = [8, 16, 32, 64]  # balls
+POURING, LYING = 0.15, 1.2  # [s]: when the balls are timed
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A ball over a floor, timed.
+
+    Attributes:
+        contact: "law", "among": where native contacts may be, "alone": bodies are left alone between the calls,
+            "native", "elastic": native without damping, "none".
+        over: Name of the scene that it is compared with.
+        asked: At most so many times that; None: no limit.
+        dt: Step [s].
+        law, e: Of the contact.
+        height: Over touching [m]; None: at the static overlap.
+        speed, spin: Along the floor [m/s], and of rolling, over it.
+        before, steps: Run before the clock, and timed.
+        engine: "mujoco" or "pybullet".
+    """
+
+    contact: str
+    over: str
+    asked: float | None = None
+    dt: float = RESOLVED
+    law: str = "microslip"
+    e: float = RESTITUTION
+    height: float | None = -OVERLAP
+    speed: float = 0.05
+    spin: float = 0.0
+    before: int = 1
+    steps: int = 60
+    engine: str = "mujoco"
+
+    def made(self) -> World:
+        """Its world."""
+        law = self.contact in ("law", "among", "alone")
+        collide = self.contact == "among" or (self.engine == "pybullet" and law)
+        tuning: dict[str, Any] = {"fixed_bodies_move": self.contact != "alone", "collide": collide}
+        gravity = NO if self.dt == RESOLVED else DOWN
+        world = ball_world(self.engine, self.dt, steel_pair(self.law, self.e) if law else None, gravity, **tuning)
+        if self.contact in ("native", "elastic"):
+            world.native(FRICTION, 0.0, ELASTIC_NATIVE if self.contact == "elastic" else None)
+        return world
+
+    def begin(self, world: World) -> None:
+        """Put the ball where it is to be."""
+        height = -static_overlap() if self.height is None else self.height
+        world.start(at(height, [self.speed, 0.0, 0.0], [0.0, self.spin * self.speed / RADIUS, 0.0]))
+
+
+def scenes() -> dict[str, Scene]:
+    """All of one ball, by name."""
+    nothing, native = "free, no contact at all", "free, native contact"
+    fly: dict[str, Any] = {"height": 0.1, "steps": 300}
+    found = {
+        nothing: Scene("none", nothing, **fly),
+        native: Scene("native", nothing, **fly),
+        "free, law alone": Scene("law", nothing, 1.05, **fly),
+        "free, law among native contacts": Scene("among", native, 1.05, **fly),
+        "touching, native contact": Scene("native", "touching, native contact"),
+    } | {f"touching, {law}": Scene("among", "touching, native contact", 1.0, law=law) for law in LAWS}
+    for name, one in list(found.items()):
+        if name != "free, law among native contacts":
+            made: dict[str, Any] = vars(one) | {
+                "engine": "pybullet",
+                "asked": None,
+                "steps": 50,
+                "over": f"PyBullet, {one.over}",
+            }
+            found[f"PyBullet, {name}"] = Scene(**made)
+
+    def kinds(what: str, asked: float, engine: Any = "mujoco", **how: Any) -> None:
+        base = f"{what}, native"
+        how |= {"engine": engine, "dt": LONG if engine == "mujoco" else BULLET}
+        found[base] = Scene("native", base, **how)
+        if what == "bouncing":
+            found["bouncing, native undamped"] = Scene("elastic", base, **how)
+            found["bouncing to rest, e = 0.9"] = Scene("law", base, asked, **{**how, "e": 0.9})
+        bounces = how.get("height") is not None
+        found[f"{what}, e = 1" if bounces else what] = Scene("law", base, asked, **how)
+        if engine == "pybullet":
+            found[f"{what}, left alone"] = Scene("alone", base, asked, **how)
+
+    rest: dict[str, Any] = {"e": 0.9, "height": None, "speed": 0.0}
+    bounce: dict[str, Any] = {"e": 1.0, "height": DROP, "speed": 0.0, "before": 0}
+    kinds("bouncing", 1.0, **bounce, steps=1000)
+    kinds("first rest", 3.0, **rest | {"before": 0, "steps": 10})
+    kinds("at rest", 3.0, **rest | {"before": 500, "steps": 400})
+    kinds("rolling", 3.0, **rest | {"speed": 1.0, "spin": 1.0, "before": 100, "steps": 400})
+    kinds("sliding", 3.0, **rest | {"speed": 3.0, "before": 20, "steps": 200})
+    kinds("PyBullet, bouncing", 4.0, "pybullet", **bounce, steps=240)
+    kinds("PyBullet, at rest", 4.0, "pybullet", **(rest | {"before": 60, "steps": 240}))
+    return found
+
+
+def limit_name(name: str, scene: Scene) -> str:
+    """As the report has it."""
+    if name.startswith("free"):
+        return f"{name}, over {scene.over}"
+    return f"{name}, over native contact" if scene.dt == RESOLVED else f"{name}, over native"
+
+
+@register
+class StepCost(Case):
+    """Microseconds a step, at steps that resolve a contact and at the engines' own."""
+
+    name = "step_cost"
+    place = 60
+    title = "What a step costs"
+    claim = (
+        "A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own "
+        "contact, and in free flight no more than 5 % over the same scene without the law. At 2 ms the law's substeps "
+        "are paid for only while something happens: a bouncing ball costs no more on average than native contact "
+        "would, one at rest at most three times as much. PyBullet has no step callback: the law is Python code between "
+        "two steps that reads and pushes bodies; at 1/240 s it may cost four native steps, for resolved steps no limit "
+        "is set. In a heap, where balls always knock, it costs what it takes; the figures say how much."
+    )
+    caption = (
+        "Left: time of a step over that of the scene named in the table; whiskers: quartiles. Right: time of a step "
+        "with balls poured into a box, MuJoCo; open marks: native."
+    )
+    needs = ("mujoco", "pybullet")
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """One ball, then many."""
+        known = scenes()
+        worlds = {name: scene.made() for name, scene in known.items()}
+        problems = [f"{name}: {wrong}" for name, scene in known.items() for wrong in _check(scene, worlds[name])]
+        times: dict[str, np.ndarray] = {}
+        rounds = {
+            (RESOLVED, "mujoco"): 1000,
+            (RESOLVED, "pybullet"): 200,
+            (LONG, "mujoco"): 60,
+            (BULLET, "pybullet"): 25,
+        }
+        for number, ((dt, engine), repeats) in enumerate(rounds.items()):
+            own = [name for name, scene in known.items() if (scene.dt, scene.engine) == (dt, engine)]
+            seconds = interleaved({name: partial(worlds[name].step, known[name].steps) for name in own},
+                                  max(repeats // (5 if quick else 1), 6),
+                                  {name: partial(_prepare, known[name], worlds[name]) for name in own})  # fmt: skip
+            times |= {name: 1e6 * s / known[name].steps for name, s in seconds.items()}
+            progress(0.1 * (number + 1))
+        for world in worlds.values():
+            world.close()
+        heap: list[Data] = []
+        for count in MASSES[:2] if quick else MASSES:
+            found, wrong = _heap(count, 2 if quick else 3)
+            heap, problems = heap + found, problems + wrong
+            progress(0.4 + 0.6 * count / MASSES[-1])
+        ratios = {name: spread(times[name] / times[scene.over]) for name, scene in known.items()}
+        data = {"microseconds": {name: spread(one) for name, one in times.items()}, "ratio": ratios, "heap": heap,
+                "over": {name: scene.over for name, scene in known.items()}, "growth": _growth(heap)}  # fmt: skip
+        limits = [Limit(limit_name(name, scene), scene.asked, ratios[name]["median"])
+                  for name, scene in known.items() if scene.asked is not None]  # fmt: skip
+        return Outcome(limits, data, problems)
+
+    def table(self, data: Data) -> Table:
+        """One ball, then the heap."""
+        table = Table(["scene", "a step [us]", "over", "ratio", "contacts"])
+        for name, time in data["microseconds"].items():
+            ratio, over = data["ratio"][name], data["over"][name]
+            words = ["", ""] if over == name else (
+                [over.removeprefix("PyBullet, "), f"{ratio['median']:.2f} ({ratio['low']:.2f} to {ratio['high']:.2f})"]
+            )  # fmt: skip
+            table.rows.append([name, f"{time['median']:.2f}", *words, ""])
+        for one in data["heap"]:
+            native, law = one["native"], one["law"]
+            table.rows.append(
+                [
+                    f"{one['balls']} balls {one['when']}",
+                    f"{law['time']:.0f}",
+                    f"native {native['time']:.0f}",
+                    f"{law['time'] / native['time']:.1f}",
+                    f"{law['contacts']}, native {native['contacts']}",
+                ]
+            )
+        for name, power in data["growth"].items():
+            table.rows.append([f"{name}: time grows as balls to the power", f"{power:.2f}", "", "", ""])
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Ratios, and the heap."""
+        figure, (left, right) = panels(2, width=5.2, height=5.4)
+        shown = [name for name, over in data["over"].items() if name != over and "PyBullet, touching" not in name]
+        bars(left, shown, [data["ratio"][name] for name in shown])
+        left.set_xlabel("time over that of the other scene [-]")
+        left.tick_params(labelsize=7)
+        for style, when in zip(STYLES, ("pouring", "lying"), strict=False):
+            own = [one for one in data["heap"] if one["when"] == when]
+            counts = [one["balls"] for one in own]
+            for kind, look in (("law", {}), ("native", {"fillstyle": "none"})):
+                right.loglog(counts, [one[kind]["time"] for one in own], **(style | look), label=f"{when}, {kind}")
+        right.set(xlabel="balls [-]", ylabel="time of a step [us]")
+        right.set_xticks(counts, [str(count) for count in counts])
+        right.set_xticks([], minor=True)
+        right.legend(fontsize=8)
+        return figure
+
+
+def _prepare(scene: Scene, world: World) -> None:
+    scene.begin(world)
+    world.step(scene.before)
+
+
+def _check(scene: Scene, world: World) -> list[str]:
+    """Run a scene with resolved steps and look at every one: finite, within friction, energy not grown, as meant."""
+    if scene.dt != RESOLVED or scene.contact in ("none", "native"):
+        return []
+    scene.begin(world)
+    state, height = world.read(), scene.height or 0.0
+    first = energy_of(state.velocity[0], state.spin[0]) + elastic_energy(-height)
+    for _ in range(scene.steps + 1):
+        before = state.velocity[0]
+        world.step()
+        state = world.read()
+        gained, overlap = state.velocity[0] - before, RADIUS - state.position[0, 2]
+        energy = energy_of(state.velocity[0], state.spin[0]) + elastic_energy(overlap)
+        if not np.isfinite(energy):
+            return ["not finite"]
+        if (overlap > 0.0) != (height < 0.0):
+            return ["left the contact, or came to it"]
+        if np.hypot(*gained[:2]) > FRICTION * abs(gained[2]) * (1.0 + 1e-6) + 1e-12:
+            return ["outside the friction cone"]
+        if energy > first * 1.01:
+            return ["energy grown"]
+    return []
+
+
+def box(count: int, law: bool) -> Any:
+    """A world of balls over an open box, in layers as wide as high, in MuJoCo."""
+    across = ceil(count ** (1.0 / 3.0) - 1e-9)
+    random, number = np.random.default_rng(0), np.arange(count)
+    places = np.stack([number % across, number // across % across], 1) - 0.5 * (across - 1)
+    places = ROOM * places + random.uniform(-1e-3, 1e-3, (count, 2))
+    places = np.column_stack([places, 0.04 + 0.06 * (number // across**2)])
+    walls = [(0.5 * ROOM * (across + 0.1) * side, -side) for side in (*np.eye(3)[:2], *-np.eye(3)[:2])]
+    pair = ContactPair(STEEL, STEEL, FRICTION, 0.5) if law else None
+    world = balls_world("mujoco", LONG, pair, places, planes=[FLOOR, *walls], gravity=DOWN)
+    if not law:
+        world.native(FRICTION, 0.5)
+    world.start()
+    return world
+
+
+def _heap(count: int, repeats: int) -> tuple[list[Data], list[str]]:
+    """Times and contacts while the balls come down, and once they lie."""
+    import mujoco
+
+    from contactlaw.mujoco_plugin import contacts_of
+
+    engine: Any = mujoco
+
+    worlds = {"native": box(count, law=False), "law": box(count, law=True)}
+    kind, steps = engine.mjtState.mjSTATE_INTEGRATION, 20
+    out, problems = [], []
+    for when, time in (("pouring", POURING), ("lying", LYING)):
+        saved = {}
+        for name, world in worlds.items():
+            world.step(round((time - world.data.time) / LONG))
+            saved[name] = np.empty(engine.mj_stateSize(world.model, kind))
+            engine.mj_getState(world.model, world.data, saved[name], kind)
+        back = {name: partial(engine.mj_setState, world.model, world.data, saved[name], kind)
+                for name, world in worlds.items()}  # fmt: skip
+        seconds = interleaved({name: partial(world.step, steps) for name, world in worlds.items()}, repeats, back)
+        one: Data = {"balls": count, "when": when}
+        for name, world in worlds.items():
+            touching = [len(contacts_of(world.model, world.data, contact)) for contact in world.contacts]
+            one[name] = {"time": float(1e6 * np.median(seconds[name]) / steps),
+                         "contacts": sum(touching) if touching else int(world.data.ncon)}  # fmt: skip
+            state = world.read()
+            heights = state.position[:, 2]
+            if not np.isfinite(state.velocity).all() or heights.min() < 0.5 * RADIUS or heights.max() > 1.0:
+                problems.append(f"{count} balls {when}, {name}: a ball has gone")
+        out.append(one)
+    return out, problems
+
+
+def _growth(heap: list[Data]) -> dict[str, float]:
+    """Power of the number of balls that the time grows with."""
+    out = {}
+    for when in ("pouring", "lying"):
+        own = [one for one in heap if one["when"] == when]
+        counts = np.array([one["balls"] for one in own], dtype=float)
+        for kind in ("law", "native"):
+            out[f"{when}, {kind}"] = -order_of(counts, np.array([one[kind]["time"] for one in own]))
+    return out
