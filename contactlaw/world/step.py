@@ -124,6 +124,7 @@ def begin(w, dt):
             if c.near >= 0:
                 near_at(w.near, c.near).slot = -1
             release(w, slot)
+        store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w)
     follow_tangents(w)
