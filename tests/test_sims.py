@@ -21,7 +21,7 @@ from sims.recording import Recording, Track
 from sims.scene import Limit, Settings, find_scenes
 from sims.superball import BACKSPIN, RADIUS, flight, garwin
 from sims.worlds import new_world
-from sims.worlds.world import matrix_to_quaternion, onto
+from sims.worlds.parts import matrix_to_quaternion, onto
 from validation.reference.annulus import rebound_extrapolated
 
 SCENES = find_scenes()

@@ -1,5 +1,6 @@
 """Worlds that a scene is built in, the same calls for both engines and without one: `new_world(settings)`."""
 
-from sims.worlds.world import State, Tuning, World, new_world
+from sims.worlds.parts import State, Tuning
+from sims.worlds.world import World, new_world
 
 __all__ = ["State", "Tuning", "World", "new_world"]

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair, mujoco_plugin
 from sims.scene import Settings
-from sims.worlds.world import Array, Body, State, Tuning, World, matrix_to_quaternion, onto
+from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
+from sims.worlds.world import World
 
 GEOMS = {
     "ball": mujoco.mjtGeom.mjGEOM_SPHERE,

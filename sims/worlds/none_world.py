@@ -9,7 +9,8 @@ from contactlaw import ContactPair
 from contactlaw import world as own
 from contactlaw.world.records import Arrays
 from sims.scene import NONE, Settings
-from sims.worlds.world import Array, Body, State, Tuning, World, matrix_to_quaternion
+from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion
+from sims.worlds.world import World
 
 
 class EngineWorld(World):

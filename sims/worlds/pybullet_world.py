@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from contactlaw import ContactPair
 from contactlaw.pybullet_callback import ContactCallback
 from sims.scene import Settings
-from sims.worlds.world import Array, Body, State, Tuning, World, matrix_to_quaternion, onto
+from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
+from sims.worlds.world import World
 
 
 class EngineWorld(World):

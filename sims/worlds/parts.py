@@ -1,0 +1,86 @@
+"""What worlds are made of: bodies, the state of all of them, what an engine is told, and turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Path = Callable[[float], ArrayLike]
+"""Where a driven body's centre is [m], shape (3,), at a time [s]."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a body of a world is: that of a `Track` at the start, and the path where it is driven."""
+
+    name: str
+    shape: str
+    size: tuple[float, ...]
+    mass: float
+    inertia: tuple[float, float, float]
+    position: Array
+    velocity: Array
+    spin: Array
+    rotation: Array
+    path: Path | None = None
+
+
+class State(NamedTuple):
+    """All bodies now, in the order in which they were added: true velocities at the time of the positions.
+
+    position [m], velocity [m/s], spin (world frame) [rad/s]: shape (n, 3); rotation: to the world, shape (n, 3, 3).
+    """
+
+    position: Array
+    rotation: Array
+    velocity: Array
+    spin: Array
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What an engine and its adapter are told beyond a scene's settings.
+
+    Attributes:
+        integrator: MuJoCo's.
+        substeps: Least number of the law's own steps in a contact.
+        collide: Whether bodies touch by the engine's own contact, too, where no law says otherwise.
+        fixed_bodies_move: PyBullet: as `ContactCallback` has it; None: where a body is driven.
+    """
+
+    integrator: str = "Euler"
+    substeps: int = 100
+    collide: bool = False
+    fixed_bodies_move: bool | None = None
+
+
+def matrix_to_quaternion(matrix: Array) -> Array:
+    """Unit quaternion (w, x, y, z) of a rotation matrix."""
+    # The four candidates of Shepperd; the largest one is the best conditioned.
+    m = matrix
+    trace = np.trace(m)
+    squares = np.array([trace, m[0, 0], m[1, 1], m[2, 2]])
+    largest = int(np.argmax(squares))
+    if largest == 0:
+        q = np.array([1.0 + trace, m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        i, j, k = ((0, 1, 2), (1, 2, 0), (2, 0, 1))[largest - 1]
+        q = np.empty(4)
+        q[0] = m[k, j] - m[j, k]
+        q[1 + i] = 1.0 + m[i, i] - m[j, j] - m[k, k]
+        q[1 + j], q[1 + k] = m[j, i] + m[i, j], m[k, i] + m[i, k]
+    return q / np.linalg.norm(q)
+
+
+def onto(normal: Array) -> Array:
+    """The least rotation, as a matrix, that brings the z axis onto a unit vector."""
+    x, y, z = normal
+    if z < -1.0 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    cross = np.array([[0.0, 0.0, x], [0.0, 0.0, y], [-x, -y, 0.0]])  # of z x n
+    return np.eye(3) + cross + cross @ cross / (1.0 + z)
