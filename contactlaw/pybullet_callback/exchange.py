@@ -18,13 +18,11 @@ from typing import Any
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.pair import DEEPEST
-from contactlaw.world.access import body_at, contact_at, element, near_at, numbers_at, shape_at, world_at
+from contactlaw.world.access import body_at, element, near_at, numbers_at, shape_at, world_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import give, set_axes
-from contactlaw.world.records import CLOSED, FREE, VECTOR, record
-from contactlaw.world.step import step
-from contactlaw.world.vec import add, axpy, cross, dot, half_turn, load, norm, scale, store, sub, to_body, to_world
+from contactlaw.world.records import VECTOR, record
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
 """As PyBullet tells it, quaternion scalar last."""
@@ -120,21 +118,6 @@ def receive(heads):
         r.lacks = 0
         set_out(r, b, head.dt)
     return 2 * head.put + strange
-
-
-@jit
-def foresee(heads, worlds):
-    """All of a step that Bullet is about to take: `receive`, the world's step, and `hand_back`.
-
-    Returns what the last of them does; or NOT_FINITE, or NO_ROOM less what the first one found, where somebody must see
-    to it: there may not be room enough in the world for the step if that was zero.
-    """
-    found = receive(heads)
-    if found < 0:
-        return NOT_FINITE
-    if found > 0 or step(worlds, heads[0].dt, 1) == 0:
-        return NO_ROOM - found
-    return hand_back(heads, 0)
 
 
 @jit_inside
@@ -282,131 +265,6 @@ def moment(r, b, rate):
     return to_world(b.axes, (i[0] * p[0], i[1] * p[1], i[2] * p[2]))
 
 
-@jit
-def hand_back(heads, stepped):
-    """After the world's step: jobs for the bodies that were touched, pushes or, where Bullet has stepped, places.
-
-    Returns FLAGS times how many, and what `look` says.
-    """
-    head = heads[0]
-    w = world_at(head.world, 0)
-    head.pushed = 0
-    head.put = 0
-    for k in range(head.count):
-        row_at(head.rows, k).pressed = 0
-    flags = look(head, w)
-    for k in range(head.count):
-        r = row_at(head.rows, k)
-        b = body_at(w.bodies, k + 1)
-        if r.linked != 0:
-            continue
-        if r.mass == 0.0:
-            keep(r, r.before, 0.0)
-        elif b.asleep != 0 and b.touched == 0:
-            hold(r, b)
-            keep(r, r.before, 0.0)
-            if stepped == 0:
-                push(head, k, r)
-            elif not alike(r.after, r.before):
-                put(head, k, r.before)
-        elif b.touched == 0:
-            if stepped == 0:
-                keep(r, r.before, head.dt)
-            else:
-                keep(r, r.after, 0.0)
-        else:
-            finish(head, k, r, b, stepped)
-    return FLAGS * (head.put + head.pushed) + flags
-
-
-@jit_inside
-def look(head, w):
-    """See which bodies have closed contacts; returns whether contacts are new, have ended, or are too deep."""
-    flags = 0
-    known = carray(numbers_at(head.seen), w.contact_room)
-    for slot in range(w.contact_room):
-        c = contact_at(w.contacts, slot)
-        if c.phase == FREE:
-            known[slot] = 0.0
-            continue
-        if known[slot] == 0.0:
-            known[slot] = 2.0
-            flags |= NEWS
-        if c.deepest > DEEPEST * c.touch.radius:
-            flags |= DEEP
-        if c.phase == CLOSED:
-            row_at(head.rows, c.body_a - 1).pressed = 1
-            row_at(head.rows, c.body_b - 1).pressed = 1
-        else:
-            flags |= ENDED
-    return flags
-
-
-@jit_inside
-def keep(r, m, ahead):
-    """Note how a body is left, and for how long Bullet will move it yet."""
-    store(r.left.position, load(m.position))
-    for i in range(4):
-        r.left.quaternion[i] = m.quaternion[i]
-    store(r.left.velocity, load(m.velocity))
-    store(r.left.spin, load(m.spin))
-    r.ahead = ahead
-
-
-@jit_inside
-def hold(r, b):
-    """What holds a body that sleeps."""
-    store(r.force, scale(-r.mass, load(b.acceleration)))
-    store(r.torque, scale(-1.0, load(b.torque)))
-
-
-@jit_inside
-def finish(head, k, r, b, stepped):
-    """Hand back a body that was touched."""
-    dt = head.dt
-    lag = 0.0 if r.pressed != 0 else -0.5 * dt
-    v = axpy(lag, load(b.acceleration), load(b.velocity))
-    spin = load(b.spin)
-    spin = axpy(lag, spin_rate(b, spin), spin)
-    x1 = load(b.position)
-    qx, qy, qz, qw = b.quaternion[1], b.quaternion[2], b.quaternion[3], b.quaternion[0]
-    m = r.before
-    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), load(b.acceleration))
-    store(r.force, scale(r.mass, gained))
-    # the moment at the start of the step, where Bullet takes its inertia
-    b.quaternion[0] = m.quaternion[3]
-    for i in range(3):
-        b.quaternion[i + 1] = m.quaternion[i]
-    set_axes(b)
-    rate = sub(scale(1.0 / dt, sub(spin, load(m.spin))), spin_rate(b, load(m.spin)))
-    store(r.torque, moment(r, b, rate))
-    b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3] = qw, qx, qy, qz
-    set_axes(b)
-    if stepped == 0:
-        push(head, k, r)
-        keep(r, m, dt)
-        store(r.left.velocity, v)
-        place = axpy(dt, v, load(m.position))
-        store(r.shift, sub(x1, place))
-        store_quaternion(r.turn, (qx, qy, qz, qw))
-        back = turned(scale(dt, spin), m.quaternion)
-        conjugate_times(r.turn, back)
-        off = norm(load(r.shift)) > EXACT * norm(sub(place, load(m.position)))
-        off = off or abs(r.turn[0]) + abs(r.turn[1]) + abs(r.turn[2]) > EXACT
-        r.lacks = 1 if off or b.asleep != 0 else 0
-        return
-    done = r.after
-    store(done.position, x1)
-    store_quaternion(done.quaternion, (qx, qy, qz, qw))
-    store(done.velocity, v)
-    store(done.spin, spin)
-    put(head, k, done)
-    keep(r, done, 0.0)
-    r.lacks = 0
-    if b.asleep != 0:
-        hold(r, b)
-
-
 @jit_inside
 def store_quaternion(out, q):
     """Write a quaternion."""
@@ -428,19 +286,6 @@ def multiply(turn, q_out):
     q = times((turn[0], turn[1], turn[2], turn[3]), (q_out[0], q_out[1], q_out[2], q_out[3]))
     one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     store_quaternion(q_out, (one * q[0], one * q[1], one * q[2], one * q[3]))
-
-
-@jit_inside
-def turned(turn, q):
-    """A quaternion turned by a rotation vector [rad]."""
-    c, s = half_turn(dot(turn, turn))
-    return times((s * turn[0], s * turn[1], s * turn[2], c), (q[0], q[1], q[2], q[3]))
-
-
-@jit_inside
-def conjugate_times(q_out, p):
-    """What turns p into q."""
-    store_quaternion(q_out, times((q_out[0], q_out[1], q_out[2], q_out[3]), (-p[0], -p[1], -p[2], p[3])))
 
 
 @jit_inside

@@ -73,7 +73,7 @@ class Linked:
                                 for k in kinds.values()])  # fmt: skip
         count, places = len(self.links), []
         joint_at, axes = np.zeros((len(self.joints), 3)), np.zeros((len(self.joints), 3))
-        for number, (link, kind, *_) in enumerate(self.joints):
+        for number, (link, kind, _, _) in enumerate(self.joints):
             axes[number] = (0.0, 0.0, 1.0) if kind in (FREE_JOINT, BALL) else infos[link][13]
             # the inertial frame, in which PyBullet tells poses, as seen from the joint's
             joint_at[number] = 0.0 if kind == FREE_JOINT else -rotation(dynamics[link][4]).T @ dynamics[link][3]
@@ -206,7 +206,7 @@ class Linked:
             out[j : j + 3] = 2.0 * (np.arctan2(sine, turn[0]) / sine if sine > 0.0 else 1.0) * turn[1:]
         return out
 
-    def receive(self, world: Arrays, gravity: Array) -> None:
+    def receive(self, world: Arrays, gravity: tuple[float, float, float]) -> None:
         """Take where it is at the start of a step; what its place lacks is put right."""
         q, v = self.read()
         if not np.isfinite(np.concatenate([q, v])).all():
@@ -251,7 +251,8 @@ class Linked:
     def hand_back(self, world: Arrays, dt: float, stepped: bool, pressed: bool) -> bool:
         """After the world's step; returns whether it must be pushed: PyBullet has yet to step."""
         own = slice(self.first + 1, self.first + 1 + self.rows.links.size)
-        touched, self.pressed = bool(world.bodies["touched"][own].any()), pressed
+        held = world.bodies["asleep"][own] + world.bodies["touched"][own]
+        touched, self.pressed = bool(held.any()), pressed
         if not touched:
             self.push[:] = 0.0
             ahead = self.start[0], self.start[1] + dt * self.own

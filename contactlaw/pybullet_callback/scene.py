@@ -111,8 +111,8 @@ class Scene:
                 self.world.add_contact(ends, planes, contact.pair)
                 measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
         if plain:
-            sets = ({s for couple in plain for s in self.shapes[couple.ends[end].key]} for end in (0, 1))
-            self.world.add_contact(*sets, contact.pair)
+            first, second = ({s for couple in plain for s in self.shapes[couple.ends[end].key]} for end in (0, 1))
+            self.world.add_contact(first, second, contact.pair)
 
     def contacts(self, handle: int | None = None, closed: bool | None = None) -> Iterator[tuple[Couple, Any]]:
         """Those closed now, or parted in the last step, of one handle or all, with their couples."""

@@ -71,7 +71,7 @@ class Side:
         if self.shape == "sphere":
             return [world.add_sphere(body, self.size[0], at)]
         if self.shape == "capsule":
-            return list(world.add_capsule(body, *self.size, at, own[:, 2]))
+            return list(world.add_capsule(body, self.size[0], self.size[1], at, own[:, 2]))
         if self.shape == "box":
             return [world.add_box(body, self.size, at, quaternion_of(own))]
         return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import pybullet as p
@@ -17,12 +18,11 @@ from contactlaw.pybullet_callback.exchange import (
     NOT_FINITE,
     ROW,
     compare,
-    foresee,
-    hand_back,
     press,
     receive,
     steady,
 )
+from contactlaw.pybullet_callback.hand_back import foresee, hand_back
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.shapes import BASE, Key
@@ -53,7 +53,9 @@ class Traffic:
         self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool
     ) -> None:
         self._client, self._world, self.keys, self.linked, self._measured = client, world, keys, linked, measured
-        self.rows, self.jobs, self._head = np.zeros(len(keys), ROW), np.zeros((len(keys) + 1, JOB)), np.zeros(1, HEAD)
+        self.rows: Any = np.zeros(len(keys), ROW)
+        self.jobs: Any = np.zeros((len(keys) + 1, JOB))
+        self._head: Any = np.zeros(1, HEAD)
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed = 0, []
         for one in linked:
