@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 import pybullet as p
@@ -25,6 +26,7 @@ class EngineWorld(World):
         p.setGravity(*self.gravity.tolist(), physicsClientId=self.client)
         self.ids: dict[str, int] = {}
         self.callback: ContactCallback | None = None
+        self._untouched: Any = None
         self.handles: list[int] = []
         """Of the contacts by the law."""
 
@@ -103,7 +105,8 @@ class EngineWorld(World):
 
     def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
         if self.callback is not None:
-            self.callback.restore({})
+            self._untouched = self._untouched or self.callback.save()
+            self.callback.restore(self._untouched)
         for body, (position, velocity, spin, turn) in zip(self.bodies, states, strict=True):
             if body.path is None:
                 number, (w, x, y, z) = self.ids[body.name], matrix_to_quaternion(turn).tolist()

@@ -97,20 +97,6 @@ def test_a_damped_ball_wedged_into_a_groove_comes_to_rest(engine: str, turn: flo
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_contact_that_runs_out_of_substeps_stands(engine: str) -> None:
-    """A compact core: chi about 4000, hundreds of contact durations in a step."""
-    trial = bounces((3, 1), (-3.0, -2.8), gyration=1e-4, restitution=0.5, friction=0.1)
-    assert trial is not None
-    one = TrialWorld(engine, trial, "microslip")
-    for number in range(20):
-        with pytest.warns(UserWarning, match="without bounce") if number == 0 else nullcontext():
-            one.step(10)
-        places, _, velocities, spins = one.read()
-        assert trial.kinetic(velocities, spins) + trial.potential(places) < trial.first_energy() * (1.0 + 1e-6)
-        assert trial.gaps(places).min() > -0.1 * RADIUS
-
-
-@pytest.mark.parametrize("engine", ENGINES)
 def test_elastic_chatter_keeps_its_energy(engine: str) -> None:
     """Sixty impacts between two walls, three in each step; a sum over steps to their very end gains 1e-5 in each."""
     for number in range(3):

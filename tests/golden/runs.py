@@ -225,7 +225,7 @@ def readout(engine: str, law: str) -> Values:
 
         from contactlaw import mujoco_plugin
 
-        model = mujoco_plugin.load_model(BALL, [("ball", "floor", pair)], ledger=True)
+        model = mujoco_plugin.load_model(BALL, [("ball", "floor", pair)])
         data = mujoco.MjData(model)
         data.qpos[:3], data.qvel[:3] = place, velocity
         (name,) = mujoco_plugin.instances_of(model)
