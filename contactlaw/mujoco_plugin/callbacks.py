@@ -15,14 +15,13 @@ from contactlaw.jit import c_callback
 from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, jointed_at, placed_at
-from contactlaw.mujoco_plugin.free import is_far, jit, note, press_free, read_free, write_free
-from contactlaw.mujoco_plugin.jointed import note_jointed, press_jointed, read_jointed, write_jointed
-from contactlaw.mujoco_plugin.memory import call_step, field, floats, inside, place
+from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.jointed import lead_jointed, note_jointed, press_jointed, read_jointed, write_jointed
+from contactlaw.mujoco_plugin.memory import call_on_world, call_step, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
 from contactlaw.mujoco_plugin.probes import exchange
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
-from contactlaw.world.records import CLOSED
 from contactlaw.world.state import read, write
 from contactlaw.world.vec import load, scale, store
 
@@ -45,20 +44,25 @@ def block_of(d, instance):
 @jit
 def move(m, d, head, w, state):
     """Take the step of the world."""
-    find_pressed(w)
+    w.step = head.step_size
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
     for i in range(head.tree_count):
         read_jointed(d, head, jointed_at(head.trees, i))
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
+    call_on_world(head.pressed, head.world)
+    for i in range(head.free_count):
+        lead_free(head, free_at(head.frees, i))
+    for i in range(head.tree_count):
+        lead_jointed(head, jointed_at(head.trees, i))
     if head.probe_count > 0:
         head.model, head.data = m, d
         exchange(head)
     call_step(head.step, head.world, head.step_size)
     if head.probe_count > 0:
         exchange(head)
-    find_pressed(w)
+    call_on_world(head.pressed, head.world)
     for i in range(head.free_count):
         write_free(d, head, free_at(head.frees, i))
     for i in range(head.tree_count):
@@ -101,18 +105,6 @@ def all_far(d, head):
         if not is_far(head, free_at(head.frees, i), d):
             return False
     return head.placed_count == 0 and head.tree_count == 0 and head.probe_count == 0
-
-
-@jit
-def find_pressed(w):
-    """Which bodies have closed contacts."""
-    for i in range(w.body_count):
-        body_at(w.bodies, i).pressed = 0
-    for slot in range(w.contact_room - w.spares):
-        c = contact_at(w.contacts, slot)
-        if c.phase == CLOSED:
-            body_at(w.bodies, c.body_a).pressed = 1
-            body_at(w.bodies, c.body_b).pressed = 1
 
 
 @jit

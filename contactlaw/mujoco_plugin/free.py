@@ -98,13 +98,21 @@ def read_free(d, head, f):
     set_axes(b)
     spin = turned(own, (v[3], v[4], v[5]))
     store(b.spin, spin)
-    velocity = load(v)
-    lag = 0.0 if b.pressed != 0 else head.lag
-    if lag > 0.0:
-        velocity = axpy(lag, origin_acceleration(b, arm), velocity)
-        spin = axpy(lag, give(b, load(b.torque)), spin)
-        store(b.spin, spin)
-    store(b.velocity, velocity if f.plain != 0 else add(velocity, cross(spin, arm)))
+    store(b.velocity, load(v) if f.plain != 0 else add(load(v), cross(spin, arm)))
+
+
+@jit
+def lead_free(head, f):
+    """Bring the velocity of a body that nothing presses to the time of its position."""
+    b = body_at(world_at(head.world, 0).bodies, f.body)
+    if b.asleep != 0 or b.pressed != 0 or head.lag == 0.0:
+        return
+    arm = (0.0, 0.0, 0.0)
+    if f.plain == 0:
+        _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
+    velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
+    store(b.spin, axpy(head.lag, give(b, load(b.torque)), load(b.spin)))
+    store(b.velocity, add(velocity, cross(load(b.spin), arm)))
 
 
 @jit

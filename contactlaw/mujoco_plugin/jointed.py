@@ -41,9 +41,6 @@ def read_jointed(d, head, j):
         if start[i] != left[i]:
             w.stale = 1
         q[i] = start[i]
-    pressed = False
-    for i in range(t.count):
-        pressed = pressed or body_at(t.bodies, i).pressed != 0
     for i in range(t.v_size):
         if rates[i] != left[t.q_size + i]:
             w.stale = 1
@@ -52,12 +49,21 @@ def read_jointed(d, head, j):
     first = body_at(t.bodies, 0)
     t.stale = 1
     call_with_body(t.settle, first)
-    if first.asleep == 0 and not pressed and head.lag > 0.0:
-        a = floats(t.a, 0, t.v_size)
-        for i in range(t.v_size):
-            v[i] += head.lag * a[i]
-        t.stale = 1
-        call_with_body(t.settle, first)
+
+
+@jit
+def lead_jointed(head, j):
+    """Bring the velocities of a tree that nothing presses to the time of its coordinates."""
+    t = tree_at(world_at(head.world, 0).trees, j.tree)
+    first, pressed = body_at(t.bodies, 0), False
+    for i in range(t.count):
+        pressed = pressed or body_at(t.bodies, i).pressed != 0
+    if first.asleep != 0 or pressed or head.lag == 0.0:
+        return
+    v, a = floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
+    for i in range(t.v_size):
+        v[i] += head.lag * a[i]
+    t.stale = 1
 
 
 @jit

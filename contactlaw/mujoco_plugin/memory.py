@@ -47,3 +47,16 @@ def _call_step(typing_context, function, world, dt):
 
 call_step: Any = intrinsic(_call_step)
 """Call void (*function)(uint64 world, double dt) at an address."""
+
+
+def _call_on_world(typing_context, function, world):
+    def generate(context, builder, signature, arguments):
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)])
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        return context.get_dummy_value()
+
+    return types.none(types.uint64, types.uint64), generate
+
+
+call_on_world: Any = intrinsic(_call_on_world)
+"""Call void (*function)(uint64 world) at an address."""

@@ -23,7 +23,7 @@ from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.frames import matrix_of, product
 from contactlaw.world.records import Arrays
 from contactlaw.world.state import size as state_size
-from contactlaw.world.step import address_of_step
+from contactlaw.world.step import address_of_pressed, address_of_step
 from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
@@ -121,7 +121,7 @@ class Model:
         head = np.zeros(1, HEAD)
         addresses = self._view.ints("plugin_stateadr", self._view.size("nplugin"))
         fields = {
-            "leads": 1, "own_size": self.state_size, "step": address_of_step(), "report": report,
+            "leads": 1, "own_size": self.state_size, "step": address_of_step(), "pressed": address_of_pressed(), "report": report,
             "state": addresses[self._members[0].number], "state_size": self._world_size, "nq": self._view.size("nq"),
             "nv": self._view.size("nv"), "free_count": len(self._frees), "placed_count": len(self._placed),
             "probe_count": len(self._probes), "tree_count": len(self._trees),

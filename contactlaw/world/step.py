@@ -17,6 +17,7 @@ from numba import types
 from contactlaw.jit import address_of, jit, jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
 from contactlaw.world.call import call_probe
+from contactlaw.world.geometry import meet
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, give, settle
 from contactlaw.world.near import list_near, strayed
@@ -53,6 +54,31 @@ def step_once(world, dt):
     w = world_at(world, 0)
     begin(w, dt)
     finish(w, dt)
+
+
+def find_pressed(world):
+    """Which bodies are pressed (`records.BODY`): they have contacts, or lie in each other; by the world's address."""
+    w = world_at(world, 0)
+    if w.stale != 0:
+        list_near(w)
+    for i in range(w.body_count):
+        body_at(w.bodies, i).pressed = 0
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        pressed = p.closed != 0
+        if not pressed:
+            overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+            pressed = overlap > 0.0
+        if pressed:
+            a.pressed = 1
+            b.pressed = 1
+
+
+@lru_cache
+def address_of_pressed() -> int:
+    """Address of `find_pressed`."""
+    return address_of(find_pressed, types.void(types.uint64))
 
 
 @lru_cache
