@@ -28,6 +28,7 @@ class EngineWorld(World):
         self.ids: dict[str, int] = {}
         self._law: ContactCallback | None = None
         self._handles: list[int] = []
+        self._pairs: list[tuple[list[str], list[str]]] = []
 
     def _make_body(self, body: Body) -> None:
         if body.shape == "box":
@@ -66,6 +67,7 @@ class EngineWorld(World):
         driven = any(body.path is not None for body in self.bodies)
         self._law = self._law or ContactCallback(self.client, fixed_bodies_move=driven)
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
+        self._pairs.append((ones, twos))
         self._handles.append(self._law.add_contact(first, second, pair))
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
@@ -89,9 +91,21 @@ class EngineWorld(World):
     def _start(self) -> None:
         for body in self.bodies:
             if body.path is None:
-                # The engine's velocity is that of half a step before the position.
-                before = body.velocity - 0.5 * self.timestep * self.gravity
+                # The engine's velocity is that of half a step before the position, but where the law has it pressed.
+                lag = 0.0 if self._lies(body.name) else 0.5 * self.timestep
+                before = body.velocity - lag * self.gravity
                 p.resetBaseVelocity(self.ids[body.name], before.tolist(), body.spin.tolist(), self.client)
+
+    def _lies(self, name: str) -> bool:
+        """Whether a body is put on another that it touches by the law."""
+        others = {two for ones, twos in self._pairs for two in twos if name in ones}
+        others |= {one for ones, twos in self._pairs for one in ones if name in twos}
+        number = self.ids[name]
+        return any(
+            point[8] < 0.0
+            for other in others - {name}
+            for point in p.getClosestPoints(number, self.ids[other], 0.0, physicsClientId=self.client)
+        )
 
     def _drive(self, body: Body, position: Array, velocity: Array) -> None:
         number = self.ids[body.name]
