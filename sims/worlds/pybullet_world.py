@@ -125,6 +125,8 @@ class EngineWorld(World):
         places, turns, speeds, spins = [], [], [], []
         states = [state for handle in self._handles for state in (self._law.states(handle) if self._law else [])]
         pressed = {side[0] for state in states if state.overlap > 0.0 for side in (state.a, state.b)}
+        if self.time == 0.0:
+            pressed = {self.ids[body.name] for body in self.bodies if self._lies(body.name)}
         for body in self.bodies:
             number = self.ids[body.name]
             place, turn = p.getBasePositionAndOrientation(number, self.client)
