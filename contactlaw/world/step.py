@@ -106,7 +106,7 @@ def finish(w, dt):
                 continue
             now = max(now, first)
             shortest = next_impact(w, now)
-            if dt - now <= AT_THE_END * shortest:
+            if shortest < NEVER and dt - now <= AT_THE_END * shortest:
                 break
         until = now + shortest
         if not dt - until > REMNANT * shortest:
@@ -144,11 +144,13 @@ def begin(w, dt):
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
         if strayed(b, dt):
             w.stale = 1
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0 and p.closed == 0:
+            release(w, p.slot)
+            p.slot = -1
     for slot in range(w.contact_room if w.spares < w.contact_room else 0):
-        c = contact_at(w.contacts, slot)
-        if c.phase == PARTED:
-            if c.near >= 0:
-                near_at(w.near, c.near).slot = -1
+        if contact_at(w.contacts, slot).phase == PARTED:  # those that parted are no longer near each other
             release(w, slot)
         store(c.earlier, load(c.impulse))
     if w.stale != 0:

@@ -129,16 +129,7 @@ class EngineWorld(World):
                 data.qpos[at : at + 3], data.qpos[at + 3 : at + 7] = position, matrix_to_quaternion(turn)
                 data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6] = velocity, turn.T @ spin
         mujoco.mj_kinematics(self.model, data)
-        data.qvel[:] -= self._half_step()  # the engine's velocity is that of half a step before the position
-
-    def _half_step(self) -> Array:
-        """What gravity adds to the free bodies' velocities in half a step, shape (nv,); none under Runge-Kutta."""
-        out = np.zeros(self.model.nv)
-        if self.model.opt.integrator != mujoco.mjtIntegrator.mjINT_RK4:
-            for body, dof in zip(self.bodies, self._dofs, strict=True):
-                if body.path is None:
-                    out[dof : dof + 3] = 0.5 * self.timestep * self.gravity
-        return out
+        data.qvel[:] -= true_velocity(self.model, data) - data.qvel
 
     def _drive(self, body: Body, position: Array, velocity: Array) -> None:
         number = self.bodies.index(body)
@@ -192,13 +183,14 @@ def true_velocity(model: Any, data: Any) -> Array:
     out = data.qvel.copy()
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         return out
-    touching = {
-        int(model.geom_bodyid[geom])
-        for name in mujoco_plugin.instances_of(model)
-        for contact in mujoco_plugin.contacts_of(model, data, name)
-        for geom in (contact.geom1, contact.geom2)
-        if contact.touching
-    }
+    if data.time == 0.0:  # nothing has been stepped yet
+        pairs = [(one, two) for one, two, _ in mujoco_plugin.overlaps_of(model, data)]
+    else:
+        contacts = [
+            one for name in mujoco_plugin.instances_of(model) for one in mujoco_plugin.contacts_of(model, data, name)
+        ]
+        pairs = [(contact.geom1, contact.geom2) for contact in contacts if contact.touching]
+    touching = {int(model.geom_bodyid[geom]) for pair in pairs for geom in pair}
     for joint, body in zip(model.jnt_dofadr, model.jnt_bodyid, strict=True):
         if model.body_dofnum[body] == 6 and body not in touching:
             out[joint : joint + 3] += 0.5 * model.opt.timestep * model.opt.gravity

@@ -29,6 +29,7 @@ class EngineWorld(World):
         self._untouched: Any = None
         self.handles: list[int] = []
         """Of the contacts by the law."""
+        self._pairs: list[tuple[list[str], list[str]]] = []
 
     def _make_body(self, body: Body) -> None:
         if body.shape == "box":
@@ -69,6 +70,7 @@ class EngineWorld(World):
         moved = driven if self.tuning.fixed_bodies_move is None else self.tuning.fixed_bodies_move
         self.callback = self.callback or ContactCallback(self.client, fixed_bodies_move=moved)
         first, second = ([self.ids[name] for name in names] for names in (ones, twos))
+        self._pairs.append((ones, twos))
         self.handles.append(self.callback.add_contact(first, second, pair, substeps=self.tuning.substeps))
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
@@ -111,8 +113,22 @@ class EngineWorld(World):
             if body.path is None:
                 number, (w, x, y, z) = self.ids[body.name], matrix_to_quaternion(turn).tolist()
                 p.resetBasePositionAndOrientation(number, position.tolist(), [x, y, z, w], self.client)
-                before = velocity - 0.5 * self.timestep * self.gravity  # the engine's is of half a step before
-                p.resetBaseVelocity(number, before.tolist(), spin.tolist(), self.client)
+        for body, (_, velocity, spin, _) in zip(self.bodies, states, strict=True):
+            if body.path is None:
+                # The engine's velocity is that of half a step before the position, but where the law has it pressed.
+                before = velocity - (0.0 if self._lies(body.name) else 0.5 * self.timestep) * self.gravity
+                p.resetBaseVelocity(self.ids[body.name], before.tolist(), spin.tolist(), self.client)
+
+    def _lies(self, name: str) -> bool:
+        """Whether a body is put on another that it touches by the law."""
+        others = {two for ones, twos in self._pairs for two in twos if name in ones}
+        others |= {one for ones, twos in self._pairs for one in ones if name in twos}
+        number = self.ids[name]
+        return any(
+            point[8] < 0.0
+            for other in others - {name}
+            for point in p.getClosestPoints(number, self.ids[other], 0.0, physicsClientId=self.client)
+        )
 
     def _drive(self, body: Body, position: Array, velocity: Array) -> None:
         number = self.ids[body.name]
@@ -144,6 +160,8 @@ class EngineWorld(World):
         places, turns, speeds, spins = [], [], [], []
         states = [state for handle in self.handles for state in (self.callback.states(handle) if self.callback else [])]
         pressed = {side[0] for state in states if state.overlap > 0.0 for side in (state.a, state.b)}
+        if self.time == 0.0:
+            pressed = {self.ids[body.name] for body in self.bodies if self._lies(body.name)}
         for body in self.bodies:
             number = self.ids[body.name]
             place, turn = p.getBasePositionAndOrientation(number, self.client)
