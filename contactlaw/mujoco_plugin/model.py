@@ -121,10 +121,10 @@ class Model:
         head = np.zeros(1, HEAD)
         addresses = self._view.ints("plugin_stateadr", self._view.size("nplugin"))
         fields = {
-            "leads": 1, "own_size": self.state_size, "step": address_of_step(), "pressed": address_of_pressed(), "report": report,
-            "state": addresses[self._members[0].number], "state_size": self._world_size, "nq": self._view.size("nq"),
-            "nv": self._view.size("nv"), "free_count": len(self._frees), "placed_count": len(self._placed),
-            "probe_count": len(self._probes), "tree_count": len(self._trees),
+            "leads": 1, "own_size": self.state_size, "step": address_of_step(), "pressed": address_of_pressed(),
+            "report": report, "state": addresses[self._members[0].number], "state_size": self._world_size,
+            "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
+            "placed_count": len(self._placed), "probe_count": len(self._probes), "tree_count": len(self._trees),
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value

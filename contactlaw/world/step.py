@@ -152,9 +152,13 @@ def begin(w, dt):
     for slot in range(w.contact_room if w.spares < w.contact_room else 0):
         if contact_at(w.contacts, slot).phase == PARTED:  # those that parted are no longer near each other
             release(w, slot)
-        store(c.earlier, load(c.impulse))
     if w.stale != 0:
         list_near(w)
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0:
+            c = contact_at(w.contacts, p.slot)
+            store(c.earlier, load(c.impulse))
     follow_tangents(w)
 
 

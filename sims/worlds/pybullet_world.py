@@ -109,7 +109,7 @@ class EngineWorld(World):
         if self.callback is not None:
             self._untouched = self._untouched or self.callback.save()
             self.callback.restore(self._untouched)
-        for body, (position, velocity, spin, turn) in zip(self.bodies, states, strict=True):
+        for body, (position, _, _, turn) in zip(self.bodies, states, strict=True):
             if body.path is None:
                 number, (w, x, y, z) = self.ids[body.name], matrix_to_quaternion(turn).tolist()
                 p.resetBasePositionAndOrientation(number, position.tolist(), [x, y, z, w], self.client)
