@@ -84,8 +84,8 @@ class Billiards(Scene):
         """Each ball just before the cushion and just after it."""
         facts = recording.facts
         pair, pull = cushion(facts["friction"], facts["wall"]), np.array(facts["gravity"])
-        begin = WAY / facts["speed"]
-        end = begin + 1.5 * pair.contact_duration(MASS, facts["speed"] * cos(facts["angle"]))
+        begin, duration = WAY / facts["speed"], pair.contact_duration(MASS, facts["speed"] * cos(facts["angle"]))
+        end = begin + 1.5 * duration
         before, after = (int(np.searchsorted(recording.times, time)) for time in (begin, end))
         out: Measured = recording.told()
         out |= {"chi": pair.chi(MASS, MASS / 3.5), "balls": {}}
@@ -105,17 +105,21 @@ class Billiards(Scene):
                 "lift": float(track.velocities[left, 2]),
                 "side_after": float(track.spins[left, 2]),
             } | rebound_of(pair, out["chi"], points[came], points[left], NORMAL)
+            # What the springs of the contact hold turns with half the ball's spin about the normal, by half of that in
+            # the mean; the annuli know of no such spin.
+            turn = 0.25 * duration * abs(float(track.spins[came] @ NORMAL))
+            out["balls"][name]["turned"] = turn * abs(out["balls"][name]["psi1"] - out["balls"][name]["psi2"])
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Against the annulus solver; rolling until then."""
+        """Against the annulus solver, but for the spin about the normal; rolling until then."""
         if "microslip" not in measured["law"]:
             return []
         out = []
         for name, ball in measured["balls"].items():
             out += [
                 Limit(f"error of psi_2, {name} side", 4e-3, abs(ball["psi2"] - ball["psi2_reference"])),
-                Limit(f"psi across the slip after the impact, {name} side", 4e-3, ball["aside"]),
+                Limit(f"psi across the slip after the impact, {name} side", 4e-3 + ball["turned"], ball["aside"]),
                 Limit(f"slip on the table over the speed before, {name} side", 1e-3, ball["slip_on_the_table"]),
             ]
         return out
