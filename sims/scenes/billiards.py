@@ -105,10 +105,9 @@ class Billiards(Scene):
                 "lift": float(track.velocities[left, 2]),
                 "side_after": float(track.spins[left, 2]),
             } | rebound_of(pair, out["chi"], points[came], points[left], NORMAL)
-            # What the springs of the contact hold turns with half the ball's spin about the normal, by half of that in
-            # the mean; the annuli know of no such spin.
-            turn = 0.25 * duration * abs(float(track.spins[came] @ NORMAL))
-            out["balls"][name]["turned"] = turn * abs(out["balls"][name]["psi1"] - out["balls"][name]["psi2"])
+            # What the contact holds by its springs, psi of 1 (up to which all sticks), turns with half the ball's spin about
+            # the normal, in the mean by half of that; the annuli know of no such spin.
+            out["balls"][name]["turned"] = 0.25 * duration * abs(float(track.spins[came] @ NORMAL))
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
