@@ -105,8 +105,8 @@ class Billiards(Scene):
                 "lift": float(track.velocities[left, 2]),
                 "side_after": float(track.spins[left, 2]),
             } | rebound_of(pair, out["chi"], points[came], points[left], NORMAL)
-            # What the contact holds by its springs, psi of 1 (up to which all sticks), turns with half the ball's spin about
-            # the normal, in the mean by half of that; the annuli know of no such spin.
+            # What the contact holds by its springs, psi of 1 (up to which all sticks), turns with half the ball's spin
+            # about the normal, in the mean by half of that; the annuli know of no such spin.
             out["balls"][name]["turned"] = 0.25 * duration * abs(float(track.spins[came] @ NORMAL))
         return out
 
