@@ -56,7 +56,8 @@ def by_reference(pair: ContactPair) -> Rule:
         along = sliding / speed if speed else np.zeros(3)
         psi_1 = pair.psi(speed, approach)
         after = loaded_rebound(psi_1, pair.chi(MASS, MASS / 3.5), pair.restitution, load)
-        return _pushed(velocity, spin, normal, after.restitution, (after.psi_2 / psi_1 - 1.0) * speed * along)
+        change = (after.psi_2 / psi_1 - 1.0) * speed if psi_1 else 0.0
+        return _pushed(velocity, spin, normal, after.restitution, change * along)
 
     return rule
 

@@ -88,6 +88,7 @@ def read_free(d, head, f):
     store(b.torque, moment)
     if not same_as_left(f, q, v):
         world_at(head.world, 0).stale = 1
+        b.placed = 1
         b.held[0] = np.nan  # it wakes
     elif b.asleep != 0:
         return

@@ -37,18 +37,20 @@ def read_jointed(d, head, j):
         turn = field(d, XQUAT, 4 * j.base, 4)
         for i in range(4):
             t.base_turn[i] = turn[i]
+    placed = False
     for i in range(t.q_size):
-        if start[i] != left[i]:
-            w.stale = 1
+        placed = placed or start[i] != left[i]
         q[i] = start[i]
     for i in range(t.v_size):
-        if rates[i] != left[t.q_size + i]:
-            w.stale = 1
+        placed = placed or rates[i] != left[t.q_size + i]
         v[i] = v_f[i] = rates[i]
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
-    first = body_at(t.bodies, 0)
+    if placed:
+        w.stale = 1
+        for i in range(t.count):
+            body_at(t.bodies, i).placed = 1
     t.stale = 1
-    call_with_body(t.settle, first)
+    call_with_body(t.settle, body_at(t.bodies, 0))
 
 
 @jit

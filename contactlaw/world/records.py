@@ -55,6 +55,7 @@ BODY = record(
     asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
     changed="i8",  # its velocity is no longer what was foreseen
     touched="i8",  # a contact has kicked it
+    placed="i8",  # somebody has put it where it is since the last step
     pressed="i8",  # it touches something, see `step.find_pressed`; for who reads it between two steps
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
     island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it

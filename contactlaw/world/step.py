@@ -57,7 +57,7 @@ def step_once(world, dt):
 
 
 def find_pressed(world):
-    """Which bodies are pressed (`records.BODY`): they have contacts, or lie in each other; by the world's address."""
+    """Which bodies are pressed: they have closed contacts, or were put into others; world: its address."""
     w = world_at(world, 0)
     if w.stale != 0:
         list_near(w)
@@ -67,7 +67,7 @@ def find_pressed(world):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         pressed = p.closed != 0
-        if not pressed:
+        if not pressed and (a.placed != 0 or b.placed != 0):
             overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
             pressed = overlap > 0.0
         if pressed:
@@ -132,6 +132,7 @@ def begin(w, dt):
         b.time = 0.0
         b.changed = 1
         b.touched = 0
+        b.placed = 0
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
         if b.tree != 0 and b.member == 0:
