@@ -12,7 +12,7 @@ contact by contact.
 
 from __future__ import annotations
 
-from numba import carray
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.laws.record import CONTACT_SIZE, LASTING, OPEN, PRESSED, SPRUNG
