@@ -16,7 +16,7 @@ from numba.core import config as numba_config
 from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout
 
-COMPILE_TIME = 40  # [s]
+COMPILE_TIME = 30  # [s]
 OLDEST, NEWEST = (4, 0), (4, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",

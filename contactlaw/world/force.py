@@ -26,16 +26,17 @@ def advance_contact(w, c, slot, du, dv, dt, free):
         for i in range(memory.size):
             memory[i] = 0.0
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c):
+    if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c, 1.0):
         calm(t, du / dt, dv / dt)
 
 
 @jit_inside
-def hardly_moves(c):
-    """Whether the normal motion of a closed contact is slow beside what its load would make of it."""
+def hardly_moves(c, part):
+    """Whether the normal motion of a closed contact is slow beside what its load would make of it; part: of 0.3."""
     t = c.touch
     own = t.force / t.mass
-    return t.closing * t.closing < 0.1 * own * t.overlap and abs(c.closing_acceleration) < 0.3 * own
+    slow = t.closing * t.closing < 0.1 * part * part * own * t.overlap
+    return slow and abs(c.closing_acceleration) < 0.3 * part * own
 
 
 @jit_inside

@@ -16,6 +16,7 @@ from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
+STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 
 
 @jit_inside
@@ -119,7 +120,9 @@ def substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
-    if t.overlap > 0.0 and hardly_moves(c):
+    if t.overlap > 0.0 and hardly_moves(c, STEADY):
+        substeps = FEWEST
+    elif t.overlap > 0.0 and hardly_moves(c, 1.0):
         substeps = max(substeps / FEW, 20.0)
     longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
     slowing = decay(a) + decay(b)
