@@ -1,0 +1,141 @@
+"""After `mj_step` the state is right at once, whatever the integrator and whatever turns or hangs on joints."""
+
+from math import asin
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
+
+from contactlaw.mujoco_plugin import contacts_of, load_model  # noqa: E402
+
+INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")
+PLANES = """<geom name="low" type="plane" size="5 5 .1" pos="0 0 -.1"/>
+  <geom name="high" type="plane" size="5 5 .1" pos="0 0 .1" euler="180 0 0"/>"""
+CAPSULE = '<geom name="one" type="capsule" size=".02 .05" density="7800"/>'
+FEET = "".join(
+    f'<geom name="foot{i}" size=".01" density="7800" '
+    f'pos="{0.05 * (1 - 2 * (i & 1))} {0.03 * (1 - (i & 2))} {0.04 * (1 - (i & 4) / 2)}"/>'
+    for i in range(8)
+)
+
+
+def thrown(timestep, integrator, phase=0.4):
+    """A ball that spins and is about to strike the floor; the model, its state, the name of the contact."""
+    spec, name = ball_on_floor(steel_pair(restitution=0.8), timestep, gravity=9.81)
+    spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] += (1.0 + phase) * timestep
+    data.qvel[:3], data.qvel[3:] = [0.3, 0.1, -1.0], [5.0, 3.0, 8.0]
+    return model, data, name
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("phase", [0.05, 0.4, 0.75])
+def test_velocity_and_place_after_an_impact_are_those_of_a_fine_integration(integrator, phase):
+    timestep = 2e-3
+    fine_model, fine, _ = thrown(timestep, "RK4", phase)
+    fine_model.opt.timestep = timestep / 1000
+    mujoco.mj_step(fine_model, fine, 4000)
+    model, data, name = thrown(timestep, integrator, phase)
+    lag = 0.0 if integrator == "RK4" else 0.5 * timestep
+    data.qvel[2] += lag * 9.81  # a velocity of the start, not of half a step before it
+    found = 0
+    for _ in range(4):
+        mujoco.mj_step(model, data)
+        if contacts_of(model, data, name):
+            after, found = data.qvel.copy(), found + 1
+    assert found == 1
+    assert data.qvel[[0, 1, 3, 4, 5]] == pytest.approx(after[[0, 1, 3, 4, 5]], abs=1e-9)
+    true = data.qvel[:3] - [0.0, 0.0, lag * 9.81]
+    assert true == pytest.approx(fine.qvel[:3], abs=3e-4)  # the law's own error at 100 substeps
+    assert data.qpos[:3] == pytest.approx(fine.qpos[:3], abs=3e-4 * 4 * timestep)
+
+
+@pytest.mark.parametrize("timestep", [5e-4, 2e-3, 5e-3])
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("body", [CAPSULE, FEET], ids=["capsule", "box on feet"])
+def test_what_tumbles_between_planes_gains_no_energy(body, friction, timestep):
+    """Under Runge-Kutta, whose own flight keeps it."""
+    geoms = "one" if body == CAPSULE else "foot*"
+    model = load_model(
+        f"""<mujoco><option timestep="{timestep}" integrator="RK4" gravity="0 0 0"/><worldbody>{PLANES}
+        <body><freejoint/>{body}</body></worldbody></mujoco>""",
+        [(geoms, ["low", "high"], steel_pair(friction=friction, restitution=1.0))],
+    )
+    for seed in range(4):
+        rng, data = np.random.default_rng(seed), mujoco.MjData(model)
+        data.qpos[3:] = rng.normal(size=4)
+        mujoco.mj_normalizeQuat(model, data.qpos)
+        data.qvel[:3], data.qvel[3:] = rng.normal(size=3), 10.0 * rng.normal(size=3)
+        energies = [kinetic(model, data)]
+        for _ in range(20):
+            mujoco.mj_step(model, data, round(0.15 / timestep))
+            energies.append(kinetic(model, data))
+        assert np.diff(energies).max() < 1e-3 * energies[0]
+        assert friction > 0.0 or energies[-1] == pytest.approx(energies[0], rel=1e-3)
+
+
+def kinetic(model, data):
+    """Energy of motion of one free body whose frame is its own [J]."""
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.body_iquat[1])
+    spin = turn.reshape(3, 3).T @ data.qvel[3:]
+    velocity = data.qvel[:3]
+    return 0.5 * (model.body_mass[1] * velocity @ velocity + (model.body_inertia[1] * spin) @ spin)
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 2e-3, 5e-3])
+def test_a_double_pendulum_between_walls_keeps_its_energy(timestep):
+    link = '<geom type="capsule" fromto="0 0 0 0 0 -.3" size=".01" density="2700" contype="0" conaffinity="0"/>'
+    hinge = '<joint type="hinge" axis="0 1 0"/>'
+    model = load_model(
+        f"""<mujoco><option timestep="{timestep}" integrator="RK4"><flag energy="enable"/></option><worldbody>
+        <geom name="left" type="plane" size="5 5 .1" pos="-.25 0 0" zaxis="1 0 0"/>
+        <geom name="right" type="plane" size="5 5 .1" pos=".25 0 0" zaxis="-1 0 0"/>
+        <body pos="0 0 1">{hinge}{link}<body pos="0 0 -.3">{hinge}{link}
+        <geom name="tip" size=".02" pos="0 0 -.3" density="7800"/></body></body></worldbody></mujoco>""",
+        [("tip", ["left", "right"], steel_pair(friction=0.0, restitution=1.0))],
+    )
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = [0.2, 0.3], [3.0, -2.0]
+    energies, impacts = [], 0
+    for _ in range(round(10.0 / timestep)):
+        before = data.qvel.copy()
+        mujoco.mj_step(model, data)
+        impacts += np.abs(data.qvel - before).max() > 1.0
+    for _ in range(2):
+        mujoco.mj_forward(model, data)
+        energies.append(data.energy.sum())
+        mujoco.mj_resetData(model, data)
+        data.qpos[:], data.qvel[:] = [0.2, 0.3], [3.0, -2.0]
+    assert impacts > 20
+    assert energies[0] == pytest.approx(energies[1], abs=1e-5 * impacts * abs(energies[1]))
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast"])
+@pytest.mark.parametrize("restitution", [0.02, 0.1, 0.5, 0.9])
+def test_a_hinged_arm_that_falls_on_the_floor_stays_down(restitution, integrator):
+    for timestep in (2e-3, 5e-3, 1e-2):
+        for height in (0.03, 0.1, 0.25):
+            model = load_model(
+                f"""<mujoco><option timestep="{timestep}" integrator="{integrator}"/><worldbody>
+                <geom name="floor" type="plane" size="5 5 .1"/><body pos="0 0 .02"><joint type="hinge" axis="0 1 0"/>
+                <geom type="capsule" fromto="0 0 0 .3 0 0" size=".01" density="2700" contype="0" conaffinity="0"/>
+                <geom name="tip" size=".02" pos=".3 0 0" density="7800"/></body></worldbody></mujoco>""",
+                [("tip", "floor", steel_pair(friction=0.2, restitution=restitution))],
+            )
+            data = mujoco.MjData(model)
+            data.qpos[0] = start = -asin(height / 0.3)
+            angles = []
+            for _ in range(round(3.0 / timestep)):
+                mujoco.mj_step(model, data)
+                angles.append(data.qpos[0])
+            assert min(angles) >= 1.002 * start and max(angles) < 1e-3
+            assert restitution > 0.5 or abs(angles[-1]) < 1e-3
