@@ -15,20 +15,25 @@ from contactlaw.pybullet_callback.exchange import (
     NO_ROOM,
     NOT_FINITE,
     alike,
+    compare,
     moment,
     push,
     put,
     receive,
     row_at,
     spin_rate,
+    steady,
     store_quaternion,
     times,
 )
 from contactlaw.world.access import body_at, contact_at, numbers_at, world_at
 from contactlaw.world.motion import set_axes
+from contactlaw.world.near import strayed
 from contactlaw.world.records import CLOSED, FREE
 from contactlaw.world.step import step
 from contactlaw.world.vec import axpy, dot, half_turn, load, norm, scale, store, sub
+
+PASSED = -(1 << 40)  # of `set_off`
 
 
 @jit
@@ -44,6 +49,43 @@ def foresee(heads, worlds):
     if found > 0 or step(worlds, heads[0].dt, 1) == 0:
         return NO_ROOM - found
     return hand_back(heads, 0)
+
+
+@jit
+def set_off(heads):
+    """What comes before Bullet's step: `receive` and `steady`. Returns how many bodies are pushed; or, where all are so
+    far from each other that they cannot touch in this step or the next, PASSED: there is no more to do.
+
+    Or NO_ROOM less what `receive` found, where somebody must see to it, or NOT_FINITE.
+    """
+    head = heads[0]
+    found = receive(heads)
+    if found != 0:
+        return NOT_FINITE if found < 0 else NO_ROOM - found
+    w = world_at(head.world, 0)
+    if w.nears > 0 or w.stale != 0 or w.spares < w.contact_room:
+        return steady(heads)
+    for k in range(head.count):
+        b = body_at(w.bodies, k + 1)
+        b.still = 1 if b.inverse_mass == 0.0 else 0
+        if strayed(b, 2.0 * head.dt):
+            return steady(heads)
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        keep(r, r.before, head.dt if r.mass > 0.0 else 0.0)
+    return PASSED
+
+
+@jit
+def complete(heads, worlds):
+    """What comes after Bullet's step: `compare`, the world's step, and `hand_back`, which returns; or NOT_FINITE, or
+    NO_ROOM: there may not be room enough in the world for the step.
+    """
+    if compare(heads) < 0:
+        return NOT_FINITE
+    if step(worlds, heads[0].dt, 1) == 0:
+        return NO_ROOM
+    return hand_back(heads, 1)
 
 
 @jit

@@ -22,7 +22,7 @@ from contactlaw.pybullet_callback.exchange import (
     receive,
     steady,
 )
-from contactlaw.pybullet_callback.hand_back import foresee, hand_back
+from contactlaw.pybullet_callback.hand_back import PASSED, complete, foresee, hand_back, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.shapes import BASE, Key
@@ -123,6 +123,8 @@ class Traffic:
 
     def take_step(self, dt: float, gravity: tuple[float, float, float]) -> int:
         """A step of PyBullet, then the same one of the world, which is handed back; returns as `foresee`."""
+        if not (self.linked or self._measured):
+            return self._take_plain_step(dt, gravity)
         self._receive(dt, gravity)
         pushed = steady(self._head)
         if pushed:
@@ -144,6 +146,32 @@ class Traffic:
             self._put(done // FLAGS)
         for one in self.linked:
             one.hand_back(self.arrays, dt, True, self._presses(one))
+        return done
+
+    def _take_plain_step(self, dt: float, gravity: tuple[float, float, float]) -> int:
+        """The same where no body has joints and none must be measured."""
+        STEP.pack_into(self._head, STEP_AT, dt, *gravity)
+        self._read(BEFORE)
+        pushed = set_off(self._head)
+        if pushed == NOT_FINITE:
+            self._refuse()
+        if NO_ROOM > pushed > PASSED:
+            self._settle(dt, NO_ROOM - pushed)
+            pushed = steady(self._head)
+        if pushed > 0:
+            self._push(pushed)
+        p.stepSimulation(self._client)
+        if pushed == PASSED:
+            return 0
+        self._read(AFTER, self._moving)
+        done = complete(self._head, self._state)
+        if done == NOT_FINITE:
+            self._refuse()
+        if done == NO_ROOM:
+            self._step(dt)
+            done = hand_back(self._head, 1)
+        if done >= FLAGS:
+            self._put(done // FLAGS)
         return done
 
     def _receive(self, dt: float, gravity: tuple[float, float, float]) -> None:
