@@ -49,7 +49,7 @@ class Scene:
     """A ball over a floor, timed.
 
     Attributes:
-        contact: "law", "among": where native contacts may be, "alone": bodies are left alone between the calls,
+        contact: "law", "among": where native contacts may be, "alone": bodies that nothing can push are not read,
             "native", "elastic": native without damping, "none".
         over: Name of the scene that it is compared with.
         asked: At most so many times that; None: no limit.
@@ -122,7 +122,7 @@ def scenes() -> dict[str, Scene]:
         bounces = how.get("height") is not None
         found[f"{what}, e = 1" if bounces else what] = Scene("law", base, asked, **how)
         if engine == "pybullet":
-            found[f"{what}, left alone"] = Scene("alone", base, asked, **how)
+            found[f"{what}, fixed bodies not read"] = Scene("alone", base, asked, **how)
 
     rest: dict[str, Any] = {"e": 0.9, "height": None, "speed": 0.0}
     bounce: dict[str, Any] = {"e": 1.0, "height": DROP, "speed": 0.0, "before": 0}
