@@ -1,4 +1,4 @@
-"""What all tests share: heavy tests need compiled kernels, and hypothesis runs the same examples every time."""
+"""What all tests share: heavy tests and worlds need the compiler, and hypothesis runs the same examples every time."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip heavy tests where the kernels run as plain Python."""
+    """Skip heavy tests, and those of worlds, where the kernels run as plain Python."""
     if not numba.config.DISABLE_JIT:
         return
-    skip = pytest.mark.skip(reason="heavy: needs the JIT")
+    skip = pytest.mark.skip(reason="needs the JIT")
     for item in items:
-        if item.get_closest_marker("heavy"):
+        if item.get_closest_marker("heavy") or item.path.parent.name in ("engines", "world"):
             item.add_marker(skip)
 
 

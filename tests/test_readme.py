@@ -18,6 +18,7 @@ def test_there_are_two_commands_and_both_make_an_environment():
     assert all(command.startswith("python3.11 -m venv .venv && ") for command in commands)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("code", BLOCKS, ids=[re.findall(r"import (\w+)", block)[0] for block in BLOCKS])
 def test_code_runs_as_it_stands(code, no_other_client):
     for engine in ("mujoco", "pybullet"):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
+from contactlaw.jit import INTERPRETED
 from contactlaw.pair import DEEPEST, ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
 from contactlaw.pybullet_callback.couples import couples_of
@@ -70,6 +71,8 @@ class ContactCallback:
             raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
         if not isinstance(fixed_bodies_move, bool):
             raise ValueError(f"fixed_bodies_move = {fixed_bodies_move!r}: must be True or False")
+        if INTERPRETED:
+            raise RuntimeError("the callback needs compiled code, and NUMBA_DISABLE_JIT is set: unset it")
         self._client, self._moves = int(client), fixed_bodies_move
         self._contacts: dict[int, Contact] = {}
         self._handles = count()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
+from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair
 from contactlaw.world import readout, shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
@@ -52,12 +53,15 @@ class World:
 
     Raises:
         ValueError: A value outside its range; the message names it.
+        RuntimeError: NUMBA_DISABLE_JIT is set; worlds are moved by compiled code alone.
     """
 
     def __init__(
         self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
         crowd_substeps: float = 60.0, crowd: int = 8, stillness: float = 1e-9,
     ) -> None:  # fmt: skip
+        if INTERPRETED:
+            raise RuntimeError("a world is moved by compiled code alone, and NUMBA_DISABLE_JIT is set: unset it")
         pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
         self.gravity = checks.vector("gravity", pull)
         self.timestep = checks.positive("timestep", timestep)
