@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from contactlaw.world.access import element
 from contactlaw.world.records import MATRIX, VECTOR, Array, Arrays, record
 
@@ -27,7 +25,6 @@ HEAD = record(
     nq="i8", nv="i8",
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
     given="u8",  # address of the generalised force (nv,) that compute gave last
-    contacts="i8",  # whether there are any that press or sleep
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     probes="u8", probe_count="i8",
     token="f8",  # of the state that the world is in
@@ -70,8 +67,6 @@ JOINTED = record(
     left="u8",  # address of the coordinates and velocities that the last step left it with
 )  # fmt: skip
 """Bodies that joints hold: a kinematic tree."""
-
-LEADS_NOT = np.zeros(1, HEAD)
 
 head_at: Any = element(HEAD)
 free_at: Any = element(FREE)

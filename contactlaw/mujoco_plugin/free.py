@@ -15,8 +15,8 @@ from contactlaw.jit import jit_for
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.memory import field, floats
 from contactlaw.world.access import body_at, world_at
-from contactlaw.world.motion import give, set_axes
-from contactlaw.world.vec import add, axpy, cross, load, norm, scale, store, sub, to_body, to_world
+from contactlaw.world.motion import give, set_axes, spin_rate
+from contactlaw.world.vec import add, axpy, cross, load, norm, product, store, sub, turn_by
 
 jit = jit_for(layout.KEY, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
@@ -29,25 +29,6 @@ APPLIED, ACTUATED, PASSIVE, CONSTRAINED, XFRC, QPOS, QVEL = (
 
 
 @jit
-def product(p, q):
-    """The quaternion p q."""
-    return (
-        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
-        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
-        p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3],
-        p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1],
-    )
-
-
-@jit
-def turned(q, a):
-    """A vector along a frame's axes, in the world."""
-    u = (q[1], q[2], q[3])
-    t = scale(2.0, cross(u, a))
-    return add(axpy(q[0], t, a), cross(u, t))
-
-
-@jit
 def frame_of(f, q):
     """Of a body whose coordinates are q: its quaternion, and its centre of mass from its frame's origin [m]."""
     own = (q[3], q[4], q[5], q[6])
@@ -55,7 +36,7 @@ def frame_of(f, q):
     own = (one * own[0], one * own[1], one * own[2], one * own[3])
     if f.plain != 0:
         return own, (0.0, 0.0, 0.0)
-    return own, turned(own, load(f.offset))
+    return own, turn_by(own, load(f.offset))
 
 
 @jit
@@ -97,7 +78,7 @@ def read_free(d, head, f):
     for i in range(4):
         b.quaternion[i] = full[i]
     set_axes(b)
-    spin = turned(own, (v[3], v[4], v[5]))
+    spin = turn_by(own, (v[3], v[4], v[5]))
     store(b.spin, spin)
     store(b.velocity, load(v) if f.plain != 0 else add(load(v), cross(spin, arm)))
 
@@ -128,26 +109,15 @@ def outer_force(d, head, f, own, arm):
         (passive[4] - given[4]) + (held[4] + applied[4] + driven[4]),
         (passive[5] - given[5]) + (held[5] + applied[5] + driven[5]),
     )
-    moment = sub(turned(own, moment), cross(arm, push))
+    moment = sub(turn_by(own, moment), cross(arm, push))
     return add(push, load(extra)), add(moment, (extra[3], extra[4], extra[5]))
-
-
-@jit
-def spin_rate(b):
-    """Angular acceleration [rad/s^2] without contacts."""
-    w = load(b.spin)
-    if b.isotropic != 0:
-        return scale(b.inverse_inertia[0], load(b.torque))
-    p, i = to_body(b.axes, w), b.inverse_inertia
-    momentum = to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2]))
-    return give(b, sub(load(b.torque), cross(w, momentum)))
 
 
 @jit
 def origin_acceleration(b, arm):
     """Acceleration [m/s^2] of the origin of a body's frame; arm: from there to the centre of mass."""
     w = load(b.spin)
-    return sub(load(b.acceleration), add(cross(spin_rate(b), arm), cross(w, cross(w, arm))))
+    return sub(load(b.acceleration), add(cross(spin_rate(b, w), arm), cross(w, cross(w, arm))))
 
 
 @jit
@@ -189,7 +159,7 @@ def write_free(d, head, f):
     arm = (0.0, 0.0, 0.0)
     if f.plain == 0:
         own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
-        arm = turned(own, load(f.offset))
+        arm = turn_by(own, load(f.offset))
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
     if b.pressed == 0 and head.lag > 0.0:
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
@@ -198,7 +168,7 @@ def write_free(d, head, f):
     for i in range(4):
         q[3 + i] = own[i]
     store(v, velocity)
-    spin = turned((own[0], -own[1], -own[2], -own[3]), spin)
+    spin = turn_by((own[0], -own[1], -own[2], -own[3]), spin)
     v[3], v[4], v[5] = spin
 
 
@@ -209,8 +179,8 @@ def press_free(head, f, arm, force, push_out):
     own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
     if f.plain == 0:
         own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
-        arm = add(arm, turned(own, load(f.offset)))
-    moment = turned((own[0], -own[1], -own[2], -own[3]), cross(arm, force))
+        arm = add(arm, turn_by(own, load(f.offset)))
+    moment = turn_by((own[0], -own[1], -own[2], -own[3]), cross(arm, force))
     for i in range(3):
         push_out[f.v + i] += force[i]
         push_out[f.v + 3 + i] += moment[i]

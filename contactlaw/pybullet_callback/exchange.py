@@ -20,7 +20,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit, jit_inside
 from contactlaw.world.access import body_at, element, near_at, numbers_at, shape_at, world_at
 from contactlaw.world.geometry import meet
-from contactlaw.world.motion import give, set_axes
+from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 
@@ -167,21 +167,6 @@ def set_out(r, b, dt):
     lag = 0.5 * dt if r.pressed == 0 and r.mass > 0.0 else 0.0
     store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
     store(b.spin, axpy(lag, spin_rate(b, load(m.spin)), load(m.spin)))
-
-
-@jit_inside
-def spin_rate(b, w):
-    """Angular acceleration [rad/s^2] without contacts, at a spin."""
-    return give(b, sub(load(b.torque), gyroscopic(b, w)))
-
-
-@jit_inside
-def gyroscopic(b, w):
-    """The moment w x I w [N m]."""
-    if b.isotropic != 0 or b.inverse_mass == 0.0:
-        return 0.0, 0.0, 0.0
-    p, i = to_body(b.axes, w), b.inverse_inertia
-    return cross(w, to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2])))
 
 
 @jit

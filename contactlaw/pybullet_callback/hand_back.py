@@ -21,13 +21,12 @@ from contactlaw.pybullet_callback.exchange import (
     put,
     receive,
     row_at,
-    spin_rate,
     steady,
     store_quaternion,
     times,
 )
 from contactlaw.world.access import body_at, contact_at, numbers_at, world_at
-from contactlaw.world.motion import set_axes
+from contactlaw.world.motion import set_axes, spin_rate
 from contactlaw.world.near import strayed
 from contactlaw.world.records import CLOSED, FREE
 from contactlaw.world.step import step

@@ -157,6 +157,21 @@ def give(b, moment):
 
 
 @jit_inside
+def spin_rate(b, w):
+    """Angular acceleration [rad/s^2] without contacts, at a spin."""
+    return give(b, sub(load(b.torque), gyroscopic(b, w)))
+
+
+@jit_inside
+def gyroscopic(b, w):
+    """The moment w x I w [N m]."""
+    if b.isotropic != 0 or b.inverse_mass == 0.0:
+        return 0.0, 0.0, 0.0
+    p, i = to_body(b.axes, w), b.inverse_inertia
+    return cross(w, to_world(b.axes, (p[0] / i[0], p[1] / i[1], p[2] / i[2])))
+
+
+@jit_inside
 def velocity_at(b, arm):
     """Velocity [m/s] of the point of a body at an arm [m] from its centre of mass."""
     return add(load(b.velocity), cross(load(b.spin), arm))
