@@ -142,6 +142,8 @@ class AnyStep(Case):
             axes.set_ylabel(r"error in $\psi_2$ [-]")
         left.set(xlabel="engine step [s]", title=f"{SUBSTEPS} substeps", ylim=(5e-5, 1e-2))
         right.set(xlabel="time an impact takes [us]", title="step of 2 ms, number of substeps", ylim=(3e-6, 2e-2))
+        right.set_xticks([5, 10, 20, 40], ["5", "10", "20", "40"])
+        right.set_xticks([], minor=True)
         left.legend(loc="lower right")
         right.legend(fontsize=7, ncols=3, loc="lower left")
         return figure
