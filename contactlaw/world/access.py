@@ -16,11 +16,12 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws.record import CONTACT_SIZE as TOUCH_SIZE
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.record import PAIR_SIZE
-from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, SHAPE, TREE, WORLD
+from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
 
-BODY_NUMBERS = BODY.itemsize // 8
+BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
 
 
 def element(dtype: np.dtype) -> Any:
@@ -73,6 +74,7 @@ world_at: Any = element(WORLD)
 link_at: Any = element(LINK)
 joint_at: Any = element(JOINT)
 axis_at: Any = element(AXIS)
+row_at: Any = element(ROW)
 
 whole_at: Any = intrinsic(_whole)
 """Element of an array of int64."""
@@ -85,13 +87,61 @@ numbers_at: Any = intrinsic(_numbers)
 
 
 @jit_inside
+def copy_numbers(source, target, count):
+    """Copy so many numbers from one address to another."""
+    numbers, copy = carray(numbers_at(source), count), carray(numbers_at(target), count)
+    for k in range(count):
+        copy[k] = numbers[k]
+
+
+@jit_inside
 def body_aside(w, i, place):
     """A copy of a body, in one of two places."""
-    numbers = carray(numbers_at(w.bodies + 8 * BODY_NUMBERS * i), BODY_NUMBERS)
-    copy = carray(numbers_at(w.aside + 8 * BODY_NUMBERS * place), BODY_NUMBERS)
-    for k in range(BODY_NUMBERS):
-        copy[k] = numbers[k]
+    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.aside + 8 * BODY_NUMBERS * place, BODY_NUMBERS)
     return body_at(w.aside, place)
+
+
+@jit_inside
+def keep_body(w, i):
+    """Keep a body as it is, for `body_kept`."""
+    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.aside + 8 * BODY_NUMBERS * (i + 2), BODY_NUMBERS)
+
+
+@jit_inside
+def body_kept(w, i):
+    """A body as it was when it was kept."""
+    return body_at(w.aside, i + 2)
+
+
+@jit_inside
+def bring_back_body(w, i):
+    """Make a body what it was when it was kept."""
+    copy_numbers(w.aside + 8 * BODY_NUMBERS * (i + 2), w.bodies + 8 * BODY_NUMBERS * i, BODY_NUMBERS)
+
+
+@jit_inside
+def keep_contact(w, slot):
+    """Keep a contact as it is, with what its law remembers."""
+    place = 8 * CONTACT_NUMBERS * slot
+    copy_numbers(w.contacts + place, w.contacts_aside + place, CONTACT_NUMBERS)
+    place = 8 * w.memory_size * slot
+    copy_numbers(w.memory + place, w.memory_aside + place, w.memory_size)
+
+
+@jit_inside
+def bring_back_contact(w, slot):
+    """Make a contact what it was when it was kept, but for what its law knows of it."""
+    place = 8 * CONTACT_NUMBERS * slot
+    copy_numbers(w.contacts_aside + place, w.contacts + place, CONTACT_NUMBERS)
+
+
+@jit_inside
+def bring_back_touch(w, slot):
+    """The same of what its law knows of it, and remembers."""
+    place = 8 * CONTACT_NUMBERS * slot
+    copy_numbers(w.contacts_aside + place, w.contacts + place, TOUCH_SIZE)
+    place = 8 * w.memory_size * slot
+    copy_numbers(w.memory_aside + place, w.memory + place, w.memory_size)
 
 
 @jit_inside

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.world.coordinates import addresses
+from contactlaw.world.equations import EQUATIONS
 from contactlaw.world.records import (
     BODY,
     BOX,
@@ -14,6 +15,7 @@ from contactlaw.world.records import (
     NEAR,
     PAIR,
     PLANE,
+    ROW,
     SHAPE,
     TANGENT,
     TREE,
@@ -37,7 +39,9 @@ def empty() -> Arrays:
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
         contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(), roots=whole(1), island_bodies=whole(1), island_pairs=whole(LEAST),
-        grid=whole(4), aside=np.zeros(2, BODY), trees=np.zeros(0, TREE), joints=np.zeros(0), world=np.zeros(1, WORLD),
+        grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE), joints=np.zeros(0), rows=np.zeros(LEAST, ROW),
+        contacts_aside=np.zeros(LEAST, CONTACT), memory_aside=np.zeros((LEAST, 0)),
+        equations=np.zeros(EQUATIONS), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
@@ -69,7 +73,8 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """The world and more bodies."""
     bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
-    return one._replace(bodies=bodies, roots=room, island_bodies=room.copy())
+    aside = np.zeros(bodies.size + 2, BODY)
+    return one._replace(bodies=bodies, roots=room, island_bodies=room.copy(), aside=aside)
 
 
 def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
@@ -103,16 +108,17 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))
 
 
-def with_pair(one: Arrays, radius: float, numbers: Array, memory: int) -> Arrays:
+def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
     """The world and one more pair of materials.
 
-    radius: see `records.PAIR`. numbers: as `ContactPair.parameters` gives them. memory: numbers that its law remembers.
+    radius: see `records.PAIR`. numbers: as `ContactPair.parameters` gives them. size: how many its law remembers.
     """
     pairs = longer(one.pairs, 1)
     pairs["radius"][-1], pairs["numbers"][-1] = radius, one.numbers.size
-    more = max(memory - one.memory.shape[1], 0)
+    more = max(size - one.memory.shape[1], 0)
+    memory = np.pad(one.memory, ((0, 0), (0, more)))
     return one._replace(
-        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=np.pad(one.memory, ((0, 0), (0, more)))
+        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=memory, memory_aside=memory.copy()
     )
 
 
@@ -122,6 +128,8 @@ def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
     return one._replace(
         near=np.zeros(near, NEAR), island_pairs=np.zeros(near, np.int64), contacts=np.zeros(contacts, CONTACT),
         memory=np.zeros((contacts, one.memory.shape[1])), spare=np.arange(contacts)[::-1].copy(),
+        rows=np.zeros(near, ROW), contacts_aside=np.zeros(contacts, CONTACT),
+        memory_aside=np.zeros((contacts, one.memory.shape[1])),
     )  # fmt: skip
 
 
@@ -135,6 +143,7 @@ def with_more_room(one: Arrays) -> Arrays:
     one.world["stale"] = 1
     return one._replace(
         near=longer(one.near, one.near.size), island_pairs=np.zeros(2 * one.near.size, np.int64),
-        contacts=longer(one.contacts, more), memory=longer(one.memory, more),
+        contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
+        contacts_aside=np.zeros(2 * more, CONTACT), memory_aside=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.record import LASTING, OPEN, ask_energy
+from contactlaw.laws.record import LASTING, OPEN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
-from contactlaw.world.access import law_numbers, law_of, memory_of, pair_at
+from contactlaw.world.access import bring_back_touch, law_numbers, law_of, memory_of, pair_at
 
+PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
 CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
 
 
@@ -28,6 +29,55 @@ def advance_contact(w, c, slot, du, dv, dt, free):
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
     if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c, 1.0):
         calm(t, du / dt, dv / dt)
+
+
+@jit_inside
+def ask_at(w, c, slot, du, dv):
+    """Advance a contact from where it was kept to the overlap and the closing speed that it has at the end of a stage.
+
+    Returns its tangential forces [N]; du, dv: as above.
+    """
+    t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
+    overlap, before, closing = t.overlap, t.before, t.closing
+    bring_back_touch(w, slot)
+    t.overlap, t.before, t.closing = overlap, before, closing
+    memory = memory_of(w, slot)
+    if t.state == OPEN:
+        for i in range(memory.size):
+            memory[i] = 0.0
+    advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, 0.0, du, dv, 0.0)
+    return t.f, t.g
+
+
+@jit_inside
+def slopes(w, c, slot, slide, stage):
+    """Ask a contact's law as `ask_at`; and by how much its forces change [N/m].
+
+    Returns d P, d F and d G by the overlap, which the closing speed follows within a stage of so many seconds, and d F
+    and d G by both displacements. slide: what A has moved over B along both tangents [m].
+    """
+    t = c.touch
+    du, dv = slide
+    f, g = ask_at(w, c, slot, du, dv)
+    overlap, closing, force, way = t.overlap, t.closing, t.force, PROBE * t.overlap
+    t.overlap, t.closing = overlap + way, closing + way / stage
+    fp, gp = ask_at(w, c, slot, du, dv)
+    normal = (t.force - force) / way
+    t.overlap, t.closing = overlap, closing
+    fu, gu, fv, gv = f, g, f, g
+    if t.friction > 0.0:
+        fu, gu = ask_at(w, c, slot, du + way, dv)
+        fv, gv = ask_at(w, c, slot, du, dv + way)
+    ask_at(w, c, slot, du, dv)
+    across = (fp - f) / way, (gp - g) / way
+    return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way)
+
+
+@jit_inside
+def rigid(w, c):
+    """Whether the law of a contact has no springs across it."""
+    pair = pair_at(w.pairs, c.pair)
+    return c.touch.friction > 0.0 and not isfinite(ask_stiffness(law_of(w, pair), c.touch, law_numbers(w, pair)))
 
 
 @jit_inside

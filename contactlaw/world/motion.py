@@ -163,6 +163,16 @@ def spin_rate(b, w):
 
 
 @jit_inside
+def follow(b):
+    """The angular momentum of the spin that a body was given."""
+    spin = load(b.spin)
+    change = sub(spin, give(b, load(b.momentum)))
+    if b.isotropic == 0 and dot(change, change) != 0.0:
+        w, i = to_body(b.axes, spin), b.inverse_inertia
+        store(b.momentum, to_world(b.axes, (w[0] / i[0], w[1] / i[1], w[2] / i[2])))
+
+
+@jit_inside
 def gyroscopic(b, w):
     """The moment w x I w [N m]."""
     if b.isotropic != 0 or b.inverse_mass == 0.0:

@@ -123,7 +123,7 @@ def substep(w, c, a, b, substeps):
     if t.overlap > 0.0 and hardly_moves(c, STEADY):
         substeps = FEWEST
     elif t.overlap > 0.0 and hardly_moves(c, 1.0):
-        substeps = max(substeps / FEW, 20.0)
+        substeps = min(substeps, max(substeps / FEW, 20.0))
     longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
     slowing = decay(a) + decay(b)
     return longest if slowing * longest <= 1.0 else 1.0 / slowing

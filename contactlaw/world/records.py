@@ -51,6 +51,8 @@ BODY = record(
     shift=VECTOR, twist=VECTOR,  # displacement and rotation vector of its last substep
     turn=VECTOR,  # rotation vector that the quaternion does not know yet
     active="i8",  # presses on something
+    done="i8",  # has been moved to the end of the step already
+    unknown="i8",  # first of its velocities in an implicit step, see `equations`
     still="i8",  # nothing moves it within this step
     asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
     changed="i8",  # its velocity is no longer what was foreseen
@@ -70,6 +72,7 @@ BODY = record(
 TREE = record(
     # addresses of what moves it, see `trees` and `tree_motion`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8", press="u8", rest="u8",
+    stand="u8", weigh="u8", carry="u8",  # the same, of an implicit step
     move="u8",  # q <- q moved by x; its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies: a run of rows
@@ -86,6 +89,7 @@ TREE = record(
     factor="u8",  # (v_size, v_size), see `tree_dynamics`
     room="u8",  # q_size + 3 v_size
     kept="u8",  # q_size + v_size, coordinates and forces that it fell asleep with
+    start="u8",  # q_size + v_size, coordinates and velocities that an implicit step began with
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where they begin in `Arrays.joints`
     # within a step
@@ -193,10 +197,20 @@ CONTACT = record(
 )  # fmt: skip
 """A contact; what its law knows of it comes first."""
 
+ROW = record(
+    near="i8", slot="i8",  # of its pair; of its contact, -1: open so far
+    fresh="i8",  # it has come to be a contact in this step
+    moved_u="f8", moved_v="f8",  # [m] of A over B along both tangents since the step began
+    closing=VECTOR,  # velocity [m/s] of A over B: along the normal and both tangents
+    impulse=VECTOR,  # [N s] on A by the stages that are found
+)  # fmt: skip
+"""A contact in an implicit step, see `lasting`."""
+
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
     roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
+    rows="u8", contacts_aside="u8", memory_aside="u8", equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8",
     cells="i8",  # of the grid's table, a power of two
@@ -206,6 +220,8 @@ WORLD = record(
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
     nears="i8", spares="i8", islands="i8",  # how many of each there are
     stale="i8",  # a body has travelled further than the list of near pairs holds
+    unknowns="i8",  # of the island that takes an implicit step
+    implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
     windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
     lost="i8",  # contacts and pairs that there was no room for
@@ -223,7 +239,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     one = dict.fromkeys(("v", "a", "f", "d", "v_f", "x", "push"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v, "kept": q + v} | own
+    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v, "kept": q + v, "start": q + v} | own
 
 
 class Arrays(NamedTuple):
@@ -239,9 +255,12 @@ class Arrays(NamedTuple):
         roots: Room for the islands of a window.
         island_bodies, island_pairs: Room for what is in one.
         grid: Room for the broad phase.
-        aside: Room for two bodies as they will be.
+        aside: Room for two bodies as they will be; behind them for all as they were when the step began.
         trees: Records.
         joints: Of all trees: coordinates, velocities, and what follows from them.
+        rows: Room for the contacts of an island that lasts.
+        contacts_aside, memory_aside: Room for contacts, and what their laws remember, as the step began.
+        equations: Room for an implicit step.
         world: One record.
     """
 
@@ -261,6 +280,10 @@ class Arrays(NamedTuple):
     aside: Array
     trees: Array
     joints: Array
+    rows: Array
+    contacts_aside: Array
+    memory_aside: Array
+    equations: Array
     world: Array
 
     def bound(self) -> Arrays:

@@ -18,13 +18,14 @@ from contactlaw.jit import address_of, jit, jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
 from contactlaw.world.call import call_probe
 from contactlaw.world.geometry import meet
-from contactlaw.world.island import integrate
-from contactlaw.world.motion import fly, give, settle
+from contactlaw.world.island import integrate, members
+from contactlaw.world.lasting import last, lasts
+from contactlaw.world.motion import fly, follow, settle
 from contactlaw.world.near import list_near, strayed
 from contactlaw.world.records import NEVER, PARTED, TANGENT
-from contactlaw.world.sleep import disturbed, wake, wake_body
+from contactlaw.world.sleep import disturbed, fall_asleep, wake, wake_body
 from contactlaw.world.touch import release, replace
-from contactlaw.world.vec import dot, load, store, sub, to_body, to_world
+from contactlaw.world.vec import dot, load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
 SOON = 1e-6  # of a step, a wait that is none
@@ -98,6 +99,8 @@ def finish(w, dt):
             call_probe(w.probe, w.host, now)
             follow_tangents(w)
         first, shortest = look_ahead(w, now, dt)
+        if now == 0.0 and shortest < dt and let_last(w, dt):
+            first, shortest = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
                 break
@@ -124,6 +127,21 @@ def finish(w, dt):
 
 
 @jit_inside
+def let_last(w, dt):
+    """Take islands of contacts that last through the step; returns whether there are any."""
+    while activate(w, 0.0, dt):
+        wake(w, 0.0)
+    link(w)
+    some = False
+    for k in range(w.islands):
+        bodies, pairs = members(w, whole_at(w.roots, k))
+        if lasts(w, bodies, pairs) and last(w, bodies, pairs):
+            fall_asleep(w, bodies, pairs)
+            some = True
+    return some
+
+
+@jit_inside
 def begin(w, dt):
     """What a step starts from."""
     w.step = dt
@@ -132,6 +150,7 @@ def begin(w, dt):
         b.time = 0.0
         b.changed = 1
         b.touched = 0
+        b.done = 0
         b.placed = 0
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
@@ -170,16 +189,6 @@ def follow_tangents(w):
         p = near_at(w.near, k)
         if p.closed != 0 and shape_at(w.shapes, p.b).kind == TANGENT:
             replace(w, contact_at(w.contacts, p.slot))
-
-
-@jit_inside
-def follow(b):
-    """The angular momentum of the spin that a body was given."""
-    spin = load(b.spin)
-    change = sub(spin, give(b, load(b.momentum)))
-    if b.isotropic == 0 and dot(change, change) != 0.0:
-        w, i = to_body(b.axes, spin), b.inverse_inertia
-        store(b.momentum, to_world(b.axes, (w[0] / i[0], w[1] / i[1], w[2] / i[2])))
 
 
 @jit_inside

@@ -31,7 +31,7 @@ def look_ahead(w, now, step):
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        if a.still != 0 and b.still != 0:
+        if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
             continue
         if p.closed != 0:
             shortest = min(shortest, contact_time(w, contact_at(w.contacts, p.slot), a, b))
@@ -97,7 +97,7 @@ def activate(w, now, until):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if first:
                 p.active = 0
-            if a.still != 0 and b.still != 0:
+            if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
                 continue
             if p.active != 0:
                 found = bound_delta_v(w, p, a, b, length) or found

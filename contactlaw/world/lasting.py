@@ -1,0 +1,236 @@
+"""What lasts: an island in which nothing strikes takes one implicit step.
+
+Contacts that carry a load are a hundred times stiffer than the engine's step can follow, and nothing that they do
+within it matters. The velocities V of the bodies at the end of a stage of b seconds satisfy
+
+    M (V - v) = b (M a + J^T F(X, V))        X = x + b V
+
+with contacts where the bodies are then. Two such stages, b = (1 - 1/sqrt 2) h, make a step of second order that damps
+what is stiff (Alexander, SIAM J. Numer. Anal. 14 (1977), the method S2): what slides or rolls under a constant load
+goes where it should, what swings comes to rest. They are solved by Newton's method; momentum is kept by each of its
+steps. Nothing is changed where it does not converge.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import (
+    body_at,
+    body_kept,
+    bring_back_body,
+    bring_back_contact,
+    bring_back_touch,
+    contact_at,
+    keep_body,
+    keep_contact,
+    law_of,
+    near_at,
+    pair_at,
+    row_at,
+    whole_at,
+)
+from contactlaw.world.equations import (
+    ACCELERATION,
+    BEFORE,
+    BEGUN,
+    FREE,
+    LARGEST,
+    RIGHT,
+    VELOCITY,
+    factorise,
+    part,
+    substitute,
+)
+from contactlaw.world.force import hardly_moves, rigid
+from contactlaw.world.motion import follow, settle, spin_rate
+from contactlaw.world.newton import begin_equations, look_at
+from contactlaw.world.pace import contact_time
+from contactlaw.world.touch import add_work, force_of, open_up
+from contactlaw.world.vec import add, axpy, load, norm, scale, store
+
+SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
+LONG = 2.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
+LOOKS = 12  # steps of Newton's method at most
+LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
+
+
+@jit_inside
+def lasts(w, bodies, pairs):
+    """Whether nothing strikes in an island within the step, and it is worth an implicit one."""
+    unknowns = 0
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.tree != 0 or (b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN):
+            return False
+        b.unknown = -1
+        if b.inverse_mass != 0.0:
+            b.unknown = unknowns
+            unknowns += 6
+    w.unknowns = unknowns
+    if unknowns > LARGEST:
+        return False
+    some = False
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        for one in (a, b):
+            if one.still != 0:
+                one.unknown = -1
+        if p.closed == 0:
+            if p.closing > 0.0:
+                return False
+            continue
+        some = True
+        c = contact_at(w.contacts, p.slot)
+        if law_of(w, pair_at(w.pairs, p.pair)).zeta == 0.0 or rigid(w, c):
+            return False
+        if contact_time(w, c, a, b) * LONG > w.step or not hardly_moves(c, 1.0):
+            return False
+    return some
+
+
+@jit_inside
+def last(w, bodies, pairs):
+    """Take the step with an island of lasting contacts; returns whether it was found."""
+    begin(w, bodies, pairs)
+    stage = SHARE * w.step
+    launch(w, stage, 0.0)
+    found = solve(w, bodies, pairs, stage, stage)
+    if found:
+        add_impulses(w, pairs, w.step - stage)
+        launch(w, stage, w.step - stage)
+        found = solve(w, bodies, pairs, stage, w.step)
+    if found:
+        add_impulses(w, pairs, stage)
+        w.implicit += 1
+    for i in range(bodies):
+        k = whole_at(w.island_bodies, i)
+        b = body_at(w.bodies, k)
+        if found:
+            b.time = w.step
+            b.done = 1
+            b.touched = 1
+            b.changed = 1
+            follow(b)
+        else:
+            bring_back_body(w, k)
+    for i in range(pairs):
+        end(w, row_at(w.rows, i), found)
+    return found
+
+
+@jit_inside
+def begin(w, bodies, pairs):
+    """Keep what the step starts from; begin the rows."""
+    v, a = part(w, BEGUN), part(w, ACCELERATION)
+    for i in range(bodies):
+        k = whole_at(w.island_bodies, i)
+        keep_body(w, k)
+        b = body_at(w.bodies, k)
+        if b.unknown >= 0:
+            store(v[b.unknown :], load(b.velocity))
+            store(v[b.unknown + 3 :], load(b.spin))
+            store(a[b.unknown :], load(b.acceleration))
+            store(a[b.unknown + 3 :], spin_rate(b, load(b.spin)))
+    velocity = part(w, VELOCITY)
+    for i in range(w.unknowns):
+        velocity[i] = v[i]
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        r.near = whole_at(w.island_pairs, i)
+        p = near_at(w.near, r.near)
+        r.slot, r.fresh = p.slot if p.closed != 0 else -1, 0
+        store(r.impulse, (0.0, 0.0, 0.0))
+        if r.slot >= 0:
+            keep_contact(w, r.slot)
+
+
+@jit_inside
+def launch(w, stage, before):
+    """Begin a stage, before which a time [s] has passed with the velocities of the last one."""
+    velocity, begun, free = part(w, VELOCITY), part(w, BEGUN), part(w, FREE)
+    moved, a = part(w, BEFORE), part(w, ACCELERATION)
+    for i in range(w.unknowns):
+        moved[i] = before * velocity[i]
+        free[i] = begun[i] + before / stage * (velocity[i] - begun[i]) + stage * a[i]
+
+
+@jit_inside
+def solve(w, bodies, pairs, stage, time):
+    """Find the velocities at the end of a stage, and put the bodies there; returns whether they were found.
+
+    time [s]: since the step began.
+    """
+    velocity, change = part(w, VELOCITY), part(w, RIGHT)
+    for look in range(LOOKS):
+        for i in range(bodies):
+            place(w, whole_at(w.island_bodies, i), stage, time)
+        begin_equations(w, bodies)
+        moved = look == 0
+        for i in range(pairs):
+            moved = look_at(w, row_at(w.rows, i), stage) or moved
+        if not moved:
+            return True
+        factorise(w)
+        substitute(w)
+        w.solved += 1
+        for i in range(w.unknowns):
+            velocity[i] += change[i]
+    return False
+
+
+@jit_inside
+def place(w, k, stage, time):
+    """Put a body where its velocity takes it by the end of the stage."""
+    b, start = body_at(w.bodies, k), body_kept(w, k)
+    if b.unknown >= 0:
+        velocity, before = part(w, VELOCITY)[b.unknown :], part(w, BEFORE)[b.unknown :]
+        store(b.velocity, load(velocity))
+        store(b.spin, load(velocity[3:]))
+        store(b.shift, axpy(stage, load(velocity), load(before)))
+        store(b.twist, axpy(stage, load(velocity[3:]), load(before[3:])))
+    else:
+        store(b.shift, scale(time, load(b.velocity)))
+        store(b.twist, scale(time, load(b.spin)))
+    store(b.position, add(load(start.position), load(b.shift)))
+    for i in range(4):
+        b.quaternion[i] = start.quaternion[i]
+    b.turned = start.turned
+    store(b.turn, load(b.twist))
+    settle(b)
+
+
+@jit_inside
+def add_impulses(w, pairs, time):
+    """Count the impulses of contacts by a stage that weighs so many seconds."""
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0:
+            store(r.impulse, axpy(time, force_of(contact_at(w.contacts, r.slot)), load(r.impulse)))
+
+
+@jit_inside
+def end(w, r, found):
+    """Leave a contact as it is at the end of the step, or as it was at its start."""
+    if r.slot < 0:
+        return
+    p, c = near_at(w.near, r.near), contact_at(w.contacts, r.slot)
+    t = c.touch
+    if not found:
+        bring_back_contact(w, r.slot)
+        bring_back_touch(w, r.slot)
+    else:
+        gained = t.overlap - t.before
+        add_work(c, 1.0, gained, r.moved_u, r.moved_v)
+        store(c.impulse, add(load(c.impulse), load(r.impulse)))
+        store(c.force, force_of(c))
+        t.closing = gained / w.step
+        c.interval, c.closing_acceleration, c.end_weight = w.step, 0.0, 0.0
+        c.deepest = max(c.deepest, t.overlap)
+        c.strongest = max(c.strongest, t.force)
+        c.duration += w.step
+    if t.overlap <= 0.0 or (r.fresh != 0 and not found):
+        c.touches -= r.fresh
+        open_up(p, c)

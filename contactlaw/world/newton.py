@@ -1,0 +1,118 @@
+"""The equations of an implicit step: masses, and contacts as they are where the bodies have been put.
+
+With J_n, J_u, J_v the velocities of A over B along a contact's normal and tangents, by those of the bodies, its forces
+P, F, G and their slopes K (`force.slopes`), a step of Newton's method for a stage of b seconds is
+
+    (M + b^2 [J_n K_pp J_n^T + sum over F, G of J_u (K_fu J_u^T + K_fv J_v^T - K_fp J_n^T)]) dV
+        = -M (V - V_free) + b (P J_n - F J_u - G J_v)
+"""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, bring_back_contact, contact_at, keep_contact, near_at, shape_at, whole_at
+from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, VELOCITY, matrix, part
+from contactlaw.world.force import slopes
+from contactlaw.world.geometry import meet
+from contactlaw.world.motion import moved_at, velocity_at
+from contactlaw.world.sleep import least_move
+from contactlaw.world.touch import close, turn_frame
+from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
+
+FOUND = 1e-9  # of its overlap, that a contact may still move
+
+
+@jit_inside
+def begin_equations(w, bodies):
+    """Masses and moments of inertia, and the momenta that bodies have too little."""
+    n = w.unknowns
+    h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
+    velocity, free = part(w, VELOCITY), part(w, FREE)
+    for i in range(n):
+        for j in range(n):
+            h[i, j] = 0.0
+    for k in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, k))
+        if b.unknown >= 0:
+            m, o = b.axes, b.unknown
+            for i in range(3):
+                first[o + i] = o
+                first[o + 3 + i] = o
+                h[o + i, o + i] = 1.0 / b.inverse_mass
+                for j in range(3):
+                    for q in range(3):
+                        h[o + 3 + i, o + 3 + j] += m[3 * i + q] * m[3 * j + q] / b.inverse_inertia[q]
+            for i in range(o, o + 6):
+                right[i] = 0.0
+                for j in range(o, o + 6):
+                    right[i] += h[i, j] * (free[j] - velocity[j])
+
+
+@jit_inside
+def look_at(w, r, stage):
+    """Ask the law of a row where the bodies are, and enter it; returns whether it has moved since the last look."""
+    p = near_at(w.near, r.near)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    if r.slot < 0:
+        if overlap <= 0.0 or not close(w, r.near, min(-p.gap, 0.0)):
+            return False
+        r.slot, r.fresh = p.slot, 1
+        keep_contact(w, r.slot)
+    bring_back_contact(w, r.slot)
+    c = contact_at(w.contacts, r.slot)
+    t = c.touch
+    mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
+    moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
+    turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    e = load(c.tangent)
+    f = cross(n, e)
+    u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
+    u = (dot(u, n), dot(u, e), dot(u, f))
+    change = stage * norm(sub(u, load(r.closing)))
+    store(r.closing, u)
+    t.before, t.overlap, t.closing = t.overlap, overlap, -u[0]
+    r.moved_u, r.moved_v = dot(moved, e), dot(moved, f)
+    if overlap <= 0.0:
+        t.force, t.f, t.g = 0.0, 0.0, 0.0
+        return False
+    k = slopes(w, c, r.slot, (r.moved_u, r.moved_v), stage)
+    enter(w, a, b, c, k, stage)
+    return change > least_move(c, a, b, FOUND)
+
+
+@jit_inside
+def enter(w, a, b, c, k, stage):
+    """Enter a contact into the equations; k: its slopes."""
+    n, e = load(c.normal), load(c.tangent)
+    f = cross(n, e)
+    count_a, count_b = 6 if a.unknown >= 0 else 0, 6 if b.unknown >= 0 else 0
+    for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f)):
+        row = part(w, number)
+        carry(a, load(c.arm_a), direction, row)
+        carry(b, load(c.arm_b), scale(-1.0, direction), row)
+    h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
+    jn, ju, jv = part(w, NORMAL), part(w, SIDE_U), part(w, SIDE_V)
+    t = c.touch
+    square = stage * stage
+    lowest = min(a.unknown if count_a > 0 else b.unknown, b.unknown if count_b > 0 else a.unknown)
+    for p in range(count_a + count_b):
+        i = a.unknown + p if p < count_a else b.unknown + p - count_a
+        first[i] = min(first[i], lowest)
+        right[i] += stage * (t.force * jn[i] - t.f * ju[i] - t.g * jv[i])
+        by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
+        by_u = square * (k[3] * ju[i] + k[4] * jv[i])
+        by_v = square * (k[5] * ju[i] + k[6] * jv[i])
+        for q in range(count_a + count_b):
+            j = a.unknown + q if q < count_a else b.unknown + q - count_a
+            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+
+
+@jit_inside
+def carry(b, arm, direction, row):
+    """The velocity of a point along a direction, by those of its body."""
+    if b.unknown >= 0:
+        store(row[b.unknown :], direction)
+        store(row[b.unknown + 3 :], cross(arm, direction))
