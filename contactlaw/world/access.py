@@ -129,6 +129,12 @@ def keep_contact(w, slot):
 
 
 @jit_inside
+def contact_kept(w, slot):
+    """A contact as it was when it was kept."""
+    return contact_at(w.contacts_aside, slot)
+
+
+@jit_inside
 def bring_back_contact(w, slot):
     """Make a contact what it was when it was kept, but for what its law knows of it."""
     place = 8 * CONTACT_NUMBERS * slot

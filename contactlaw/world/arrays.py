@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.world.coordinates import addresses
-from contactlaw.world.equations import EQUATIONS
+from contactlaw.world.equations import room_for
 from contactlaw.world.records import (
     BODY,
     BOX,
@@ -41,7 +41,7 @@ def empty() -> Arrays:
         spare=np.arange(LEAST)[::-1].copy(), roots=whole(1), island_bodies=whole(1), island_pairs=whole(LEAST),
         grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE), joints=np.zeros(0), rows=np.zeros(LEAST, ROW),
         contacts_aside=np.zeros(LEAST, CONTACT), memory_aside=np.zeros((LEAST, 0)),
-        equations=np.zeros(EQUATIONS), world=np.zeros(1, WORLD),
+        equations=np.zeros(0), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
@@ -74,7 +74,8 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
     aside = np.zeros(bodies.size + 2, BODY)
-    return one._replace(bodies=bodies, roots=room, island_bodies=room.copy(), aside=aside)
+    equations = np.zeros(room_for(6 * (bodies.size - 1)))
+    return one._replace(bodies=bodies, roots=room, island_bodies=room.copy(), aside=aside, equations=equations)
 
 
 def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from contactlaw.jit import address_of
-from contactlaw.world import tree_dynamics, tree_kinematics, tree_motion, trees
+from contactlaw.world import tree_dynamics, tree_kinematics, tree_lasting, tree_motion, trees
 from contactlaw.world.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
 from contactlaw.world.records import AXIS, LINK, Array, Arrays, numbers_of
 
@@ -21,6 +21,8 @@ def addresses() -> dict[str, int]:
         "settle": address_of(trees.settle, WITH_BODY), "kick": address_of(trees.kick, WITH_VECTORS),
         "mobility": address_of(trees.mobility, MOBILITY), "spread": address_of(trees.spread, WITH_BODY),
         "press": address_of(trees.press, WITH_VECTORS), "rest": address_of(trees.rest, WITH_BODY),
+        "stand": address_of(tree_lasting.stand, WITH_BODY), "weigh": address_of(tree_lasting.weigh, WITH_BODY),
+        "carry": address_of(tree_lasting.carry, WITH_VECTORS),
         "move": address_of(tree_kinematics.move, ON_TREE), "accelerate": address_of(tree_dynamics.accelerate, ON_TREE),
     }  # fmt: skip
 

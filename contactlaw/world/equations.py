@@ -10,15 +10,20 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.world.tree_kinematics import vector
 
-LARGEST = 96  # unknowns at most: beyond them substeps are cheaper
+LARGEST = 128  # unknowns at most: beyond them substeps are cheaper
 RIGHT, VELOCITY, BEGUN, BEFORE, FREE, ACCELERATION, NORMAL, SIDE_U, SIDE_V, FIRST = range(10)  # see `part`
-EQUATIONS = LARGEST * (LARGEST + 10)
+
+
+def room_for(unknowns):
+    """Numbers that the equations of so many unknowns need."""
+    size = min(unknowns, LARGEST)
+    return size * (size + 10)
 
 
 @jit_inside
 def matrix(w):
-    """H, and then its factors; shape (LARGEST, LARGEST)."""
-    return vector(w.equations, (LARGEST, LARGEST))
+    """H, and then its factors; shape (unknown_room, unknown_room)."""
+    return vector(w.equations, (w.unknown_room, w.unknown_room))
 
 
 @jit_inside
@@ -29,7 +34,7 @@ def part(w, number):
     contacts. BEFORE: displacements before a stage. ACCELERATION. NORMAL, SIDE_U, SIDE_V: rows of a Jacobian. FIRST:
     where the envelope of a row begins.
     """
-    return vector(w.equations + 8 * LARGEST * (LARGEST + number), LARGEST)
+    return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + number), w.unknown_room)
 
 
 @jit_inside

@@ -23,20 +23,23 @@ from contactlaw.world.access import (
     bring_back_contact,
     bring_back_touch,
     contact_at,
+    contact_kept,
+    copy_numbers,
     keep_body,
     keep_contact,
     law_of,
     near_at,
     pair_at,
     row_at,
+    tree_at,
     whole_at,
 )
+from contactlaw.world.call import call_with_body
 from contactlaw.world.equations import (
     ACCELERATION,
     BEFORE,
     BEGUN,
     FREE,
-    LARGEST,
     RIGHT,
     VELOCITY,
     factorise,
@@ -46,12 +49,15 @@ from contactlaw.world.equations import (
 from contactlaw.world.force import hardly_moves, rigid
 from contactlaw.world.motion import follow, settle, spin_rate
 from contactlaw.world.newton import begin_equations, look_at
-from contactlaw.world.pace import contact_time
+from contactlaw.world.pace import closing_speed, contact_time
 from contactlaw.world.touch import add_work, force_of, open_up
-from contactlaw.world.vec import add, axpy, load, norm, scale, store
+from contactlaw.world.tree_kinematics import vector
+from contactlaw.world.vec import add, axpy, load, load4, norm, product, scale, store, sub
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 LONG = 2.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
+FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
+GROSS = 10.0  # times the slide to gross slip, a displacement that is a slide
 LOOKS = 12  # steps of Newton's method at most
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
@@ -62,33 +68,53 @@ def lasts(w, bodies, pairs):
     unknowns = 0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        if b.tree != 0 or (b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN):
+        if b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN:
             return False
         b.unknown = -1
-        if b.inverse_mass != 0.0:
+        b.active = 0
+        if b.tree != 0:
+            if b.member == 0:
+                tree_at(b.tree, 0).unknown = unknowns
+                unknowns += tree_at(b.tree, 0).v_size
+            b.unknown = tree_at(b.tree, 0).unknown
+        elif b.inverse_mass != 0.0:
             b.unknown = unknowns
             unknowns += 6
     w.unknowns = unknowns
-    if unknowns > LARGEST:
+    if unknowns > w.unknown_room:
         return False
-    some = False
+    closed = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        for one in (a, b):
-            if one.still != 0:
-                one.unknown = -1
-        if p.closed == 0:
-            if p.closing > 0.0:
-                return False
-            continue
-        some = True
-        c = contact_at(w.contacts, p.slot)
-        if law_of(w, pair_at(w.pairs, p.pair)).zeta == 0.0 or rigid(w, c):
+        closed += p.closed
+        for k in (p.body_a, p.body_b):
+            b = body_at(w.bodies, k)
+            b.active = max(b.active, p.closed)
+            if b.still != 0:
+                b.unknown = -1
+    for i in range(pairs):
+        if strikes(w, near_at(w.near, whole_at(w.island_pairs, i)), closed > w.crowd):
             return False
-        if contact_time(w, c, a, b) * LONG > w.step or not hardly_moves(c, 1.0):
-            return False
-    return some
+    return closed > 0
+
+
+@jit_inside
+def strikes(w, p, crowd):
+    """Whether a pair strikes within the step, or is none that lasts.
+
+    In a crowd a strike counts as none which is slower than what loads make of a body within the step: what it bounces
+    is shorter than that.
+    """
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    slow = w.step * max(norm(load(a.acceleration)), norm(load(b.acceleration))) if crowd else 0.0
+    if p.closed == 0:
+        closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
+        falls = a.active == 0 or (b.active == 0 and b.still == 0)
+        return closing * closing + (2.0 * max(p.acceleration, 0.0) * gap if falls else 0.0) > slow * slow
+    c = contact_at(w.contacts, p.slot)
+    if law_of(w, pair_at(w.pairs, p.pair)).zeta == 0.0 or rigid(w, c) or contact_time(w, c, a, b) * LONG > w.step:
+        return True
+    return abs(closing_speed(c, a, b)) > slow if crowd else not hardly_moves(c, 1.0)
 
 
 @jit_inside
@@ -101,7 +127,7 @@ def last(w, bodies, pairs):
     if found:
         add_impulses(w, pairs, w.step - stage)
         launch(w, stage, w.step - stage)
-        found = solve(w, bodies, pairs, stage, w.step)
+        found = solve(w, bodies, pairs, stage, w.step) and not comes_to_stick(w, pairs)
     if found:
         add_impulses(w, pairs, stage)
         w.implicit += 1
@@ -116,6 +142,12 @@ def last(w, bodies, pairs):
             follow(b)
         else:
             bring_back_body(w, k)
+        if b.tree != 0 and b.member == 0:
+            if not found:
+                t = tree_at(b.tree, 0)
+                copy_numbers(t.start, t.q, t.q_size)
+                copy_numbers(t.start + 8 * t.q_size, t.v, t.v_size)
+            settle(b)
     for i in range(pairs):
         end(w, row_at(w.rows, i), found)
     return found
@@ -129,7 +161,16 @@ def begin(w, bodies, pairs):
         k = whole_at(w.island_bodies, i)
         keep_body(w, k)
         b = body_at(w.bodies, k)
-        if b.unknown >= 0:
+        if b.tree != 0:
+            if b.member == 0:
+                t = tree_at(b.tree, 0)
+                copy_numbers(t.q, t.start, t.q_size)
+                copy_numbers(t.v, t.start + 8 * t.q_size, t.v_size)
+                own, gained = vector(t.v, t.v_size), vector(t.a, t.v_size)
+                for j in range(t.v_size):
+                    v[t.unknown + j] = own[j]
+                    a[t.unknown + j] = gained[j]
+        elif b.unknown >= 0:
             store(v[b.unknown :], load(b.velocity))
             store(v[b.unknown + 3 :], load(b.spin))
             store(a[b.unknown :], load(b.acceleration))
@@ -167,7 +208,7 @@ def solve(w, bodies, pairs, stage, time):
     for look in range(LOOKS):
         for i in range(bodies):
             place(w, whole_at(w.island_bodies, i), stage, time)
-        begin_equations(w, bodies)
+        begin_equations(w, bodies, stage)
         moved = look == 0
         for i in range(pairs):
             moved = look_at(w, row_at(w.rows, i), stage) or moved
@@ -185,6 +226,15 @@ def solve(w, bodies, pairs, stage, time):
 def place(w, k, stage, time):
     """Put a body where its velocity takes it by the end of the stage."""
     b, start = body_at(w.bodies, k), body_kept(w, k)
+    if b.tree != 0:
+        if b.member == 0:
+            place_tree(w, b, stage)
+        store(b.shift, sub(load(b.position), load(start.position)))
+        back = start.quaternion[0], -start.quaternion[1], -start.quaternion[2], -start.quaternion[3]
+        turn = product(load4(b.quaternion), back)
+        store(b.twist, scale(2.0 if turn[0] > 0.0 else -2.0, turn[1:]))
+        b.turned = start.turned + norm(load(b.twist))
+        return
     if b.unknown >= 0:
         velocity, before = part(w, VELOCITY)[b.unknown :], part(w, BEFORE)[b.unknown :]
         store(b.velocity, load(velocity))
@@ -203,12 +253,39 @@ def place(w, k, stage, time):
 
 
 @jit_inside
+def place_tree(w, b, stage):
+    """The same of a tree, with its first body."""
+    t = tree_at(b.tree, 0)
+    velocity, before = part(w, VELOCITY), part(w, BEFORE)
+    v, x = vector(t.v, t.v_size), vector(t.x, t.v_size)
+    for i in range(t.v_size):
+        v[i] = velocity[t.unknown + i]
+        x[i] = before[t.unknown + i] + stage * v[i]
+    call_with_body(t.stand, b)
+
+
+@jit_inside
 def add_impulses(w, pairs, time):
     """Count the impulses of contacts by a stage that weighs so many seconds."""
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0:
             store(r.impulse, axpy(time, force_of(contact_at(w.contacts, r.slot)), load(r.impulse)))
+
+
+@jit_inside
+def comes_to_stick(w, pairs):
+    """Whether a contact slid as a whole when the step began, and does no more: when it ends matters."""
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0 and r.fresh == 0:
+            start, now = contact_kept(w, r.slot).touch, contact_at(w.contacts, r.slot).touch
+            far = GROSS * now.friction * now.e_star / now.g_star * now.overlap
+            slid = start.f**2 + start.g**2 > (FULL * start.friction * start.force) ** 2
+            sticks = now.f**2 + now.g**2 < (FULL * now.friction * now.force) ** 2
+            if slid and sticks and r.moved_u**2 + r.moved_v**2 > far * far:
+                return True
+    return False
 
 
 @jit_inside

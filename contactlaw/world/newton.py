@@ -10,42 +10,79 @@ P, F, G and their slopes K (`force.slopes`), a step of Newton's method for a sta
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, bring_back_contact, contact_at, keep_contact, near_at, shape_at, whole_at
-from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, VELOCITY, matrix, part
+from contactlaw.world.access import (
+    body_at,
+    bring_back_contact,
+    contact_at,
+    keep_contact,
+    near_at,
+    shape_at,
+    tree_at,
+    whole_at,
+)
+from contactlaw.world.call import call_with_body, call_with_vectors
+from contactlaw.world.equations import BEGUN, FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, VELOCITY, matrix, part
 from contactlaw.world.force import slopes
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import moved_at, velocity_at
 from contactlaw.world.sleep import least_move
 from contactlaw.world.touch import close, turn_frame
+from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
 
 FOUND = 1e-9  # of its overlap, that a contact may still move
 
 
 @jit_inside
-def begin_equations(w, bodies):
+def begin_equations(w, bodies, stage):
     """Masses and moments of inertia, and the momenta that bodies have too little."""
     n = w.unknowns
     h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
-    velocity, free = part(w, VELOCITY), part(w, FREE)
+    velocity, free, begun = part(w, VELOCITY), part(w, FREE), part(w, BEGUN)
     for i in range(n):
         for j in range(n):
             h[i, j] = 0.0
+        first[i] = i
+        right[i] = 0.0
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
-        if b.unknown >= 0:
-            m, o = b.axes, b.unknown
-            for i in range(3):
-                first[o + i] = o
-                first[o + 3 + i] = o
-                h[o + i, o + i] = 1.0 / b.inverse_mass
-                for j in range(3):
-                    for q in range(3):
-                        h[o + 3 + i, o + 3 + j] += m[3 * i + q] * m[3 * j + q] / b.inverse_inertia[q]
-            for i in range(o, o + 6):
-                right[i] = 0.0
-                for j in range(o, o + 6):
-                    right[i] += h[i, j] * (free[j] - velocity[j])
+        count = freedoms(b)
+        if b.tree != 0:
+            if b.member != 0:
+                continue
+            t = tree_at(b.tree, 0)
+            t.weights, t.stride = w.equations + 8 * b.unknown * (w.unknown_room + 1), w.unknown_room
+            call_with_body(t.weigh, b)
+        elif count > 0:
+            weigh(b, h)
+        for i in range(b.unknown, b.unknown + count):
+            first[i] = b.unknown
+            for j in range(b.unknown, b.unknown + count):
+                right[i] += h[i, j] * (free[j] - velocity[j])
+        if b.tree != 0:
+            d = vector(tree_at(b.tree, 0).d, count)
+            for i in range(count):
+                h[b.unknown + i, b.unknown + i] += stage * d[i]
+                right[b.unknown + i] -= stage * d[i] * (velocity[b.unknown + i] - begun[b.unknown + i])
+
+
+@jit_inside
+def freedoms(b):
+    """How many velocities are those of a body, or of its tree."""
+    if b.unknown < 0:
+        return 0
+    return 6 if b.tree == 0 else tree_at(b.tree, 0).v_size
+
+
+@jit_inside
+def weigh(b, h):
+    """Mass and moments of inertia of a body that is free."""
+    m, o = b.axes, b.unknown
+    for i in range(3):
+        h[o + i, o + i] = 1.0 / b.inverse_mass
+        for j in range(3):
+            for q in range(3):
+                h[o + 3 + i, o + 3 + j] += m[3 * i + q] * m[3 * j + q] / b.inverse_inertia[q]
 
 
 @jit_inside
@@ -80,7 +117,7 @@ def look_at(w, r, stage):
         return False
     k = slopes(w, c, r.slot, (r.moved_u, r.moved_v), stage)
     enter(w, a, b, c, k, stage)
-    return change > least_move(c, a, b, FOUND)
+    return not change <= least_move(c, a, b, FOUND)  # NaN has moved
 
 
 @jit_inside
@@ -88,9 +125,15 @@ def enter(w, a, b, c, k, stage):
     """Enter a contact into the equations; k: its slopes."""
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
-    count_a, count_b = 6 if a.unknown >= 0 else 0, 6 if b.unknown >= 0 else 0
+    count_a, count_b = freedoms(a), freedoms(b)
+    if a.unknown == b.unknown:  # of one tree
+        count_b = 0
     for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f)):
         row = part(w, number)
+        for p in range(count_a):
+            row[a.unknown + p] = 0.0
+        for p in range(count_b):
+            row[b.unknown + p] = 0.0
         carry(a, load(c.arm_a), direction, row)
         carry(b, load(c.arm_b), scale(-1.0, direction), row)
     h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
@@ -112,7 +155,18 @@ def enter(w, a, b, c, k, stage):
 
 @jit_inside
 def carry(b, arm, direction, row):
-    """The velocity of a point along a direction, by those of its body."""
-    if b.unknown >= 0:
-        store(row[b.unknown :], direction)
-        store(row[b.unknown + 3 :], cross(arm, direction))
+    """Add the velocity of a point along a direction, by those of its body or its tree."""
+    o = b.unknown
+    if o < 0:
+        return
+    if b.tree != 0:
+        t = tree_at(b.tree, 0)
+        x = vector(t.x, t.v_size)
+        for i in range(t.v_size):
+            x[i] = 0.0
+        call_with_vectors(t.carry, b, arm, direction)
+        for i in range(t.v_size):
+            row[o + i] += x[i]
+        return
+    store(row[o:], add(load(row[o:]), direction))
+    store(row[o + 3 :], add(load(row[o + 3 :]), cross(arm, direction)))

@@ -72,7 +72,7 @@ BODY = record(
 TREE = record(
     # addresses of what moves it, see `trees` and `tree_motion`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8", press="u8", rest="u8",
-    stand="u8", weigh="u8", carry="u8",  # the same, of an implicit step
+    stand="u8", weigh="u8", carry="u8",  # the same, of an implicit step, see `tree_lasting`
     move="u8",  # q <- q moved by x; its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies: a run of rows
@@ -92,6 +92,7 @@ TREE = record(
     start="u8",  # q_size + v_size, coordinates and velocities that an implicit step began with
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where they begin in `Arrays.joints`
+    unknown="i8", weights="u8", stride="i8",  # first of its velocities in an implicit step; where its masses go
     # within a step
     origin=VECTOR,  # point of the world [m] that its velocities and moments are reckoned at
     hold="i8",  # substeps for which its mass matrix and accelerations still hold
@@ -220,7 +221,7 @@ WORLD = record(
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
     nears="i8", spares="i8", islands="i8",  # how many of each there are
     stale="i8",  # a body has travelled further than the list of near pairs holds
-    unknowns="i8",  # of the island that takes an implicit step
+    unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
     windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
@@ -294,6 +295,7 @@ class Arrays(NamedTuple):
         one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
+        one["unknown_room"] = int((self.equations.size + 25) ** 0.5) - 5  # n (n + 10) numbers
         one["cells"] = self.grid.size - 3 * self.shapes.size
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])

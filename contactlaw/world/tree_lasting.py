@@ -1,0 +1,45 @@
+"""A tree of bodies in an implicit step, see `lasting`: its masses, its Jacobians, and where its velocities take it."""
+
+from __future__ import annotations
+
+from contactlaw.world.access import axis_at, link_at, tree_at
+from contactlaw.world.tree_kinematics import vector
+from contactlaw.world.trees import copy, place
+from contactlaw.world.vec import add, cross, dot, load, sub
+
+
+def stand(b):
+    """Move the coordinates that the step began with by x; all bodies there, with the velocities that there are."""
+    t = tree_at(b.tree, 0)
+    copy(vector(t.start, t.q_size), vector(t.q, t.q_size))
+    place(t)
+    t.stale = 1
+
+
+def weigh(b):
+    """Write the mass matrix L^T D L of the step's start where the tree's `weights` are."""
+    t = tree_at(b.tree, 0)
+    n = t.v_size
+    m, out = vector(t.factor, (n, n)), vector(t.weights, (n, t.stride))
+    for k in range(n):
+        i, p, pivot = k, axis_at(t.axes, k).depth, 1.0 / axis_at(t.axes, k).inverse
+        while i >= 0:
+            left = pivot * (1.0 if i == k else m[k, p])
+            j, q = k, axis_at(t.axes, k).depth
+            while j >= 0:
+                out[i, j] += left * (1.0 if j == k else m[k, q])
+                j, q = axis_at(t.axes, j).before, q - 1
+            i, p = axis_at(t.axes, i).before, p - 1
+
+
+def carry(b, arm, direction):
+    """Add to x the velocity of a point along a direction, by the tree's velocities."""
+    t = tree_at(b.tree, 0)
+    x = vector(t.x, t.v_size)
+    link = link_at(t.links, b.member)
+    moment = cross(add(sub(load(b.position), load(t.origin)), arm), direction)
+    k = link.first_axis + link.axes - 1
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        x[k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), direction)
+        k = axis.before
