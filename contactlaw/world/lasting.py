@@ -13,7 +13,7 @@ steps. Nothing is changed where it does not converge.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import (
@@ -217,8 +217,12 @@ def solve(w, bodies, pairs, stage, time):
         factorise(w)
         substitute(w)
         w.solved += 1
+        total = 0.0
         for i in range(w.unknowns):
             velocity[i] += change[i]
+            total += abs(velocity[i])
+        if not isfinite(total):
+            return False
     return False
 
 

@@ -28,7 +28,7 @@ from contactlaw.world.motion import moved_at, velocity_at
 from contactlaw.world.sleep import least_move
 from contactlaw.world.touch import close, turn_frame
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
+from contactlaw.world.vec import add, cross, dot, load, norm, rotate, scale, store, sub
 
 FOUND = 1e-9  # of its overlap, that a contact may still move
 
@@ -101,7 +101,8 @@ def look_at(w, r, stage):
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
-    turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
+    turn_frame(c, n, 0.0)
+    store(c.tangent, rotate(scale(0.5 * dot(add(load(a.twist), load(b.twist)), n), n), load(c.tangent)))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     e = load(c.tangent)
