@@ -57,7 +57,7 @@ from contactlaw.world.vec import add, axpy, load, load4, norm, product, scale, s
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 LONG = 2.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
-GROSS = 10.0  # times the slide to gross slip, a displacement that is a slide
+GROSS = 1.0  # times the slide to gross slip, a displacement that is a slide
 LOOKS = 12  # steps of Newton's method at most
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
@@ -279,17 +279,22 @@ def add_impulses(w, pairs, time):
 
 @jit_inside
 def comes_to_stick(w, pairs):
-    """Whether a contact slid as a whole when the step began, and does no more: when it ends matters."""
+    """Whether a contact slid as a whole when the step began, and comes to stick in it: when that is matters."""
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and r.fresh == 0:
             start, now = contact_kept(w, r.slot).touch, contact_at(w.contacts, r.slot).touch
-            far = GROSS * now.friction * now.e_star / now.g_star * now.overlap
-            slid = start.f**2 + start.g**2 > (FULL * start.friction * start.force) ** 2
-            sticks = now.f**2 + now.g**2 < (FULL * now.friction * now.force) ** 2
-            if slid and sticks and r.moved_u**2 + r.moved_v**2 > far * far:
-                return True
+            if fully(start) and (not fully(now) or now.f * r.slide[1] + now.g * r.slide[2] < 0.0):
+                far = GROSS * now.friction * now.e_star / now.g_star * now.overlap
+                if r.moved_u**2 + r.moved_v**2 > far * far:
+                    return True
     return False
+
+
+@jit_inside
+def fully(t):
+    """Whether a contact slides as a whole: its friction force is all that it can be."""
+    return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2
 
 
 @jit_inside

@@ -109,8 +109,8 @@ def look_at(w, r, stage):
     f = cross(n, e)
     u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
     u = (dot(u, n), dot(u, e), dot(u, f))
-    change = stage * norm(sub(u, load(r.closing)))
-    store(r.closing, u)
+    change = stage * norm(sub(u, load(r.slide)))
+    store(r.slide, u)
     t.before, t.overlap, t.closing = t.overlap, overlap, -u[0]
     r.moved_u, r.moved_v = dot(moved, e), dot(moved, f)
     if overlap <= 0.0:

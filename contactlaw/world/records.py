@@ -202,7 +202,7 @@ ROW = record(
     near="i8", slot="i8",  # of its pair; of its contact, -1: open so far
     fresh="i8",  # it has come to be a contact in this step
     moved_u="f8", moved_v="f8",  # [m] of A over B along both tangents since the step began
-    closing=VECTOR,  # velocity [m/s] of A over B: along the normal and both tangents
+    slide=VECTOR,  # velocity [m/s] of A over B: along the normal and both tangents
     impulse=VECTOR,  # [N s] on A by the stages that are found
 )  # fmt: skip
 """A contact in an implicit step, see `lasting`."""
