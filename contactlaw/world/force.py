@@ -51,15 +51,14 @@ def ask_at(w, c, slot, du, dv):
 
 @jit_inside
 def slopes(w, c, slot, slide, stage):
-    """Ask a contact's law as `ask_at`; and by how much its forces change [N/m].
+    """By how much the forces of a contact that has been asked change [N/m]; it is left to be asked again.
 
     Returns d P, d F and d G by the overlap, which the closing speed follows within a stage of so many seconds, and d F
     and d G by both displacements. slide: what A has moved over B along both tangents [m].
     """
     t = c.touch
     du, dv = slide
-    f, g = ask_at(w, c, slot, du, dv)
-    overlap, closing, force, way = t.overlap, t.closing, t.force, PROBE * t.overlap
+    f, g, overlap, closing, force, way = t.f, t.g, t.overlap, t.closing, t.force, PROBE * t.overlap
     t.overlap, t.closing = overlap + way, closing + way / stage
     fp, gp = ask_at(w, c, slot, du, dv)
     normal = (t.force - force) / way
@@ -68,7 +67,6 @@ def slopes(w, c, slot, slide, stage):
     if t.friction > 0.0:
         fu, gu = ask_at(w, c, slot, du + way, dv)
         fv, gv = ask_at(w, c, slot, du, dv + way)
-    ask_at(w, c, slot, du, dv)
     across = (fp - f) / way, (gp - g) / way
     return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way)
 

@@ -22,11 +22,12 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.equations import BEGUN, FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, VELOCITY, matrix, part
-from contactlaw.world.force import slopes
+from contactlaw.world.force import ask_at, slopes
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import moved_at, velocity_at
+from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import least_move
-from contactlaw.world.touch import close, turn_frame
+from contactlaw.world.touch import close, force_of, turn_frame
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, norm, rotate, scale, store, sub
 
@@ -36,34 +37,32 @@ FOUND = 1e-9  # of its overlap, that a contact may still move
 @jit_inside
 def begin_equations(w, bodies, stage):
     """Masses and moments of inertia, and the momenta that bodies have too little."""
-    n = w.unknowns
     h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
     velocity, free, begun = part(w, VELOCITY), part(w, FREE), part(w, BEGUN)
-    for i in range(n):
-        for j in range(n):
+    for i in range(w.unknowns):
+        for j in range(w.unknowns):
             h[i, j] = 0.0
         first[i] = i
         right[i] = 0.0
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
-        count = freedoms(b)
+        count, o = freedoms(b), b.unknown
         if b.tree != 0:
             if b.member != 0:
                 continue
             t = tree_at(b.tree, 0)
-            t.weights, t.stride = w.equations + 8 * b.unknown * (w.unknown_room + 1), w.unknown_room
+            t.weights, t.stride = w.equations + 8 * o * (w.unknown_room + 1), w.unknown_room
             call_with_body(t.weigh, b)
+            d = vector(t.d, count)
+            for i in range(count):
+                right[o + i] -= stage * d[i] * (free[o + i] - begun[o + i])
+                h[o + i, o + i] += stage * d[i]
         elif count > 0:
             weigh(b, h)
-        for i in range(b.unknown, b.unknown + count):
-            first[i] = b.unknown
-            for j in range(b.unknown, b.unknown + count):
+        for i in range(o, o + count):
+            first[i] = o
+            for j in range(o, o + count):
                 right[i] += h[i, j] * (free[j] - velocity[j])
-        if b.tree != 0:
-            d = vector(tree_at(b.tree, 0).d, count)
-            for i in range(count):
-                h[b.unknown + i, b.unknown + i] += stage * d[i]
-                right[b.unknown + i] -= stage * d[i] * (velocity[b.unknown + i] - begun[b.unknown + i])
 
 
 @jit_inside
@@ -87,13 +86,16 @@ def weigh(b, h):
 
 @jit_inside
 def look_at(w, r, stage):
-    """Ask the law of a row where the bodies are, and enter it; returns whether it has moved since the last look."""
+    """Ask the law of a row where the bodies are, and enter its force; returns whether it has moved since the last look.
+
+    The second result is a velocity [m/s] by which it may still move.
+    """
     p = near_at(w.near, r.near)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
     if r.slot < 0:
         if overlap <= 0.0 or not close(w, r.near, min(-p.gap, 0.0)):
-            return False
+            return False, NEVER
         r.slot, r.fresh = p.slot, 1
         keep_contact(w, r.slot)
     bring_back_contact(w, r.slot)
@@ -115,15 +117,24 @@ def look_at(w, r, stage):
     r.moved_u, r.moved_v = dot(moved, e), dot(moved, f)
     if overlap <= 0.0:
         t.force, t.f, t.g = 0.0, 0.0, 0.0
-        return False
-    k = slopes(w, c, r.slot, (r.moved_u, r.moved_v), stage)
-    enter(w, a, b, c, k, stage)
-    return not change <= least_move(c, a, b, FOUND)  # NaN has moved
+        return False, NEVER
+    ask_at(w, c, r.slot, r.moved_u, r.moved_v)
+    push(a, arm_a, scale(stage, force_of(c)), part(w, RIGHT))
+    push(b, arm_b, scale(-stage, force_of(c)), part(w, RIGHT))
+    least = least_move(c, a, b, FOUND)
+    return not change <= least, least / stage  # NaN has moved
 
 
 @jit_inside
-def enter(w, a, b, c, k, stage):
-    """Enter a contact into the equations; k: its slopes."""
+def enter(w, r, stage):
+    """Enter by how much the forces of a row change."""
+    if r.slot < 0:
+        return
+    c = contact_at(w.contacts, r.slot)
+    if c.touch.overlap <= 0.0:
+        return
+    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
+    k = slopes(w, c, r.slot, (r.moved_u, r.moved_v), stage)
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
     count_a, count_b = freedoms(a), freedoms(b)
@@ -135,17 +146,15 @@ def enter(w, a, b, c, k, stage):
             row[a.unknown + p] = 0.0
         for p in range(count_b):
             row[b.unknown + p] = 0.0
-        carry(a, load(c.arm_a), direction, row)
-        carry(b, load(c.arm_b), scale(-1.0, direction), row)
-    h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
+        push(a, load(c.arm_a), direction, row)
+        push(b, load(c.arm_b), scale(-1.0, direction), row)
+    h, first = matrix(w), part(w, FIRST)
     jn, ju, jv = part(w, NORMAL), part(w, SIDE_U), part(w, SIDE_V)
-    t = c.touch
     square = stage * stage
     lowest = min(a.unknown if count_a > 0 else b.unknown, b.unknown if count_b > 0 else a.unknown)
     for p in range(count_a + count_b):
         i = a.unknown + p if p < count_a else b.unknown + p - count_a
         first[i] = min(first[i], lowest)
-        right[i] += stage * (t.force * jn[i] - t.f * ju[i] - t.g * jv[i])
         by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
         by_u = square * (k[3] * ju[i] + k[4] * jv[i])
         by_v = square * (k[5] * ju[i] + k[6] * jv[i])
@@ -155,8 +164,8 @@ def enter(w, a, b, c, k, stage):
 
 
 @jit_inside
-def carry(b, arm, direction, row):
-    """Add the velocity of a point along a direction, by those of its body or its tree."""
+def push(b, arm, direction, row):
+    """Add J^T p to a row: a point's velocity along a direction by those of its body or tree, or what p gives these."""
     o = b.unknown
     if o < 0:
         return
