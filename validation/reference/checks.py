@@ -23,6 +23,12 @@ def check_positive(name: str, value: float) -> None:
         raise ValueError(f"{name} is {value!r}; it must be finite and above 0")
 
 
+def check_poisson(nu: float) -> None:
+    """Raise ValueError unless -1 < nu <= 1/2."""
+    if not -1.0 < nu <= 0.5:
+        raise ValueError(f"nu is {nu!r}; it must lie in (-1, 0.5]")
+
+
 def check_restitution(restitution: float) -> None:
     """Raise ValueError unless 0 < restitution <= 1 (zero would need infinite damping)."""
     if not 0.0 < restitution <= 1.0:

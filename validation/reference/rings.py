@@ -6,7 +6,7 @@ compiled core is in ring_kernel.py, where the equations stand; the normal motion
 
 First order in 1/N where the contact grows (a ring takes part from its inner edge on), nearly second at constant
 overlap; first order in the steps where the slide turns (slip is along the traction at the end of a step), second on a
-straight line. `extrapolated` removes the first order of both at once.
+straight line. `refinement.extrapolated` removes the first order of both at once.
 
 Elastic impacts only, restitution 1.
 
@@ -19,7 +19,6 @@ Sources: Johnson, Contact Mechanics (1985), sections 3.3, 3.4 (a) (uniform press
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -50,22 +49,11 @@ def influence(rings: int) -> Array:
     return matrix
 
 
-def extrapolated(run: Callable[[int], Array], least: int = 1) -> tuple[Array, float]:
-    """What a computation tends to, of which the error is of first order in 1/fineness, with an estimate of the error.
-
-    Args:
-        run: Result for a fineness: rings and steps both in proportion to it.
-        least: First fineness m of m, 2 m and 4 m.
-
-    Returns:
-        The extrapolation from the finer two, and the largest change from that of the coarser two.
-    """
-    coarse, middle, fine = (run(least * factor) for factor in (1, 2, 4))
-    value = 2.0 * fine - middle
-    return value, float(np.abs(value - (2.0 * middle - coarse)).max())
-
-
-def _march(radius: Array, dt: Array, rings: int, displacement: Array | None, psi_1: Array, chi: Array):  # noqa: ANN202
+def _march(
+    motion: tuple[Array, Array], rings: int, displacement: Array | None, psi_1: Array, chi: Array
+) -> tuple[Array, Array]:
+    """Force and velocity, each (n, 2), for radii and steps (n,): along a displacement (n, 2), or with momentum."""
+    radius, dt = motion
     largest = float(radius.max())
     boundaries = largest * np.arange(1, rings + 1) / rings
     force, psi = np.zeros((radius.size, 2)), np.zeros((radius.size, 2))
@@ -127,7 +115,7 @@ def force_along_path(
     samples = np.arange(depth.size)
     radius = np.sqrt(np.maximum(np.interp(fine, samples, depth), 0.0))
     path = np.stack([np.interp(fine, samples, d) for d in scaled.T], 1) * (kappa / friction)
-    force, _ = _march(radius, np.ones(fine.size), rings, path, np.zeros(2), np.zeros(2))
+    force, _ = _march((radius, np.ones(fine.size)), rings, path, np.zeros(2), np.zeros(2))
     return friction * force[::substeps]
 
 
@@ -154,5 +142,5 @@ def rebound(psi_1: ArrayLike, chi: ArrayLike, *, rings: int = 32, steps: int = 8
     check_steps(steps)
     motion = impact_motion(1.0, int(rings), int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])
-    _, psi = _march(np.sqrt(motion.overlap), dt, rings, None, incidence, ratios)
+    _, psi = _march((np.sqrt(motion.overlap), dt), rings, None, incidence, ratios)
     return psi[-1]

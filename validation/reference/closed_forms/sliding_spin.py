@@ -1,0 +1,63 @@
+"""Force and moment of a Hertz contact that slides and spins about its normal at once, slipping everywhere.
+
+With v the velocity of its middle, omega the spin and the pole, where nothing moves, at s = v/(omega a) from the middle,
+q = sqrt(s^2 - 1) (Hertz pressure, P = a = 1):
+
+    s <= 1: F/mu = 3 pi/32 (4 s - s^3)          M/mu = 3 pi/128 (8 - 8 s^2 + 3 s^4)
+    s >= 1: F/mu = 3/16 [(4 s - s^3) asin(1/s) + (s^2 + 2) q/s]
+            M/mu = 3/64 [(8 - 8 s^2 + 3 s^4) asin(1/s) + (6 - 3 s^2) q]
+
+Derivation. Phi(s) = integral p |x - x_pole| dA has grad Phi = F, and r.(r - x_pole) = |r - x_pole|^2 + x_pole.(r -
+x_pole) gives M = Phi - s F. In the plane div grad |x| = 1/|x|, so (s F)'/s is the potential of the pressure, known from
+Hertz: 3 pi/4 (1 - s^2/2) inside, 3/4 [(2 - s^2) asin(1/s) + q] outside; one integral gives s F, another Phi.
+
+Outside, the terms cancel where s is large; there the same is, with k = 1/s and F(a, b; c; x) Gauss' series,
+
+    F/mu = F(1/2, -1/2; 5/2; k^2)       M/mu = k/5 F(1/2, 1/2; 7/2; k^2)
+
+(Phi = s F(-1/2, -1/2; 5/2; k^2), from the mean of |x - x_pole| over all directions and the moments of p.)
+
+Sources: potential of the pressure: Johnson, Contact Mechanics (1985), section 3.4 (c); the limit of small spin: Farkas,
+Bartels, Unger & Wolf, Phys. Rev. Lett. 90 (2003) 248302 have the like for uniform pressure.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import hyp2f1
+
+from validation.reference.checks import check_finite
+from validation.reference.normal_motion import Array
+
+
+def force_and_moment(velocity: ArrayLike, spin: ArrayLike) -> tuple[Array, Array]:
+    """F/(mu P) and M/(mu P a), each with the sign of its own motion; arrays broadcast.
+
+    Args:
+        velocity: v of the middle of the contact, finite.
+        spin: omega a, in the same units, finite. Both zero: no slip, no force.
+
+    Raises:
+        ValueError: An argument is not finite.
+    """
+
+    def one(v: float, w: float) -> tuple[float, float]:
+        check_finite("velocity", v)
+        check_finite("spin", w)
+        force, moment = _of(abs(v), abs(w))
+        return math.copysign(force, v), math.copysign(moment, w)
+
+    force, moment = np.vectorize(one, otypes=[float, float])(velocity, spin)
+    return force, moment
+
+
+def _of(v: float, w: float) -> tuple[float, float]:
+    if v <= w:
+        s = v / w if w > 0.0 else 0.0
+        scale = 3.0 * math.pi / 128.0 * (w > 0.0)
+        return scale * (16.0 * s - 4.0 * s**3), scale * (8.0 - 8.0 * s * s + 3.0 * s**4)
+    k = w / v
+    return float(hyp2f1(0.5, -0.5, 2.5, k * k)), 0.2 * k * float(hyp2f1(0.5, 0.5, 3.5, k * k))
