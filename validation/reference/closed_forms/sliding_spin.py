@@ -17,8 +17,8 @@ Outside, the terms cancel where s is large; there the same is, with k = 1/s and 
 
 (Phi = s F(-1/2, -1/2; 5/2; k^2), from the mean of |x - x_pole| over all directions and the moments of p.)
 
-Sources: potential of the pressure: Johnson, Contact Mechanics (1985), section 3.4 (c); the limit of small spin: Farkas,
-Bartels, Unger & Wolf, Phys. Rev. Lett. 90 (2003) 248302 have the like for uniform pressure.
+Sources: the problem: Zhuravlev, J. Appl. Math. Mech. 62 (1998) 705; potential of the pressure: Johnson, Contact
+Mechanics (1985), section 3.4 (c).
 """
 
 from __future__ import annotations
