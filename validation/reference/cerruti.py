@@ -20,7 +20,8 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.fft import irfft2, next_fast_len, rfft2
+from numpy.fft import irfft2, rfft2
+from scipy.fft import next_fast_len
 
 from validation.reference.normal_motion import Array
 
@@ -35,7 +36,7 @@ def square_influence(cells: int, nu: float) -> tuple[Array, Array, Array]:
     Returns:
         Three arrays, shape (2 cells - 1, 2 cells - 1), first axis x.
     """
-    edges = np.arange(-cells, cells) + 0.5
+    edges: Array = np.arange(-cells, cells) + 0.5
     x, y = np.meshgrid(edges, edges, indexing="ij")
 
     def squares(corner: Array) -> Array:
@@ -50,7 +51,7 @@ def square_influence(cells: int, nu: float) -> tuple[Array, Array, Array]:
 
 @lru_cache(maxsize=128)
 def _transforms(cells: int, nu: float) -> tuple[int, tuple[Array, Array, Array]]:
-    size = next_fast_len(2 * cells - 1, real=True)
+    size = int(next_fast_len(2 * cells - 1, real=True))  # type: ignore[arg-type]
     shift = np.arange(-cells + 1, cells) % size
     found = []
     for kernel in square_influence(cells, nu):

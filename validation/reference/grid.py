@@ -141,7 +141,7 @@ def rebound(psi_1: ArrayLike, chi: ArrayLike, *, nu: float = 0.0, cells: int = 3
     for ratio in ratios[:2]:
         check_positive("chi", float(ratio))
     if ratios[2] < 0.0:
-        raise ValueError(f"chi_s is {ratios[2]!r}; it must not be negative")
+        raise ValueError(f"chi_s is {float(ratios[2])!r}; it must not be negative")
     motion = impact_motion(1.0, cells // 2, int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])
     _, velocities = _march((np.sqrt(motion.overlap), dt), cells, nu, None, incidence, ratios)

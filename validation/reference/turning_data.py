@@ -1,7 +1,7 @@
 """Reference data for slides that turn and for spin: `python -m validation.reference.turning_data` writes them anew.
 
-What the ring and grid solvers tend to, each figure with an estimate of its error (refinement.extrapolated). Units: force
-over mu times the largest normal force; psi, sigma and chi as in rings.py and grid.py.
+What the ring and grid solvers tend to, each figure with an estimate of its error (refinement.extrapolated). Units:
+force over mu P_max; psi, sigma and chi as in rings.py and grid.py.
 """
 
 from __future__ import annotations

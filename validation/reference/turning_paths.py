@@ -7,6 +7,7 @@ many as a quarter turn has. Between two marks it can be sampled as finely as wan
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def _ellipse(ratio: float, fine: int) -> Array:
 
 def _square(fine: int) -> Array:
     corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)]
-    sides = [_line(*ends, fine)[1:] for ends in zip(corners, corners[1:], strict=False)]
+    sides = [_line(*ends, fine)[1:] for ends in pairwise(corners)]
     return np.concatenate([[[0.0, 0.0]], *sides])
 
 

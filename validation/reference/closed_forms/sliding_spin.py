@@ -7,15 +7,14 @@ q = sqrt(s^2 - 1) (Hertz pressure, P = a = 1):
     s >= 1: F/mu = 3/16 [(4 s - s^3) asin(1/s) + (s^2 + 2) q/s]
             M/mu = 3/64 [(8 - 8 s^2 + 3 s^4) asin(1/s) + (6 - 3 s^2) q]
 
-Derivation. Phi(s) = integral p |x - x_pole| dA has grad Phi = F, and r.(r - x_pole) = |r - x_pole|^2 + x_pole.(r -
-x_pole) gives M = Phi - s F. In the plane div grad |x| = 1/|x|, so (s F)'/s is the potential of the pressure, known from
-Hertz: 3 pi/4 (1 - s^2/2) inside, 3/4 [(2 - s^2) asin(1/s) + q] outside; one integral gives s F, another Phi.
+Derivation, in polar coordinates about the pole: on the chord at angle t to the line from pole to middle, slip is across
+the chord, and pressure is sqrt(w^2 - m^2) at distance m from the chord's middle, w^2 = 1 - s^2 sin^2 t, so that
 
-Outside, the terms cancel where s is large; there the same is, with k = 1/s and F(a, b; c; x) Gauss' series,
+    F/mu = 3/2 s integral cos^2 t (1 - s^2 sin^2 t) dt      M/mu = 3/8 integral (1 - s^2 sin^2 t)^2 dt
 
-    F/mu = F(1/2, -1/2; 5/2; k^2)       M/mu = k/5 F(1/2, 1/2; 7/2; k^2)
+from 0 to pi/2 (pole inside), to asin(1/s) (outside). There the terms cancel where s is large; Gauss' series does not:
 
-(Phi = s F(-1/2, -1/2; 5/2; k^2), from the mean of |x - x_pole| over all directions and the moments of p.)
+    F/mu = 2F1(1/2, -1/2; 5/2; 1/s^2)       M/mu = 1/(5 s) 2F1(1/2, 1/2; 7/2; 1/s^2)
 
 Sources: the problem: Zhuravlev, J. Appl. Math. Mech. 62 (1998) 705; potential of the pressure: Johnson, Contact
 Mechanics (1985), section 3.4 (c).
