@@ -36,7 +36,7 @@ def square_influence(cells: int, nu: float) -> tuple[Array, Array, Array]:
     Returns:
         Three arrays, shape (2 cells - 1, 2 cells - 1), first axis x.
     """
-    edges: Array = np.arange(-cells, cells) + 0.5
+    edges = np.arange(-cells, cells, dtype=np.float64) + 0.5
     x, y = np.meshgrid(edges, edges, indexing="ij")
 
     def squares(corner: Array) -> Array:

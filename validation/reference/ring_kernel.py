@@ -10,13 +10,14 @@ ring i, w the rigid displacement of the body, S_i what has slipped.
     |f_i| < P_i: r_i = 0          |f_i| = P_i: r_i along f_i
 
 With slip along the traction at the end of a step this is the minimum of 1/2 f.A f - f.(w - S) within the caps, which is
-unique because A is symmetric and positive. It is found ring by ring, f_i <- P[f_i + OMEGA r_i/A_ii] with P the
-projection onto the cap's disc, until nothing moves. A body's inertia over a step adds C to each A_ij: w = free - C F.
+unique because A is symmetric and positive. It is found ring by ring, f_i <- cap[f_i + r_i/A_ii], from the guess that all
+goes on as in the step before, until nothing moves (over-relaxation only takes longer: that guess is smooth, what it
+leaves is not). A body's inertia over a step adds C to each A_ij: w = free - C F.
 A ring that is not covered has cap zero; its S follows w - u, so that it comes into contact unstressed.
 
-Sources: the principle: Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), section 4.3; projected
-relaxation converges for any OMEGA in (0, 2): Cryer, SIAM J. Control 9 (1971) 385; Glowinski, Numerical Methods for
-Nonlinear Variational Problems (1984), section V.5 for products of discs.
+Sources: the principle: Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), section 4.3; that projected
+relaxation converges: Cryer, SIAM J. Control 9 (1971) 385; Glowinski, Numerical Methods for Nonlinear Variational
+Problems (1984), section V.5 for products of discs.
 """
 
 import math
@@ -24,7 +25,6 @@ import math
 import numba
 import numpy as np
 
-OMEGA = 1.6  # over-relaxation; the fastest of 1.3 to 1.9 with 32 to 128 rings
 TOLERANCE = 1e-8  # of the normal force: change of all ring forces together in the last sweep
 MOST_SWEEPS = 20000
 
@@ -72,8 +72,8 @@ def settle(influence, caps, n, free, compliance, slipped, force) -> int:
         for i in range(n):
             slip_x = free[0] - compliance[0] * sum_x - slipped[0, i] - product(influence[i], force[0], n)
             slip_y = free[1] - compliance[1] * sum_y - slipped[1, i] - product(influence[i], force[1], n)
-            gain = OMEGA / (influence[i, i] + softest)
-            x, y = force[0, i] + gain * slip_x, force[1, i] + gain * slip_y
+            softness = influence[i, i] + softest
+            x, y = force[0, i] + slip_x / softness, force[1, i] + slip_y / softness
             size = math.sqrt(x * x + y * y)
             if size > caps[i]:
                 x, y = x * caps[i] / size, y * caps[i] / size
