@@ -10,9 +10,9 @@ ring i, w the rigid displacement of the body, S_i what has slipped.
     |f_i| < P_i: r_i = 0          |f_i| = P_i: r_i along f_i
 
 With slip along the traction at the end of a step this is the minimum of 1/2 f.A f - f.(w - S) within the caps, which is
-unique because A is symmetric and positive. It is found ring by ring, f_i <- cap[f_i + r_i/A_ii], from the guess that all
-goes on as in the step before, until nothing moves (over-relaxation only takes longer: that guess is smooth, what it
-leaves is not). A body's inertia over a step adds C to each A_ij: w = free - C F.
+unique because A is symmetric and positive. It is found ring by ring, f_i <- cap[f_i + r_i/A_ii], from the guess that
+all goes on as in the step before, until nothing moves (over-relaxation only takes longer: that guess is smooth, what
+it leaves is not). A body's inertia over a step adds C to each A_ij: w = free - C F.
 A ring that is not covered has cap zero; its S follows w - u, so that it comes into contact unstressed.
 
 Sources: the principle: Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), section 4.3; that projected
