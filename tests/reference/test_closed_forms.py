@@ -8,7 +8,17 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from validation.reference import annulus
-from validation.reference.closed_forms import dundurs, gross_slip, hertz, oscillator, regimes, rigid, waves
+from validation.reference.closed_forms import (
+    dundurs,
+    gross_slip,
+    hertz,
+    oscillator,
+    regimes,
+    rigid,
+    sliding_spin,
+    torsion,
+    waves,
+)
 
 DISK = 1.256
 STEEL = {"modulus": 2.034e11, "nu": 0.28, "density": 7833.0}
@@ -232,6 +242,56 @@ def test_stick_radius_tends_to_its_limits():
     assert dundurs.stick_radius(0.0051, 0.1) == pytest.approx(1.0, abs=1e-12)
 
 
+def test_torsion_has_the_values_tabulated():
+    # Computed independently from Lubkin's integrals, to the digits given.
+    stick = [0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1]
+    angle = [0.018994, 0.038514, 0.079419, 0.123436, 0.171637, 0.225712, 0.288534, 0.365570, 0.469255, 0.639718]
+    share = [0.15944, 0.29937, 0.52717, 0.69559, 0.81569, 0.89734, 0.94932, 0.97932, 0.99405, 0.99927]
+    np.testing.assert_allclose(torsion.angle(stick), angle, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(torsion.moment(stick) / torsion.FULL_SLIP, share, rtol=0.0, atol=6e-6)
+
+
+def test_torsion_has_its_limits():
+    assert torsion.moment(1e-6) == pytest.approx(torsion.FULL_SLIP, rel=1e-9)  # all slips
+    assert torsion.moment(1.0) == torsion.angle(1.0) == 0.0
+    assert torsion.moment(1.0 - 1e-6) / torsion.angle(1.0 - 1e-6) == pytest.approx(torsion.STIFFNESS, rel=1e-5)  # stuck
+
+
+@pytest.mark.parametrize("k", [0.02, 0.3, 0.7, 0.95, 1.0, 1.05, 2.0, 30.0])
+def test_sliding_with_spin_is_the_integral_of_the_pressure(k):
+    # Gauss points on chords through the pole (0, s), of half length w and with the middle at distance f from it; each
+    # has its own pressure and direction of slip.
+    s = 1.0 / k
+    nodes, weights = np.polynomial.legendre.leggauss(120)
+    widest = math.asin(k) if k < 1.0 else 0.5 * math.pi
+    turn, along = np.meshgrid(widest * nodes, 0.5 * math.pi * nodes, indexing="ij")
+    w = np.sqrt(np.maximum(1.0 - (s * np.sin(turn)) ** 2, 0.0))
+    from_pole = s * np.cos(turn) + w * np.sin(along)
+    area = np.outer(widest * weights, 0.5 * math.pi * weights) * np.abs(from_pole) * w * np.cos(along)
+    x, y = from_pole * np.sin(turn), s - from_pole * np.cos(turn)
+    pressure = 1.5 / math.pi * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
+    slip = np.array([s - y, x]) / np.hypot(s - y, x)
+    force, moment = sliding_spin.force_and_moment(1.0, k)
+    assert float(force) == pytest.approx((area * pressure * slip[0]).sum(), abs=1e-12)
+    assert float(moment) == pytest.approx((area * pressure * (x * slip[1] - y * slip[0])).sum(), abs=1e-12)
+
+
+@pytest.mark.parametrize("s", [1.01, 1.5, 4.0])
+def test_outside_the_elementary_form_is_the_series(s):
+    q, angle = math.sqrt(s * s - 1.0), math.asin(1.0 / s)
+    force, moment = sliding_spin.force_and_moment(s, 1.0)
+    assert float(force) == pytest.approx(3.0 / 16.0 * ((4.0 * s - s**3) * angle + (s * s + 2.0) * q / s), abs=1e-12)
+    assert float(moment) == pytest.approx(
+        3.0 / 64.0 * ((8.0 - 8.0 * s * s + 3.0 * s**4) * angle + (6.0 - 3.0 * s * s) * q), abs=1e-12
+    )
+
+
+def test_sliding_with_spin_has_its_limits_and_signs():
+    force, moment = sliding_spin.force_and_moment([1.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, -1e-4])
+    assert force == pytest.approx([1.0, 0.0, 0.0, -1.0], abs=1e-8)
+    assert moment == pytest.approx([0.0, torsion.FULL_SLIP, 0.0, -2e-5], abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -245,6 +305,9 @@ def test_stick_radius_tends_to_its_limits():
         (lambda: dundurs.beta(0.0, 0.3, 0.0, 0.3), "both 0"),
         (lambda: dundurs.stiffening(1.0), "beta is 1.0"),
         (lambda: dundurs.stick_radius(0.2, 0.0), "friction is 0.0"),
+        (lambda: torsion.angle(1.1), "stick_radius is 1.1"),
+        (lambda: torsion.moment(0.0), "stick_radius is 0.0"),
+        (lambda: sliding_spin.force_and_moment(math.nan, 1.0), "velocity is nan"),
     ],
 )
 def test_bad_arguments_are_named(call, message):

@@ -1,0 +1,154 @@
+"""The grid solver: partial slip on a Hertz contact that is dragged along any path and spins about its normal.
+
+Square cells, each with one traction vector and Coulomb's law; the response is Cerruti's, for any nu (cerruti.py); the
+normal pressure is that of Hertz, which tangential traction between like materials leaves as it is. Nothing is assumed
+on where stick and slip lie, nor on the shape of the traction. The equations of a step stand in grid_step.py; the normal
+motion of an impact in normal_motion.py.
+
+At constant overlap the error falls as cells^(-3/2) to cells^(-2), where the contact grows as 1/cells (a cell takes part
+once its first corner is covered). It is of first order in the steps where the slip turns: slip is along the traction
+at the end of a step. `refinement.extrapolated` removes the first order of both. Elastic impacts only, restitution 1.
+
+Scaled quantities: psi = (kappa/mu) V/V_z1, sigma = (kappa/mu) omega a_max/V_z1; chi = (kappa/2) m_N/m_T, for spin
+chi_s = (kappa/2) m_N a_max^2/I, I the inertia about the normal; forces F/mu, moments M/mu; displacements kappa s/mu,
+angles kappa theta/mu. Moments and angles turn x into y.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from validation.reference.checks import check_annuli, check_poisson, check_positive, check_steps, series, vectors
+from validation.reference.grid_step import Step, cell_pressure
+from validation.reference.normal_motion import Array, impact_motion
+
+
+def _march(
+    motion: tuple[Array, Array], cells: int, nu: float, path: Array | None, psi_1: Array, chi: Array
+) -> tuple[Array, Array]:
+    """Resultant (F_x, F_y, M/a_max) and velocity (psi_x, psi_y, sigma), each (n, 3), for radii and steps (n,).
+
+    Along a path (w_x, w_y, theta a_max), shape (n, 3), if there is one, otherwise with momentum: psi' = -2 chi Q.
+    """
+    radius, dt = motion
+    largest, last = float(radius.max()), radius.size - 1
+    h = 2.0 * largest / cells
+    middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
+    arms = np.stack(np.broadcast_arrays(-middles, middles[:, None]))
+    traction, before, slipped = np.zeros((3, 2, cells, cells))
+    w, psi, force = np.zeros(3), psi_1.copy(), np.zeros(3)
+    if path is not None:
+        w = path[0]
+        slipped = w[:2, None, None] + arms * w[2]  # a path that begins in contact begins without traction
+    forces, velocities = np.zeros((radius.size, 3)), np.zeros((radius.size, 3))
+    for k in range(radius.size):
+        step = dt[k] if k > 0 else 0.0
+        compliance = np.zeros(3) if path is not None else 0.5 * chi * step**2
+        free = path[k] if path is not None else w + step * psi - compliance * force
+        # The window holds the contact of the next instant too: what is about to be covered has to be followed.
+        half = max(1, math.ceil(max(radius[k], radius[min(k + 1, last)]) / h * (1.0 - 1e-12)))
+        window = (slice(None), *(slice(cells // 2 - half, cells // 2 + half),) * 2)
+        caps = cell_pressure(radius[k], h, 2 * half)
+        problem = Step(h, nu, radius[k], caps, arms[window], free, compliance, slipped[window])
+        new = np.zeros_like(traction)
+        if radius[k] > 0.0:
+            new[window], _ = problem.solve(2.0 * traction[window] - before[window])
+        slipped[window] = problem.slipped_after(new[window])
+        before, traction = traction, new
+        end = problem.resultant(new[window])
+        w, psi, force = free - compliance * end, psi - chi * step * (force + end), end
+        forces[k], velocities[k] = force, psi
+    return forces, velocities
+
+
+def force_along_path(
+    approach: ArrayLike,
+    displacement: ArrayLike,
+    *,
+    nu: float = 0.0,
+    kappa: float = 1.0,
+    friction: float = 1.0,
+    cells: int = 32,
+    substeps: int = 1,
+) -> Array:
+    """Tangential force and moment about the normal along a prescribed quasi-static motion, with E* = R = 1.
+
+    A path that begins in contact begins without traction.
+
+    Args:
+        approach: Overlap, shape (n,).
+        displacement: Tangential displacement and angle about the normal [rad], shape (n, 3).
+        nu: Poisson's ratio of both bodies, in (-1, 0.5]. It sets how the traction spreads; kappa is apart from it.
+        kappa: Ratio of tangential to normal stiffness, > 0.
+        friction: Coefficient of friction mu, > 0.
+        cells: Number of cells across the largest contact, even.
+        substeps: Steps from sample to sample, on straight lines.
+
+    Returns:
+        F_x, F_y and M, shape (n, 3), along a first displacement.
+
+    Raises:
+        ValueError: An argument is outside its range, or shapes differ.
+        RuntimeError: The iterations of a step do not end.
+    """
+    check_poisson(nu)
+    check_positive("kappa", kappa)
+    check_positive("friction", friction)
+    _check_cells(cells)
+    check_steps(substeps, "substeps")
+    depth = series("approach", approach)
+    moved = vectors("displacement", displacement, 3)
+    if moved.shape != (depth.size, 3):
+        raise ValueError(f"displacement has shape {moved.shape}; it must be ({depth.size}, 3) as approach has it")
+    if depth.max() <= 0.0:
+        raise ValueError(f"approach is {depth.max()} at most; there must be contact, approach > 0, somewhere")
+    fine = np.linspace(0.0, depth.size - 1.0, (depth.size - 1) * substeps + 1)
+    samples = np.arange(depth.size)
+    radius = np.sqrt(np.maximum(np.interp(fine, samples, depth), 0.0))
+    lengths = np.array([1.0, 1.0, radius.max()])
+    path = np.stack([np.interp(fine, samples, d) for d in moved.T], 1) * lengths * (kappa / friction)
+    forces, _ = _march((radius, np.ones(fine.size)), cells, nu, path, np.zeros(3), np.zeros(3))
+    return friction * lengths * forces[::substeps]
+
+
+def rebound(psi_1: ArrayLike, chi: ArrayLike, *, nu: float = 0.0, cells: int = 32, steps: int = 256) -> Array:
+    """Rebound of an elastic impact of a body that spins about the normal.
+
+    Args:
+        psi_1: Incidence psi_x and psi_y, and spin sigma, shape (3,).
+        chi: (kappa/2) m_N/m_T > 0 along x and y, and chi_s >= 0, shape (3,). chi_s = 0, a spin that friction does not
+            change, is the limit of a small contact.
+        nu: Poisson's ratio of both bodies, in (-1, 0.5].
+        cells: Number of cells across the largest contact, even.
+        steps: Least number of time steps.
+
+    Returns:
+        psi_x, psi_y and sigma after the impact, shape (3,).
+
+    Raises:
+        ValueError: An argument is outside its range.
+        RuntimeError: The iterations of a step do not end.
+    """
+    check_poisson(nu)
+    _check_cells(cells)
+    check_steps(steps)
+    incidence, ratios = vectors("psi_1", psi_1, 3), vectors("chi", chi, 3)
+    if incidence.ndim != 1 or ratios.ndim != 1:
+        raise ValueError(f"psi_1 has shape {incidence.shape} and chi {ratios.shape}; both must be (3,)")
+    for ratio in ratios[:2]:
+        check_positive("chi", float(ratio))
+    if ratios[2] < 0.0:
+        raise ValueError(f"chi_s is {float(ratios[2])!r}; it must not be negative")
+    motion = impact_motion(1.0, cells // 2, int(steps))
+    dt = np.diff(motion.time, prepend=motion.time[0])
+    _, velocities = _march((np.sqrt(motion.overlap), dt), cells, nu, None, incidence, ratios)
+    return velocities[-1]
+
+
+def _check_cells(cells: int) -> None:
+    check_annuli(cells, "cells")
+    if cells % 2 or cells < 4:
+        raise ValueError(f"cells is {cells!r}; it must be even and at least 4")
