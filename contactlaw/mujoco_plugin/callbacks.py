@@ -16,7 +16,14 @@ from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, jointed_at, placed_at
 from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, press_free, read_free, write_free
-from contactlaw.mujoco_plugin.jointed import lead_jointed, note_jointed, press_jointed, read_jointed, write_jointed
+from contactlaw.mujoco_plugin.jointed import (
+    find_damping,
+    lead_jointed,
+    note_jointed,
+    press_jointed,
+    read_jointed,
+    write_jointed,
+)
 from contactlaw.mujoco_plugin.memory import call_on_world, call_step, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
@@ -47,8 +54,10 @@ def move(m, d, head, w, state):
     w.step = head.step_size
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
+    if head.tree_count > 0:
+        find_damping(m, d)
     for i in range(head.tree_count):
-        read_jointed(d, head, jointed_at(head.trees, i))
+        read_jointed(m, d, head, jointed_at(head.trees, i))
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
     call_on_world(head.pressed, head.world)

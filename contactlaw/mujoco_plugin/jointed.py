@@ -1,12 +1,16 @@
 """Bodies that joints hold: a kinematic tree from mjData to the world, and back.
 
 All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
-springs, actuators, limits and other constraints. They stay what they are within the step, but for damping, which goes
-with the velocities. How velocities are read and handed back is told in `free`.
+springs, actuators, limits and other constraints. They stay what they are within the step, but for what goes with the
+velocities: f + D (v - v0), where D = df/dv is the engine's own derivative of passive and actuator forces. How
+velocities are read and handed back is told in `free`.
 """
 
 from __future__ import annotations
 
+from numba import types
+
+from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import jointed_at
 from contactlaw.mujoco_plugin.free import jit
@@ -18,10 +22,39 @@ from contactlaw.world.vec import add, cross, dot, load, store, sub
 SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
     layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
 )
+DERIVATIVE, DIAGONAL, ROWS, ROW_SIZES = layout.DATA["qDeriv"], layout.DIAGONAL, layout.ROWS, layout.ROW_SIZES
+
+smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.uintp, types.uintp, types.intc))
 
 
 @jit
-def read_jointed(d, head, j):
+def find_damping(m, d):
+    """Let the engine find D, that of the bias forces left out."""
+    smooth_derivative(types.uintp(m), types.uintp(d), 0)
+
+
+@jit
+def damping_of(m, d, i):
+    """What resists a change of a velocity [N s/m] or [N m s], of what gives D: joints, actuators, tendons, a fluid.
+
+    What acts on n joints at once has -D = b g g^T. Its part across them is left out within a step, and n diag(b g^2)
+    taken for the rest, which is never less than b g g^T (Cauchy and Schwarz): what is damped stays so.
+    """
+    row, size = entry(m, ROWS, i), entry(m, ROW_SIZES, i)
+    joints = 0.0
+    for value in field(d, DERIVATIVE, row, size):
+        joints += 1.0 if value != 0.0 else 0.0
+    return max(-joints * field(d, DERIVATIVE, row + entry(m, DIAGONAL, i), 1)[0], 0.0)
+
+
+@jit
+def entry(m, offset, i):
+    """A number of an array of int of the model."""
+    return int(load_int(load_pointer(m + types.uintp(offset)) + types.uintp(4 * i)))
+
+
+@jit
+def read_jointed(m, d, head, j):
     """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
     w = world_at(head.world, 0)
     t = tree_at(w.trees, j.tree)
@@ -30,7 +63,7 @@ def read_jointed(d, head, j):
     left = floats(j.left, 0, t.q_size + t.v_size)
     smooth, bias = field(d, SMOOTH, j.v, t.v_size), field(d, BIAS, j.v, t.v_size)
     held, given = field(d, CONSTRAINED, j.v, t.v_size), floats(head.given, j.v, t.v_size)
-    f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
+    f, v_f, damping = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size), floats(t.d, 0, t.v_size)
     store(t.gravity, load(head.gravity))
     if j.base != 0:
         store(t.base, load(field(d, XPOS, 3 * j.base, 3)))
@@ -45,6 +78,7 @@ def read_jointed(d, head, j):
         placed = placed or rates[i] != left[t.q_size + i]
         v[i] = v_f[i] = rates[i]
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
+        damping[i] = damping_of(m, d, j.v + i)
     if placed:
         w.stale = 1
         for i in range(t.count):
