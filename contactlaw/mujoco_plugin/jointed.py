@@ -2,8 +2,9 @@
 
 All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
 springs, actuators, limits and other constraints. They stay what they are within the step, but for what goes with the
-velocities: f + D (v - v0), where D = df/dv is the engine's own derivative of passive and actuator forces. How
-velocities are read and handed back is told in `free`.
+velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator forces, and v_f what
+it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are read and handed back is told
+in `free`.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import field, floats
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
 from contactlaw.world.call import call_with_body
+from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, store, sub
 
 SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
     layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
 )
-DERIVATIVE, DIAGONAL, ROWS, ROW_SIZES = layout.DATA["qDeriv"], layout.DIAGONAL, layout.ROWS, layout.ROW_SIZES
+DERIVATIVE, DIAGONAL, ROWS = layout.DATA["qDeriv"], layout.DIAGONAL, layout.ROWS
 
 smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.uintp, types.uintp, types.intc))
 
@@ -34,17 +36,13 @@ def find_damping(m, d):
 
 
 @jit
-def damping_of(m, d, i):
-    """What resists a change of a velocity [N s/m] or [N m s], of what gives D: joints, actuators, tendons, a fluid.
-
-    What acts on n joints at once has -D = b g g^T. Its part across them is left out within a step, and n diag(b g^2)
-    taken for the rest, which is never less than b g g^T (Cauchy and Schwarz): what is damped stays so.
-    """
-    row, size = entry(m, ROWS, i), entry(m, ROW_SIZES, i)
-    joints = 0.0
-    for value in field(d, DERIVATIVE, row, size):
-        joints += 1.0 if value != 0.0 else 0.0
-    return max(-joints * field(d, DERIVATIVE, row + entry(m, DIAGONAL, i), 1)[0], 0.0)
+def read_damping(m, d, first, damping_out):
+    """-D of a tree whose degrees of freedom begin at `first`; its rows are kept as the engine keeps them."""
+    for k in range(damping_out.shape[0]):
+        row, size = entry(m, ROWS, first + k), entry(m, DIAGONAL, first + k) + 1
+        values = field(d, DERIVATIVE, row, size)
+        for p in range(size):
+            damping_out[k, p] = -values[p]
 
 
 @jit
@@ -60,10 +58,12 @@ def read_jointed(m, d, head, j):
     t = tree_at(w.trees, j.tree)
     q, v = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size)
     start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
+    asked = floats(head.starts, (1 + head.nq + head.nv) * head.turn + 1 + head.nq + j.v, t.v_size)
     left = floats(j.left, 0, t.q_size + t.v_size)
     smooth, bias = field(d, SMOOTH, j.v, t.v_size), field(d, BIAS, j.v, t.v_size)
     held, given = field(d, CONSTRAINED, j.v, t.v_size), floats(head.given, j.v, t.v_size)
-    f, v_f, damping = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size), floats(t.d, 0, t.v_size)
+    f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
+    read_damping(m, d, j.v, vector(t.d, (t.v_size, t.v_size)))
     store(t.gravity, load(head.gravity))
     if j.base != 0:
         store(t.base, load(field(d, XPOS, 3 * j.base, 3)))
@@ -76,9 +76,9 @@ def read_jointed(m, d, head, j):
         q[i] = start[i]
     for i in range(t.v_size):
         placed = placed or rates[i] != left[t.q_size + i]
-        v[i] = v_f[i] = rates[i]
+        v[i] = rates[i]
+        v_f[i] = asked[i]
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
-        damping[i] = damping_of(m, d, j.v + i)
     if placed:
         w.stale = 1
         for i in range(t.count):

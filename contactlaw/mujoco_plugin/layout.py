@@ -42,7 +42,7 @@ MODEL_FIELDS = (
     "body_iquat", "body_mass", "body_subtreemass", "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum",
     "body_dofadr", "body_dofnum", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0",
     "pair_geom1", "pair_geom2", "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
-    "D_rownnz", "D_rowadr", "D_diag",
+    "D_rowadr", "D_diag",
 )  # fmt: skip
 
 
@@ -82,14 +82,14 @@ def offset(struct: str, field: str) -> int:
 
 
 DATA = {field: offset("mjData", field) for field in DATA_FIELDS}
-ROW_SIZES, ROWS, DIAGONAL = (offset("mjModel", field) for field in ("D_rownnz", "D_rowadr", "D_diag"))
+ROWS, DIAGONAL = offset("mjModel", "D_rowadr"), offset("mjModel", "D_diag")
 DISABLED = offset("mjModel", "opt") + offset("mjOption", "disableflags")
 TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
-_OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, ROW_SIZES, ROWS, DIAGONAL
+_OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, ROWS, DIAGONAL
 KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 """What compiled code that knows the offsets depends on."""
 
