@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from numba import types
 
-from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import jointed_at
 from contactlaw.mujoco_plugin.free import jit
-from contactlaw.mujoco_plugin.memory import field, floats
+from contactlaw.mujoco_plugin.limits import hand_over_limits
+from contactlaw.mujoco_plugin.memory import entry, field, floats
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
 from contactlaw.world.call import call_with_body
 from contactlaw.world.tree_kinematics import vector
@@ -24,7 +24,7 @@ from contactlaw.world.vec import add, cross, dot, load, store, sub
 SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
     layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
 )
-DERIVATIVE, DIAGONAL, ROWS = layout.DATA["qDeriv"], layout.DIAGONAL, layout.ROWS
+DERIVATIVE, DIAGONAL, ROWS = layout.DATA["qDeriv"], layout.MODEL["D_diag"], layout.MODEL["D_rowadr"]
 
 smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.uintp, types.uintp, types.intc))
 
@@ -43,12 +43,6 @@ def read_damping(m, d, first, damping_out):
         values = field(d, DERIVATIVE, row, size)
         for p in range(size):
             damping_out[k, p] = -values[p]
-
-
-@jit
-def entry(m, offset, i):
-    """A number of an array of int of the model."""
-    return int(load_int(load_pointer(m + types.uintp(offset)) + types.uintp(4 * i)))
 
 
 @jit
@@ -83,8 +77,11 @@ def read_jointed(m, d, head, j):
         w.stale = 1
         for i in range(t.count):
             body_at(t.bodies, i).placed = 1
+    for k in range(t.v_size):
+        axis_at(t.axes, k).side = 0.0
     t.stale = 1
     call_with_body(t.settle, body_at(t.bodies, 0))
+    hand_over_limits(m, d, head, j, t)
 
 
 @jit

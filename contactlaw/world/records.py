@@ -130,6 +130,10 @@ AXIS = record(
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inverse="f8",  # of the pivot in the factor
     spin=VECTOR, velocity=VECTOR,  # by a unit velocity: spin, and velocity at the tree's origin, of all that it carries
+    # a soft limit of it that is reached, see `tree_dynamics.limit_force`
+    side="f8",  # 1: a least coordinate, -1: a greatest one, 0: none is reached
+    coordinate="i8", edge="f8",  # which coordinate, and where; both along `side`
+    hold="f8", stiffness="f8", resistance="f8",  # force at the edge at rest; how it falls with place and velocity
 )  # fmt: skip
 """A degree of freedom of a tree."""
 

@@ -37,7 +37,8 @@ def accelerate(t):
             linear = add(scale(link.total, s), cross(e, offset))
             angular = add(times(tensor, e), cross(offset, s))
             p = axis.depth
-            m[k, p] = axis.armature + t.lag * d[k, p] + dot(e, angular) + dot(s, linear)
+            resistance = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
+            m[k, p] = axis.armature + t.lag * resistance + dot(e, angular) + dot(s, linear)
             j = axis.before
             while j >= 0:
                 one = axis_at(t.axes, j)
@@ -60,17 +61,29 @@ def accelerate(t):
 
 @jit_inside
 def push(t, d, a):
-    """a <- f - D (v - v_f)."""
+    """a <- f - D (v - v_f), and what limits add."""
     f, v, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
         j, p, own = axis.before, axis.depth, v[k] - v_f[k]
         a[k] = f[k] - d[k, p] * own
+        if axis.side != 0.0:
+            a[k] += limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], v[k])
         while j >= 0:
             p -= 1
             a[k] -= d[k, p] * (v[j] - v_f[j])
             a[j] -= d[k, p] * own
             j = axis_at(t.axes, j).before
+
+
+@jit_inside
+def limit_force(axis, q, v):
+    """Force of a soft limit on an axis at a coordinate and velocity: a spring and a damper that push alone.
+
+    max(0, hold - stiffness r - resistance dr/dt) where r = side q - edge < 0, else none.
+    """
+    r = axis.side * q - axis.edge
+    return axis.side * max(axis.hold - axis.stiffness * r - axis.resistance * axis.side * v, 0.0) if r < 0.0 else 0.0
 
 
 @jit_inside
@@ -192,27 +205,35 @@ def decay(t):
 
     What damps a sum over n velocities, b g g^T, does so by no more than n diag(b g^2) would (Cauchy and Schwarz).
     """
-    out, most = 0.0, 1.0
-    x, m, d = vector(t.x, t.v_size), vector(t.factor, (t.v_size, t.v_size)), vector(t.d, (t.v_size, t.v_size))
-    for last in range(t.v_size):
-        p = axis_at(t.axes, last).depth
-        own, coupled = d[last, p], 1.0
+    out, most, d = 0.0, 1.0, vector(t.d, (t.v_size, t.v_size))
+    for k in range(t.v_size):
+        axis = axis_at(t.axes, k)
+        p, coupled = axis.depth, 1.0
+        own = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
         if own > 0.0:
             for i in range(p):
-                coupled += 1.0 if d[last, i] != 0.0 else 0.0
+                coupled += 1.0 if d[k, i] != 0.0 else 0.0
             most = max(most, coupled)
-            k = last
-            while k >= 0:
-                x[k] = 0.0
-                k = axis_at(t.axes, k).before
-            x[last] = 1.0
-            descend(t, m, x, last, False)
-            k = last
-            while k >= 0:
-                axis = axis_at(t.axes, k)
-                out += own * axis.inverse * x[k] * x[k]
-                k = axis.before
+            out += own * mobility_along(t, k)
     return most * out
+
+
+@jit_inside
+def mobility_along(t, last):
+    """An entry of the diagonal of M^-1: what a unit impulse along an axis changes its velocity by."""
+    x, m, out = vector(t.x, t.v_size), vector(t.factor, (t.v_size, t.v_size)), 0.0
+    k = last
+    while k >= 0:
+        x[k] = 0.0
+        k = axis_at(t.axes, k).before
+    x[last] = 1.0
+    descend(t, m, x, last, False)
+    k = last
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        out += axis.inverse * x[k] * x[k]
+        k = axis.before
+    return out
 
 
 @jit_inside
