@@ -101,13 +101,15 @@ def lead_jointed(head, j):
 
 @jit
 def write_jointed(d, head, j):
-    """Put a tree of which a body was touched where the world has it."""
+    """Put a tree of which a body was touched, or that is at a limit, where the world has it."""
     t = tree_at(world_at(head.world, 0).trees, j.tree)
     touched, pressed, asleep = False, False, body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         b = body_at(t.bodies, i)
         touched = touched or b.touched != 0
         pressed = pressed or b.pressed != 0
+    for k in range(t.v_size):
+        touched = touched or axis_at(t.axes, k).side != 0.0
     if not (touched or asleep):
         return
     lag = 0.0
