@@ -134,6 +134,7 @@ AXIS = record(
     side="f8",  # 1: a least coordinate, -1: a greatest one, 0: none is reached
     coordinate="i8", edge="f8",  # which coordinate, and where; both along `side`
     hold="f8", stiffness="f8", resistance="f8",  # force at the edge at rest; how it falls with place and velocity
+    weight="f8",  # [kg] or [kg m^2]; and with acceleration, by other forces
 )  # fmt: skip
 """A degree of freedom of a tree."""
 

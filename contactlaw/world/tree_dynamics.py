@@ -68,7 +68,7 @@ def push(t, d, a):
         j, p, own = axis.before, axis.depth, v[k] - v_f[k]
         a[k] = f[k] - d[k, p] * own
         if axis.side != 0.0:
-            a[k] += limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], v[k])
+            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], v[k]), 0.0)
         while j >= 0:
             p -= 1
             a[k] -= d[k, p] * (v[j] - v_f[j])
@@ -78,12 +78,23 @@ def push(t, d, a):
 
 @jit_inside
 def limit_force(axis, q, v):
-    """Force of a soft limit on an axis at a coordinate and velocity: a spring and a damper that push alone.
+    """Force of a soft limit along `side`, of an axis at a coordinate and velocity; it pushes where this is positive.
 
-    max(0, hold - stiffness r - resistance dr/dt) where r = side q - edge < 0, else none.
+    hold - stiffness r - resistance dr/dt, where r = side q - edge < 0, else none.
     """
     r = axis.side * q - axis.edge
-    return axis.side * max(axis.hold - axis.stiffness * r - axis.resistance * axis.side * v, 0.0) if r < 0.0 else 0.0
+    return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
+
+
+@jit_inside
+def limit_impulse(t, k, change):
+    """What the soft limit of an axis adds to its push over a substep against an impulse that changes v by so much."""
+    axis = axis_at(t.axes, k)
+    q = vector(t.q, t.q_size)[axis.coordinate]
+    if axis.side == 0.0 or axis.side * q >= axis.edge:
+        return 0.0
+    push = t.held * limit_force(axis, q, vector(t.v, t.v_size)[k])
+    return axis.side * (max(push - axis.weight * axis.side * change, 0.0) - max(push, 0.0))
 
 
 @jit_inside
