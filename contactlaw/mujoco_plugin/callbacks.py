@@ -75,12 +75,28 @@ def move(m, d, head, w, state):
     if head.probe_count > 0:
         exchange(head)
     call_on_world(head.pressed, head.world)
+    if head.lag > 0.0:
+        keep_near(w)
     for i in range(head.free_count):
         write_free(d, head, free_at(head.frees, i))
     for i in range(head.tree_count):
         write_jointed(d, head, jointed_at(head.trees, i))
     look_over(head, w)
     leave(head, w, state)
+
+
+@jit
+def keep_near(w):
+    """Let all trees that are near something be where the world has them.
+
+    In their first-order flight by the engine, which differs, they could end within what they passed by in the world.
+    """
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        for i in (p.body_a, p.body_b):
+            b = body_at(w.bodies, i)
+            if b.tree != 0:
+                b.touched = 1
 
 
 @jit

@@ -4,7 +4,8 @@ All forces on the joints are those that the engine had in its step, the force of
 springs, actuators, limits and other constraints. They stay what they are within the step, but for what goes with the
 velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator forces, and v_f what
 it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are read and handed back is told
-in `free`.
+in `free`; here too the half step is one of what pushes at rest alone: with that of centripetal forces energy would be
+gained, and damping may be stiff.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ def read_jointed(m, d, head, j):
         q[i] = start[i]
     for i in range(t.v_size):
         placed = placed or rates[i] != left[t.q_size + i]
-        v[i] = rates[i]
+        v[i] = 0.0
         v_f[i] = asked[i]
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
     if placed:
@@ -82,6 +83,9 @@ def read_jointed(m, d, head, j):
     t.stale = 1
     call_with_body(t.settle, body_at(t.bodies, 0))
     hand_over_limits(m, d, head, j, t)
+    for i in range(t.v_size):
+        v[i] = rates[i]
+    t.stale = 1
 
 
 @jit
@@ -112,16 +116,20 @@ def write_jointed(d, head, j):
         touched = touched or axis_at(t.axes, k).side != 0.0
     if not (touched or asleep):
         return
-    lag = 0.0
-    if not (pressed or asleep) and head.lag > 0.0:
-        call_with_body(t.settle, body_at(t.bodies, 0))
-        lag = head.lag
     q, v, a = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
     place, rates = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size)
     for i in range(t.q_size):
         place[i] = q[i]
     for i in range(t.v_size):
-        rates[i] = 0.0 if asleep else v[i] - lag * a[i]
+        rates[i] = 0.0 if asleep else v[i]
+    if not (pressed or asleep) and head.lag > 0.0:
+        for i in range(t.v_size):
+            v[i] = 0.0
+        t.stale = 1
+        call_with_body(t.settle, body_at(t.bodies, 0))
+        for i in range(t.v_size):
+            v[i] = rates[i]
+            rates[i] -= head.lag * a[i]
 
 
 @jit
