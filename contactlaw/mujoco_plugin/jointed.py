@@ -1,36 +1,64 @@
 """Bodies that joints hold: a kinematic tree from mjData to the world, and back.
 
 All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
-springs, actuators, limits and other constraints. They stay what they are within the step, but for damping, which goes
-with the velocities. How velocities are read and handed back is told in `free`.
+springs, actuators, limits and other constraints. They stay what they are within the step, but for what goes with the
+velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator forces, and v_f what
+it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are read and handed back is told
+in `free`; here too the half step is one of what pushes at rest alone: with that of centripetal forces energy would be
+gained, and damping may be stiff.
 """
 
 from __future__ import annotations
 
+from numba import types
+
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import jointed_at
 from contactlaw.mujoco_plugin.free import jit
-from contactlaw.mujoco_plugin.memory import field, floats
+from contactlaw.mujoco_plugin.limits import hand_over_limits
+from contactlaw.mujoco_plugin.memory import entry, field, floats
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
 from contactlaw.world.call import call_with_body
+from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, store, sub
 
 SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
     layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
 )
+DERIVATIVE, DIAGONAL, ROWS = layout.DATA["qDeriv"], layout.MODEL["D_diag"], layout.MODEL["D_rowadr"]
+
+smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.uintp, types.uintp, types.intc))
 
 
 @jit
-def read_jointed(d, head, j):
+def find_damping(m, d):
+    """Let the engine find D, that of the bias forces left out."""
+    smooth_derivative(types.uintp(m), types.uintp(d), 0)
+
+
+@jit
+def read_damping(m, d, first, damping_out):
+    """-D of a tree whose degrees of freedom begin at `first`; its rows are kept as the engine keeps them."""
+    for k in range(damping_out.shape[0]):
+        row, size = entry(m, ROWS, first + k), entry(m, DIAGONAL, first + k) + 1
+        values = field(d, DERIVATIVE, row, size)
+        for p in range(size):
+            damping_out[k, p] = -values[p]
+
+
+@jit
+def read_jointed(m, d, head, j):
     """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
     w = world_at(head.world, 0)
     t = tree_at(w.trees, j.tree)
     q, v = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size)
     start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
+    asked = floats(head.starts, (1 + head.nq + head.nv) * head.turn + 1 + head.nq + j.v, t.v_size)
     left = floats(j.left, 0, t.q_size + t.v_size)
     smooth, bias = field(d, SMOOTH, j.v, t.v_size), field(d, BIAS, j.v, t.v_size)
     held, given = field(d, CONSTRAINED, j.v, t.v_size), floats(head.given, j.v, t.v_size)
     f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
+    read_damping(m, d, j.v, vector(t.d, (t.v_size, t.v_size)))
     store(t.gravity, load(head.gravity))
     if j.base != 0:
         store(t.base, load(field(d, XPOS, 3 * j.base, 3)))
@@ -43,14 +71,21 @@ def read_jointed(d, head, j):
         q[i] = start[i]
     for i in range(t.v_size):
         placed = placed or rates[i] != left[t.q_size + i]
-        v[i] = v_f[i] = rates[i]
+        v[i] = 0.0
+        v_f[i] = asked[i]
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
     if placed:
         w.stale = 1
         for i in range(t.count):
             body_at(t.bodies, i).placed = 1
+    for k in range(t.v_size):
+        axis_at(t.axes, k).side = 0.0
     t.stale = 1
     call_with_body(t.settle, body_at(t.bodies, 0))
+    hand_over_limits(m, d, head, j, t)
+    for i in range(t.v_size):
+        v[i] = rates[i]
+    t.stale = 1
 
 
 @jit
@@ -70,25 +105,31 @@ def lead_jointed(head, j):
 
 @jit
 def write_jointed(d, head, j):
-    """Put a tree of which a body was touched where the world has it."""
+    """Put a tree of which a body was touched, or that is at a limit, where the world has it."""
     t = tree_at(world_at(head.world, 0).trees, j.tree)
     touched, pressed, asleep = False, False, body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         b = body_at(t.bodies, i)
         touched = touched or b.touched != 0
         pressed = pressed or b.pressed != 0
+    for k in range(t.v_size):
+        touched = touched or axis_at(t.axes, k).side != 0.0
     if not (touched or asleep):
         return
-    lag = 0.0
-    if not (pressed or asleep) and head.lag > 0.0:
-        call_with_body(t.settle, body_at(t.bodies, 0))
-        lag = head.lag
     q, v, a = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
     place, rates = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size)
     for i in range(t.q_size):
         place[i] = q[i]
     for i in range(t.v_size):
-        rates[i] = 0.0 if asleep else v[i] - lag * a[i]
+        rates[i] = 0.0 if asleep else v[i]
+    if not (pressed or asleep) and head.lag > 0.0:
+        for i in range(t.v_size):
+            v[i] = 0.0
+        t.stale = 1
+        call_with_body(t.settle, body_at(t.bodies, 0))
+        for i in range(t.v_size):
+            v[i] = rates[i]
+            rates[i] -= head.lag * a[i]
 
 
 @jit

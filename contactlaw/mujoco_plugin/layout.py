@@ -33,7 +33,8 @@ _NUMBERS: dict[str, Any] = {
 
 DATA_FIELDS = (
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
-    "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "xfrc_applied", "xpos", "xquat", "geom_xpos", "geom_xmat",
+    "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "geom_xpos", "geom_xmat",
+    "efc_id", "efc_type", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "efc_force",
 )  # fmt: skip
 MODEL_FIELDS = (
     "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat",
@@ -42,6 +43,7 @@ MODEL_FIELDS = (
     "body_iquat", "body_mass", "body_subtreemass", "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum",
     "body_dofadr", "body_dofnum", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0",
     "pair_geom1", "pair_geom2", "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
+    "D_rowadr", "D_diag", "jnt_range",
 )  # fmt: skip
 
 
@@ -81,13 +83,19 @@ def offset(struct: str, field: str) -> int:
 
 
 DATA = {field: offset("mjData", field) for field in DATA_FIELDS}
+MODEL = {
+    field: offset("mjModel", field)
+    for field in ("D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range")
+}
+EQUALITIES, FRICTIONS, LIMITS = (offset("mjData", count) for count in ("ne", "nf", "nl"))
+JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 DISABLED = offset("mjModel", "opt") + offset("mjOption", "disableflags")
 TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
-_OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY
+_OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, MODEL, EQUALITIES, FRICTIONS, LIMITS
 KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 """What compiled code that knows the offsets depends on."""
 

@@ -9,7 +9,7 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import doubles_at, load_pointer
+from contactlaw.memory import doubles_at, load_int, load_pointer
 
 
 @jit_inside
@@ -28,6 +28,12 @@ def floats(address, first, size):
 def field(base, offset, first, size):
     """Numbers of an array that a struct points to."""
     return floats(load_pointer(types.uintp(base) + types.uintp(offset)), first, size)
+
+
+@jit_inside
+def entry(base, offset, i):
+    """A whole number of an array of C int that a struct points to."""
+    return int(load_int(load_pointer(types.uintp(base) + types.uintp(offset)) + types.uintp(4 * i)))
 
 
 @jit_inside

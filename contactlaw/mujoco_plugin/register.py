@@ -85,7 +85,7 @@ def _stamp() -> str:
 
 def _first(library: ctypes.CDLL) -> _Plugin:
     """The plugin's struct, but for what MuJoCo asks of Python."""
-    for name in ("mj_geomDistance", "mju_free"):
+    for name in ("mj_geomDistance", "mjd_smooth_vel", "mju_free"):
         llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
     with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
         from contactlaw.mujoco_plugin import callbacks  # compiled against the symbols just added

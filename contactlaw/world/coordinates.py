@@ -22,7 +22,7 @@ def addresses() -> dict[str, int]:
         "mobility": address_of(trees.mobility, MOBILITY), "spread": address_of(trees.spread, WITH_BODY),
         "press": address_of(trees.press, WITH_VECTORS), "rest": address_of(trees.rest, WITH_BODY),
         "stand": address_of(tree_lasting.stand, WITH_BODY), "weigh": address_of(tree_lasting.weigh, WITH_BODY),
-        "carry": address_of(tree_lasting.carry, WITH_VECTORS),
+        "resist": address_of(tree_lasting.resist, WITH_BODY), "carry": address_of(tree_lasting.carry, WITH_VECTORS),
         "move": address_of(tree_kinematics.move, ON_TREE), "accelerate": address_of(tree_dynamics.accelerate, ON_TREE),
     }  # fmt: skip
 

@@ -21,7 +21,7 @@ from contactlaw.world.access import (
     whole_at,
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
-from contactlaw.world.equations import BEGUN, FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, VELOCITY, matrix, part
+from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, VELOCITY, matrix, part
 from contactlaw.world.force import ask_at, slopes
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import moved_at, velocity_at
@@ -38,7 +38,7 @@ FOUND = 1e-9  # of its overlap, that a contact may still move
 def begin_equations(w, bodies, stage):
     """Masses and moments of inertia, and the momenta that bodies have too little."""
     h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
-    velocity, free, begun = part(w, VELOCITY), part(w, FREE), part(w, BEGUN)
+    velocity, free = part(w, VELOCITY), part(w, FREE)
     for i in range(w.unknowns):
         for j in range(w.unknowns):
             h[i, j] = 0.0
@@ -51,18 +51,19 @@ def begin_equations(w, bodies, stage):
             if b.member != 0:
                 continue
             t = tree_at(b.tree, 0)
-            t.weights, t.stride = w.equations + 8 * o * (w.unknown_room + 1), w.unknown_room
+            t.weights, t.stride, t.stage = w.equations + 8 * o * (w.unknown_room + 1), w.unknown_room, stage
             call_with_body(t.weigh, b)
-            d = vector(t.d, count)
-            for i in range(count):
-                right[o + i] -= stage * d[i] * (free[o + i] - begun[o + i])
-                h[o + i, o + i] += stage * d[i]
         elif count > 0:
             weigh(b, h)
         for i in range(o, o + count):
             first[i] = o
             for j in range(o, o + count):
                 right[i] += h[i, j] * (free[j] - velocity[j])
+        if b.tree != 0:
+            call_with_body(tree_at(b.tree, 0).resist, b)
+            x = vector(tree_at(b.tree, 0).x, count)
+            for i in range(count):
+                right[o + i] += stage * x[i]
 
 
 @jit_inside

@@ -72,7 +72,7 @@ BODY = record(
 TREE = record(
     # addresses of what moves it, see `trees` and `tree_motion`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8", press="u8", rest="u8",
-    stand="u8", weigh="u8", carry="u8",  # the same, of an implicit step, see `tree_lasting`
+    stand="u8", weigh="u8", resist="u8", carry="u8",  # the same, of an implicit step, see `tree_lasting`
     move="u8",  # q <- q moved by x; its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies: a run of rows
@@ -83,7 +83,7 @@ TREE = record(
     gravity=VECTOR,
     # addresses of its numbers
     q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
-    f="u8", d="u8", v_f="u8",  # force on them: f - d (v - v_f), all three constant over a step
+    f="u8", d="u8", v_f="u8",  # force on them: f - D (v - v_f), all three constant over a step; D as `factor`
     x="u8",  # (v_size,), what a function is given, and what it returns
     push="u8",  # (v_size,), what contacts have changed v by since its last substep
     factor="u8",  # (v_size, v_size), see `tree_dynamics`
@@ -92,7 +92,8 @@ TREE = record(
     start="u8",  # q_size + v_size, coordinates and velocities that an implicit step began with
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where they begin in `Arrays.joints`
-    unknown="i8", weights="u8", stride="i8",  # first of its velocities in an implicit step; where its masses go
+    # in an implicit step: first of its velocities; where its masses go; length [s] of a stage
+    unknown="i8", weights="u8", stride="i8", stage="f8",
     # within a step
     origin=VECTOR,  # point of the world [m] that its velocities and moments are reckoned at
     hold="i8",  # substeps for which its mass matrix and accelerations still hold
@@ -135,6 +136,11 @@ AXIS = record(
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inverse="f8",  # of the pivot in the factor
     spin=VECTOR, velocity=VECTOR,  # by a unit velocity: spin, and velocity at the tree's origin, of all that it carries
+    # a soft limit of it that is reached, see `tree_dynamics.limit_force`
+    side="f8",  # 1: a least coordinate, -1: a greatest one, 0: none is reached
+    coordinate="i8", edge="f8",  # which coordinate, and where; both along `side`
+    hold="f8", stiffness="f8", resistance="f8",  # force at the edge at rest; how it falls with place and velocity
+    weight="f8",  # [kg] or [kg m^2]; and with acceleration, by other forces
 )  # fmt: skip
 """A degree of freedom of a tree."""
 
@@ -238,9 +244,10 @@ def numbers_of(tree: Any) -> dict[str, int]:
     """How many numbers a tree keeps, by their names in its record, in their order."""
     q, v = int(tree["q_size"]), int(tree["v_size"])
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
-    one = dict.fromkeys(("v", "a", "f", "d", "v_f", "x", "push"), v)
+    one = dict.fromkeys(("v", "a", "f", "v_f", "x", "push"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    return {"q": q} | one | {"factor": v * v, "room": q + 3 * v, "kept": q + v, "start": q + v} | own
+    sizes = {"d": v * v, "factor": v * v, "room": q + 3 * v, "kept": q + v, "start": q + v}
+    return {"q": q} | one | sizes | own
 
 
 class Arrays(NamedTuple):

@@ -1,6 +1,6 @@
 """Mass matrix and accelerations of a tree of bodies.
 
-    (M(q) + lag d) a + c(q, v) = f - d (v - v_f)
+    (M(q) + lag D) a + c(q, v) = f - D (v - v_f)
 
 M from the inertias of each body with all behind it (composite rigid bodies), c, gravity included, from the forces that
 all bodies need where a = 0 (Featherstone 2008, chapters 5 and 6). The lag is zero but where `tree_motion` says so. With
@@ -8,7 +8,8 @@ L^T D L = M, L has entries only where one degree of freedom carries the other, s
 those that carry it, and its answer all others once.
 
 A row of the factor holds the entries of the axes that carry axis k, the root's first, and its own last: the row of one
-of these is as long as the part of this row up to it, entry by entry of the same axes.
+of these is as long as the part of this row up to it, entry by entry of the same axes. D, symmetric, is kept likewise:
+what damps joints of two branches against each other, as a tendon may, is not in it.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ def accelerate(t):
     """Mass matrix and its factor; accelerations at q and v."""
     for i in range(t.count):
         look_at(t, i)
-    f, d, v_f = vector(t.f, t.v_size), vector(t.d, t.v_size), vector(t.v_f, t.v_size)
-    a, v, m = vector(t.a, t.v_size), vector(t.v, t.v_size), vector(t.factor, (t.v_size, t.v_size))
+    a, d, m = vector(t.a, t.v_size), vector(t.d, (t.v_size, t.v_size)), vector(t.factor, (t.v_size, t.v_size))
+    push(t, d, a)
     for i in range(t.count - 1, -1, -1):
         link = link_at(t.links, i)
         force, moment = load(link.force), load(link.moment)
@@ -32,14 +33,17 @@ def accelerate(t):
         for k in range(link.first_axis, link.first_axis + link.axes):
             axis = axis_at(t.axes, k)
             e, s = load(axis.spin), load(axis.velocity)
-            a[k] = f[k] - d[k] * (v[k] - v_f[k]) - dot(e, moment) - dot(s, force)
+            a[k] -= dot(e, moment) + dot(s, force)
             linear = add(scale(link.total, s), cross(e, offset))
             angular = add(times(tensor, e), cross(offset, s))
-            m[k, axis.depth] = axis.armature + t.lag * d[k] + dot(e, angular) + dot(s, linear)
+            p = axis.depth
+            resistance = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
+            m[k, p] = axis.armature + t.lag * resistance + dot(e, angular) + dot(s, linear)
             j = axis.before
             while j >= 0:
                 one = axis_at(t.axes, j)
-                m[k, one.depth] = dot(load(one.spin), angular) + dot(load(one.velocity), linear)
+                p -= 1
+                m[k, p] = t.lag * d[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
                 j = one.before
         if link.parent >= 0:
             parent = link_at(t.links, link.parent)
@@ -53,6 +57,44 @@ def accelerate(t):
     descend(t, m, a, t.v_size - 1, True)
     ascend(t, m, a)
     spread_acceleration(t)
+
+
+@jit_inside
+def push(t, d, a):
+    """a <- f - D (v - v_f), and what limits add."""
+    f, v, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
+    for k in range(t.v_size):
+        axis = axis_at(t.axes, k)
+        j, p, own = axis.before, axis.depth, v[k] - v_f[k]
+        a[k] = f[k] - d[k, p] * own
+        if axis.side != 0.0:
+            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], v[k]), 0.0)
+        while j >= 0:
+            p -= 1
+            a[k] -= d[k, p] * (v[j] - v_f[j])
+            a[j] -= d[k, p] * own
+            j = axis_at(t.axes, j).before
+
+
+@jit_inside
+def limit_force(axis, q, v):
+    """Force of a soft limit along `side`, of an axis at a coordinate and velocity; it pushes where this is positive.
+
+    hold - stiffness r - resistance dr/dt, where r = side q - edge < 0, else none.
+    """
+    r = axis.side * q - axis.edge
+    return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
+
+
+@jit_inside
+def limit_impulse(t, k, change):
+    """What the soft limit of an axis adds to its push over a substep against an impulse that changes v by so much."""
+    axis = axis_at(t.axes, k)
+    q = vector(t.q, t.q_size)[axis.coordinate]
+    if axis.side == 0.0 or axis.side * q >= axis.edge:
+        return 0.0
+    push = t.held * limit_force(axis, q, vector(t.v, t.v_size)[k])
+    return axis.side * (max(push - axis.weight * axis.side * change, 0.0) - max(push, 0.0))
 
 
 @jit_inside
@@ -170,22 +212,38 @@ def ascend(t, m, x):
 
 @jit_inside
 def decay(t):
-    """Rate [1/s] at which damping slows velocities, at most: the trace of M^-1 D."""
-    out = 0.0
-    d, x, m = vector(t.d, t.v_size), vector(t.x, t.v_size), vector(t.factor, (t.v_size, t.v_size))
-    for last in range(t.v_size):
-        if d[last] != 0.0:
-            k = last
-            while k >= 0:
-                x[k] = 0.0
-                k = axis_at(t.axes, k).before
-            x[last] = 1.0
-            descend(t, m, x, last, False)
-            k = last
-            while k >= 0:
-                axis = axis_at(t.axes, k)
-                out += d[last] * axis.inverse * x[k] * x[k]
-                k = axis.before
+    """Rate [1/s] at which damping slows velocities, at most: the trace of M^-1 diag(D), times how many it couples.
+
+    What damps a sum over n velocities, b g g^T, does so by no more than n diag(b g^2) would (Cauchy and Schwarz).
+    """
+    out, most, d = 0.0, 1.0, vector(t.d, (t.v_size, t.v_size))
+    for k in range(t.v_size):
+        axis = axis_at(t.axes, k)
+        p, coupled = axis.depth, 1.0
+        own = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
+        if own > 0.0:
+            for i in range(p):
+                coupled += 1.0 if d[k, i] != 0.0 else 0.0
+            most = max(most, coupled)
+            out += own * mobility_along(t, k)
+    return most * out
+
+
+@jit_inside
+def mobility_along(t, last):
+    """An entry of the diagonal of M^-1: what a unit impulse along an axis changes its velocity by."""
+    x, m, out = vector(t.x, t.v_size), vector(t.factor, (t.v_size, t.v_size)), 0.0
+    k = last
+    while k >= 0:
+        x[k] = 0.0
+        k = axis_at(t.axes, k).before
+    x[last] = 1.0
+    descend(t, m, x, last, False)
+    k = last
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        out += axis.inverse * x[k] * x[k]
+        k = axis.before
     return out
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from contactlaw.world.access import axis_at, link_at, tree_at
+from contactlaw.world.tree_dynamics import limit_force
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.trees import copy, place
+from contactlaw.world.trees import clear, copy, place
 from contactlaw.world.vec import add, cross, dot, load, sub
 
 
@@ -30,6 +31,34 @@ def weigh(b):
                 out[i, j] += left * (1.0 if j == k else m[k, q])
                 j, q = axis_at(t.axes, j).before, q - 1
             i, p = axis_at(t.axes, i).before, p - 1
+
+
+def resist(b):
+    """Add what damping and limits that are reached do, to the weights; in x what they have added to the forces.
+
+    With D and limits as `tree_dynamics` has them: b D + b^2 K, and -D (V - v) and the change of a limit's force.
+    """
+    t = tree_at(b.tree, 0)
+    n = t.v_size
+    d, out, x = vector(t.d, (n, n)), vector(t.weights, (n, t.stride)), vector(t.x, n)
+    q, v = vector(t.q, t.q_size), vector(t.v, n)
+    q0, v0 = vector(t.start, t.q_size), vector(t.start + 8 * t.q_size, n)
+    clear(x)
+    for k in range(n):
+        axis = axis_at(t.axes, k)
+        i, p = k, axis.depth
+        while i >= 0:
+            out[k, i] += t.stage * d[k, p]
+            x[k] -= d[k, p] * (v[i] - v0[i])
+            if i != k:
+                out[i, k] += t.stage * d[k, p]
+                x[i] -= d[k, p] * (v[k] - v0[k])
+            i, p = axis_at(t.axes, i).before, p - 1
+        if axis.side != 0.0:
+            now = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
+            x[k] += axis.side * (now - max(limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
+            if now > 0.0:
+                out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
 
 
 def carry(b, arm, direction):

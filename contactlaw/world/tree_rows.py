@@ -187,7 +187,8 @@ class TreeRows:
         for name, rows in (("links", self.links), ("joints", self.joints), ("axes", self.axes)):
             numbers(world, number, name).view(rows.dtype)[:] = rows
         numbers(world, number, "q")[:] = self.start
-        numbers(world, number, "d")[:] = self.damping
+        count = self.axes.size
+        numbers(world, number, "d").reshape(count, count)[range(count), self.axes["depth"]] = self.damping
         world.trees["stale"][number] = 1
 
 

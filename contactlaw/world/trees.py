@@ -16,7 +16,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.call import call_on_tree
 from contactlaw.world.motion import LEAST_MOBILITY, lightness
-from contactlaw.world.tree_dynamics import answered, ascend, decay, project
+from contactlaw.world.tree_dynamics import answered, ascend, decay, descend, limit_impulse, project
 from contactlaw.world.tree_kinematics import spread_velocity, vector
 from contactlaw.world.vec import add, cross, load, norm, store, sub
 
@@ -78,18 +78,34 @@ def settle(b):
 
 
 def kick(b, arm, impulse):
-    """Give a body of a tree an impulse [N s] at an arm [m] from its centre of mass."""
+    """Give a body of a tree an impulse [N s] at an arm [m] from its centre of mass; limits hold against it."""
     t = tree_at(b.tree, 0)
     n = t.v_size
-    x, v, push = vector(t.x, n), vector(t.v, n), vector(t.push, n)
+    x, m = vector(t.x, n), vector(t.factor, (n, n))
     clear(x)
     project(t, b, arm, impulse, x)
-    ascend(t, vector(t.factor, (n, n)), x)
+    ascend(t, m, x)
+    change(t, x)
     for k in range(n):
-        v[k] += x[k]
-        push[k] += x[k]
+        back = limit_impulse(t, k, x[k]) if axis_at(t.axes, k).side != 0.0 else 0.0
+        if back != 0.0:
+            answer = vector(t.room, n)
+            clear(answer)
+            answer[k] = back
+            descend(t, m, answer, k, False)
+            ascend(t, m, answer)
+            change(t, answer)
     spread_velocity(t)
     t.stale = 1
+
+
+@jit_inside
+def change(t, x):
+    """Change the velocities."""
+    v, push = vector(t.v, t.v_size), vector(t.push, t.v_size)
+    for k in range(t.v_size):
+        v[k] += x[k]
+        push[k] += x[k]
 
 
 def mobility(a, arm_a, b, arm_b, direction):

@@ -7,6 +7,7 @@ import pytest
 
 from contactlaw.world import World
 from contactlaw.world.coordinates import numbers
+from contactlaw.world.records import AXIS
 from contactlaw.world.tree import Joint, Part, Tree
 from tests.world.jointed_scenes import TIP, arm_over_floor
 from validation.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
@@ -120,7 +121,8 @@ def test_limbs_that_lie_on_the_floor_come_to_rest() -> None:
     world = creature(2e-3, restitution=0.2, gravity=9.81)
     for part in range(4):
         world.add_contact(part, part, steel_pair(0.3, 0.2))
-    numbers(world.arrays, 0, "d")[6:] = 2e-3
+    damping, axes = numbers(world.arrays, 0, "d"), numbers(world.arrays, 0, "axes").view(AXIS)
+    damping.reshape(axes.size, axes.size)[range(6, axes.size), axes["depth"][6:]] = 2e-3
     top = world.energy.total
     for _ in range(1500):
         world.step()

@@ -1,0 +1,127 @@
+"""Actuators, tendons and joint limits of bodies that touch by the law in MuJoCo."""
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import steel_pair  # noqa: E402
+
+from contactlaw import MATERIALS, ContactPair  # noqa: E402
+from contactlaw.mujoco_plugin import load_model  # noqa: E402
+
+UNSEEN = 'contype="0" conaffinity="0"'
+REACH = 0.2  # [m] of an arm
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e3, 10.0), (1e3, 100.0), (1e4, 50.0), (1e4, 500.0)])
+@pytest.mark.parametrize("mass", [0.1, 1.0])
+def test_a_gripper_of_position_actuators_holds_a_ball_that_is_shaken(stiffness, damping, mass):
+    """Fingers of 50 g, 2 ms: a finger alone would lose all of its speed in 0.1 ms at 500 N s/m. 6 mm at 3 Hz."""
+    pair = ContactPair(MATERIALS["steel"], MATERIALS["rubber"], friction=0.8, restitution=0.5, radius=0.02)
+    force = mass * 12.0 / 0.8  # twice what is needed
+    squeeze = (0.75 * force / (pair.effective_modulus * 0.02**0.5)) ** (2.0 / 3.0)
+    fingers = "".join(
+        f'<body><joint name="{name}" type="slide" axis="{-side} 0 0"/>'
+        f'<geom name="{name}" type="box" size=".005 .03 .03" pos="{side * 0.025} 0 0" mass=".05"/></body>'
+        for side, name in ((1, "right"), (-1, "left"))
+    )
+    drive = f'kp="{stiffness}" kv="{damping}"'
+    model = load_model(
+        f"""<mujoco><option timestep=".002" integrator="implicitfast" gravity="0 0 0"/><worldbody>
+        <body name="hand" pos="0 0 1"><joint name="lift" type="slide" axis="0 0 1"/>
+        <geom type="box" size=".05 .05 .02" pos="0 0 .2" mass="2" {UNSEEN}/>{fingers}</body>
+        <body pos="0 0 1"><freejoint/><geom name="ball" size=".02" mass="{mass}"/></body></worldbody><actuator>
+        <position joint="right" {drive}/><position joint="left" {drive}/><position joint="lift" kp="1e5" kv="2e3"/>
+        </actuator></mujoco>""",
+        [("ball", ["right", "left"], pair)],
+        others=False,
+    )
+    data, places = mujoco.MjData(model), []
+    data.ctrl[:2] = force / stiffness + squeeze
+    for step in range(2500):
+        time = 0.002 * step
+        model.opt.gravity[2] = -9.81 * min(time / 0.3, 1.0)
+        data.ctrl[2] = 6e-3 * np.sin(6.0 * np.pi * time) * min(time / 0.3, 1.0)
+        mujoco.mj_step(model, data)
+        places.append(data.qpos[3:6] - [0.0, 0.0, 1.0 + data.qpos[0]])
+    held = np.array(places)
+    assert np.linalg.norm(held[-500:].mean(0) - held[500:1000].mean(0)) < 5e-5
+    assert np.ptp(held[500:, 2]) < 2e-4
+
+
+@pytest.mark.parametrize("integrator", ["implicit", "implicitfast"])
+@pytest.mark.parametrize("damping", [0.1, 10.0])
+def test_a_tendon_that_damps_two_hinges_of_a_finger_is_felt_in_an_impact(damping, integrator):
+    """A ball strikes the tip from below; 2 ms against 10 us."""
+    link = f'<geom type="capsule" fromto="0 0 0 .1 0 0" size=".01" mass=".1" {UNSEEN}/>'
+    text = f"""<mujoco><option integrator="{integrator}" gravity="0 0 0"/><worldbody>
+        <body pos="0 0 .3"><joint name="a" axis="0 1 0"/>{link}
+        <body pos=".1 0 0"><joint name="b" axis="0 1 0"/>{link}<geom name="tip" size=".01" pos=".1 0 0" mass=".02"/>
+        </body></body><body pos=".2 0 .2"><freejoint/><geom name="ball" size=".02" mass=".1"/></body></worldbody>
+        <tendon><fixed name="t"><joint joint="a" coef="1"/><joint joint="b" coef="-.7"/></fixed></tendon>
+        <actuator><position tendon="t" kp="20" kv="{damping}"/></actuator></mujoco>"""
+    after = []
+    for step in (2e-3, 1e-5):
+        model = load_model(text, [("tip", "ball", steel_pair(friction=0.3, restitution=0.9))], others=False)
+        model.opt.timestep = step
+        data = mujoco.MjData(model)
+        data.qvel[4] = 3.0
+        mujoco.mj_step(model, data, round(0.06 / step))
+        after.append(np.append(data.qvel[:2], 10.0 * data.qvel[4]))
+    assert abs(after[1][1]) > 5.0
+    np.testing.assert_allclose(after[0], after[1], rtol=5e-3)
+
+
+def arm(step, integrator, limit, solref):
+    """An arm with a tip of steel over a floor that it touches where its hinge is at zero; without gravity."""
+    model = load_model(
+        f"""<mujoco><option timestep="{step}" integrator="{integrator}" gravity="0 0 0"/><worldbody>
+        <geom name="floor" type="plane" size="1 1 .1"/><body pos="0 0 .02"><joint axis="0 -1 0" limited="true"
+        range="{np.degrees(limit)} 90" solreflimit="{solref}"/>
+        <geom type="capsule" fromto="0 0 0 {REACH} 0 0" size=".005" mass=".02" {UNSEEN}/>
+        <geom name="tip" size=".02" pos="{REACH} 0 0" mass=".1"/></body></worldbody></mujoco>""",
+        [("tip", "floor", steel_pair(friction=0.2, restitution=1.0))],
+        others=False,
+    )
+    return model, mujoco.MjData(model)
+
+
+@pytest.mark.parametrize("material", ["steel", "rubber"])
+@pytest.mark.parametrize("integrator", ["EULER", "RK4", "IMPLICITFAST"])
+def test_a_ball_that_strikes_an_arm_at_its_stop_rebounds_alike_at_any_step(material, integrator):
+    """The stop is as stiff as solimp says: 0.95 of what the arm would give way to is held."""
+    speeds = []
+    text = f"""<mujoco><option gravity="0 0 0"/><worldbody><body><joint axis="0 -1 0" limited="true" range="0 90"/>
+        <geom type="capsule" fromto="0 0 0 {REACH} 0 0" size=".005" mass=".05" {UNSEEN}/>
+        <geom name="tip" size=".02" pos="{REACH} 0 0" mass=".1"/></body>
+        <body pos="{REACH} 0 .1"><freejoint/><geom name="ball" size=".02" mass=".1"/></body></worldbody></mujoco>"""
+    pair = ContactPair(MATERIALS[material], MATERIALS["steel"], friction=0.2, restitution=1.0)
+    for step in (5e-3, 2e-3, 1e-4):
+        model = load_model(text, [("tip", "ball", pair)], others=False)
+        model.opt.timestep, model.opt.integrator = step, getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+        data = mujoco.MjData(model)
+        data.qfrc_applied[0] = -0.5
+        mujoco.mj_step(model, data, round(0.3 / step))
+        data.qpos[3], data.qvel[3] = 0.0452, -0.4
+        mujoco.mj_step(model, data, round(0.06 / step))
+        speeds.append(data.qvel[3])
+    assert 0.34 < speeds[-1] < 0.4
+    assert speeds == pytest.approx([speeds[-1]] * 3, rel=2e-3)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast", "implicit"])
+@pytest.mark.parametrize("step", [5e-3, 2e-3])
+def test_an_arm_that_passes_its_stop_as_it_strikes_the_floor_gains_nothing(step, integrator):
+    for limit in (-0.02, -0.005, 0.0, 0.005, 0.02):
+        for solref in ("0.02 1", "0.005 0.5"):
+            for phase in (0.0, 0.3, 0.7):
+                model, data = arm(step, integrator, limit, solref)
+                data.qpos[0], data.qvel[0] = 0.05 * (1.0 + phase), -10.0
+                for _ in range(round(0.06 / step)):
+                    mujoco.mj_step(model, data)
+                    assert abs(data.qvel[0]) < 10.0 * (1.0 + 1e-4)  # to what an elastic impact keeps
