@@ -28,15 +28,15 @@ def touch(one: Bits, two: Bits) -> bool:
     return bool(one[0] & two[1] or two[0] & one[1])
 
 
-def silence(spec: mujoco.MjSpec, sets: Sets) -> None:
-    """Turn the native contacts of two sets of geoms off; the geoms have names."""
-    known = {geom.name: geom for geom in spec.geoms if geom.name}
+def silence(spec: mujoco.MjSpec, geoms: list[Any], sets: Sets) -> None:
+    """Turn the native contacts of two sets of geoms off, which have names; geoms: all of the specification."""
+    known = {geom.name: geom for geom in geoms if geom.name}
     for native in list(spec.pairs):
         ends = native.geomname1, native.geomname2
         if all(name in known for name in ends) and sets.hold(*(known[name] for name in ends)):
             spec.delete(native)
     if len(sets.ones) * len(sets.twos) > FEW:
-        _take_bits(spec, sets)
+        _take_bits(spec.worldbody, geoms, sets)
         if not any(touch(_bits(one), _bits(two)) for one, two in sets.by_kinds(_bits)):
             return
     for one, two in sets.every():
@@ -48,9 +48,9 @@ def _bits(geom: Any) -> Bits:
     return geom.contype, geom.conaffinity
 
 
-def _take_bits(spec: mujoco.MjSpec, sets: Sets) -> None:
-    ones, twos, world = set(sets.ones), set(sets.twos), spec.worldbody
-    alike = groups(spec.geoms, lambda geom: (_bits(geom), geom in ones, geom in twos, geom.parent == world))
+def _take_bits(world: Any, every: list[Any], sets: Sets) -> None:
+    ones, twos = set(sets.ones), set(sets.twos)
+    alike = groups(every, lambda geom: (_bits(geom), geom in ones, geom in twos, geom.parent == world))
     bits = {kind: kind[0] for kind in alike}
 
     def wanted(one: Any, two: Any) -> bool:

@@ -62,7 +62,7 @@ def add_contact(
     if not isinstance(pair, ContactPair):
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
     substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
-    known = list(spec.geoms)
+    known = list(spec.geoms)  # which takes MuJoCo a time that grows with their square
     ones, twos = _geoms(known, "geom1", geom1), _geoms(known, "geom2", geom2)
     parents = {geom: geom.parent for geom in known}
     sets = Sets(ones, twos, parents.__getitem__)
@@ -78,7 +78,7 @@ def add_contact(
     ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
     name = config.instance_name(*ids)
     if others:
-        silence(spec, sets)
+        silence(spec, known, sets)
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
