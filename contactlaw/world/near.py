@@ -79,7 +79,7 @@ def list_near(w):
     sort_near(w)
     for k in range(w.nears):
         enter(w, k, cells + 2 * shapes)
-    for slot in range(w.contact_room):
+    for slot in range(w.slots):
         if contact_at(w.contacts, slot).phase == CLOSED and contact_at(w.contacts, slot).near < 0:
             release(w, slot)
     w.lists += 1
@@ -120,12 +120,19 @@ def keep_contacts(w, heads):
     """String up the contacts of each shape that is their A, from the heads on in the grid's room."""
     for i in range(w.shape_count):
         set_whole(w.grid, heads + i, -1)
-    for slot in range(w.contact_room):
+    count_slots(w)
+    for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase != FREE:
             c.near = -1
             c.link = whole_at(w.grid, heads + c.shape_a)
             set_whole(w.grid, heads + c.shape_a, slot)
+
+
+@jit_inside
+def count_slots(w):
+    """Note how many slots have been in use, before some are given back: those given back last are used first."""
+    w.slots = max(w.slots, w.contact_room - w.spares)
 
 
 @jit_inside

@@ -205,6 +205,7 @@ WORLD = record(
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than this
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
     nears="i8", spares="i8", islands="i8",  # how many of each there are
+    slots="i8",  # of contacts that have ever been in use: the first so many
     stale="i8",  # a body has travelled further than the list of near pairs holds
     windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
