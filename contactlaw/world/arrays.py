@@ -100,7 +100,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
-    return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))
+    return one._replace(shapes=shapes, grid=np.zeros(cells + 4 * shapes.size, np.int64))
 
 
 def _lengths(vectors: Array) -> Array:

@@ -272,7 +272,7 @@ class Arrays(NamedTuple):
         one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
-        one["cells"] = self.grid.size - 3 * self.shapes.size
+        one["cells"] = self.grid.size - 4 * self.shapes.size
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])
             tree["bodies"] = self.bodies[first:].ctypes.data
