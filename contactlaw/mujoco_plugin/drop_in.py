@@ -240,12 +240,14 @@ def _check_relatives(model: mujoco.MjModel, which: str, ones: list[Any], twos: l
         return
     weld, parent = model.body_weldid, model.body_parentid
     carried = [groups(geoms, lambda geom: int(weld[model.geom_bodyid[geom.id]])) for geoms in (ones, twos)]
-    for here, there in (carried, carried[::-1]):
+    for order in (1, -1):
+        here, there = carried[::order]
         for body, geoms in here.items():
             above = int(weld[parent[body]])
             if body and above and above in there:
+                one, two = (geoms[0], there[above][0])[::order]
                 raise ValueError(
-                    f"{which}: {label(geoms[0])} and {label(there[above][0])} belong to parent and child, which "
+                    f"{which}: {label(one)} and {label(two)} belong to parent and child, which "
                     "overlap at their joint; leave one of them out, or let just these two touch in a contact of "
                     "their own"
                 )
