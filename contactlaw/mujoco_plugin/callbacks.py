@@ -32,7 +32,7 @@ from contactlaw.mujoco_plugin.placed import read_placed
 from contactlaw.mujoco_plugin.probes import exchange
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
 from contactlaw.world.force import hardly_moves
-from contactlaw.world.state import read, write
+from contactlaw.world.state import hole, read, write
 from contactlaw.world.vec import load, scale, store
 
 STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
@@ -151,7 +151,8 @@ def leave(head, w, state):
     lost = write(w, state[PUSH + head.nv :])
     if lost > 0:
         notice(head, 0, FULL, float(w.contact_room))
-    head.token = token_of(state)
+    first, last = hole(w, state[PUSH + head.nv :])
+    head.token = token_of(state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
 
 
@@ -181,15 +182,19 @@ def press(head, body, arm, force, push_io):
 
 
 @jit
-def token_of(state):
-    """A number that tells one state from another; zero where all is zero (FNV-1a over those that are not)."""
+def token_of(state, first, last):
+    """A number that tells one state from another; zero where all is zero (FNV-1a over those that are not).
+
+    first, last: there are zeros alone from the one place to the other.
+    """
     mixed = types.uint64(14695981039346656037)
     address, some = types.uint64(state.ctypes.data), False
-    for i in range(1, state.size):
-        bits = types.uint64(whole_at(address, i))
-        if bits != types.uint64(0):
-            mixed = (mixed ^ bits) * types.uint64(1099511628211)
-            some = True
+    for begin, end in ((1, first), (last, state.size)):
+        for i in range(begin, end):
+            bits = types.uint64(whole_at(address, i))
+            if bits != types.uint64(0):
+                mixed = (mixed ^ bits) * types.uint64(1099511628211)
+                some = True
     return 1.0 + float(mixed >> types.uint64(12)) if some else 0.0
 
 

@@ -25,7 +25,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -37,6 +37,7 @@ import numpy as np
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of, label
+from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.spec import add_contact
 from contactlaw.pair import ContactPair, ContactWarning
 
@@ -134,8 +135,7 @@ def _read(
             )
         _check_relatives(plain, f"contacts[{number}]", ones, twos)
     for ones, twos, _, _ in chosen:
-        for geom in (*ones, *twos):
-            geom.name = geom.name or _new_name(spec, geom)
+        _name(spec, (*ones, *twos))
     for number, (ones, twos, pair, own) in enumerate(chosen):
         try:
             add_contact(spec, ones, twos, pair, **own)
@@ -166,9 +166,18 @@ def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[tuple[int, i
     has been set, mj_kinematics (or mj_forward) must have been called since.
     """
     view = layout.ModelView(model._address)
-    pairs = {tuple(sorted(pair)) for number in members(view) for pair in Member(view, number).pairs}
+    pairs = {tuple(sorted(pair)) for number in members(view) for pair in _close(model, data, Member(view, number))}
     depths = [(one, two, -mujoco.mj_geomDistance(model, data, one, two, 0.0, None)) for one, two in pairs]
     return sorted((entry for entry in depths if entry[2] > 0.0), key=lambda entry: -entry[2])
+
+
+def _close(model: mujoco.MjModel, data: mujoco.MjData, member: Member) -> Iterator[tuple[int, int]]:
+    """Pairs of an instance whose bounding spheres overlap; what has none is infinite."""
+    twos = np.array(member.sets.twos)
+    reach = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)
+    for one in member.sets.ones:
+        near = np.linalg.norm(data.geom_xpos[twos] - data.geom_xpos[one], axis=1) < reach[twos] + reach[one]
+        yield from ((one, two) for two in twos[near].tolist() if member.sets.hold(one, two))
 
 
 def _is_path(model: str | os.PathLike[str]) -> bool:
@@ -230,21 +239,30 @@ def _check_relatives(model: mujoco.MjModel, which: str, ones: list[Any], twos: l
     if len(ones) == len(twos) == 1:
         return
     weld, parent = model.body_weldid, model.body_parentid
-    for one in ones:
-        for two in twos:
-            a, b = (int(weld[model.geom_bodyid[geom.id]]) for geom in (one, two))
-            if a and b and a != b and (weld[parent[a]] == b or weld[parent[b]] == a):
+    carried = [groups(geoms, lambda geom: int(weld[model.geom_bodyid[geom.id]])) for geoms in (ones, twos)]
+    for order in (1, -1):
+        here, there = carried[::order]
+        for body, geoms in here.items():
+            above = int(weld[parent[body]])
+            if body and above and above in there:
+                one, two = (geoms[0], there[above][0])[::order]
                 raise ValueError(
-                    f"{which}: {label(one)} and {label(two)} belong to parent and child, which overlap at their joint; "
-                    "leave one of them out, or let just these two touch in a contact of their own"
+                    f"{which}: {label(one)} and {label(two)} belong to parent and child, which "
+                    "overlap at their joint; leave one of them out, or let just these two touch in a contact of "
+                    "their own"
                 )
 
 
-def _new_name(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> str:
-    """The body's name and a number."""
-    taken = {other.name for other in spec.geoms}
-    stem = f"{geom.parent.name or 'body'}_geom".replace(" ", "_")
-    return next(name for name in (f"{stem}{i}" for i in range(len(taken) + 1)) if name not in taken)
+def _name(spec: mujoco.MjSpec, geoms: Iterable[mujoco.MjsGeom]) -> None:
+    """Give those without a name the body's, and a number."""
+    taken, numbers = {geom.name for geom in spec.geoms}, dict[str, int]()
+    for geom in geoms:
+        stem = f"{geom.parent.name or 'body'}_geom".replace(" ", "_")
+        while not geom.name:
+            number = numbers.setdefault(stem, 0)
+            numbers[stem] += 1
+            if f"{stem}{number}" not in taken:
+                geom.name = f"{stem}{number}"
 
 
 def _alike(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> bool:

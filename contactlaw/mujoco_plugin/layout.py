@@ -105,6 +105,7 @@ class ModelView:
 
     def __init__(self, address: int) -> None:
         self.address = address
+        self._arrays: dict[str, NDArray[Any]] = {}
 
     def size(self, field: str) -> int:
         """An integer size, such as nv."""
@@ -116,18 +117,20 @@ class ModelView:
         return ctypes.c_int.from_address(at).value
 
     def ints(self, field: str, count: int) -> NDArray[np.intc]:
-        """The first entries of an int array."""
+        """The entries of an int array, so many."""
         return self._array(field, count, ctypes.c_int)
 
     def doubles(self, field: str, count: int) -> NDArray[np.float64]:
-        """The first entries of an mjtNum array."""
+        """The entries of an mjtNum array, so many."""
         return self._array(field, count, ctypes.c_double)
 
     def _array(self, field: str, count: int, kind: Any) -> NDArray[Any]:
         if count == 0:
             return np.empty(0, dtype=kind)
-        pointer = ctypes.c_void_p.from_address(self.address + offset("mjModel", field)).value
-        return np.ctypeslib.as_array((kind * count).from_address(pointer))
+        if field not in self._arrays:
+            pointer = ctypes.c_void_p.from_address(self.address + offset("mjModel", field)).value
+            self._arrays[field] = np.ctypeslib.as_array((kind * count).from_address(pointer))
+        return self._arrays[field]
 
 
 def library() -> ctypes.CDLL:

@@ -14,7 +14,9 @@ import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
+from contactlaw.mujoco_plugin.sets import Sets
 from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius, native_margin
+from contactlaw.mujoco_plugin.silence import touch
 
 LIBRARY = layout.library()
 LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
@@ -24,6 +26,8 @@ LIBRARY.mj_id2name.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
 LIBRARY.mj_id2name.restype = ctypes.c_char_p
 LIBRARY.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 LIBRARY.mjp_getPlugin.restype = ctypes.c_void_p
+
+_GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 
 
 def contact_of(model: int, number: int) -> config.Contact:
@@ -48,7 +52,8 @@ class Member:
         self.contact = contact_of(view.address, number)
         sets = self.contact.geoms1, self.contact.geoms2
         own = LIBRARY.mj_id2name(view.address, int(mujoco.mjtObj.mjOBJ_PLUGIN), number)
-        self.sets = [self._geoms(key, names, own or b"") for key, names in zip(("geom1", "geom2"), sets, strict=True)]
+        self._ids = [self._geoms(key, names, own or b"") for key, names in zip(("geom1", "geom2"), sets, strict=True)]
+        self.geoms = list(dict.fromkeys(self._ids[0] + self._ids[1]))
 
     def _geoms(self, key: str, names: tuple[str, ...], own: bytes) -> list[int]:
         """Ids of geoms; attaching a model to another puts a prefix and suffix to all names, the instance's too."""
@@ -72,33 +77,26 @@ class Member:
         return (tuple(one.split()), tuple(two.split())) if apart else ((one,), (two,))
 
     def _id(self, name: str) -> int:
-        return LIBRARY.mj_name2id(self.view.address, int(mujoco.mjtObj.mjOBJ_GEOM), name.encode())
+        return LIBRARY.mj_name2id(self.view.address, _GEOM, name.encode())
 
     @cached_property
-    def pairs(self) -> list[tuple[int, int]]:
-        """The geoms that may touch, each pair once."""
-        one, two = self.sets
-        if len(one) == len(two) == 1 and one == two:
+    def sets(self) -> Sets:
+        """The geoms that may touch."""
+        ones, twos = self._ids
+        if len(ones) == len(twos) == 1 and ones == twos:
             raise ValueError(f"geom2 = {' '.join(self.contact.geoms2)!r}: must be another geom than geom1")
-        bodies, seen = self.view.ints("geom_bodyid", self.view.size("ngeom")), {}
-        several = len(one) * len(two) > 1
-        for i in one:
-            for j in two:
-                if i != j and not (several and bodies[i] == bodies[j]):
-                    seen.setdefault((min(i, j), max(i, j)), (i, j))
-        return list(seen.values())
-
-    def shape(self, geom: int) -> Shape:
-        """A geom."""
-        count = self.view.size("ngeom")
-        sizes = self.view.doubles("geom_size", 3 * count)[3 * geom : 3 * geom + 3]
-        name = LIBRARY.mj_id2name(self.view.address, int(mujoco.mjtObj.mjOBJ_GEOM), geom) or b""
-        return Shape(name.decode(), int(self.view.ints("geom_type", count)[geom]), sizes.copy())
+        return Sets(ones, twos, self.view.ints("geom_bodyid", self.view.size("ngeom")).tolist().__getitem__)
 
     @cached_property
     def shapes(self) -> dict[int, Shape]:
         """All geoms of the instance."""
-        return {geom: self.shape(geom) for geoms in self.sets for geom in geoms}
+        count, address = self.view.size("ngeom"), self.view.address
+        sizes, types = self.view.doubles("geom_size", 3 * count).reshape(-1, 3), self.view.ints("geom_type", count)
+
+        def name(geom: int) -> str:
+            return (LIBRARY.mj_id2name(address, _GEOM, geom) or b"").decode()
+
+        return {geom: Shape(name(geom), int(types[geom]), sizes[geom].copy()) for geom in self.geoms}
 
 
 def check(
@@ -111,29 +109,31 @@ def check(
     Raises:
         ValueError: Not so; the message names the geoms.
     """
-    seen: set[tuple[int, int]] = set()
     native = _Native(view)
-    for member in known:
-        moving = False
-        for one, two in member.pairs:
-            shapes = member.shapes[one], member.shapes[two]
-            names = f"geom1 = {shapes[0].name!r}, geom2 = {shapes[1].name!r}"
-            if (min(one, two), max(one, two)) in seen:
-                raise ValueError(f"{names}: this pair has been added before")
-            seen.add((min(one, two), max(one, two)))
-            for shape in shapes:
-                check_measurable(shape)
-            check_served(*shapes, is_free(one) or is_free(two))
-            effective_radius(*shapes, member.contact.pair.radius)
-            moving = moving or moves(one) or moves(two)
-            if native.is_on(one, two):
-                raise ValueError(
-                    f"{names}: the engine's own contact of this pair is on; turn it off by <contact><pair "
-                    f'geom1="{shapes[0].name}" geom2="{shapes[1].name}" margin="{-native_margin(*shapes):g}"/>'
-                    "</contact>"
-                )
-        if not moving:
+    for number, member in enumerate(known):
+        shapes = member.shapes
+        for other in known[:number]:
+            twice = member.sets.common(other.sets)
+            if twice:
+                raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
+        for shape in shapes.values():
+            check_measurable(shape)
+        for one, two in member.sets.by_kinds(lambda geom: (shapes[geom].kind, is_free(geom))):  # noqa: B023  (used at once)
+            check_served(shapes[one], shapes[two], is_free(one) or is_free(two))
+            effective_radius(shapes[one], shapes[two], member.contact.pair.radius)
+        if not any(moves(geom) for geom in member.geoms):
             raise ValueError("geom1, geom2: none of these geoms can move")
+        on = native.example(member.sets)
+        if on:
+            one, two = (shapes[geom] for geom in on)
+            raise ValueError(
+                f"{_names(shapes, on)}: the engine's own contact of this pair is on; turn it off by <contact><pair "
+                f'geom1="{one.name}" geom2="{two.name}" margin="{-native_margin(one, two):g}"/></contact>'
+            )
+
+
+def _names(shapes: dict[int, Shape], pair: tuple[int, int]) -> str:
+    return f"geom1 = {shapes[pair[0]].name!r}, geom2 = {shapes[pair[1]].name!r}"
 
 
 class _Native:
@@ -141,23 +141,32 @@ class _Native:
 
     def __init__(self, view: layout.ModelView) -> None:
         count = view.size("ngeom")
-        self._bodies = view.ints("geom_bodyid", count)
-        self._contype, self._affinity = view.ints("geom_contype", count), view.ints("geom_conaffinity", count)
+        self._bodies = view.ints("geom_bodyid", count).tolist()
+        self._contype, self._affinity = (
+            view.ints(f"geom_{bits}", count).tolist() for bits in ("contype", "conaffinity")
+        )
         pairs = view.size("npair")
-        ends = zip(view.ints("pair_geom1", pairs), view.ints("pair_geom2", pairs), strict=True)
-        margins = view.doubles("pair_margin", pairs)
+        ends = zip(view.ints("pair_geom1", pairs).tolist(), view.ints("pair_geom2", pairs).tolist(), strict=True)
         self._margins: dict[tuple[int, int], float] = {}
-        for (one, two), margin in zip(ends, margins, strict=True):
-            key = (int(min(one, two)), int(max(one, two)))
-            self._margins[key] = max(float(margin), self._margins.get(key, -inf))
+        for (one, two), margin in zip(ends, view.doubles("pair_margin", pairs).tolist(), strict=True):
+            key = min(one, two), max(one, two)
+            self._margins[key] = max(margin, self._margins.get(key, -inf))
         self._excluded = set(view.ints("exclude_signature", view.size("nexclude")).tolist())
 
-    def is_on(self, one: int, two: int) -> bool:
-        """Whether two geoms touch by the engine's own contact."""
-        margin = self._margins.get((min(one, two), max(one, two)))
-        if margin is not None:
-            return margin >= 0.0
-        low, high = sorted((int(self._bodies[one]), int(self._bodies[two])))
-        if (low << 16) + high in self._excluded:
-            return False
-        return bool(self._contype[one] & self._affinity[two] or self._contype[two] & self._affinity[one])
+    def example(self, sets: Sets) -> tuple[int, int] | None:
+        """Two geoms of sets that touch by the engine's own contact; None: there are none."""
+        for (one, two), margin in self._margins.items():
+            if margin >= 0.0 and sets.hold(one, two):
+                return (two, one) if sets.reversed(one, two) else (one, two)
+        if not any(touch(self._bits(one), self._bits(two)) for one, two in sets.by_kinds(self._bits)):
+            return None
+        return next((pair for pair in sets.every() if self._is_on(*pair)), None)
+
+    def _bits(self, geom: int) -> tuple[int, int]:
+        return self._contype[geom], self._affinity[geom]
+
+    def _is_on(self, one: int, two: int) -> bool:
+        """Whether the bits of two geoms let them touch, and nothing else forbids it."""
+        low, high = sorted((self._bodies[one], self._bodies[two]))
+        off = (min(one, two), max(one, two)) in self._margins or (low << 16) + high in self._excluded
+        return not off and touch(self._bits(one), self._bits(two))

@@ -17,10 +17,11 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PROBE, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
 from contactlaw.mujoco_plugin.probes import address_of_probe
-from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, PLANE, Shape
+from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, PLANE
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.frames import matrix_of, product
+from contactlaw.world.records import BOX as BOX_SHAPE
 from contactlaw.world.records import Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.step import address_of_pressed, address_of_step
@@ -28,7 +29,9 @@ from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
-NEIGHBOURS, LISTED = 12, 40  # contacts at once, and near pairs, that there is room for, for each shape
+# For each round shape: contacts that there is room for at once (balls of any sizes that do not overlap touch 7.5 times
+# their number at most, Kuperberg & Schramm 1994), and near pairs
+NEIGHBOURS, LISTED = 8, 40
 
 
 class Pose(NamedTuple):
@@ -39,6 +42,8 @@ class Pose(NamedTuple):
 
     def then(self, other: Pose) -> Pose:
         """Of something in this frame, given in it."""
+        if self is HERE or other is HERE:
+            return self if other is HERE else other
         return Pose(self.place + matrix_of(self.turn) @ other.place, product(self.turn, other.turn))
 
     def inverse(self) -> Pose:
@@ -47,18 +52,18 @@ class Pose(NamedTuple):
         return Pose(-matrix_of(turn) @ self.place, turn)
 
 
+HERE = Pose(np.zeros(3), UNIT)
+
+
 class Model:
     """The bodies and contacts of a compiled model."""
 
     def __init__(self, view: layout.ModelView) -> None:
         self._view = view
         self._members = [Member(view, number) for number in members(view)]
-        geoms = sorted({geom for member in self._members for geom in member.shapes})
-        count = view.size("nbody")
-        self._parent, self._mocap = view.ints("body_parentid", count), view.ints("body_mocapid", count)
-        self._dofs, self._first_dof = view.ints("body_dofnum", count), view.ints("body_dofadr", count)
-        self._places = view.doubles("body_pos", 3 * count).reshape(-1, 3)
-        self._turns = view.doubles("body_quat", 4 * count).reshape(-1, 4)
+        self._kinds = {geom: shape for member in self._members for geom, shape in member.shapes.items()}
+        geoms = sorted(self._kinds)
+        self._m = _model_arrays(view)
         self._owner = view.ints("geom_bodyid", view.size("ngeom"))
         self._carriers = {geom: self._carrier(int(self._owner[geom])) for geom in geoms}
         self._world = World(gravity=0.0, substeps=max(member.contact.substeps for member in self._members))
@@ -72,7 +77,8 @@ class Model:
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         self._instances: list[int] = []  # of each pair of the world
         for number, member in enumerate(self._members):
-            ones, twos = ([shape for geom in geoms for shape in self._shapes[geom]] for geoms in member.sets)
+            sets = member.sets.ones, member.sets.twos
+            ones, twos = ([shape for geom in geoms for shape in self._shapes[geom]] for geoms in sets)
             if ones and twos:
                 self._world.add_contact(ones, twos, member.contact.pair)
                 self._instances.append(number)
@@ -82,10 +88,12 @@ class Model:
     def arrays(self) -> Arrays:
         """Its world, with room for as many contacts as there may be."""
         made = self._world.arrays
-        a, b = made.shapes[:, None], made.shapes[None, :]
-        meets = (made.groups[a["group"], b["group"]] >= 0) & (a["body"] != b["body"])
-        pairs = int((meets & (a["kind"] <= b["kind"])).sum())
-        contacts, near = (max(min(pairs, most * made.shapes.size), 1) for most in (NEIGHBOURS, LISTED))
+        kinds, counts = np.unique(made.shapes[["kind", "group"]], return_counts=True)
+        a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
+        meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
+        pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
+        round_ones = int((made.shapes["kind"] < BOX_SHAPE).sum())
+        contacts, near = (max(min(pairs, most * round_ones), 1) for most in (NEIGHBOURS, LISTED))
         return with_room(made, near, contacts)
 
     @property
@@ -106,9 +114,8 @@ class Model:
         """
         free = {row["id"] for row in self._frees}
         carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
-        check(
-            self._view, self._members, lambda geom: self._dofs[carriers[geom]] > 0, lambda geom: carriers[geom] in free
-        )
+        dofs = self._m.body_dofnum
+        check(self._view, self._members, lambda geom: dofs[carriers[geom]] > 0, lambda geom: carriers[geom] in free)
         if self._view.size("npluginstate") < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
@@ -151,110 +158,87 @@ class Model:
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
         """The body that moves, is placed, or stands for good, and carries this one; where this one is in its frame."""
-        pose = Pose(np.zeros(3), UNIT)
-        while body and self._dofs[body] == 0 and self._mocap[body] < 0:
-            pose = Pose(self._places[body], self._turns[body]).then(pose)
-            body = int(self._parent[body])
+        m, pose = self._m, HERE
+        while body and m.body_dofnum[body] == 0 and m.body_mocapid[body] < 0:
+            pose = Pose(m.body_pos[body], m.body_quat[body]).then(pose)
+            body = int(m.body_parentid[body])
         return body, pose
 
     def _add_bodies(self) -> None:
         """Rows of the world: free bodies first, then those that joints hold, then those that the user places."""
+        m, root = self._m, self._roots
         carriers = sorted({body for body, _ in self._carriers.values()})
+        free = self._free
         for body in carriers:
-            if self._dofs[body] and self._is_free(body):
+            if free[body]:
                 self._add_free(body)
-        for root in dict.fromkeys(self._root(body) for body in carriers if self._dofs[body] and body not in self._rows):
-            self._add_tree(root)
+        for first in dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body]):
+            self._add_tree(first)
         for body in carriers:
-            if self._mocap[body] >= 0:
+            if m.body_mocapid[body] >= 0:
                 self._rows[body] = self._world.add_body(np.inf, 1.0)
                 self._placed.append({"body": self._rows[body] + 1, "id": body})
             elif not body:
                 self._rows[0] = self._world.add_body(np.inf, 1.0)
 
-    def _is_free(self, body: int) -> bool:
-        """Whether a free joint alone moves it, and nothing that moves or weighs hangs on it."""
-        view, nv = self._view, self._view.size("nv")
-        joint = int(view.ints("body_jntadr", view.size("nbody"))[body])
-        masses = view.doubles("body_mass", view.size("nbody"))
-        below = [one for one in range(body + 1, masses.size) if self._hangs_on(one, body)]
-        dofs = slice(self._first_dof[body], self._first_dof[body] + 6)
-        extra = any(view.doubles(name, nv)[dofs].any() for name in ("dof_armature", "dof_damping"))
-        free = int(view.ints("jnt_type", view.size("njnt"))[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)
-        return free and masses[body] > 0.0 and not (masses[below].any() or self._dofs[below].any() or extra)
+    @cached_property
+    def _roots(self) -> NDArray[np.int64]:
+        """The first body of the kinematic tree that each body is of; zero: of none."""
+        parent, dofs = self._m.body_parentid.tolist(), self._m.body_dofnum.tolist()
+        roots = [0] * len(parent)
+        for body in range(1, len(parent)):
+            roots[body] = roots[parent[body]] or (body if dofs[body] else 0)
+        return np.array(roots)
 
-    def _hangs_on(self, one: int, body: int) -> bool:
-        while one > body:
-            one = int(self._parent[one])
-        return one == body
+    @cached_property
+    def _free(self) -> NDArray[np.bool_]:
+        """Which bodies a free joint alone moves, and nothing that moves or weighs hangs on."""
+        m, parent = self._m, self._m.body_parentid.tolist()
+        counts = ((m.body_mass > 0.0) | (m.body_dofnum > 0)).tolist()
+        laden = [False] * len(parent)
+        for body in range(len(parent) - 1, 0, -1):
+            laden[parent[body]] |= laden[body] or counts[body]
+        jointed = m.body_jntnum > 0
+        free = jointed & (m.body_mass > 0.0) & ~np.array(laden)
+        free[jointed] &= m.jnt_type[m.body_jntadr[jointed]] == int(mujoco.mjtJoint.mjJNT_FREE)
+        dofs = m.body_dofadr[free][:, None] + np.arange(6)
+        free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
+        return free
 
     def _add_free(self, body: int) -> None:
-        view, count = self._view, self._view.size("nbody")
-        pose = self._inertial(body)
-        inertia = view.doubles("body_inertia", 3 * count)[3 * body : 3 * body + 3]
-        joint = int(view.ints("body_jntadr", count)[body])
-        row = self._world.add_body(float(view.doubles("body_mass", count)[body]), inertia)
-        self._rows[body], self._frames[body] = row, pose.inverse()
+        m = self._m
+        pose = Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
+        row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
+        plain = bool((pose.place == 0.0).all() and (pose.turn == UNIT).all())
+        self._rows[body], self._frames[body] = row, HERE if plain else pose.inverse()
         self._frees.append({
-            "body": row + 1, "id": body, "q": int(view.ints("jnt_qposadr", view.size("njnt"))[joint]),
-            "v": int(self._first_dof[body]), "offset": pose.place, "frame": pose.turn,
-            "plain": bool((pose.place == 0.0).all() and (pose.turn == UNIT).all()),
+            "body": row + 1, "id": body, "q": int(m.jnt_qposadr[m.body_jntadr[body]]), "v": int(m.body_dofadr[body]),
+            "offset": pose.place, "frame": pose.turn, "plain": plain,
         })  # fmt: skip
-
-    def _root(self, body: int) -> int:
-        """The first body of a kinematic tree."""
-        root = body
-        while body:
-            root = body if self._dofs[body] else root
-            body = int(self._parent[body])
-        return root
 
     def _add_tree(self, root: int) -> None:
         """Bodies that joints hold together, welded ones among them."""
-        bodies = [body for body in range(root, self._parent.size) if self._hangs_on(body, root)]
-        view, (count, joints, dofs) = self._view, (self._view.size(name) for name in ("nbody", "njnt", "nv"))
-        whole = {"body_parentid": count, "body_jntnum": count, "body_jntadr": count, "jnt_type": joints,
-                 "jnt_qposadr": joints, "jnt_dofadr": joints}  # fmt: skip
-        real = {"body_pos": (count, 3), "body_quat": (count, 4), "body_ipos": (count, 3), "body_iquat": (count, 4),
-                "body_mass": (count,), "body_inertia": (count, 3), "jnt_pos": (joints, 3), "jnt_axis": (joints, 3),
-                "qpos0": (view.size("nq"),), "dof_armature": (dofs,), "dof_damping": (dofs,)}  # fmt: skip
-        arrays = {name: view.ints(name, size) for name, size in whole.items()}
-        arrays |= {name: view.doubles(name, int(np.prod(shape))).reshape(shape) for name, shape in real.items()}
-        rows = TreeRows(SimpleNamespace(**arrays), bodies)
+        bodies = np.flatnonzero(self._roots == root).tolist()
+        rows = TreeRows(self._m, bodies)
         tree, made = self._world.add_tree_of(rows)
         for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
             self._rows[body], self._frames[body] = made[row], Pose(at, turn)
         self._trees.append({
-            "tree": tree, "q": int(rows.q_of[0]), "v": int(rows.v_of[0]), "base": int(self._parent[root]),
+            "tree": tree, "q": int(rows.q_of[0]), "v": int(rows.v_of[0]), "base": int(self._m.body_parentid[root]),
             "left": 8 * self._left,
         })  # fmt: skip
         self._left += rows.q_of.size + rows.v_of.size
 
-    def _inertial(self, body: int) -> Pose:
-        """Centre of mass and principal axes of a body in its frame."""
-        count = self._view.size("nbody")
-        return Pose(
-            self._view.doubles("body_ipos", 3 * count)[3 * body : 3 * body + 3].copy(),
-            self._view.doubles("body_iquat", 4 * count)[4 * body : 4 * body + 4].copy(),
-        )
-
-    def _shape_of(self, geom: int) -> Shape:
-        return next(member.shapes[geom] for member in self._members if geom in member.shapes)
-
     def _pose_of(self, geom: int) -> Pose:
         """Where a geom is, from the centre of mass of what carries it, along its principal axes."""
         carrier, pose = self._carriers[geom]
-        count = self._view.size("ngeom")
-        own = Pose(
-            self._view.doubles("geom_pos", 3 * count)[3 * geom : 3 * geom + 3],
-            self._view.doubles("geom_quat", 4 * count)[4 * geom : 4 * geom + 4],
-        )
-        pose = pose.then(own)
-        return self._frames[carrier].then(pose) if carrier in self._frames else pose
+        return self._frames.get(carrier, HERE).then(pose.then(Pose(self._m.geom_pos[geom], self._m.geom_quat[geom])))
 
     def _add_shape(self, geom: int) -> list[int]:
         """Give a geom to its body in the world; returns the shapes that it makes."""
-        row, shape, pose = self._rows[self._carriers[geom][0]], self._shape_of(geom), self._pose_of(geom)
+        row, shape, pose = self._rows[self._carriers[geom][0]], self._kinds[geom], self._pose_of(geom)
+        if shape.is_spherical:
+            return [self._world.add_sphere(row, float(shape.size[0]), pose.place)]
         axis = matrix_of(pose.turn)[:, 2]
         if shape.type == PLANE:
             return [self._world.add_plane(row, pose.place, axis)]
@@ -262,17 +246,20 @@ class Model:
             return list(self._world.add_capsule(row, float(shape.size[0]), float(shape.size[1]), pose.place, axis))
         if shape.type == BOX:
             return [self._world.add_box(row, shape.size, pose.place, pose.turn)]
-        return [self._world.add_sphere(row, float(shape.size[0]), pose.place)] if shape.is_spherical else []
+        return []
 
     def _measured(self) -> list[tuple[int, int, int]]:
         """Instances, and round shapes of theirs each with one that the engine must measure."""
-        pairs = [(number, *pair) for number, member in enumerate(self._members) for pair in member.pairs]
-        pairs = [(k, a, b) if self._shape_of(a).is_round else (k, b, a) for k, a, b in pairs]
-        return [(k, a, b) for k, a, b in pairs if not self._shape_of(b).has_closed_form]
+
+        def measured(geom: int) -> bool:
+            return not self._kinds[geom].has_closed_form
+
+        pairs = [(number, *pair) for number, member in enumerate(self._members) for pair in member.sets.every(measured)]
+        return [(k, a, b) if self._kinds[a].is_round else (k, b, a) for k, a, b in pairs]
 
     def _add_probe(self, instance: int, one: int, other: int) -> dict[str, Any]:
         """Let a sphere, that of a capsule at its nearest point, touch a plane that is to be placed on another shape."""
-        pose, own, shape = self._pose_of(other), self._pose_of(one), self._shape_of(one)
+        pose, own, shape = self._pose_of(other), self._pose_of(one), self._kinds[one]
         around = float(self._view.doubles("geom_rbound", self._view.size("ngeom"))[other])
         sphere = self._world.add_sphere(self._rows[self._carriers[one][0]], float(shape.size[0]), own.place)
         row, reach = self._rows[self._carriers[other][0]], float(np.linalg.norm(pose.place)) + around
@@ -286,3 +273,18 @@ class Model:
             "geom_a": one, "geom_b": other, "sphere": sphere, "plane": plane, "at": pose.place,
             "frame": matrix_of(pose.turn).ravel(), "middle": own.place, "line": half * matrix_of(own.turn)[:, 2],
         }  # fmt: skip
+
+
+def _model_arrays(view: layout.ModelView) -> SimpleNamespace:
+    """Bodies, joints and geoms of a model, as `tree_rows.Bodies` names them, and more."""
+    bodies, joints, dofs, geoms = (view.size(name) for name in ("nbody", "njnt", "nv", "ngeom"))
+    whole = dict.fromkeys(("body_parentid", "body_mocapid", "body_dofnum", "body_dofadr", "body_jntnum", "body_jntadr"),
+                          bodies)  # fmt: skip
+    whole |= dict.fromkeys(("jnt_type", "jnt_qposadr", "jnt_dofadr"), joints)
+    real = {"body_pos": (bodies, 3), "body_quat": (bodies, 4), "body_ipos": (bodies, 3), "body_iquat": (bodies, 4),
+            "body_mass": (bodies,), "body_inertia": (bodies, 3), "jnt_pos": (joints, 3), "jnt_axis": (joints, 3),
+            "qpos0": (view.size("nq"),), "dof_armature": (dofs,), "dof_damping": (dofs,),
+            "geom_pos": (geoms, 3), "geom_quat": (geoms, 4)}  # fmt: skip
+    arrays = {name: view.ints(name, size) for name, size in whole.items()}
+    arrays |= {name: view.doubles(name, int(np.prod(shape))).reshape(shape) for name, shape in real.items()}
+    return SimpleNamespace(**arrays)

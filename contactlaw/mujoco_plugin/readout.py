@@ -17,6 +17,7 @@ from contactlaw.jit import jit
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
 from contactlaw.mujoco_plugin.members import Member, members
+from contactlaw.mujoco_plugin.sets import Sets
 from contactlaw.world.access import world_at
 from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 from contactlaw.world.state import read
@@ -91,7 +92,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     for row in rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]:
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal = 1.0, row["normal"].copy()
-        if (one, two) not in world.pairs and (two, one) in world.pairs:
+        if world.sets.reversed(one, two):
             one, two, sign = two, one, -1.0
         sleeps = world.asleep[row["body_a"]] or world.asleep[row["body_b"]]
         impulse = sign * (dt * row["force"] if sleeps else row["impulse"] - row["earlier"])
@@ -126,10 +127,10 @@ def _take_over(address, row):
 
 
 class _View:
-    """The world of an mjData; pairs: the geoms of one instance that may touch."""
+    """The world of an mjData; sets: the geoms of one instance that may touch."""
 
-    def __init__(self, head: Any, pairs: list[tuple[int, int]]) -> None:
-        self.pairs = pairs
+    def __init__(self, head: Any, sets: Sets) -> None:
+        self.sets = sets
         world = _at(int(head["world"]), WORLD, 1)[0]
         self.contacts = _at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
         self.asleep = _at(int(world["bodies"]), BODY, int(world["body_count"]))["asleep"]
@@ -155,4 +156,4 @@ def _world(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int, 
     if state[TOKEN] != head["token"]:
         _take_over(head["world"], state[PUSH + int(head["nv"]) :])
         head["token"] = state[TOKEN]
-    return known.index(number), _View(head, Member(layout.ModelView(model._address), number).pairs)
+    return known.index(number), _View(head, Member(layout.ModelView(model._address), number).sets)

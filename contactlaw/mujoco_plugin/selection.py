@@ -40,14 +40,12 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
     Raises:
         ValueError: Nothing is meant; the message has the nearest names.
     """
-    found: dict[int, Any] = {}
     every = list(spec.geoms)
-    for item in _flat(what):
-        for geom in _chosen(spec, every, argument, item):
-            found.setdefault(next(i for i, other in enumerate(every) if other is geom or other == geom), geom)
+    named, there = {geom.name: geom for geom in every if geom.name}, set(every)
+    found = [geom for item in _flat(what) for geom in _chosen(spec, named, there, argument, item)]
     if not found:
         raise ValueError(f"{argument}: holds no geoms; must hold one or more")
-    return list(found.values())
+    return list(dict.fromkeys(found))
 
 
 def label(geom: mujoco.MjsGeom) -> str:
@@ -65,25 +63,24 @@ def _flat(what: Iterable[Any]) -> list[Any]:
     return out
 
 
-def _chosen(spec: mujoco.MjSpec, every: list[Any], argument: str, item: Any) -> list[Any]:
+def _chosen(spec: mujoco.MjSpec, named: dict[str, Any], there: set[Any], argument: str, item: Any) -> list[Any]:
     if isinstance(item, mujoco.MjsGeom):
-        if not any(item is geom or item == geom for geom in every):
+        if item not in there:
             raise ValueError(f"{argument} = geom {item.name!r}: must be a geom of this model")
         return [item]
     if isinstance(item, str):
-        return _by_name(spec, every, argument, item)
-    return [_by_id(every, argument, item)]
+        return _by_name(spec, named, len(there), argument, item)
+    return [_by_id(there, argument, item)]
 
 
-def _by_name(spec: mujoco.MjSpec, every: list[Any], argument: str, text: str) -> list[Any]:
-    named = {geom.name: geom for geom in every if geom.name}
+def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, argument: str, text: str) -> list[Any]:
     if text in named:
         return [named[text]]
     if text.startswith(BODY):
         return _of_bodies(spec, argument, text)
     fitting = [geom for name, geom in named.items() if fnmatchcase(name, text)] if _is_wild(text) else []
     if not fitting:
-        without = len(every) - len(named)
+        without = count - len(named)
         rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
         raise ValueError(
             f"{argument} = {text!r}: {'fits' if _is_wild(text) else 'is'} the name of no geom of the model; "
@@ -117,7 +114,7 @@ def _touchable(argument: str, text: str, geoms: list[Any]) -> list[Any]:
     return solid
 
 
-def _by_id(every: list[Any], argument: str, value: Any) -> Any:
+def _by_id(every: Iterable[Any], argument: str, value: Any) -> Any:
     ids = {geom.id: geom for geom in every}
     try:
         number = None if isinstance(value, bool) else operator.index(value)

@@ -64,6 +64,11 @@ class Shape:
         return float(np.linalg.norm(self.size)) if self.type == BOX else inf
 
     @property
+    def kind(self) -> tuple[int, bool]:
+        """All that decides whether it can be measured and served, and its radius read."""
+        return self.type, self.is_spherical
+
+    @property
     def type_name(self) -> str:
         """As MJCF has it."""
         return _TYPE(self.type).name.removeprefix("mjGEOM_").lower()
@@ -72,6 +77,11 @@ class Shape:
     def label(self) -> str:
         """For messages."""
         return f"{self.type_name} {self.name!r}"
+
+
+def shape_of(geom: mujoco.MjsGeom) -> Shape:
+    """Of a geom of a specification."""
+    return Shape(geom.name, int(geom.type), np.array(geom.size))
 
 
 def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:

@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import count
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius, native_margin
+from contactlaw.mujoco_plugin.sets import Sets
+from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, effective_radius, shape_of
+from contactlaw.mujoco_plugin.silence import silence
 from contactlaw.pair import ContactPair
 
 Geoms = str | mujoco.MjsGeom | Sequence[str | mujoco.MjsGeom]
@@ -42,6 +44,7 @@ def add_contact(
         spec: The model, before it is compiled.
         geom1, geom2: Names, or geoms of the spec (one without a name is given one), or sequences of them: then each of
             the first may touch each of the second, but none itself or one of its own body. A geom may be in both.
+            Sets of more than 256 pairs are kept apart natively by their `contype` and `conaffinity`.
         pair: The contact; its radius, where None, is read from the geoms.
         others: Whether these geoms may touch any other natively. False takes them out of the engine's collision
             detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to
@@ -60,25 +63,26 @@ def add_contact(
     if not isinstance(pair, ContactPair):
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
     substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
-    ones, twos = _geoms(spec, "geom1", geom1), _geoms(spec, "geom2", geom2)
-    meetings = _meetings(ones, twos)
-    shapes = {id(geom): Shape(geom.name, int(geom.type), np.array(geom.size)) for geom in ones + twos}
-    for shape in shapes.values():
-        check_measurable(shape)
-    for one, two in meetings:
-        check_served(shapes[id(one)], shapes[id(two)])
-        if shapes[id(one)].size.any() and shapes[id(two)].size.any():  # a mesh has its sizes once compiled
-            effective_radius(shapes[id(one)], shapes[id(two)], pair.radius)
+    known = list(spec.geoms)  # which takes MuJoCo a time that grows with their square
+    ones, twos = _geoms(known, "geom1", geom1), _geoms(known, "geom2", geom2)
+    parents = {geom: geom.parent for geom in known}
+    sets = Sets(ones, twos, parents.__getitem__)
+    _check(sets, pair.radius)
     taken = {plugin.name for plugin in spec.plugins}
     names = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
     if taken & {config.instance_name(*names), config.instance_name(*names[::-1])}:
         raise ValueError(f"geom1 = {names[0]}, geom2 = {names[1]}: these have been added before")
 
-    for geom in (*ones, *twos):
-        geom.name = geom.name or _free_name(spec)
+    free = _free_names(known)
+    for geom in sets.geoms:
+        geom.name = geom.name or next(free)
     ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
     name = config.instance_name(*ids)
-    _silence(spec, meetings, shapes, others)
+    if others:
+        silence(spec, known, sets)
+    else:
+        for geom in sets.geoms:
+            geom.contype = geom.conaffinity = 0
     contact = config.Contact(ids[0], ids[1], pair, substeps)
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
@@ -87,61 +91,39 @@ def add_contact(
     return name
 
 
-def _meetings(ones: list[Any], twos: list[Any]) -> list[tuple[Any, Any]]:
-    """Each geom of the first with each of the second, once, but not with itself or one of its own body."""
-    if len(ones) == len(twos) == 1:
-        if ones[0] is twos[0] or (ones[0].name and ones[0].name == twos[0].name):
-            raise ValueError(f"geom2 = {twos[0].name!r}: must be another geom than geom1")
-        return [(ones[0], twos[0])]
-    out: dict[frozenset[int], tuple[Any, Any]] = {}
-    for one in ones:
-        for two in twos:
-            if one is not two and one.parent != two.parent:
-                out.setdefault(frozenset((id(one), id(two))), (one, two))
-    if not out:
+def _check(sets: Sets, radius: float | None) -> None:
+    """See that there are geoms that may touch, and that the law can serve them."""
+    shapes = {geom: shape_of(geom) for geom in sets.geoms}
+    for shape in shapes.values():
+        check_measurable(shape)
+    if len(sets.ones) == len(sets.twos) == 1 and (
+        sets.ones == sets.twos or (sets.ones[0].name and sets.ones[0].name == sets.twos[0].name)
+    ):
+        raise ValueError(f"geom2 = {sets.twos[0].name!r}: must be another geom than geom1")
+    if sets.example(sets.ones, sets.twos) is None:
         raise ValueError("geom1, geom2: hold no two geoms of different bodies")
-    return list(out.values())
+    for one, two in sets.by_kinds(lambda geom: (shapes[geom].kind, bool(shapes[geom].size.any()))):
+        check_served(shapes[one], shapes[two])
+        if shapes[one].size.any() and shapes[two].size.any():  # a mesh has its sizes once compiled
+            effective_radius(shapes[one], shapes[two], radius)
 
 
-def _silence(spec: mujoco.MjSpec, meetings: list[tuple[Any, Any]], shapes: dict[int, Shape], others: bool) -> None:
-    """Turn the native contact of these pairs off."""
-    ours = {frozenset((one.name, two.name)) for one, two in meetings}
-    for native in list(spec.pairs):
-        if frozenset((native.geomname1, native.geomname2)) in ours:
-            spec.delete(native)
-    for one, two in meetings:
-        if others:
-            margin = native_margin(shapes[id(one)], shapes[id(two)])
-            spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-margin, gap=0.0)
-        else:
-            for geom in (one, two):
-                geom.contype = geom.conaffinity = 0
-
-
-def _geoms(spec: mujoco.MjSpec, argument: str, value: Any) -> list[Any]:
+def _geoms(known: list[Any], argument: str, value: Any) -> list[Any]:
     if isinstance(value, str | mujoco.MjsGeom):
-        return [_geom(spec, argument, value)]
+        value = [value]
     if not isinstance(value, Sequence) or not value:
         raise ValueError(f"{argument} = {value!r}: must be a geom, the name of one, or a sequence of them, not empty")
-    geoms: list[Any] = []
-    for item in value:
-        geom = _geom(spec, argument, item)
-        known = next((other for other in geoms if other is geom or (geom.name and other.name == geom.name)), None)
-        if known is None:
-            geoms.append(geom)
-    return geoms
+    names, there = {geom.name: geom for geom in reversed(known) if geom.name}, set(known)
+    return list(dict.fromkeys(_geom(names, there, argument, item) for item in value))
 
 
-def _geom(spec: mujoco.MjSpec, argument: str, value: Any) -> mujoco.MjsGeom:
+def _geom(names: dict[str, Any], there: set[Any], argument: str, value: Any) -> mujoco.MjsGeom:
     if isinstance(value, mujoco.MjsGeom):
-        if not any(value is geom or value == geom for geom in spec.geoms):
+        if value not in there:
             raise ValueError(f"{argument} = geom {value.name!r}: must be a geom of the spec")
         return value
     if isinstance(value, str):
-        geom = spec.geom(value)
-        if geom is not None:
-            return geom
-        checks.one_of(argument, value, [geom.name for geom in spec.geoms if geom.name])
+        return names[value] if value in names else names[checks.one_of(argument, value, names)]
     raise ValueError(f"{argument} = {value!r}: must be the name of a geom, or a geom, of the spec")
 
 
@@ -154,6 +136,6 @@ def _hold(spec: mujoco.MjSpec, name: str, geoms: Sequence[mujoco.MjsGeom]) -> No
             return
 
 
-def _free_name(spec: mujoco.MjSpec) -> str:
-    taken = {geom.name for geom in spec.geoms}
-    return next(name for name in (f"contactlaw_geom{i}" for i in range(len(taken) + 1)) if name not in taken)
+def _free_names(geoms: Sequence[mujoco.MjsGeom]) -> Iterator[str]:
+    taken = {geom.name for geom in geoms}
+    return (name for name in (f"contactlaw_geom{i}" for i in count()) if name not in taken)

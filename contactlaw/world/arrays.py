@@ -62,10 +62,11 @@ def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
     """The array of records and more of them, given field by field."""
     if not rows:
         return array
+    first = len(array)
     array = longer(array, len(rows))
-    for record, fields in zip(array[-len(rows) :], rows, strict=True):
-        for name, value in fields.items():
-            record[name] = value
+    for name in dict.fromkeys(name for fields in rows for name in fields):
+        own = [i for i, fields in enumerate(rows) if name in fields]
+        array[name][first + np.array(own)] = np.array([rows[i][name] for i in own])
     return array
 
 
@@ -92,21 +93,27 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """The world and more shapes; the bodies that they are on know how far they reach."""
     shapes = with_rows(one.shapes, rows)
-    for shape in shapes[-len(rows) :]:
-        body, off = one.bodies[shape["body"]], float(np.linalg.norm(shape["at"]))
-        if shape["kind"] in (PLANE, TANGENT):
-            far, small = FAR if shape["kind"] == PLANE else shape["radius"], np.inf
-        else:
-            far = off + float(np.linalg.norm(shape["half"]))
-            small = shape["half"].min() if shape["kind"] == BOX else shape["radius"]
-        body["oriented"] |= int(far > 0.0)
-        if shape["body"] != 0:
-            body["reach"] = max(body["reach"], far)
-            if small < np.inf:
-                body["size"] = min(body["size"] or np.inf, small)
+    new, bodies = shapes[-len(rows) :], one.bodies
+    flat = np.isin(new["kind"], (PLANE, TANGENT))
+    far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
+    far[new["kind"] == PLANE] = FAR
+    small = np.where(new["kind"] == BOX, new["half"].min(1), np.where(flat, np.inf, new["radius"]))
+    np.bitwise_or.at(bodies["oriented"], new["body"], (far > 0.0).astype(np.int64))
+    own = new["body"] != 0
+    np.maximum.at(bodies["reach"], new["body"][own], far[own])
+    sizes = np.where(bodies["size"] > 0.0, bodies["size"], np.inf)
+    np.minimum.at(sizes, new["body"][own], small[own])
+    bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
-    return one._replace(shapes=shapes, grid=np.zeros(cells + 3 * shapes.size, np.int64))
+    return one._replace(shapes=shapes, grid=np.zeros(cells + 4 * shapes.size, np.int64))
+
+
+def _lengths(vectors: Array) -> Array:
+    out = np.zeros(len(vectors))
+    for i in np.flatnonzero(vectors.any(1)):
+        out[i] = np.linalg.norm(vectors[i])
+    return out
 
 
 def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:

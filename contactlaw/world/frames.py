@@ -10,6 +10,8 @@ from contactlaw.world.records import Array
 
 ALIKE = 1e-12  # relative difference of moments of inertia that are equal
 
+UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
+
 
 def unit_quaternion(name: str, value: ArrayLike) -> Array:
     """A checked unit quaternion, scalar first."""
@@ -53,7 +55,7 @@ def principal(inertia: ArrayLike) -> tuple[Array, Array]:
     value = checks.finite_array("inertia", inertia)
     if value.shape not in ((), (3,), (3, 3)):
         raise ValueError(f"inertia: shape {value.shape}; must be one number, (3,) or (3, 3)")
-    moments, axes = np.broadcast_to(value, (3,)) if value.ndim < 2 else np.zeros(3), np.eye(3)
+    moments, axes = value if value.ndim == 1 else np.full(3, value if value.ndim == 0 else 0.0), None
     if value.ndim == 2:
         if not np.allclose(value, value.T, rtol=1e-9, atol=0.0):
             raise ValueError(f"inertia = {value.tolist()}: must be symmetric")
@@ -68,4 +70,4 @@ def principal(inertia: ArrayLike) -> tuple[Array, Array]:
         )
     if np.ptp(moments) <= ALIKE * moments.max():
         moments = np.full(3, moments.mean())
-    return moments.copy(), quaternion_of(axes)
+    return moments.copy(), UNTURNED if axes is None else quaternion_of(axes)

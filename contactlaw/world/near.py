@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from math import ceil, floor, log2
 
+from numba import types
+
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
 from contactlaw.world.geometry import centre, meet
@@ -21,6 +23,7 @@ from contactlaw.world.vec import add, dot, load, norm, store, sub
 
 SLACK = 0.2  # of a body's smallest radius: its margin besides what its speed asks for
 STEPS = 4.0  # steps that the margin is to last at the speed there is
+MANY = 256  # bodies: among more it lasts one step, for in each step many windows go through the list, but impacts too
 
 
 @jit_inside
@@ -46,7 +49,7 @@ def list_near(w):
     """Make the list of near pairs anew; contacts keep what they remember."""
     smallest = mark(w)
     shapes = w.shape_count
-    cells = w.cells  # first in the grid's room: heads of the cells' lists; then of each shape: next, level, contacts
+    cells = w.cells  # first in the grid's room: heads of the cells' lists; of each shape: next, level, contacts, cell
     for i in range(cells):
         set_whole(w.grid, i, -1)
     keep_contacts(w, cells + 2 * shapes)
@@ -57,7 +60,10 @@ def list_near(w):
             level = level_of(w, i, smallest)
             levels |= 1 << level
             set_whole(w.grid, cells + shapes + i, level)
-            cell = hashed(cell_of(w, i, smallest * 2.0**level), level, cells)
+            x, y, z = cell_of(w, i, smallest * 2.0**level)
+            key = key_of(x, y, z, level)
+            cell = hashed(key, cells)
+            set_whole(w.grid, cells + 3 * shapes + i, key)
             set_whole(w.grid, cells + i, whole_at(w.grid, cell))
             set_whole(w.grid, cell, i)
     for i in range(shapes):
@@ -76,10 +82,10 @@ def list_near(w):
                 break
             if (levels >> level) & 1:
                 around(w, i, level, smallest * 2.0**level, cells)
-    sort_near(w)
+    sort_near(w, cells)
     for k in range(w.nears):
         enter(w, k, cells + 2 * shapes)
-    for slot in range(w.contact_room):
+    for slot in range(w.slots):
         if contact_at(w.contacts, slot).phase == CLOSED and contact_at(w.contacts, slot).near < 0:
             release(w, slot)
     w.lists += 1
@@ -93,12 +99,18 @@ def mark(w):
     A body that is behind in time makes up for it out of its margin, which is for some steps. To move it here would
     make its motion, by rounding, one of margins.
     """
+    time = (STEPS if w.body_count <= MANY else 1.0) * w.step
+    total = 0.0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         store(b.mark, load(b.position))
         b.turned = 0.0
-        time = STEPS * w.step
-        b.margin = SLACK * b.size + (0.0 if b.still != 0 else time * surface_speed(b, time))
+        b.margin = 0.0 if b.still != 0 else time * surface_speed(b, time)
+        total += b.margin
+    struck = total / w.body_count if w.body_count > MANY else 0.0
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        b.margin += SLACK * b.size + (0.0 if b.inverse_mass == 0.0 else struck)
     smallest = NEVER
     for i in range(w.shape_count):
         s = shape_at(w.shapes, i)
@@ -120,12 +132,19 @@ def keep_contacts(w, heads):
     """String up the contacts of each shape that is their A, from the heads on in the grid's room."""
     for i in range(w.shape_count):
         set_whole(w.grid, heads + i, -1)
-    for slot in range(w.contact_room):
+    count_slots(w)
+    for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase != FREE:
             c.near = -1
             c.link = whole_at(w.grid, heads + c.shape_a)
             set_whole(w.grid, heads + c.shape_a, slot)
+
+
+@jit_inside
+def count_slots(w):
+    """Note how many slots have been in use, before some are given back: those given back last are used first."""
+    w.slots = max(w.slots, w.contact_room - w.spares)
 
 
 @jit_inside
@@ -144,28 +163,30 @@ def cell_of(w, i, width):
 
 
 @jit_inside
-def hashed(cell, level, cells):
+def key_of(x, y, z, level):
+    """A number of a cell, that of no other within a million cells' widths."""
+    return ((x & 0xFFFFF) << 40 | (y & 0xFFFFF) << 20 | (z & 0xFFFFF)) ^ level * 0x1357 << 44
+
+
+@jit_inside
+def hashed(key, cells):
     """Place of a cell in a table whose size is a power of two."""
-    return (cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791 ^ level * 25165843) & (cells - 1)
+    return int((types.uint64(key) * types.uint64(0x9E3779B97F4A7C15)) >> types.uint64(32)) & (cells - 1)
 
 
 @jit_inside
 def around(w, i, level, width, cells):
     """Consider a shape with all of a level in the cells around it; those of its own level once."""
     shapes = w.shape_count
-    own = whole_at(w.grid, cells + shapes + i)
+    same = whole_at(w.grid, cells + shapes + i) == level
     x, y, z = cell_of(w, i, width)
-    for dx in range(-1, 2):
-        for dy in range(-1, 2):
-            for dz in range(-1, 2):
-                cell = (x + dx, y + dy, z + dz)
-                j = whole_at(w.grid, hashed(cell, level, cells))
-                while j >= 0:
-                    if whole_at(w.grid, cells + shapes + j) == level and (level > own or j < i):
-                        at = cell_of(w, j, width)
-                        if at[0] == cell[0] and at[1] == cell[1] and at[2] == cell[2]:
-                            consider(w, max(i, j), min(i, j))
-                    j = whole_at(w.grid, cells + j)
+    for n in range(13 if same else 0, 27):  # of two cells of one level one looks into the other
+        key = key_of(x + n // 9 - 1, y + n // 3 % 3 - 1, z + n % 3 - 1, level)
+        j = whole_at(w.grid, hashed(key, cells))
+        while j >= 0:
+            if whole_at(w.grid, cells + 3 * shapes + j) == key and (j < i or n != 13 or not same):
+                consider(w, max(i, j), min(i, j))
+            j = whole_at(w.grid, cells + j)
 
 
 @jit_inside

@@ -3,35 +3,35 @@
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import near_at
+from contactlaw.world.access import near_at, set_whole, whole_at
 
 
 @jit_inside
-def sort_near(w):
-    """Sort the shapes of near pairs, of which nothing else is known yet (Shell's method, Knuth's gaps)."""
-    gap = 1
-    while 3 * gap < w.nears:
-        gap = 3 * gap + 1
-    while gap > 0:
-        for k in range(gap, w.nears):
-            p = near_at(w.near, k)
-            a, b = p.a, p.b
-            i = k
-            while i >= gap and before(a, b, near_at(w.near, i - gap)):
-                set_shapes(near_at(w.near, i), near_at(w.near, i - gap).a, near_at(w.near, i - gap).b)
-                i -= gap
-            set_shapes(near_at(w.near, i), a, b)
-        gap //= 3
+def sort_near(w, counts):
+    """Sort the shapes of near pairs, of which nothing else is known yet: by counting for A, by insertion for B.
 
-
-@jit_inside
-def before(a, b, p):
-    """Whether shapes a and b come before those of a near pair."""
-    return a < p.a or (a == p.a and b < p.b)
-
-
-@jit_inside
-def set_shapes(p, a, b):
-    """Make these the shapes of a near pair."""
-    p.a = a
-    p.b = b
+    counts: where in the grid's room there is a place for each shape.
+    """
+    for i in range(w.shape_count):
+        set_whole(w.grid, counts + i, 0)
+    for k in range(w.nears):
+        place = counts + near_at(w.near, k).a
+        set_whole(w.grid, place, whole_at(w.grid, place) + 1)
+    first = 0
+    for i in range(w.shape_count):
+        count = whole_at(w.grid, counts + i)
+        set_whole(w.grid, counts + i, first)
+        first += count
+    for k in range(w.nears):  # the records' bodies are not known yet: there is room for what is sorted
+        p = near_at(w.near, k)
+        i = whole_at(w.grid, counts + p.a)
+        set_whole(w.grid, counts + p.a, i + 1)
+        near_at(w.near, i).body_a, near_at(w.near, i).body_b = p.a, p.b
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = p.body_a, p.body_b
+        i = k
+        while i > 0 and near_at(w.near, i - 1).a == a and near_at(w.near, i - 1).b > b:
+            near_at(w.near, i).a, near_at(w.near, i).b = a, near_at(w.near, i - 1).b
+            i -= 1
+        near_at(w.near, i).a, near_at(w.near, i).b = a, b

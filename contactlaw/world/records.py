@@ -226,6 +226,7 @@ WORLD = record(
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than this
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
     nears="i8", spares="i8", islands="i8",  # how many of each there are
+    slots="i8",  # of contacts that have ever been in use: the first so many
     stale="i8",  # a body has travelled further than the list of near pairs holds
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
@@ -303,7 +304,7 @@ class Arrays(NamedTuple):
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["unknown_room"] = int((self.equations.size + 25) ** 0.5) - 5  # n (n + 10) numbers
-        one["cells"] = self.grid.size - 3 * self.shapes.size
+        one["cells"] = self.grid.size - 4 * self.shapes.size
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])
             tree["bodies"] = self.bodies[first:].ctypes.data

@@ -29,7 +29,7 @@ from contactlaw.world.access import (
     whole_at,
 )
 from contactlaw.world.geometry import effective_radius
-from contactlaw.world.near import pair_of
+from contactlaw.world.near import count_slots, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
 from contactlaw.world.touch import enter
 from contactlaw.world.vec import dot, load, norm, store
@@ -49,6 +49,13 @@ def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) 
     """How many float64 a state takes, with room for so many contacts; the world itself is one of the bodies."""
     contact = SHAPES + CONTACT_SIZE + REST + memory_size
     return HEAD + contact_room * contact + SLEEP * body_count + LEDGER * pair_count
+
+
+@jit_inside
+def hole(w, row):
+    """Where zeros begin in a row behind its contacts, and where they end: at what it holds of the bodies."""
+    length = SHAPES + CONTACT_SIZE + REST + w.memory_size
+    return HEAD + int(row[0]) * length, HEAD + room_of(w, row) * length
 
 
 @jit_inside
@@ -189,10 +196,11 @@ def forget(w):
     """Leave no contact, nobody asleep, and no list of near pairs."""
     w.nears = 0
     w.stale = 1
+    count_slots(w)
     w.spares = w.contact_room
-    for i in range(w.contact_room):
+    for i in range(w.slots):
         contact_at(w.contacts, i).phase = FREE
-        set_whole(w.spare, i, w.contact_room - 1 - i)
+        set_whole(w.spare, w.contact_room - 1 - i, i)
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.asleep = 0

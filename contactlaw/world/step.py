@@ -21,7 +21,7 @@ from contactlaw.world.geometry import meet
 from contactlaw.world.island import integrate, members
 from contactlaw.world.lasting import last, lasts
 from contactlaw.world.motion import fly, follow, settle
-from contactlaw.world.near import list_near, strayed
+from contactlaw.world.near import count_slots, list_near, strayed
 from contactlaw.world.records import NEVER, PARTED, TANGENT
 from contactlaw.world.sleep import disturbed, fall_asleep, wake, wake_body
 from contactlaw.world.touch import release, replace
@@ -164,12 +164,13 @@ def begin(w, dt):
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
         if strayed(b, dt):
             w.stale = 1
+    count_slots(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0 and p.closed == 0:
             release(w, p.slot)
             p.slot = -1
-    for slot in range(w.contact_room if w.spares < w.contact_room else 0):
+    for slot in range(w.slots if w.spares < w.contact_room else 0):
         if contact_at(w.contacts, slot).phase == PARTED:  # those that parted are no longer near each other
             release(w, slot)
     if w.stale != 0:

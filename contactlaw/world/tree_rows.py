@@ -81,9 +81,9 @@ class TreeRows:
         self.axes = np.zeros(sum(V_SIZE[kind] for kind in kinds), AXIS)
         self.q_of = _places(model.jnt_qposadr, joints, [Q_SIZE[kind] for kind in kinds])
         self.v_of = _places(model.jnt_dofadr, joints, [V_SIZE[kind] for kind in kinds])
-        self.start = np.array(model.qpos0)[self.q_of]
-        self.damping = np.array(model.dof_damping)[self.v_of]
-        self.axes["armature"] = np.array(model.dof_armature)[self.v_of]
+        self.start = np.asarray(model.qpos0)[self.q_of]
+        self.damping = np.asarray(model.dof_damping)[self.v_of]
+        self.axes["armature"] = np.asarray(model.dof_armature)[self.v_of]
         self.row = np.zeros(len(known), np.int64)
         self.at, self.quaternion = np.zeros((len(known), 3)), np.zeros((len(known), 4))
         joint = 0

@@ -15,7 +15,7 @@ from contactlaw.pair import ContactPair
 from contactlaw.world import readout, shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.coordinates import coordinates, write_coordinates
-from contactlaw.world.frames import matrix_of, principal, product, unit_quaternion
+from contactlaw.world.frames import UNTURNED, matrix_of, principal, product, unit_quaternion
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
 from contactlaw.world.tree import Tree
@@ -109,14 +109,15 @@ class World:
             spin: Angular velocity, world frame [rad/s], shape (3,).
         """
         heavy = isinstance(mass, float) and isinf(mass) and mass > 0.0
-        moments, frame = (np.full(3, inf), np.array([1.0, 0.0, 0.0, 0.0])) if heavy else principal(inertia)
+        moments, frame = (np.full(3, inf), UNTURNED) if heavy else principal(inertia)
         isotropic = bool(heavy or np.ptp(moments) == 0.0)
-        own = product(unit_quaternion("quaternion", quaternion), frame)
+        own = unit_quaternion("quaternion", quaternion)
+        own = own if frame is UNTURNED else product(own, frame)
         self._new_bodies.append({
             "position": checks.vector("position", position), "velocity": checks.vector("velocity", velocity),
             "spin": checks.vector("spin", spin), "quaternion": own, "axes": matrix_of(own).ravel(),
             "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
-            "isotropic": isotropic, "oriented": not isotropic, "acceleration": 0.0 if heavy else self.gravity,
+            "isotropic": isotropic, "oriented": not isotropic, "acceleration": (not heavy) * self.gravity,
         })  # fmt: skip
         self._frames.append(frame)
         return len(self._frames) - 1

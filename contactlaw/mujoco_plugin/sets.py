@@ -1,0 +1,88 @@
+"""Two sets of geoms that may touch: each of the first each of the second, but none itself or one of its own body.
+
+Sets of a thousand make half a million pairs; none is written down. What depends on the kinds of two geoms alone is
+asked once for each two kinds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from typing import Any
+
+
+class Sets:
+    """Two sets of geoms.
+
+    Args:
+        ones, twos: Geoms, or their ids, in order.
+        body_of: The body of a geom; two geoms of one body may touch only where they are all that there is.
+    """
+
+    def __init__(self, ones: Iterable[Any], twos: Iterable[Any], body_of: Callable[[Any], Any]) -> None:
+        self._ranks = [{geom: rank for rank, geom in enumerate(dict.fromkeys(geoms))} for geoms in (ones, twos)]
+        self.ones, self.twos = (list(ranks) for ranks in self._ranks)
+        self.geoms = list(dict.fromkeys((*self.ones, *self.twos)))
+        self._body_of, self._single = body_of, len(self.ones) == len(self.twos) == 1
+
+    def hold(self, one: Any, two: Any) -> bool:
+        """Whether two geoms may touch."""
+        first, second = self._ranks
+        held = (one in first and two in second) or (two in first and one in second)
+        return held and self._may_touch(one, two)
+
+    def reversed(self, one: Any, two: Any) -> bool:
+        """Whether it is the second of two geoms that touch that belongs to the first set; the earlier, if both do."""
+        first, second = self._ranks
+        if not (two in first and one in second):
+            return False
+        return not (one in first and two in second) or first[two] < first[one]
+
+    def example(self, ones: Iterable[Any], twos: Iterable[Any]) -> tuple[Any, Any] | None:
+        """Two geoms that may touch, of these that are of the first set and of the second; None: there are none."""
+        ones, twos = list(ones), list(twos)
+        found = ((one, two) for one, two in _rows(ones, twos) if self._may_touch(one, two))
+        return next(found, None)
+
+    def common(self, other: Sets) -> tuple[Any, Any] | None:
+        """Two geoms that may touch by both; None: there are none."""
+        straight = self.example((a for a in self.ones if a in other._ranks[0]),
+                                (b for b in self.twos if b in other._ranks[1]))  # fmt: skip
+        return straight or self.example((a for a in self.ones if a in other._ranks[1]),
+                                        (b for b in self.twos if b in other._ranks[0]))  # fmt: skip
+
+    def by_kinds(self, kind_of: Callable[[Any], Hashable]) -> Iterator[tuple[Any, Any]]:
+        """Two geoms that may touch for each two kinds of which there are such."""
+        ones, twos = (groups(geoms, kind_of) for geoms in (self.ones, self.twos))
+        for one in ones.values():
+            for two in twos.values():
+                found = self.example(one, two)
+                if found:
+                    yield found
+
+    def every(self, among: Callable[[Any], bool] = lambda _: True) -> Iterator[tuple[Any, Any]]:
+        """All pairs of which one geom is among those meant, each once: of all, as many as the product of the sets."""
+        first, second = self._ranks
+        meant = [two for two in self.twos if among(two)]
+        for one in self.ones:
+            for two in self.twos if among(one) else meant:
+                again = two in first and one in second and first[two] < first[one]
+                if not again and self._may_touch(one, two):
+                    yield one, two
+
+    def _may_touch(self, one: Any, two: Any) -> bool:
+        return one != two and (self._single or self._body_of(one) != self._body_of(two))
+
+
+def groups(geoms: Iterable[Any], kind_of: Callable[[Any], Hashable]) -> dict[Any, list[Any]]:
+    """Geoms by their kinds."""
+    out: dict[Any, list[Any]] = {}
+    for geom in geoms:
+        out.setdefault(kind_of(geom), []).append(geom)
+    return out
+
+
+def _rows(ones: list[Any], twos: list[Any]) -> Iterator[tuple[Any, Any]]:
+    """Pairs among which is one of different bodies, if there is one at all: the first of each with all of the other."""
+    if ones and twos:
+        yield from ((ones[0], two) for two in twos)
+        yield from ((one, twos[0]) for one in ones)

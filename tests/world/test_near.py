@@ -1,0 +1,76 @@
+"""The list of near pairs against all pairs: mixed sizes, boxes, planes."""
+
+import numpy as np
+import pytest
+
+from contactlaw.jit import INTERPRETED
+
+if INTERPRETED:
+    pytest.skip("a world is moved by compiled code alone", allow_module_level=True)
+
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.world import World
+
+STEEL = MATERIALS["steel"]
+BOX = np.array([0.4, 0.2, 0.1])
+
+
+SLACK = 0.2  # of its radius: what a ball at rest may move by before the list is made anew
+
+
+def near(places, radii):
+    """Pairs of balls at rest whose margins meet, by looking at all; who is near the floor, and who near the box."""
+    reach = (1.0 + SLACK) * radii
+    gaps = np.linalg.norm(places[:, None] - places[None], axis=2) - reach[:, None] - reach
+    a, b = np.nonzero(np.tril(gaps < 0.0, -1))
+    beside = np.linalg.norm(np.maximum(np.abs(places) - BOX, 0.0), axis=1)
+    return set(zip(a.tolist(), b.tolist(), strict=True)), places[:, 2] + 1.0 < reach, beside < reach
+
+
+@pytest.mark.parametrize(("count", "spread"), [(60, 1.0), (60, 100.0), (1000, 100.0), (1000, 1.0)])
+@pytest.mark.parametrize("seed", range(4))
+def test_every_near_pair_is_found_among_sizes_of_one_to_a_hundred(count, spread, seed):
+    rng = np.random.default_rng(seed)
+    radii = (0.002 if spread > 1.0 else 0.05) * spread ** rng.uniform(0.0, 1.0, count)
+    radii[:2] = radii.min(), radii.min() * spread
+    places = rng.uniform(-1.0, 1.0, (count, 3)) * rng.choice([1.0, 0.4])
+    places[: count // 4, 2] = -1.0 + rng.uniform(0.0, 1.5, count // 4) * radii[: count // 4]
+    pairs, at_floor, at_box = near(places, radii)
+    world = World(gravity=0.0, timestep=1e-12)
+    floor = world.add_plane(None, (0, 0, -1), (0, 0, 1))
+    box = world.add_box(None, BOX)
+    balls = [world.add_sphere(world.add_body(1.0, 1e-3, place), radius)
+             for place, radius in zip(places, radii, strict=True)]  # fmt: skip
+    world.add_contact(balls, [*balls, floor, box], ContactPair(STEEL, STEEL, 0.1))
+    world.step()
+    listed = world.arrays.near[: int(world.arrays.world["nears"][0])]
+    found = list(zip(listed["a"].tolist(), listed["b"].tolist(), strict=True))
+    assert found == sorted(set(found))
+    first = balls[0]
+    assert {(a - first, b - first) for a, b in found if b >= first} == pairs
+    assert {a - first for a, b in found if b == floor} == set(np.flatnonzero(at_floor).tolist())
+    assert {a - first for a, b in found if b == box} == set(np.flatnonzero(at_box).tolist())
+    assert (pairs or count < 100) and at_floor.any()
+
+
+@pytest.mark.parametrize("count", [200, 400])
+def test_near_pairs_of_a_lattice_grow_as_its_balls(count):
+    world = World(gravity=0.0, timestep=1e-6)
+    places = 0.021 * np.stack(np.meshgrid(np.arange(count // 20), np.arange(20), [0.0]), -1).reshape(-1, 3)
+    balls = [world.add_sphere(world.add_body(1.0, 1e-3, place), 0.01) for place in places]
+    world.add_contact(balls, balls, ContactPair(STEEL, STEEL, 0.1))
+    world.step()
+    assert int(world.arrays.world["nears"][0]) == 2 * count - 20 - count // 20
+
+
+def test_moving_balls_meet_whoever_comes_in_their_way():
+    """In a crowd, lists last a step: a fast ball drives through those at rest, and none is passed unseen."""
+    world = World(gravity=0.0, timestep=2e-3)
+    row = [world.add_sphere(world.add_body(0.03, 1e-6, (0.1 * i, 0.0, 0.0)), 0.01) for i in range(400)]
+    world.place(0, velocity=(40.0, 0.0, 0.0))
+    world.add_contact(row, row, ContactPair(STEEL, STEEL, 0.0, 1.0))
+    world.step(300)
+    assert world.velocity[:, 0].sum() == pytest.approx(40.0, rel=1e-9)
+    reached = 0.6 * 40.0 / 0.08  # balls, if impacts took no time
+    assert 0.97 * reached <= np.argmax(world.velocity[:, 0]) <= reached
+    assert world.velocity[:, 0].max() == pytest.approx(40.0, rel=1e-3)
