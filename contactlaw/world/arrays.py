@@ -37,7 +37,8 @@ def empty() -> Arrays:
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
         contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
-        island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(2, BODY), trees=np.zeros(0, TREE), joints=np.zeros(0), world=np.zeros(1, WORLD),
+        island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(2, BODY), trees=np.zeros(0, TREE),
+        joints=np.zeros(0), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
