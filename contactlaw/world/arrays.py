@@ -38,10 +38,10 @@ def empty() -> Arrays:
     made = Arrays(
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
         contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
-        spare=np.arange(LEAST)[::-1].copy(), roots=whole(1), island_bodies=whole(1), island_pairs=whole(LEAST),
-        grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE), joints=np.zeros(0), rows=np.zeros(LEAST, ROW),
-        contacts_aside=np.zeros(LEAST, CONTACT), memory_aside=np.zeros((LEAST, 0)),
-        equations=np.zeros(0), world=np.zeros(1, WORLD),
+        spare=np.arange(LEAST)[::-1].copy(), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
+        island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
+        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
+        memory_aside=np.zeros((LEAST, 0)), equations=np.zeros(0), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
@@ -74,9 +74,10 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """The world and more bodies."""
     bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
-    aside = np.zeros(bodies.size + 2, BODY)
-    equations = np.zeros(room_for(6 * (bodies.size - 1)))
-    return one._replace(bodies=bodies, roots=room, island_bodies=room.copy(), aside=aside, equations=equations)
+    return one._replace(
+        bodies=bodies, near_bodies=room, roots=room.copy(), island_bodies=room.copy(),
+        aside=np.zeros(bodies.size + 2, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
+    )  # fmt: skip
 
 
 def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:

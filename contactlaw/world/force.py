@@ -32,10 +32,10 @@ def advance_contact(w, c, slot, du, dv, dt, free):
 
 
 @jit_inside
-def ask_at(w, c, slot, du, dv):
+def ask_at(w, c, slot, moved, slide):
     """Advance a contact from where it was kept to the overlap and the closing speed that it has at the end of a stage.
 
-    Returns its tangential forces [N]; du, dv: as above.
+    moved: what A has moved over B along both tangents [m]; slide: its speed then [m/s]. Returns its tangential forces.
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     overlap, before, closing = t.overlap, t.before, t.closing
@@ -45,28 +45,30 @@ def ask_at(w, c, slot, du, dv):
     if t.state == OPEN:
         for i in range(memory.size):
             memory[i] = 0.0
-    advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, 0.0, du, dv, 0.0)
+    advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, 0.0, moved[0], moved[1], 0.0)
+    if t.course == LASTING and t.friction > 0.0:
+        calm(t, slide[0], slide[1])
     return t.f, t.g
 
 
 @jit_inside
-def slopes(w, c, slot, slide, stage):
+def slopes(w, c, slot, moved, slide, stage):
     """By how much the forces of a contact that has been asked change [N/m]; it is left to be asked again.
 
     Returns d P, d F and d G by the overlap, which the closing speed follows within a stage of so many seconds, and d F
-    and d G by both displacements. slide: what A has moved over B along both tangents [m].
+    and d G by both displacements, which the slide follows.
     """
     t = c.touch
-    du, dv = slide
     f, g, overlap, closing, force, way = t.f, t.g, t.overlap, t.closing, t.force, PROBE * t.overlap
-    t.overlap, t.closing = overlap + way, closing + way / stage
-    fp, gp = ask_at(w, c, slot, du, dv)
+    (du, dv), (u, v), more = moved, slide, way / stage
+    t.overlap, t.closing = overlap + way, closing + more
+    fp, gp = ask_at(w, c, slot, moved, slide)
     normal = (t.force - force) / way
     t.overlap, t.closing = overlap, closing
     fu, gu, fv, gv = f, g, f, g
     if t.friction > 0.0:
-        fu, gu = ask_at(w, c, slot, du + way, dv)
-        fv, gv = ask_at(w, c, slot, du, dv + way)
+        fu, gu = ask_at(w, c, slot, (du + way, dv), (u + more, v))
+        fv, gv = ask_at(w, c, slot, (du, dv + way), (u, v + more))
     across = (fp - f) / way, (gp - g) / way
     return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way)
 

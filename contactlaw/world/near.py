@@ -85,11 +85,28 @@ def list_near(w):
     sort_near(w, cells)
     for k in range(w.nears):
         enter(w, k, cells + 2 * shapes)
+    list_bodies(w)
     for slot in range(w.slots):
         if contact_at(w.contacts, slot).phase == CLOSED and contact_at(w.contacts, slot).near < 0:
             release(w, slot)
     w.lists += 1
     w.stale = 0
+
+
+@jit_inside
+def list_bodies(w):
+    """List the bodies that are near something, or of a tree: no other one is struck until the next list."""
+    for i in range(w.body_count):
+        body_at(w.bodies, i).active = 0
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        body_at(w.bodies, p.body_a).active = 1
+        body_at(w.bodies, p.body_b).active = 1
+    w.near_body_count = 0
+    for i in range(w.body_count):
+        if body_at(w.bodies, i).active != 0 or body_at(w.bodies, i).tree != 0:
+            set_whole(w.near_bodies, w.near_body_count, i)
+            w.near_body_count += 1
 
 
 @jit_inside

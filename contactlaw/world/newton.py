@@ -119,7 +119,7 @@ def look_at(w, r, stage):
     if overlap <= 0.0:
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return False, NEVER
-    ask_at(w, c, r.slot, r.moved_u, r.moved_v)
+    ask_at(w, c, r.slot, (r.moved_u, r.moved_v), (u[1], u[2]))
     push(a, arm_a, scale(stage, force_of(c)), part(w, RIGHT))
     push(b, arm_b, scale(-stage, force_of(c)), part(w, RIGHT))
     least = least_move(c, a, b, FOUND)
@@ -135,7 +135,7 @@ def enter(w, r, stage):
     if c.touch.overlap <= 0.0:
         return
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    k = slopes(w, c, r.slot, (r.moved_u, r.moved_v), stage)
+    k = slopes(w, c, r.slot, (r.moved_u, r.moved_v), (r.slide[1], r.slide[2]), stage)
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
     count_a, count_b = freedoms(a), freedoms(b)

@@ -216,7 +216,7 @@ ROW = record(
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
-    roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
+    near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
     rows="u8", contacts_aside="u8", memory_aside="u8", equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8",
@@ -226,6 +226,7 @@ WORLD = record(
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than this
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
     nears="i8", spares="i8", islands="i8",  # how many of each there are
+    near_body_count="i8",  # in `near_bodies`
     slots="i8",  # of contacts that have ever been in use: the first so many
     stale="i8",  # a body has travelled further than the list of near pairs holds
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
@@ -261,6 +262,7 @@ class Arrays(NamedTuple):
         numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
+        near_bodies: Numbers of the bodies that are near something, or of a tree, in their order.
         roots: Room for the islands of a window.
         island_bodies, island_pairs: Room for what is in one.
         grid: Room for the broad phase.
@@ -282,6 +284,7 @@ class Arrays(NamedTuple):
     numbers: Array
     groups: Array
     spare: Array
+    near_bodies: Array
     roots: Array
     island_bodies: Array
     island_pairs: Array

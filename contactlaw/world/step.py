@@ -195,7 +195,7 @@ def follow_tangents(w):
 @jit_inside
 def watch(w, left):
     """See whether a body could leave its margin in what is left of the step."""
-    for i in range(w.body_count):
-        b = body_at(w.bodies, i)
+    for n in range(w.near_body_count):
+        b = body_at(w.bodies, whole_at(w.near_bodies, n))
         if b.changed != 0 and strayed(b, left):
             w.stale = 1

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_aside, body_at, contact_at, near_at, set_whole, tree_at
+from contactlaw.world.access import body_aside, body_at, contact_at, near_at, set_whole, tree_at, whole_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import call_with_body
 from contactlaw.world.motion import fly, lightness
@@ -40,8 +40,8 @@ def look_ahead(w, now, step):
             look(w, p, now)
         if p.toi < step:
             first = min(first, p.toi)
-    for i in range(w.body_count):
-        body_at(w.bodies, i).changed = 0
+    for n in range(w.near_body_count):
+        body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
     return first, shortest
 
 
@@ -81,7 +81,8 @@ def next_impact(w, now):
 def activate(w, now, until):
     """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
     length = until - now
-    for i in range(w.body_count):
+    for n in range(w.near_body_count):
+        i = whole_at(w.near_bodies, n)
         b = body_at(w.bodies, i)
         b.delta_v = 0.0
         b.island = i - b.member  # a tree is in one island
@@ -195,7 +196,8 @@ def link(w):
             w.islands += 1
         p.link = r.head
         r.head = k
-    for i in range(w.body_count - 1, -1, -1):
+    for n in range(w.near_body_count - 1, -1, -1):
+        i = whole_at(w.near_bodies, n)
         root = root_of(w, i)
         if root != i and body_at(w.bodies, root).head >= 0:
             body_at(w.bodies, i).link = body_at(w.bodies, root).link
