@@ -5,29 +5,52 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws import torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, ask_energy
 from contactlaw.laws.step import advance
-from contactlaw.world.access import law_numbers, law_of, memory_of, pair_at
+from contactlaw.world.access import body_at, law_numbers, law_of, memory_of, pair_at
+from contactlaw.world.motion import give
+from contactlaw.world.vec import dot, load, norm, sub
 
 CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
+ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is none
 
 
 @jit_inside
-def advance_contact(w, c, slot, du, dv, dt, free):
-    """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are force, ratio, f, g.
+def advance_contact(w, c, slot, du, dv, angle, dt, free):
+    """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are force, ratio, f, g, moment.
 
-    du, dv: what A has moved over B along both tangents [m]. dt [s]. free: closing acceleration by all but this
-    contact [m/s^2].
+    du, dv [m], angle [rad]: what A has moved over B along both tangents, and turned about the normal. dt [s]. free:
+    closing acceleration by all but this contact [m/s^2].
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
     if t.state == OPEN:
         for i in range(memory.size):
             memory[i] = 0.0
+    spun = (angle != 0.0 or c.torsion.span > 0.0) and law.friction > 0.0
+    left = 0.0
+    if spun:
+        share, left = torsion.limits(c.torsion, t, law.friction, du, dv, angle)
+        t.friction = share * law.friction
+        left *= law.friction
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
+    if spun:
+        torsion.twist(c.torsion, t, law.g_t, angle, left)
     if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c, 1.0):
         calm(t, du / dt, dv / dt)
+        if spun:
+            n = load(c.normal)
+            turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
+            torsion.damp(c.torsion, t, law.g_t, left, angle / dt, 1.0 / turn)
+
+
+@jit_inside
+def twisted(c, a, b):
+    """Angle [rad] that A has turned over B about the normal in the last substep; zero where it is rounding alone."""
+    angle = dot(sub(load(a.twist), load(b.twist)), load(c.normal))
+    return angle if abs(angle) > ROUNDING * (norm(load(a.twist)) + norm(load(b.twist))) else 0.0
 
 
 @jit_inside
@@ -53,7 +76,7 @@ def calm(t, u, v):
 
 @jit_inside
 def stored_energy(w, c, slot):
-    """Elastic energy [J] of a closed contact: of its normal force, 2/5 P delta for Hertz, and of its law's springs."""
+    """Elastic energy [J] of a closed contact: of its normal force, 2/5 P delta for Hertz, of its law's springs, and of torsion."""
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     if t.overlap <= 0.0 or t.state == OPEN:
         return 0.0
@@ -61,4 +84,5 @@ def stored_energy(w, c, slot):
     out = (0.5 if linear else 0.4) * elastic_force(t, linear, t.overlap) * t.overlap
     if t.friction > 0.0:
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
+        out += torsion.stored(c.torsion, t, law.g_t)
     return out

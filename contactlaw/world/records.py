@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.laws.record import CONTACT as TOUCH
+from contactlaw.laws.torsion import TORSION
 
 NEVER = np.inf
 
@@ -185,6 +186,7 @@ CONTACT = record(
     end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     force=VECTOR,  # force on A [N]
+    torsion=TORSION,  # its moment is that on B along the normal
     # ledger, since the touch
     impulse=VECTOR, earlier=VECTOR,  # on A [N s]; what it was when the step began
     normal_work="f8", friction_work="f8",  # done on the bodies [J]: what is lost has a minus
