@@ -29,7 +29,7 @@ from math import asin, pi, sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.microslip import span_of
 from contactlaw.laws.record import SLIDING
 
@@ -40,10 +40,10 @@ TORSION = np.dtype([("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,))
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
 LEAST = 1e-9  # of its friction, what spin leaves a contact
-ITERATIONS = 5
+ITERATIONS, CLOSE = 6, 1e-5  # steps to a point of the limit curve; [rad] by which its normal may be off
 
 
-@jit
+@jit_inline
 def inner_share(s):
     """Share of M_s that the springs inside x = s a carry: 64/pi^2 integral_0^s t^2 [K - E] dt, within 2e-4."""
     fit = 4.36112 + s * (-13.37 + s * (24.32555 + s * (-22.45405 + s * 8.11474)))
@@ -62,23 +62,30 @@ def twist(state, contact, modulus, angle, friction):
     follow(state, contact, old)
     if contact.before < 0.0:
         angle *= contact.overlap / (contact.overlap - contact.before)
-    stiffness = 16.0 / 3.0 * modulus
+    hold = 16.0 / 3.0 * modulus * radius**3
     cap = FULL * friction * min(contact.force, contact.elastic) * radius
-    moment, inner, within = 0.0, 0.0, 0.0
+    state.moment = turn_rings(state, state.span / radius, old / radius, angle, cap / hold) * hold
+
+
+@jit_of_sums
+def turn_rings(state, span, old, angle, cap):
+    """Turn all rings by an angle; returns the sum of the springs'.
+
+    span, old: over the radius of the contact. angle, cap [rad]: moments over the contact's stiffness.
+    """
+    moment = 0.0
     for i in range(RINGS):
-        start, end = EDGES[i] * state.span, EDGES[i + 1] * state.span
-        outer = min(end, radius)
-        size = max(outer**3 - inner**3, 0.0)
-        was = max(min(end, old) ** 3 - start**3, 0.0)
-        beyond = inner_share(outer / radius)
-        hold = stiffness * size
-        spring = hold * (state.twists[i] * (was / size if was < size else 1.0) + angle) if size > 0.0 else 0.0
-        limit = cap * max(beyond - within, 0.0)
+        start, end = EDGES[i] * span, EDGES[i + 1] * span
+        inner, outer = min(start, 1.0), min(end, 1.0)
+        size = outer * outer * outer - inner * inner * inner
+        end = min(end, old)
+        was = end * end * end - start * start * start
+        limit = cap * (inner_share(outer) - inner_share(inner))
+        spring = state.twists[i] * max(min(was, size), 0.0) + angle * size
         spring = min(max(spring, -limit), limit)
-        state.twists[i] = spring / hold if size > 0.0 else 0.0
+        state.twists[i] = spring / max(size, 1e-30)
         moment += spring
-        inner, within = outer, beyond
-    state.moment = moment
+    return moment
 
 
 @jit
@@ -143,16 +150,17 @@ def limits(state, contact, friction, du, dv, angle):
 @jit
 def nearest(force, moment):
     """Point of the limit curve nearest to a force over mu P and a moment over mu P a; whether these are outside."""
-    size = sqrt(force * force + moment * moment)
-    v, w = force / size, moment / size
+    v, w = force, moment / (FULL * FULL)  # across an ellipse
+    f, m = 0.0, 0.0
     for _ in range(ITERATIONS):
+        size = sqrt(v * v + w * w)
+        v, w = v / size, w / size
         f, m, bend = limit_point(v, w)
         x, y = force - f, moment - m
         turn = (y * v - x * w) / (max(x * v + y * w, 0.0) + bend)
+        if turn * turn < CLOSE * CLOSE:
+            break
         v, w = max(v - turn * w, 0.0), max(w + turn * v, 0.0)
-        size = sqrt(v * v + w * w)
-        v, w = v / size, w / size
-    f, m, _ = limit_point(v, w)
     return f, m, (force - f) * v + (moment - m) * w > 0.0
 
 

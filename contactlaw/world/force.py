@@ -11,7 +11,7 @@ from contactlaw.laws.record import LASTING, OPEN, ask_energy
 from contactlaw.laws.step import advance
 from contactlaw.world.access import body_at, law_numbers, law_of, memory_of, pair_at
 from contactlaw.world.motion import give
-from contactlaw.world.vec import dot, load, norm, sub
+from contactlaw.world.vec import dot, load, sub
 
 CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
 ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is none
@@ -49,8 +49,11 @@ def advance_contact(w, c, slot, du, dv, angle, dt, free):
 @jit_inside
 def twisted(c, a, b):
     """Angle [rad] that A has turned over B about the normal in the last substep; zero where it is rounding alone."""
-    angle = dot(sub(load(a.twist), load(b.twist)), load(c.normal))
-    return angle if abs(angle) > ROUNDING * (norm(load(a.twist)) + norm(load(b.twist))) else 0.0
+    one, other = load(a.twist), load(b.twist)
+    angle = dot(sub(one, other), load(c.normal))
+    if angle == 0.0 or angle * angle <= ROUNDING * ROUNDING * (dot(one, one) + dot(other, other)):
+        return 0.0
+    return angle
 
 
 @jit_inside
