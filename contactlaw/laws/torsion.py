@@ -133,7 +133,7 @@ def limits(state, contact, friction, du, dv, angle):
     grown, radius = contact.overlap / contact.before, sqrt(contact.radius * contact.overlap)
     old = friction * contact.force
     full = old * grown * sqrt(grown)
-    stretch = 2.0 * contact.g_star * radius / full
+    stretch = contact.g_star * radius / full  # half of what a stuck contact has: by the limit, much of it slips
     force = sqrt((contact.f / full + stretch * du) ** 2 + (contact.g / full + stretch * dv) ** 2)
     moment = abs(state.moment / (full * radius) + stretch * radius * angle)
     kept = 1.0
