@@ -15,7 +15,7 @@ from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 ZERO = (0.0, 0.0, 0.0)
-PLACES = 4e-15  # of a place, some roundings of a number: stiff contacts make as much motion of them
+PLACES = 4e-16  # of a place, the rounding of a number
 SAME = 1e-12  # of an acceleration, a change that is none
 
 

@@ -227,7 +227,7 @@ def apply_force(c, a, b, time):
     kick(a, load(c.arm_a), impulse)
     kick(b, load(c.arm_b), scale(-1.0, impulse))
     store(c.impulse, add(load(c.impulse), impulse))
-    if c.torsion.moment != 0.0:
+    if time * c.torsion.moment != 0.0:
         moment = scale(time * c.torsion.moment, load(c.normal))
         turn(a, scale(-1.0, moment))
         turn(b, moment)
