@@ -125,7 +125,7 @@ def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Ar
     """Whole impacts in steps, scaled so that m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
     motion = motion_of(zeta, steps, law.linear)
     deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # the former: P = delta
-    paths.impacts_by_steps(law.with_pair(*SCALED, zeta, 1.0), *law.new_contact(), motion, deepest, psi, chi, out)
+    paths.impacts_by_steps(law.with_pair(*SCALED, zeta, 1.0, 1.0), *law.new_contact(), motion, deepest, psi, chi, out)
 
 
 def _share(run: Callable[[slice], object], size: int, threads: int) -> None:

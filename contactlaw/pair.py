@@ -81,6 +81,11 @@ class ContactPair:
         return 1.0 / (self.a.tangential_compliance + self.b.tangential_compliance)
 
     @cached_property
+    def torsion_modulus(self) -> float:
+        """G_t [Pa] of spin about the normal, 1/G_t = 1/G_A + 1/G_B; kappa does not enter."""
+        return 1.0 / (1.0 / self.a.shear_modulus + 1.0 / self.b.shear_modulus)
+
+    @cached_property
     def kappa(self) -> float:
         """Tangential over normal contact stiffness, k_T/k_N = G*/E*."""
         return self.effective_shear_modulus / self.effective_modulus
@@ -166,6 +171,7 @@ class ContactPair:
             self.friction,
             self.damping_ratio,
             _scaled_impact(self.damping_ratio)[0],
+            self.torsion_modulus,
         )
 
 

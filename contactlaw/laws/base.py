@@ -90,7 +90,7 @@ class Law:
         return values
 
     def with_pair(self, *known: float) -> Array:
-        """The numbers that the kernels read: `record.PAIR`, of which the first six are given, then the law's own."""
+        """The numbers that the kernels read: `record.PAIR`, of which the first seven are given, then the law's own."""
         pair = np.array((*known, self.linear, self.memory, *self.addresses()), record.PAIR)
         return np.concatenate([pair.reshape(1).view(np.float64), self.numbers().view(np.float64)])
 

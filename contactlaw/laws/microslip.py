@@ -150,18 +150,25 @@ def follow(contact, law, memory):
     A contact that settles from a bounce to rest keeps few of its nodes; it is judged by the overlap it can still reach,
     so that the thin contacts at the start and end of an impact are left alone.
     """
-    span, a2 = contact.scale, contact.radius * contact.overlap
+    span = span_of(contact, contact.scale)
+    if span != contact.scale and contact.state == SPRUNG:
+        regrid(contact, law, memory, span)
+    contact.scale = span
+
+
+@jit
+def span_of(contact, span):
+    """Radius that nodes span [m] from now on; see `follow`."""
+    a2 = contact.radius * contact.overlap
     if a2 > span * span:
-        span = 1.25 * sqrt(a2)
-    elif a2 * 4.0 < span * span:
+        return 1.25 * sqrt(a2)
+    if a2 * 4.0 < span * span:
         overlap, quarter = contact.overlap, 0.25 * span * span / contact.radius
         energy = overlap * overlap * sqrt(overlap)  # over 2/5 k, with that of the closing speed
         energy += 1.25 * contact.mass * contact.closing * contact.closing / contact.stiffness
         if energy < quarter * quarter * sqrt(quarter):
-            span = 1.02 * sqrt(contact.radius * energy**0.4)
-    if span != contact.scale and contact.state == SPRUNG:
-        regrid(contact, law, memory, span)
-    contact.scale = span
+            return 1.02 * sqrt(contact.radius * energy**0.4)
+    return span
 
 
 @jit

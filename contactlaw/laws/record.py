@@ -36,14 +36,14 @@ delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m
 """
 
 PAIR = record(
-    "e_star", "g_star", "radius", "friction", "zeta", "duration", "linear", "vectors",
+    "e_star", "g_star", "radius", "friction", "zeta", "duration", "g_t", "linear", "vectors",
     "force_at", "stiffness_at", "energy_at",
 )  # fmt: skip
 """Two materials and their law.
 
-duration: of a contact, times speed over the undamped greatest overlap. linear: 1 where the normal spring is linear.
-vectors: how many the law remembers. force_at, stiffness_at, energy_at: addresses of the law's functions, whole numbers
-below 2^53. The law's own numbers follow.
+duration: of a contact, times speed over the undamped greatest overlap. g_t: for torsion [Pa]. linear: 1 where the
+normal spring is linear. vectors: how many the law remembers. force_at, stiffness_at, energy_at: addresses of the law's
+functions, whole numbers below 2^53. The law's own numbers follow.
 """
 
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0

@@ -16,11 +16,12 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
-from contactlaw.laws.record import CONTACT_SIZE as TOUCH_SIZE
+from contactlaw.laws.record import CONTACT_SIZE, PAIR_SIZE
 from contactlaw.laws.record import PAIR as LAW
-from contactlaw.laws.record import PAIR_SIZE
+from contactlaw.laws.torsion import TORSION
 from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
 
+KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8  # what laws know of a contact, its first numbers
 BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
 
 
@@ -145,7 +146,7 @@ def bring_back_contact(w, slot):
 def bring_back_touch(w, slot):
     """The same of what its law knows of it, and remembers."""
     place = 8 * CONTACT_NUMBERS * slot
-    copy_numbers(w.contacts_aside + place, w.contacts + place, TOUCH_SIZE)
+    copy_numbers(w.contacts_aside + place, w.contacts + place, KNOWN_NUMBERS)
     place = 8 * w.memory_size * slot
     copy_numbers(w.memory_aside + place, w.memory + place, w.memory_size)
 

@@ -11,13 +11,13 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.tree_kinematics import vector
 
 LARGEST = 128  # unknowns at most: beyond them substeps are cheaper
-RIGHT, VELOCITY, BEGUN, BEFORE, FREE, ACCELERATION, NORMAL, SIDE_U, SIDE_V, FIRST = range(10)  # see `part`
+RIGHT, VELOCITY, BEGUN, BEFORE, FREE, ACCELERATION, NORMAL, SIDE_U, SIDE_V, TURN, FIRST = range(11)  # see `part`
 
 
 def room_for(unknowns):
     """Numbers that the equations of so many unknowns need."""
     size = min(unknowns, LARGEST)
-    return size * (size + 10)
+    return size * (size + 11)
 
 
 @jit_inside
@@ -31,8 +31,8 @@ def part(w, number):
     """A vector of so many unknowns, by its number.
 
     RIGHT: r, and then x. VELOCITY: at the end of a stage; BEGUN: of the step's start; FREE: of a stage without
-    contacts. BEFORE: displacements before a stage. ACCELERATION. NORMAL, SIDE_U, SIDE_V: rows of a Jacobian. FIRST:
-    where the envelope of a row begins.
+    contacts. BEFORE: displacements before a stage. ACCELERATION. NORMAL, SIDE_U, SIDE_V, TURN: rows of a Jacobian.
+    FIRST: where the envelope of a row begins.
     """
     return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + number), w.unknown_room)
 

@@ -5,72 +5,98 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws import torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
-from contactlaw.world.access import bring_back_touch, law_numbers, law_of, memory_of, pair_at
+from contactlaw.world.access import body_at, bring_back_touch, law_numbers, law_of, memory_of, pair_at
+from contactlaw.world.motion import give
+from contactlaw.world.vec import dot, load, sub
 
 PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
 CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
+ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is none
 
 
 @jit_inside
-def advance_contact(w, c, slot, du, dv, dt, free):
-    """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are force, ratio, f, g.
+def advance_contact(w, c, slot, moved, slide, dt, free):
+    """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are its forces and its moment.
 
-    du, dv: what A has moved over B along both tangents [m]. dt [s]. free: closing acceleration by all but this
-    contact [m/s^2].
+    moved: what A has moved over B along both tangents [m], and turned about the normal [rad]; slide: how fast. dt [s].
+    free: closing acceleration by all but this contact [m/s^2].
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
     if t.state == OPEN:
         for i in range(memory.size):
             memory[i] = 0.0
+    du, dv, angle = moved
+    spun = (angle != 0.0 or c.torsion.span > 0.0) and law.friction > 0.0
+    left = 0.0
+    if spun:
+        share, left = torsion.limits(c.torsion, t, law.friction, du, dv, angle)
+        t.friction = share * law.friction
+        left *= law.friction
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and dt > 0.0 and hardly_moves(c, 1.0):
-        calm(t, du / dt, dv / dt)
+    if spun:
+        torsion.twist(c.torsion, t, law.g_t, angle, left)
+    if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and hardly_moves(c, 1.0):
+        calm(t, slide[0], slide[1])
+        if spun:
+            n = load(c.normal)
+            turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
+            torsion.damp(c.torsion, t, law.g_t, left, slide[2], 1.0 / turn)
+
+
+@jit_inside
+def twisted(c, a, b):
+    """Angle [rad] that A has turned over B about the normal in the last substep; zero where it is rounding alone."""
+    one, other = load(a.twist), load(b.twist)
+    angle = dot(sub(one, other), load(c.normal))
+    if angle == 0.0 or angle * angle <= ROUNDING * ROUNDING * (dot(one, one) + dot(other, other)):
+        return 0.0
+    return angle
 
 
 @jit_inside
 def ask_at(w, c, slot, moved, slide):
     """Advance a contact from where it was kept to the overlap and the closing speed that it has at the end of a stage.
 
-    moved: what A has moved over B along both tangents [m]; slide: its speed then [m/s]. Returns its tangential forces.
+    moved, slide: as above, since it was kept, and at the end. Returns its tangential forces [N] and its moment [N m].
     """
-    t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
+    t = c.touch
     overlap, before, closing = t.overlap, t.before, t.closing
     bring_back_touch(w, slot)
     t.overlap, t.before, t.closing = overlap, before, closing
-    memory = memory_of(w, slot)
-    if t.state == OPEN:
-        for i in range(memory.size):
-            memory[i] = 0.0
-    advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, 0.0, moved[0], moved[1], 0.0)
-    if t.course == LASTING and t.friction > 0.0:
-        calm(t, slide[0], slide[1])
-    return t.f, t.g
+    advance_contact(w, c, slot, moved, slide, 0.0, 0.0)
+    return t.f, t.g, c.torsion.moment
 
 
 @jit_inside
 def slopes(w, c, slot, moved, slide, stage):
     """By how much the forces of a contact that has been asked change [N/m]; it is left to be asked again.
 
-    Returns d P, d F and d G by the overlap, which the closing speed follows within a stage of so many seconds, and d F
-    and d G by both displacements, which the slide follows.
+    Returns d P, d F and d G by the overlap, which the closing speed follows within a stage of so many seconds, d F and
+    d G by both displacements, which the slide follows, and that of the moment by the angle [N m].
     """
     t = c.touch
-    f, g, overlap, closing, force, way = t.f, t.g, t.overlap, t.closing, t.force, PROBE * t.overlap
-    (du, dv), (u, v), more = moved, slide, way / stage
+    f, g, m, overlap, closing, force = t.f, t.g, c.torsion.moment, t.overlap, t.closing, t.force
+    way = PROBE * overlap
+    more, (du, dv, angle), (u, v, spin) = way / stage, moved, slide
     t.overlap, t.closing = overlap + way, closing + more
-    fp, gp = ask_at(w, c, slot, moved, slide)
+    fp, gp, _ = ask_at(w, c, slot, moved, slide)
     normal = (t.force - force) / way
     t.overlap, t.closing = overlap, closing
-    fu, gu, fv, gv = f, g, f, g
+    fu, gu, fv, gv, turn = f, g, f, g, 0.0
     if t.friction > 0.0:
-        fu, gu = ask_at(w, c, slot, (du + way, dv), (u + more, v))
-        fv, gv = ask_at(w, c, slot, (du, dv + way), (u, v + more))
+        fu, gu, _ = ask_at(w, c, slot, (du + way, dv, angle), (u + more, v, spin))
+        fv, gv, _ = ask_at(w, c, slot, (du, dv + way, angle), (u, v + more, spin))
+        if c.torsion.span > 0.0:
+            radius = sqrt(t.radius * overlap)
+            _, _, turned = ask_at(w, c, slot, (du, dv, angle + way / radius), (u, v, spin + more / radius))
+            turn = max(turned - m, 0.0) * radius / way
     across = (fp - f) / way, (gp - g) / way
-    return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way)
+    return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way, turn)
 
 
 @jit_inside
@@ -103,7 +129,7 @@ def calm(t, u, v):
 
 @jit_inside
 def stored_energy(w, c, slot):
-    """Elastic energy [J] of a closed contact: of its normal force, 2/5 P delta for Hertz, and of its law's springs."""
+    """Elastic energy [J] of a closed contact: 2/5 P delta of Hertz, and those of its law's springs and of torsion."""
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     if t.overlap <= 0.0 or t.state == OPEN:
         return 0.0
@@ -111,4 +137,5 @@ def stored_energy(w, c, slot):
     out = (0.5 if linear else 0.4) * elastic_force(t, linear, t.overlap) * t.overlap
     if t.friction > 0.0:
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
+        out += torsion.stored(c.torsion, t, law.g_t)
     return out

@@ -23,6 +23,7 @@ from contactlaw.world.vec import (
     scale,
     store,
     sub,
+    tangent,
     to_body,
     to_world,
 )
@@ -213,6 +214,23 @@ def kick(b, arm, impulse):
     if b.isotropic != 0:
         store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
     else:
+        store(b.momentum, add(load(b.momentum), moment))
+        store(b.spin, give(b, load(b.momentum)))
+
+
+@jit_inside
+def turn(b, moment):
+    """Give a body an angular impulse [N m s]: two opposite impulses, half a metre from its centre of mass."""
+    size = norm(moment)
+    if b.tree != 0:
+        across = tangent(scale(1.0 / size, moment))
+        impulse = cross(moment, across)
+        arm = scale(0.5, across)
+        kick(b, arm, impulse)
+        kick(b, scale(-1.0, arm), scale(-1.0, impulse))
+    elif b.isotropic != 0:
+        store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
+    elif b.inverse_mass != 0.0:
         store(b.momentum, add(load(b.momentum), moment))
         store(b.spin, give(b, load(b.momentum)))
 

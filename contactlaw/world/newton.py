@@ -21,8 +21,8 @@ from contactlaw.world.access import (
     whole_at,
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
-from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, VELOCITY, matrix, part
-from contactlaw.world.force import ask_at, slopes
+from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, matrix, part
+from contactlaw.world.force import ask_at, slopes, twisted
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import moved_at, velocity_at
 from contactlaw.world.records import NEVER
@@ -111,17 +111,21 @@ def look_at(w, r, stage):
     e = load(c.tangent)
     f = cross(n, e)
     u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
-    u = (dot(u, n), dot(u, e), dot(u, f))
-    change = stage * norm(sub(u, load(r.slide)))
-    store(r.slide, u)
-    t.before, t.overlap, t.closing = t.overlap, overlap, -u[0]
-    r.moved_u, r.moved_v = dot(moved, e), dot(moved, f)
+    slide = dot(u, e), dot(u, f), dot(sub(load(a.spin), load(b.spin)), n)
+    change = stage * norm(sub((slide[0], slide[1], dot(u, n)), (r.slide[0], r.slide[1], -r.closing)))
+    store(r.slide, slide)
+    r.closing = -dot(u, n)
+    t.before, t.overlap, t.closing = t.overlap, overlap, r.closing
+    store(r.moved, (dot(moved, e), dot(moved, f), twisted(c, a, b)))
     if overlap <= 0.0:
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return False, NEVER
-    ask_at(w, c, r.slot, (r.moved_u, r.moved_v), (u[1], u[2]))
+    _, _, moment = ask_at(w, c, r.slot, load(r.moved), slide)
     push(a, arm_a, scale(stage, force_of(c)), part(w, RIGHT))
     push(b, arm_b, scale(-stage, force_of(c)), part(w, RIGHT))
+    if moment != 0.0:
+        twist(a, c, -stage * moment, part(w, RIGHT))
+        twist(b, c, stage * moment, part(w, RIGHT))
     least = least_move(c, a, b, FOUND)
     return not change <= least, least / stage  # NaN has moved
 
@@ -135,22 +139,27 @@ def enter(w, r, stage):
     if c.touch.overlap <= 0.0:
         return
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    k = slopes(w, c, r.slot, (r.moved_u, r.moved_v), (r.slide[1], r.slide[2]), stage)
+    k = slopes(w, c, r.slot, load(r.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
     count_a, count_b = freedoms(a), freedoms(b)
     if a.unknown == b.unknown:  # of one tree
         count_b = 0
-    for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f)):
+    for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f), (TURN, n)):
         row = part(w, number)
         for p in range(count_a):
             row[a.unknown + p] = 0.0
         for p in range(count_b):
             row[b.unknown + p] = 0.0
+        if number == TURN:
+            if k[7] != 0.0:
+                twist(a, c, 1.0, row)
+                twist(b, c, -1.0, row)
+            continue
         push(a, load(c.arm_a), direction, row)
         push(b, load(c.arm_b), scale(-1.0, direction), row)
     h, first = matrix(w), part(w, FIRST)
-    jn, ju, jv = part(w, NORMAL), part(w, SIDE_U), part(w, SIDE_V)
+    jn, ju, jv, js = part(w, NORMAL), part(w, SIDE_U), part(w, SIDE_V), part(w, TURN)
     square = stage * stage
     lowest = min(a.unknown if count_a > 0 else b.unknown, b.unknown if count_b > 0 else a.unknown)
     for p in range(count_a + count_b):
@@ -159,9 +168,19 @@ def enter(w, r, stage):
         by_n = square * (k[0] * jn[i] - k[1] * ju[i] - k[2] * jv[i])
         by_u = square * (k[3] * ju[i] + k[4] * jv[i])
         by_v = square * (k[5] * ju[i] + k[6] * jv[i])
+        by_s = square * k[7] * js[i]
         for q in range(count_a + count_b):
             j = a.unknown + q if q < count_a else b.unknown + q - count_a
-            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j]
+            h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_s * js[j]
+
+
+@jit_inside
+def twist(b, c, size, row):
+    """The same of a couple about a contact's normal: two opposite forces half a metre from the centre of mass."""
+    e = load(c.tangent)
+    across = scale(size, cross(load(c.normal), e))
+    push(b, scale(0.5, e), across, row)
+    push(b, scale(-0.5, e), scale(-1.0, across), row)
 
 
 @jit_inside

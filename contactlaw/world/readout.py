@@ -14,8 +14,9 @@ from contactlaw.world.records import AXIS, CLOSED, FREE, Array, Arrays
 
 READOUT = np.dtype([
     ("shapes", "i8", 2), ("bodies", "i8", 2), ("closed", "?"), ("overlap", "f8"), ("point", "f8", 3),
-    ("normal", "f8", 3), ("force", "f8", 3), ("impulse", "f8", 3), ("normal_work", "f8"), ("friction_work", "f8"),
-    ("deepest", "f8"), ("strongest", "f8"), ("duration", "f8"), ("touches", "i8"),
+    ("normal", "f8", 3), ("force", "f8", 3), ("moment", "f8"), ("impulse", "f8", 3),
+    ("normal_work", "f8"), ("friction_work", "f8"), ("deepest", "f8"), ("strongest", "f8"), ("duration", "f8"),
+    ("touches", "i8"),
 ])  # fmt: skip
 
 
@@ -42,6 +43,7 @@ def contacts(world: Arrays) -> Array:
     out["overlap"] = np.maximum(rows["touch"]["overlap"], 0.0) * out["closed"]
     out["point"] = world.bodies["position"][rows["body_a"]] + rows["arm_a"]
     out["force"] = rows["force"]
+    out["moment"] = -rows["torsion"]["moment"]
     for name in ("normal", "impulse", "normal_work", "friction_work", "deepest", "strongest", "duration", "touches"):
         out[name] = rows[name]
     return out

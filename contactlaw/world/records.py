@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.laws.record import CONTACT as TOUCH
+from contactlaw.laws.torsion import TORSION
 
 NEVER = np.inf
 
@@ -189,6 +190,7 @@ NEAR = record(
 
 CONTACT = record(
     touch=TOUCH,  # what its law knows of it
+    torsion=TORSION,  # its moment is that on B along the normal
     phase="i8", near="i8", link="i8",
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     interval="f8",  # [s] of the last substep
@@ -207,8 +209,8 @@ CONTACT = record(
 ROW = record(
     near="i8", slot="i8",  # of its pair; of its contact, -1: open so far
     fresh="i8",  # it has come to be a contact in this step
-    moved_u="f8", moved_v="f8",  # [m] of A over B along both tangents since the step began
-    slide=VECTOR,  # velocity [m/s] of A over B: along the normal and both tangents
+    moved=VECTOR, slide=VECTOR,  # of A over B since the step began, and at its end, see `force.advance_contact`
+    closing="f8",  # speed [m/s]
     impulse=VECTOR,  # [N s] on A by the stages that are found
 )  # fmt: skip
 """A contact in an implicit step, see `lasting`."""
@@ -306,7 +308,7 @@ class Arrays(NamedTuple):
         one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
-        one["unknown_room"] = int((self.equations.size + 25) ** 0.5) - 5  # n (n + 10) numbers
+        one["unknown_room"] = int((self.equations.size + 30.25) ** 0.5 - 5.5)  # n (n + 11) numbers
         one["cells"] = self.grid.size - 4 * self.shapes.size
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])

@@ -35,6 +35,10 @@ def fall_asleep(w, bodies, pairs):
             c = contact_at(w.contacts, p.slot)
             press(body_at(w.bodies, p.body_a), load(c.arm_a), load(c.force))
             press(body_at(w.bodies, p.body_b), load(c.arm_b), scale(-1.0, load(c.force)))
+            if c.torsion.moment != 0.0:
+                e = load(c.tangent)
+                couple(body_at(w.bodies, p.body_a), e, scale(-c.torsion.moment, cross(load(c.normal), e)))
+                couple(body_at(w.bodies, p.body_b), e, scale(c.torsion.moment, cross(load(c.normal), e)))
     if not balanced(w, pairs, w.stillness):
         return
     for i in range(bodies):
@@ -109,6 +113,13 @@ def press(b, arm, force):
         store(b.shift, axpy(b.inverse_mass, force, load(b.shift)))
         store(b.twist, add(load(b.twist), give(b, cross(arm, force))))
         b.active = 1
+
+
+@jit_inside
+def couple(b, arm, force):
+    """The same of a force at half an arm and its opposite at the opposite half."""
+    press(b, scale(0.5, arm), force)
+    press(b, scale(-0.5, arm), scale(-1.0, force))
 
 
 @jit_inside

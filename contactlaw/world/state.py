@@ -12,6 +12,8 @@ contact by contact.
 
 from __future__ import annotations
 
+from math import sqrt
+
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
@@ -254,10 +256,13 @@ def sound_touch(t):
 
 @jit_inside
 def sound_frame(c):
-    """Whether the frame of a contact is one, its last substep was one, and its force is what its law says."""
+    """Whether the frame of a contact is one, its last substep was one, and its force and moment are its law's."""
     n, e, force = load(c.normal), load(c.tangent), load(c.force)
     square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
-    own = c.touch.force**2 + c.touch.f**2 + c.touch.g**2
+    t = c.touch
+    own = t.force**2 + t.f**2 + t.g**2
+    most = t.friction * t.force * sqrt(t.radius * t.overlap)  # 3 pi/16 of it, see `laws.torsion`
+    square = square and c.torsion.span >= 0.0 and abs(c.torsion.moment) <= most
     return square and c.interval >= 0.0 and dot(force, force) <= own * (1.0 + UNIT) + 1e-300
 
 

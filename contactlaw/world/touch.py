@@ -18,11 +18,12 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import meet
-from contactlaw.world.motion import kick, moved_at, velocity_at
+from contactlaw.world.motion import kick, moved_at, turn, velocity_at
 from contactlaw.world.pace import masses, radius_of
 from contactlaw.world.records import CLOSED, FREE, PARTED
 from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub, tangent
 
+NONE = (0.0, 0.0, 0.0)
 TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
 
 
@@ -58,6 +59,7 @@ def close(w, k, overlap):
     c.interval = 0.0
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
+    c.torsion.span, c.torsion.moment = 0.0, 0.0
     masses(c, a, b)
     t.overlap = overlap
     t.before = overlap
@@ -65,7 +67,7 @@ def close(w, k, overlap):
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
-        force.advance_contact(w, c, q.slot, 0.0, 0.0, 0.0, 0.0)
+        force.advance_contact(w, c, q.slot, NONE, NONE, 0.0, 0.0)
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
@@ -106,6 +108,7 @@ def open_up(q, c):
     c.phase = PARTED
     store(c.force, (0.0, 0.0, 0.0))
     c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0
+    c.torsion.moment = 0.0
 
 
 @jit_inside
@@ -157,7 +160,7 @@ def advance(w, c, slot, a, b, span):
     store(c.arm_b, arm_b)
     e = load(c.tangent)
     f = cross(n, e)
-    du, dv = dot(moved, e), dot(moved, f)
+    moved = dot(moved, e), dot(moved, f), force.twisted(c, a, b)
     before = t.overlap
     t.before = before
     t.overlap = overlap
@@ -168,9 +171,9 @@ def advance(w, c, slot, a, b, span):
         if before > 0.0 and law.zeta == 0.0 and c.interval > 0.0:
             c.end_weight = elastic_end(before / (before - overlap), linear)
             store(c.force, force_of(c))
-        add_work(c, 0.5 + c.end_weight, overlap - before, du, dv)
+        add_work(c, 0.5 + c.end_weight, overlap - before, moved)
         return
-    add_work(c, 0.5, overlap - before, du, dv)
+    add_work(c, 0.5, overlap - before, moved)
     closing = (overlap - before) / h
     own = t.force / t.mass
     if c.interval > 0.0:
@@ -179,7 +182,7 @@ def advance(w, c, slot, a, b, span):
         c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), n) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
-    force.advance_contact(w, c, slot, du, dv, h, c.closing_acceleration + own)
+    force.advance_contact(w, c, slot, moved, scale(1.0 / h, moved), h, c.closing_acceleration + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here
@@ -190,7 +193,7 @@ def advance(w, c, slot, a, b, span):
         c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
     store(c.force, force_of(c))
     c.interval = h
-    add_work(c, 0.5 + c.end_weight, overlap - before, du, dv)
+    add_work(c, 0.5 + c.end_weight, overlap - before, moved)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
@@ -198,11 +201,15 @@ def advance(w, c, slot, a, b, span):
 
 
 @jit_inside
-def add_work(c, share, gained, du, dv):
-    """Enter the work that a share of the contact's force does over a displacement [m] into its ledger."""
+def add_work(c, share, gained, moved):
+    """Enter the work that a share of the contact's force does into its ledger.
+
+    gained: overlap [m]. moved: along both tangents [m], and angle about the normal [rad].
+    """
     t = c.touch
+    du, dv, angle = moved
     c.normal_work -= share * t.force * gained
-    c.friction_work -= share * (t.f * du + t.g * dv)
+    c.friction_work -= share * (t.f * du + t.g * dv + c.torsion.moment * angle)
 
 
 @jit_inside
@@ -221,3 +228,7 @@ def apply_force(c, a, b, time):
     kick(a, load(c.arm_a), impulse)
     kick(b, load(c.arm_b), scale(-1.0, impulse))
     store(c.impulse, add(load(c.impulse), impulse))
+    if time * c.torsion.moment != 0.0:
+        moment = scale(time * c.torsion.moment, load(c.normal))
+        turn(a, scale(-1.0, moment))
+        turn(b, moment)

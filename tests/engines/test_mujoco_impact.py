@@ -10,7 +10,7 @@ mujoco = pytest.importorskip("mujoco")
 if numba.config.DISABLE_JIT:
     pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
-from mujoco_scenes import DENSITY, GEOM, RADIUS, ball_on_floor, impact_error, steel_pair  # noqa: E402
+from mujoco_scenes import DENSITY, GEOM, MASS, RADIUS, ball_on_floor, impact_error, steel_pair  # noqa: E402
 
 from contactlaw import LAWS  # noqa: E402
 from contactlaw.mujoco_plugin import add_contact  # noqa: E402
@@ -167,3 +167,22 @@ def test_the_side_of_a_capsule_does_not_pass_through_a_box(radius):
         mujoco.mj_step(model, data, 600)
     assert data.qvel[2] > 0.5
     assert any("side of a capsule" in str(w.message) for w in caught) == (radius is None)
+
+
+@pytest.mark.parametrize("integrator", ["mjINT_EULER", "mjINT_RK4", "mjINT_IMPLICITFAST"])
+def test_a_pivoting_ball_slows_and_stops(integrator):
+    """3 pi/16 mu P a is the moment of a Hertz contact that spins about its normal (Lubkin 1951)."""
+    pair = steel_pair(friction=0.3, restitution=0.5)
+    spec, _ = ball_on_floor(pair, 2e-3, gravity=9.81)
+    spec.option.integrator = getattr(mujoco.mjtIntegrator, integrator)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    stiffness = 4.0 / 3.0 * pair.effective_modulus * np.sqrt(RADIUS)
+    overlap = (MASS * 9.81 / stiffness) ** (2.0 / 3.0)
+    rate = 3.0 * np.pi / 16.0 * 0.3 * 9.81 * np.sqrt(RADIUS * overlap) / (0.4 * RADIUS**2)
+    data.qpos[2] -= overlap
+    data.qvel[5] = 0.4 * rate
+    mujoco.mj_step(model, data, 100)
+    assert data.qvel[5] == pytest.approx(0.2 * rate, rel=0.01)
+    mujoco.mj_step(model, data, 400)
+    assert np.abs(data.qvel).max() < 1e-3 * rate

@@ -16,11 +16,13 @@ from pybullet_scenes import (  # noqa: E402
     CASES,
     RADIUS,
     ball,
+    ball_on_plane,
     impact,
     pair_of,
     plane,
     run,
     slab,
+    step,
     velocities,
 )
 
@@ -128,3 +130,17 @@ def test_two_clients_at_once_give_the_same(client: int) -> None:
         assert first[0][2] > 0.9
     finally:
         p.disconnect(other)
+
+
+def test_a_pivoting_ball_slows_and_stops(client: int) -> None:
+    """3 pi/16 mu P a is the moment of a Hertz contact that spins about its normal (Lubkin 1951)."""
+    pair = pair_of(friction=0.3, restitution=0.5)
+    overlap = (0.5 * 9.81 / (4.0 / 3.0 * pair.effective_modulus * np.sqrt(RADIUS))) ** (2.0 / 3.0)
+    rate = 3.0 * np.pi / 16.0 * 0.3 * 9.81 * np.sqrt(RADIUS * overlap) / (0.4 * RADIUS**2)
+    body, contact, _ = ball_on_plane(client, 2e-3, (0.0, 0.0, RADIUS - overlap), friction=0.3, restitution=0.5)
+    p.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0.4 * rate], physicsClientId=client)
+    step(contact, 100)
+    assert velocities(client, body)[1][2] == pytest.approx(0.2 * rate, rel=0.01)
+    step(contact, 400)
+    velocity, spin = velocities(client, body)
+    assert np.abs(velocity).max() < 1e-3 * rate * RADIUS and np.abs(spin).max() < 1e-3 * rate

@@ -1,0 +1,200 @@
+"""Torsion: the moment about the normal of a contact that is spun, and what spin takes from its tangential force.
+
+Torsion alone is exact on a line of independent springs (Jaeger, Arch. Appl. Mech. 65, 1995; Popov & Hess 2015): with
+1/G_t = 1/G_A + 1/G_B and theta(x) the elastic angle of the spring at x,
+
+    M = integral over the contact, 0 < x < a, of 16 G_t x^2 theta(x) dx
+    |theta(x)| <= mu/(2 G_t) integral_x^a p(r) dr/sqrt(r^2 - x^2) = 3 mu P/(4 pi G_t a^2) [K(k) - E(k)],
+    k^2 = 1 - x^2/a^2
+
+which is Lubkin's solution (J. Appl. Mech. 18, 1951): stuck 16/3 G_t a^3, slipping as a whole M_s = 3 pi/16 mu P a.
+Rings of fixed radii hold one angle each; stiffness and cap are those of the part of a ring that is in contact. What
+comes into contact is not twisted, what leaves it takes its energy along: no load or history makes energy.
+
+Sliding and spinning together, slipping everywhere, the velocity v of the middle of the contact being s times omega a
+(q^2 = s^2 - 1; `tests.test_torsion` has the quadrature):
+
+    s <= 1: F/(mu P) = 3 pi/32 (4 s - s^3)          M/(mu P a) = 3 pi/128 (8 - 8 s^2 + 3 s^4)
+    s >= 1: F/(mu P) = 3/16 [(4 s - s^3) asin(1/s) + (s^2 + 2) q/s]
+            M/(mu P a) = 3/64 [(8 - 8 s^2 + 3 s^4) asin(1/s) + (6 - 3 s^2) q]
+
+This limit curve bounds all F and M, and (v, omega a) is along its normal (Goyal, Ruina & Papadopoulos, Wear 143, 1991).
+So the law of the tangential force and the rings have their friction lowered to the point of the curve nearest to where
+F and M would go if the contact stuck: inside the curve nothing is coupled; friction that is lowered only takes energy.
+"""
+
+from __future__ import annotations
+
+from math import asin, pi, sqrt
+
+import numpy as np
+
+from contactlaw.jit import jit, jit_inline, jit_of_sums
+from contactlaw.laws.microslip import span_of
+from contactlaw.laws.record import SLIDING
+
+RINGS = 12
+EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.7  # of the span; narrower towards the rim, where slip begins
+TORSION = np.dtype([("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,))], align=True)
+"""Radius that the rings span [m], zero: not spun since the touch; moment against the spin [N m]; their angles [rad]."""
+
+FULL = 3.0 * pi / 16.0  # M_s over mu P a
+LEAST = 1e-9  # of its friction, what spin leaves a contact
+ITERATIONS, CLOSE = 6, 1e-5  # steps to a point of the limit curve; [rad] by which its normal may be off
+
+
+@jit_inline
+def inner_share(s):
+    """Share of M_s that the springs inside x = s a carry: 64/pi^2 integral_0^s t^2 [K - E] dt, within 2e-4."""
+    fit = 4.36112 + s * (-13.37 + s * (24.32555 + s * (-22.45405 + s * 8.11474)))
+    return s * s * s * (1.0 + (1.0 - s) * (3.0 + (1.0 - s) * fit))
+
+
+@jit
+def twist(state, contact, modulus, angle, friction):
+    """Twist a contact by an angle [rad] of A over B about the normal: new is the moment.
+
+    state: `TORSION`. contact: `laws.record.CONTACT`, with the forces of this step. modulus: G_t [Pa]. friction: the
+    coefficient, or what sliding leaves of it.
+    """
+    radius = sqrt(contact.radius * contact.overlap)
+    old = sqrt(contact.radius * max(contact.before, 0.0))
+    follow(state, contact, old)
+    if contact.before < 0.0:
+        angle *= contact.overlap / (contact.overlap - contact.before)
+    hold = 16.0 / 3.0 * modulus * radius**3
+    cap = FULL * friction * min(contact.force, contact.elastic) * radius
+    state.moment = turn_rings(state, state.span / radius, old / radius, angle, cap / hold) * hold
+
+
+@jit_of_sums
+def turn_rings(state, span, old, angle, cap):
+    """Turn all rings by an angle; returns the sum of the springs'.
+
+    span, old: over the radius of the contact. angle, cap [rad]: moments over the contact's stiffness.
+    """
+    moment = 0.0
+    for i in range(RINGS):
+        start, end = EDGES[i] * span, EDGES[i + 1] * span
+        inner, outer = min(start, 1.0), min(end, 1.0)
+        size = outer * outer * outer - inner * inner * inner
+        end = min(end, old)
+        was = end * end * end - start * start * start
+        limit = cap * (inner_share(outer) - inner_share(inner))
+        spring = state.twists[i] * max(min(was, size), 0.0) + angle * size
+        spring = min(max(spring, -limit), limit)
+        state.twists[i] = spring / max(size, 1e-30)
+        moment += spring
+    return moment
+
+
+@jit
+def follow(state, contact, radius):
+    """Let the rings span the contact; where they change, all are left with one angle: of one moment, the least energy.
+
+    radius: of the contact before [m].
+    """
+    span = state.span
+    if span == 0.0:
+        state.span = sqrt(contact.radius * max(contact.reach, contact.overlap))
+        for i in range(RINGS):
+            state.twists[i] = 0.0
+        return
+    state.span = span_of(contact, span)
+    if state.span != span:
+        mean, last = 0.0, 0.0
+        for i in range(RINGS):
+            end = min(EDGES[i + 1] * span, radius) ** 3
+            mean += (end - last) * state.twists[i]
+            last = end
+        for i in range(RINGS):
+            state.twists[i] = mean / last if last > 0.0 else 0.0
+
+
+@jit
+def stored(state, contact, modulus):
+    """Elastic energy [J] of the rings: 8/3 G_t of each one's x^3, times its angle squared."""
+    energy, last, radius = 0.0, 0.0, sqrt(contact.radius * max(contact.overlap, 0.0))
+    for i in range(RINGS if state.span > 0.0 else 0):
+        end = min(EDGES[i + 1] * state.span, radius) ** 3
+        energy += (end - last) * state.twists[i] ** 2
+        last = end
+    return 8.0 / 3.0 * modulus * energy
+
+
+@jit
+def limits(state, contact, friction, du, dv, angle):
+    """Shares of a friction coefficient that are left for the tangential force and for the moment.
+
+    contact: with the forces of the step before. du, dv [m], angle [rad]: of A over B.
+    """
+    if contact.before <= 0.0 or contact.overlap <= 0.0 or contact.force <= 0.0:
+        return 1.0, 1.0
+    grown, radius = contact.overlap / contact.before, sqrt(contact.radius * contact.overlap)
+    old = friction * contact.force
+    full = old * grown * sqrt(grown)
+    stretch = contact.g_star * radius / full  # half of what a stuck contact has: by the limit, much of it slips
+    force = sqrt((contact.f / full + stretch * du) ** 2 + (contact.g / full + stretch * dv) ** 2)
+    moment = abs(state.moment / (full * radius) + stretch * radius * angle)
+    kept = 1.0
+    if contact.state == SLIDING:  # its law takes what friction there is for its springs when it sticks
+        kept = min(max(sqrt(contact.f * contact.f + contact.g * contact.g) / old, LEAST), 1.0)
+    if force + moment / FULL <= 1.0:
+        return kept, 1.0
+    f, m, outside = nearest(force, moment)
+    if not outside:
+        return kept, 1.0
+    return max(f, LEAST), m / FULL
+
+
+@jit
+def nearest(force, moment):
+    """Point of the limit curve nearest to a force over mu P and a moment over mu P a; whether these are outside."""
+    v, w = force, moment / (FULL * FULL)  # across an ellipse
+    f, m = 0.0, 0.0
+    for _ in range(ITERATIONS):
+        size = sqrt(v * v + w * w)
+        v, w = v / size, w / size
+        f, m, bend = limit_point(v, w)
+        x, y = force - f, moment - m
+        turn = (y * v - x * w) / (max(x * v + y * w, 0.0) + bend)
+        if turn * turn < CLOSE * CLOSE:
+            break
+        v, w = max(v - turn * w, 0.0), max(w + turn * v, 0.0)
+    return f, m, (force - f) * v + (moment - m) * w > 0.0
+
+
+@jit
+def limit_point(v, w):
+    """Of a contact that slips everywhere, F/(mu P), M/(mu P a), and the limit curve's radius of curvature there.
+
+    v, w: velocity of its middle and spin times a, both not negative, over the root of the sum of their squares.
+    """
+    if w < 0.1 * v:  # the first terms of the series: the closed form would lose digits
+        k = w / v
+        k2 = k * k
+        f = 1.0 - k2 * (0.1 + k2 * (3.0 / 280.0 + k2 / 336.0))
+        return f, 0.2 * k * (1.0 + k2 * (1.0 / 14.0 + k2 / 56.0)), (0.2 + k2 * 3.0 / 70.0) / v**3
+    s = v / w
+    s2 = s * s
+    if s <= 1.0:
+        f, m = pi / 2.0 * s * (4.0 - s2), pi / 2.0 * (8.0 - s2 * (8.0 - 3.0 * s2))
+        slope = pi / 2.0 * (4.0 - 3.0 * s2)
+    else:
+        q, angle = sqrt(s2 - 1.0), asin(1.0 / s)
+        f = s * (4.0 - s2) * angle + (s2 + 2.0) * q / s
+        m = (8.0 - s2 * (8.0 - 3.0 * s2)) * angle + (6.0 - 3.0 * s2) * q
+        slope = (4.0 - 3.0 * s2) * angle + (3.0 - 2.0 / s2) * q
+    return 3.0 / 16.0 * f, 3.0 / 64.0 * m, 3.0 / 16.0 * slope / w**3
+
+
+@jit
+def damp(state, contact, modulus, friction, rate, inertia):
+    """Add a critical dashpot to the moment, within its limit: what is stuck would swing for ever.
+
+    rate: of the angle [rad/s]. inertia: about the normal [kg m^2].
+    """
+    radius = sqrt(contact.radius * contact.overlap)
+    limit = FULL * friction * contact.force * radius
+    drag = 2.0 * sqrt(16.0 / 3.0 * modulus * radius**3 * inertia)
+    state.moment = min(max(state.moment + drag * rate, -limit), limit)

@@ -1,0 +1,216 @@
+"""Torsion against Lubkin's solution, sliding with spin against quadrature, and no history that makes energy."""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
+from contactlaw.laws.step import advance, know
+from contactlaw.laws.torsion import FULL, TORSION, limit_point, limits, stored, twist
+
+PAIR = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.3, radius=0.01)
+DEEP = 1e-5  # [m]
+# Stick radius over a, beta G_t a^2/(mu P) and M/M_s of Lubkin's solution, by its elliptic integrals
+LUBKIN = np.array([
+    (0.95, 0.018994, 0.15944), (0.9, 0.038514, 0.29937), (0.8, 0.079419, 0.52717), (0.7, 0.123436, 0.69559),
+    (0.6, 0.171637, 0.81569), (0.5, 0.225712, 0.89734), (0.4, 0.288534, 0.94932), (0.3, 0.365570, 0.97932),
+    (0.2, 0.469255, 0.99405), (0.1, 0.639718, 0.99927),
+])  # fmt: skip
+
+
+class Contact:
+    """One contact whose motion is given; its law is that of the pair."""
+
+    def __init__(self, pair: ContactPair = PAIR) -> None:
+        self.numbers = pair.parameters()
+        self.values, self.memory = pair.rule.with_nodes(None).new_contact()
+        self.pair, self.touch = pair_of(self.numbers), contact_of(self.values)
+        self.torsion = np.zeros(1, np.dtype((np.record, TORSION)))[0]
+        know(self.touch, self.pair, self.pair.radius)
+        self.touch.mass = self.touch.tangential_mass = 1.0
+        self.touch.closing = sqrt(0.8 * self.touch.stiffness * DEEP**2.5)  # such that it comes so deep
+
+    def move(self, overlap: float, slide: float = 0.0, angle: float = 0.0, spun: bool = True) -> None:
+        """By one step; as the world does it."""
+        t, mu = self.touch, self.pair.friction
+        t.before, t.overlap = t.overlap, overlap
+        share, left = limits(self.torsion, t, mu, slide, 0.0, angle) if spun else (1.0, 1.0)
+        t.friction = share * mu
+        advance(t, self.pair, self.numbers[PAIR_SIZE:], self.memory, 0.0, slide, 0.0, 0.0)
+        twist(self.torsion, t, self.pair.g_t, angle, left * mu)
+
+    def press(self, overlap: float = DEEP, steps: int = 50) -> None:
+        """To an overlap, straight."""
+        for depth in np.linspace(self.touch.overlap, overlap, steps + 1)[1:]:
+            self.move(float(depth))
+
+    @property
+    def radius(self) -> float:
+        return sqrt(self.pair.radius * self.touch.overlap)
+
+    @property
+    def full(self) -> float:
+        """mu P [N]."""
+        return self.pair.friction * self.touch.force
+
+    @property
+    def unit(self) -> float:
+        """mu P/(G_t a^2) [rad]."""
+        return self.full / (self.pair.g_t * self.radius**2)
+
+
+def test_torsion_alone_follows_lubkin() -> None:
+    contact = Contact()
+    contact.press()
+    done = 0.0
+    for _, beta, share in LUBKIN:
+        contact.move(DEEP, angle=(beta - done) * contact.unit)
+        done = beta
+        assert contact.torsion.moment == pytest.approx(share * FULL * contact.full * contact.radius, rel=0.01)
+
+
+def test_stuck_stiffness_and_the_limit_are_exact_at_any_radius() -> None:
+    for overlap in (DEEP, 0.6 * DEEP, 0.3 * DEEP, 0.1 * DEEP):
+        contact = Contact()
+        contact.press(overlap)
+        tiny = 1e-9 * contact.unit
+        contact.move(overlap, angle=tiny)
+        stuck = 16.0 / 3.0 * contact.pair.g_t * contact.radius**3 * tiny
+        assert contact.torsion.moment == pytest.approx(stuck, rel=1e-9)
+        contact.move(overlap, angle=20.0 * contact.unit)
+        assert contact.torsion.moment == pytest.approx(FULL * contact.full * contact.radius, rel=1e-12)
+
+
+def test_unloading_is_masings_rule() -> None:
+    """Turned back by twice an angle, the moment has its opposite; half way the curve is the first one, doubled."""
+    contact = Contact()
+    contact.press()
+    contact.move(DEEP, angle=0.2 * contact.unit)
+    top = contact.torsion.moment
+    first = Contact()
+    first.press()
+    first.move(DEEP, angle=0.1 * first.unit)
+    contact.move(DEEP, angle=-0.2 * contact.unit)
+    assert contact.torsion.moment == pytest.approx(top - 2.0 * first.torsion.moment, rel=1e-9)
+    contact.move(DEEP, angle=-0.2 * contact.unit)
+    assert contact.torsion.moment == pytest.approx(-top, rel=1e-9)
+
+
+def test_a_moment_outlives_a_load_that_swings() -> None:
+    """What is held by the middle of a contact does not creep away while its rim comes and goes."""
+    contact = Contact()
+    contact.press()
+    contact.move(DEEP, angle=0.05 * contact.unit)
+    held = []
+    for _ in range(30):
+        contact.press(0.7 * DEEP, 10)
+        contact.press(DEEP, 10)
+        held.append(contact.torsion.moment)
+    assert held[-1] > 0.3 * FULL * contact.full * contact.radius * LUBKIN[1, 2]
+    assert held[-1] == pytest.approx(held[9], rel=0.02)
+
+
+@pytest.mark.parametrize("k", [1e-3, 0.05, 0.0999, 0.1001, 0.5, 0.999, 1.001, 2.0, 30.0])
+def test_limit_curve_is_the_integral_over_a_slipping_contact(k: float) -> None:
+    """Chords through the pole, s = 1/k from the middle: pressure is sqrt(w^2 - m^2), w^2 = 1 - (s sin t)^2."""
+    s, size = 1.0 / k, sqrt(1.0 + k * k)
+    # Only t up to asin(1/s): t = asin(min(1, 1/s) sin y) takes the root's end away.
+    edge = min(1.0, k)
+
+    def over(f) -> float:
+        def inner(y: float) -> float:
+            sine = edge * sin(y)
+            return f(1.0 - sine * sine, 1.0 - (s * sine) ** 2) * edge * cos(y) / sqrt(1.0 - sine * sine)
+
+        return quad(inner, 0.0, pi / 2.0, epsabs=1e-14, epsrel=1e-13)[0]
+
+    force = 1.5 * s * over(lambda cosine2, w2: cosine2 * w2)
+    moment = 0.375 * over(lambda cosine2, w2: w2 * w2)
+    f, m, bend = limit_point(1.0 / size, k / size)
+    # The series stop at k^6, 5e-4 of them at most.
+    assert (f, m) == (pytest.approx(force, abs=1e-9), pytest.approx(moment, abs=1e-9))
+    if not 0.09 < k < 0.11:
+        step = 1e-6
+        angle = atan2(k, 1.0)
+        one, other = (limit_point(cos(angle + d), sin(angle + d)) for d in (-step, step))
+        chord = (other[0] - one[0], other[1] - one[1])
+        assert hypot(*chord) / (2.0 * step) == pytest.approx(bend, rel=1e-3)
+        assert abs(chord[0] + k * chord[1]) < 1e-5 * hypot(*chord) * size
+
+
+@pytest.mark.parametrize("law", ["microslip", "mindlin", "coulomb"])
+@pytest.mark.parametrize("k", [0.1, 0.5, 1.0, 3.0])
+def test_steady_sliding_with_spin(law: str, k: float) -> None:
+    contact = Contact(ContactPair(PAIR.a, PAIR.b, friction=0.3, radius=0.01, law=law))
+    contact.press()
+    step = 0.02 * contact.full / (contact.pair.g_star * contact.radius)
+    for _ in range(2000):
+        contact.move(DEEP, step, k * step / contact.radius)
+    size = sqrt(1.0 + k * k)
+    f, m, _ = limit_point(1.0 / size, k / size)
+    assert contact.touch.f == pytest.approx(f * contact.full, abs=1e-3 * contact.full)
+    assert contact.torsion.moment == pytest.approx(
+        m * contact.full * contact.radius, abs=1e-3 * contact.full * contact.radius
+    )
+
+
+def test_hardly_any_spin_hardly_changes_a_slide() -> None:
+    one, other = Contact(), Contact()
+    rng = np.random.default_rng(4)
+    slides = np.repeat(rng.uniform(-1.0, 1.0, 12), 25) * 3e-7
+    depths = DEEP * np.sin(np.linspace(0.0, pi, slides.size + 2)[1:-1])
+    for depth, slide in zip(depths, slides, strict=True):
+        one.move(float(depth), float(slide), 1e-9, spun=True)
+        other.move(float(depth), float(slide), 0.0, spun=False)
+        assert one.touch.f == pytest.approx(other.touch.f, abs=1e-4 * 0.3 * one.touch.force)
+
+
+MOVES = st.lists(
+    st.tuples(st.floats(0.02, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.integers(1, 30)),
+    min_size=2,
+    max_size=12,
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(MOVES)
+def test_no_history_makes_energy(moves) -> None:
+    """Whatever the loads, slides and twists: the work put into torsion is never less than what it has stored."""
+    contact = Contact()
+    contact.press()
+    slip, turn = 2.0 * contact.full / (contact.pair.g_star * contact.radius), contact.unit
+    work, most = 0.0, 1e-12 * contact.full * contact.radius * turn
+    for depth, slide, angle, steps in moves:
+        start = contact.touch.overlap
+        for i in range(steps):
+            overlap = start + (depth * DEEP - start) * (i + 1) / steps
+            contact.move(overlap, slide * slip / steps, angle * turn / steps)
+            work += contact.torsion.moment * angle * turn / steps
+            assert work >= stored(contact.torsion, contact.touch, contact.pair.g_t) - most
+            assert abs(contact.torsion.moment) <= FULL * contact.full * contact.radius * (1.0 + 1e-9)
+            assert abs(contact.touch.f) <= contact.full * (1.0 + 1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(MOVES)
+def test_sliding_and_spinning_take_energy(moves) -> None:
+    """The same of force and moment together, whose springs come to rest again: at one load."""
+    contact = Contact()
+    contact.press()
+    slip, turn = 2.0 * contact.full / (contact.pair.g_star * contact.radius), contact.unit
+    work, force, moment = 0.0, contact.touch.f, contact.torsion.moment
+    unit = contact.full * slip
+    for _, slide, angle, steps in moves:
+        for _ in range(steps):
+            contact.move(DEEP, slide * slip / steps, angle * turn / steps)
+            work += 0.5 * (force + contact.touch.f) * slide * slip / steps
+            work += 0.5 * (moment + contact.torsion.moment) * angle * turn / steps
+            force, moment = contact.touch.f, contact.torsion.moment
+            assert work >= -1e-9 * unit

@@ -1,0 +1,132 @@
+"""Spin about the normal in a world: what pivots slows down and stops, and keeps nobody awake."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.world import World
+from contactlaw.world.chain import Chain, Link
+
+STEEL = MATERIALS["steel"]
+RADIUS, GRAVITY = 0.01, 9.81
+MASS = STEEL.density * 4.0 / 3.0 * pi * RADIUS**3
+INERTIA = 0.4 * MASS * RADIUS**2
+
+
+def steel(friction: float = 0.3, restitution: float = 0.5) -> ContactPair:
+    return ContactPair(STEEL, STEEL, friction=friction, restitution=restitution)
+
+
+def overlap_at_rest() -> float:
+    return (MASS * GRAVITY / (4.0 / 3.0 * steel().effective_modulus * sqrt(RADIUS))) ** (2.0 / 3.0)
+
+
+def slowing() -> float:
+    """Of a ball that pivots [rad/s^2]: 3 pi/16 mu P a/I."""
+    return 3.0 * pi / 16.0 * 0.3 * MASS * GRAVITY * sqrt(RADIUS * overlap_at_rest()) / INERTIA
+
+
+def pivoting(spin: float, tree: bool = False, friction: float = 0.3) -> World:
+    """A ball at rest on a floor, but for its spin about the normal."""
+    world = World(timestep=1e-3)
+    place = (0.0, 0.0, RADIUS - overlap_at_rest())
+    if tree:
+        chain = Chain([Link(MASS, INERTIA)], free=True)
+        _, (body,) = world.add_tree(chain, [*place, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, spin])
+    else:
+        body = world.add_body(MASS, INERTIA, place, spin=(0.0, 0.0, spin))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_sphere(body, RADIUS), floor, steel(friction))
+    return world
+
+
+@pytest.mark.parametrize("tree", [False, True])
+def test_a_pivoting_ball_slows_stops_and_sleeps(tree: bool) -> None:
+    world = pivoting(0.4, tree)
+    energy = world.energy.total
+    world.step(200)
+    assert (0.4 - world.spin[0, 2]) / 0.2 == pytest.approx(slowing(), rel=0.01)
+    row = world.contacts[0]
+    assert row["moment"] == pytest.approx(-INERTIA * slowing(), rel=0.01)
+    assert row["friction_work"] == pytest.approx(0.5 * INERTIA * (world.spin[0, 2] ** 2 - 0.4**2), rel=0.01)
+    for _ in range(40):
+        world.step(50)
+        assert world.energy.total < energy + 1e-15
+        energy = world.energy.total
+    assert world.asleep[0] and not world.spin.any() and not world.velocity.any()
+
+
+def test_without_friction_a_ball_pivots_for_ever() -> None:
+    world = pivoting(0.4, friction=0.0)
+    world.step(200)
+    assert world.spin[0, 2] == 0.4 and world.contacts["moment"][0] == 0.0
+
+
+def test_a_ball_that_rolls_straight_has_no_torsion() -> None:
+    world = pivoting(0.0)
+    world.arrays.bodies["velocity"][1, 0] = 0.1
+    world.arrays.bodies["spin"][1, 1] = 0.1 / RADIUS
+    world.step(100)
+    assert (world.arrays.contacts["torsion"]["span"][world.arrays.contacts["phase"] == 1] == 0.0).all()
+
+
+def test_what_pivots_goes_on_from_a_copy_to_the_bit() -> None:
+    world = pivoting(0.3)
+    world.step(50)
+    saved = world.save()
+    world.step(100)
+    spin = world.spin.copy()
+    world.restore(saved)
+    world.step(100)
+    np.testing.assert_array_equal(world.spin, spin)
+
+
+def test_two_spinning_balls_keep_their_momenta() -> None:
+    """Head on, spinning against each other about the line of centres and across it."""
+    world = World(gravity=0.0, timestep=1e-4)
+    bodies = [
+        world.add_body(MASS, INERTIA, (-0.0101, 0.0, 0.0), (1.0, 0.0, 0.0), spin=(900.0, 20.0, 5.0)),
+        world.add_body(MASS, INERTIA, (0.0101, 0.001, 0.0), (-1.0, 0.3, 0.0), spin=(-700.0, 0.0, -40.0)),
+    ]
+    first, second = (world.add_sphere(body, RADIUS) for body in bodies)
+    world.add_contact(first, second, steel(restitution=1.0))
+    (linear, angular), energy, spin = world.momentum, world.energy.total, world.spin.copy()
+    world.step(10)
+    assert world.contacts.size == 0 or not world.contacts["closed"].any()
+    assert np.abs(world.momentum[0] - linear).max() < 1e-14 * MASS * 2.0
+    assert np.abs(world.momentum[1] - angular).max() < 1e-13 * INERTIA * 900.0
+    assert world.energy.total < energy
+    # Torsion slows both alike along the line of centres, beside what friction across does to both.
+    change = world.spin - spin
+    assert change[0, 0] - change[1, 0] < 0.0
+
+
+@pytest.mark.heavy
+def test_a_heap_of_balls_comes_to_rest() -> None:
+    """Eight steel balls fall into a box: all sleep in the end, but those that roll freely on the floor."""
+    rng = np.random.default_rng(0)
+    world = World(timestep=2e-3)
+    half = 2.4 * RADIUS
+    walls = [world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))]
+    for sign in (-1.0, 1.0):
+        walls.append(world.add_plane(None, (sign * half, 0.0, 0.0), (-sign, 0.0, 0.0)))
+        walls.append(world.add_plane(None, (0.0, sign * half, 0.0), (0.0, -sign, 0.0)))
+    balls = []
+    for i in range(8):
+        place = np.array([(i % 2 - 0.5) * 2.1, (i // 2 % 2 - 0.5) * 2.1, 1.5 + 2.2 * (i // 4)]) * RADIUS
+        body = world.add_body(MASS, INERTIA, place + rng.uniform(-1e-3, 1e-3, 3) * [1, 1, 0])
+        balls.append(world.add_sphere(body, RADIUS))
+    world.add_contact(balls, [*balls, *walls], steel())
+    highest = world.energy.total
+    for _ in range(40):
+        world.step(50)
+        assert world.energy.total < highest * (1.0 + 1e-12)
+    closed = world.contacts[world.contacts["closed"]]
+    touching = np.bincount(closed["bodies"][closed["bodies"] >= 0].ravel(), minlength=8)
+    free = (touching == 1) & ~world.asleep
+    assert (world.asleep | free).all() and free.sum() <= 2
+    assert np.abs(world.spin[:, 2]).max() < 1e-9
