@@ -16,7 +16,7 @@ from contactlaw.world.motion import drift, fly, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep
-from contactlaw.world.touch import TOUCHING, advance, apply_force, close, open_up
+from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.window import fastest_closing
 
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
@@ -166,10 +166,14 @@ def forces(w, pairs, span):
             if overlap <= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
             news = True
-        c = contact_at(w.contacts, p.slot)
-        advance(w, c, p.slot, a, b, span)
-        if c.touch.overlap > 0.0:
-            closed += 1
+        look(w, contact_at(w.contacts, p.slot), a, b)
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0:
+            c = contact_at(w.contacts, p.slot)
+            advance(w, c, p.slot, span)
+            if c.touch.overlap > 0.0:
+                closed += 1
     return closed, news
 
 

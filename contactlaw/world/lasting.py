@@ -298,10 +298,11 @@ def comes_to_stick(w, pairs):
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and r.fresh == 0:
-            start, now = contact_kept(w, r.slot).touch, contact_at(w.contacts, r.slot).touch
+            c = contact_at(w.contacts, r.slot)
+            start, now = contact_kept(w, r.slot).touch, c.touch
             if fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0):
                 far = GROSS * now.friction * now.e_star / now.g_star * now.overlap
-                if r.moved[0] ** 2 + r.moved[1] ** 2 > far * far:
+                if c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                     return True
     return False
 
@@ -324,7 +325,7 @@ def end(w, r, found):
         bring_back_touch(w, r.slot)
     else:
         gained = t.overlap - t.before
-        add_work(c, 1.0, gained, load(r.moved))
+        add_work(c, 1.0, gained, load(c.moved))
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = gained / w.step

@@ -22,14 +22,14 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, matrix, part
-from contactlaw.world.force import ask_at, slopes, twisted
+from contactlaw.world.force import ask_at, slopes
 from contactlaw.world.geometry import meet
-from contactlaw.world.motion import moved_at, velocity_at
+from contactlaw.world.motion import velocity_at
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import least_move
-from contactlaw.world.touch import close, force_of, turn_frame
+from contactlaw.world.touch import close, force_of, look
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, cross, dot, load, norm, rotate, scale, store, sub
+from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
 
 FOUND = 1e-9  # of its overlap, that a contact may still move
 
@@ -93,34 +93,27 @@ def look_at(w, r, stage):
     """
     p = near_at(w.near, r.near)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
     if r.slot < 0:
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
         if overlap <= 0.0 or not close(w, r.near, min(-p.gap, 0.0)):
             return False, NEVER
         r.slot, r.fresh = p.slot, 1
         keep_contact(w, r.slot)
     bring_back_contact(w, r.slot)
     c = contact_at(w.contacts, r.slot)
-    t = c.touch
-    mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
-    moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
-    turn_frame(c, n, 0.0)
-    store(c.tangent, rotate(scale(0.5 * dot(add(load(a.twist), load(b.twist)), n), n), load(c.tangent)))
-    store(c.arm_a, arm_a)
-    store(c.arm_b, arm_b)
-    e = load(c.tangent)
-    f = cross(n, e)
+    look(w, c, a, b)
+    t, n, e = c.touch, load(c.normal), load(c.tangent)
+    f, arm_a, arm_b = cross(n, e), load(c.arm_a), load(c.arm_b)
     u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
     slide = dot(u, e), dot(u, f), dot(sub(load(a.spin), load(b.spin)), n)
     change = stage * norm(sub((slide[0], slide[1], dot(u, n)), (r.slide[0], r.slide[1], -r.closing)))
     store(r.slide, slide)
     r.closing = -dot(u, n)
-    t.before, t.overlap, t.closing = t.overlap, overlap, r.closing
-    store(r.moved, (dot(moved, e), dot(moved, f), twisted(c, a, b)))
-    if overlap <= 0.0:
+    t.closing = r.closing
+    if t.overlap <= 0.0:
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return False, NEVER
-    _, _, moment = ask_at(w, c, r.slot, load(r.moved), slide)
+    _, _, moment = ask_at(w, c, r.slot, load(c.moved), slide)
     push(a, arm_a, scale(stage, force_of(c)), part(w, RIGHT))
     push(b, arm_b, scale(-stage, force_of(c)), part(w, RIGHT))
     if moment != 0.0:
@@ -139,7 +132,7 @@ def enter(w, r, stage):
     if c.touch.overlap <= 0.0:
         return
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
-    k = slopes(w, c, r.slot, load(r.moved), load(r.slide), stage)
+    k = slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
     count_a, count_b = freedoms(a), freedoms(b)

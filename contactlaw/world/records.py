@@ -195,6 +195,7 @@ CONTACT = record(
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     interval="f8",  # [s] of the last substep
     closing_acceleration="f8",  # closing acceleration over it [m/s^2]
+    moved=VECTOR,  # of A over B along both tangents [m], and about the normal [rad], in the last substep
     end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     force=VECTOR,  # force on A [N]
@@ -209,7 +210,7 @@ CONTACT = record(
 ROW = record(
     near="i8", slot="i8",  # of its pair; of its contact, -1: open so far
     fresh="i8",  # it has come to be a contact in this step
-    moved=VECTOR, slide=VECTOR,  # of A over B since the step began, and at its end, see `force.advance_contact`
+    slide=VECTOR,  # of A over B at the end of a stage, see `force.advance_contact`
     closing="f8",  # speed [m/s]
     impulse=VECTOR,  # [N s] on A by the stages that are found
 )  # fmt: skip

@@ -21,9 +21,10 @@ from contactlaw.world.geometry import meet
 from contactlaw.world.motion import kick, moved_at, turn, velocity_at
 from contactlaw.world.pace import masses, radius_of
 from contactlaw.world.records import CLOSED, FREE, PARTED
-from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub, tangent
+from contactlaw.world.vec import add, axpy, cross, dot, load, rotate, scale, store, sub, tangent
 
 NONE = (0.0, 0.0, 0.0)
+SMALL_TURN = 0.01  # [rad] for which the first term will do
 TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
 
 
@@ -138,19 +139,18 @@ def turn_frame(c, n, twist):
     old = load(c.normal)
     e = load(c.tangent)
     e = axpy(-dot(e, n) / max(1.0 + dot(n, old), 1e-300), add(n, old), e)
-    e = axpy(twist, cross(n, e), e)
+    e = axpy(twist, cross(n, e), e) if abs(twist) < SMALL_TURN else rotate(scale(twist, n), e)
     e = axpy(-dot(e, n), n, e)
     store(c.tangent, scale(1.5 - 0.5 * dot(e, e), e))
     store(c.normal, n)
 
 
 @jit_inside
-def advance(w, c, slot, a, b, span):
-    """Advance a contact, in a slot, whose bodies have just drifted: new are its force and its end weight.
+def look(w, c, a, b):
+    """See where the bodies of a contact have moved to: overlap, frame and arms there, and what A has moved over B.
 
-    span: lengths [s] of this substep and of the next.
+    A loop of its own over all contacts: with the law in it, one would wait for another's roots and quotients.
     """
-    h, following = span
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
@@ -160,10 +160,20 @@ def advance(w, c, slot, a, b, span):
     store(c.arm_b, arm_b)
     e = load(c.tangent)
     f = cross(n, e)
-    moved = dot(moved, e), dot(moved, f), force.twisted(c, a, b)
-    before = t.overlap
-    t.before = before
+    store(c.moved, (dot(moved, e), dot(moved, f), force.twisted(c, a, b)))
+    t.before = t.overlap
     t.overlap = overlap
+
+
+@jit_inside
+def advance(w, c, slot, span):
+    """Advance a contact, in a slot, whose bodies have been looked at: new are its force and its end weight.
+
+    span: lengths [s] of this substep and of the next.
+    """
+    h, following = span
+    t, moved = c.touch, load(c.moved)
+    before, overlap = t.before, t.overlap
     c.end_weight = 0.0
     law = law_of(w, pair_at(w.pairs, c.pair))
     linear = law.linear != 0.0
@@ -179,7 +189,8 @@ def advance(w, c, slot, a, b, span):
     if c.interval > 0.0:
         c.closing_acceleration = (closing - t.closing) / (0.5 * (h + c.interval))
     else:
-        c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), n) - own
+        a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
+        c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
     force.advance_contact(w, c, slot, moved, scale(1.0 / h, moved), h, c.closing_acceleration + own)
