@@ -1,14 +1,14 @@
 """Torsion: the moment about the normal of a contact that is spun, and what spin takes from its tangential force.
 
-Torsion alone is exact on a line of independent springs (Jaeger, Arch. Appl. Mech. 65, 1995; Popov & Hess 2015): with
-1/G_t = 1/G_A + 1/G_B and theta(x) the elastic angle of the spring at x,
+Torsion alone is exact on a line of independent springs (Jaeger, Arch. Appl. Mech. 65, 1995; Popov & Hess 2015), with
+1/G_t = 1/G_A + 1/G_B and theta(x) the elastic angle of the spring at x:
 
     M = integral over the contact, 0 < x < a, of 16 G_t x^2 theta(x) dx
     |theta(x)| <= mu/(2 G_t) integral_x^a p(r) dr/sqrt(r^2 - x^2) = 3 mu P/(4 pi G_t a^2) [K(k) - E(k)],
     k^2 = 1 - x^2/a^2
 
-which is Lubkin's solution (J. Appl. Mech. 18, 1951): stuck 16/3 G_t a^3, slipping as a whole M_s = 3 pi/16 mu P a. Rings
-of fixed radii hold one angle each; stiffness and cap are those of the part of a ring that is in contact. What comes
+which is Lubkin's solution (J. Appl. Mech. 18, 1951): stuck 16/3 G_t a^3, slipping as a whole M_s = 3 pi/16 mu P a.
+Rings of fixed radii hold one angle each; stiffness and cap are those of the part of a ring that is in contact. What comes
 into contact is not twisted, what leaves it takes its energy along: no load or history makes energy.
 
 Sliding and spinning together, slipping everywhere, the velocity v of the middle of the contact being s times omega a
@@ -20,7 +20,10 @@ Sliding and spinning together, slipping everywhere, the velocity v of the middle
 
 This limit curve bounds all F and M, and (v, omega a) is along its normal (Goyal, Ruina & Papadopoulos, Wear 143, 1991).
 So the law of the tangential force and the rings have their friction lowered to the point of the curve nearest to where
-F and M would go if the contact stuck: inside the curve nothing is coupled; friction that is lowered only takes energy.
+F and M would go if the contact hardly slipped; inside the curve they are not coupled. Friction that is lowered only
+takes energy. With sigma = (kappa/mu) omega a_max/V_z1 = 0.1 and chi = 1.465, psi_2 of an impact is within 5e-3 of a
+grid's for psi_1 from 1 to 5; where psi_1 is smaller, the rim slips by spin while F is inside the curve, and of what spin
+does to psi_2, -0.03, three quarters are missed.
 """
 
 from __future__ import annotations
@@ -30,8 +33,8 @@ from math import asin, pi, sqrt
 import numpy as np
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
-from contactlaw.laws.microslip import span_of
 from contactlaw.laws.record import SLIDING
+from contactlaw.laws.slip import span_of
 
 RINGS = 12
 EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.7  # of the span; narrower towards the rim, where slip begins

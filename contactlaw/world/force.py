@@ -19,7 +19,7 @@ ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is
 
 @jit_inside
 def advance_contact(w, c, slot, du, dv, angle, dt, free):
-    """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are force, ratio, f, g, moment.
+    """Advance a closed contact, in a slot, by one substep to its overlap: new are force, ratio, f, g and moment.
 
     du, dv [m], angle [rad]: what A has moved over B along both tangents, and turned about the normal. dt [s]. free:
     closing acceleration by all but this contact [m/s^2].
@@ -79,7 +79,7 @@ def calm(t, u, v):
 
 @jit_inside
 def stored_energy(w, c, slot):
-    """Elastic energy [J] of a closed contact: of its normal force, 2/5 P delta for Hertz, of its law's springs, and of torsion."""
+    """Elastic energy [J] of a closed contact: normal, 2/5 P delta for Hertz, of its law's springs, and torsional."""
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     if t.overlap <= 0.0 or t.state == OPEN:
         return 0.0

@@ -15,7 +15,8 @@ from contactlaw.world.records import AXIS, CLOSED, FREE, Array, Arrays
 READOUT = np.dtype([
     ("shapes", "i8", 2), ("bodies", "i8", 2), ("closed", "?"), ("overlap", "f8"), ("point", "f8", 3),
     ("normal", "f8", 3), ("force", "f8", 3), ("moment", "f8"), ("impulse", "f8", 3),
-    ("normal_work", "f8"), ("friction_work", "f8"), ("deepest", "f8"), ("strongest", "f8"), ("duration", "f8"), ("touches", "i8"),
+    ("normal_work", "f8"), ("friction_work", "f8"), ("deepest", "f8"), ("strongest", "f8"), ("duration", "f8"),
+    ("touches", "i8"),
 ])  # fmt: skip
 
 

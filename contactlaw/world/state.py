@@ -248,7 +248,7 @@ def sound_touch(t):
 
 @jit_inside
 def sound_frame(c):
-    """Whether the frame of a contact is one, its last substep was one, and its force and moment are what its law says."""
+    """Whether the frame of a contact is one, its last substep was one, and force and moment are what its law says."""
     n, e, force = load(c.normal), load(c.tangent), load(c.force)
     square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
     t = c.touch
