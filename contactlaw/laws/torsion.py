@@ -8,7 +8,7 @@ Torsion alone is exact on a line of independent springs (Jaeger, Arch. Appl. Mec
     k^2 = 1 - x^2/a^2
 
 which is Lubkin's solution (J. Appl. Mech. 18, 1951): stuck 16/3 G_t a^3, slipping as a whole M_s = 3 pi/16 mu P a.
-Rings of fixed radii hold one angle each; stiffness and cap are those of the part of a ring that is in contact. What comes
+Rings of fixed radii hold one angle each; stiffness and cap are those of the part that is in contact. What comes
 into contact is not twisted, what leaves it takes its energy along: no load or history makes energy.
 
 Sliding and spinning together, slipping everywhere, the velocity v of the middle of the contact being s times omega a
@@ -22,8 +22,8 @@ This limit curve bounds all F and M, and (v, omega a) is along its normal (Goyal
 So the law of the tangential force and the rings have their friction lowered to the point of the curve nearest to where
 F and M would go if the contact hardly slipped; inside the curve they are not coupled. Friction that is lowered only
 takes energy. With sigma = (kappa/mu) omega a_max/V_z1 = 0.1 and chi = 1.465, psi_2 of an impact is within 5e-3 of a
-grid's for psi_1 from 1 to 5; where psi_1 is smaller, the rim slips by spin while F is inside the curve, and of what spin
-does to psi_2, -0.03, three quarters are missed.
+grid's for psi_1 from 1 to 5; where psi_1 is smaller, the rim slips by spin while F is inside the curve, and of what
+spin does to psi_2, -0.03, three quarters are missed.
 """
 
 from __future__ import annotations
