@@ -313,8 +313,9 @@ class World:
         """Contacts that are closed, or were in the last step: an array with named fields, a row each.
 
         shapes, bodies: numbers of A and B (body -1: the world). closed. overlap [m]. point [m], normal from B to A,
-        force on A [N], shape (3,); moment on A about it [N m]. Since the touch: impulse on A [N s],
-        normal_work and friction_work done on the bodies [J], deepest [m], strongest normal force [N], duration [s], touches: how many.
+        force on A [N], shape (3,); moment on A about the normal [N m]. Since the touch: impulse on A [N s],
+        normal_work and friction_work done on the bodies [J], deepest [m], strongest normal force [N], duration [s],
+        touches: how many.
         """
         return readout.contacts(self.arrays)
 
