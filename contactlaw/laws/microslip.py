@@ -23,7 +23,7 @@ from contactlaw.jit import jit, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
-from contactlaw.laws.slip import carried, slides_on, sliding_direction
+from contactlaw.laws.slip import carried, slides_on, sliding_direction, span_of
 
 NODES = 16  # where nothing else is asked for: psi_2 within 4e-4 up to chi 2
 
@@ -145,30 +145,11 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
 
 @jit
 def follow(contact, law, memory):
-    """Let the nodes span the contact that there is: the span stays unless the contact outgrows it or lives far inside.
-
-    A contact that settles from a bounce to rest keeps few of its nodes; it is judged by the overlap it can still reach,
-    so that the thin contacts at the start and end of an impact are left alone.
-    """
+    """Let the nodes span the contact that there is."""
     span = span_of(contact, contact.scale)
     if span != contact.scale and contact.state == SPRUNG:
         regrid(contact, law, memory, span)
     contact.scale = span
-
-
-@jit
-def span_of(contact, span):
-    """Radius that nodes span [m] from now on; see `follow`."""
-    a2 = contact.radius * contact.overlap
-    if a2 > span * span:
-        return 1.25 * sqrt(a2)
-    if a2 * 4.0 < span * span:
-        overlap, quarter = contact.overlap, 0.25 * span * span / contact.radius
-        energy = overlap * overlap * sqrt(overlap)  # over 2/5 k, with that of the closing speed
-        energy += 1.25 * contact.mass * contact.closing * contact.closing / contact.stiffness
-        if energy < quarter * quarter * sqrt(quarter):
-            return 1.02 * sqrt(contact.radius * energy**0.4)
-    return span
 
 
 @jit

@@ -41,7 +41,7 @@ PAIR = record(
 )  # fmt: skip
 """Two materials and their law.
 
-duration: of a contact, times speed over the undamped greatest overlap. g_t: for torsion [Pa]. linear: 1 where the
+duration: of a contact, times speed over the undamped greatest overlap. g_t: G_t of torsion [Pa]. linear: 1 where the
 normal spring is linear. vectors: how many the law remembers. force_at, stiffness_at, energy_at: addresses of the law's
 functions, whole numbers below 2^53. The law's own numbers follow.
 """

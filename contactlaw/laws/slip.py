@@ -79,3 +79,22 @@ def carried(contact, f, g):
         pull, limit = sqrt(f * f + g * g), contact.friction * contact.force
         contact.ratio = limit / pull if pull > limit else 1.0
     return contact.ratio * f, contact.ratio * g
+
+
+@jit
+def span_of(contact, span):
+    """Radius [m] for nodes or rings to span: it stays unless the contact outgrows it or lives far inside.
+
+    A contact that settles from a bounce to rest keeps few of its nodes; it is judged by the overlap it can still reach,
+    so that the thin contacts at the start and end of an impact are left alone.
+    """
+    a2 = contact.radius * contact.overlap
+    if a2 > span * span:
+        return 1.25 * sqrt(a2)
+    if a2 * 4.0 < span * span:
+        overlap, quarter = contact.overlap, 0.25 * span * span / contact.radius
+        energy = overlap * overlap * sqrt(overlap)  # over 2/5 k, with that of the closing speed
+        energy += 1.25 * contact.mass * contact.closing * contact.closing / contact.stiffness
+        if energy < quarter * quarter * sqrt(quarter):
+            return 1.02 * sqrt(contact.radius * energy**0.4)
+    return span

@@ -15,7 +15,7 @@ resin, E 5.84 GPa, nu 0.34 (assumed; handbooks differ).
 
 from __future__ import annotations
 
-from math import cos, radians, sin
+from math import cos, radians, sin, sqrt
 
 import numpy as np
 
@@ -31,6 +31,9 @@ TABLE = ContactPair(PHENOLIC, PHENOLIC, friction=0.212, restitution=0.5, radius=
 CUSHION_RESTITUTION = 0.98
 NORMAL = np.array([-1.0, 0.0, 0.0])  # of the cushion
 LANES = ("running", "plain", "reverse")
+# What spin about the normal adds to psi_2, over sigma^2, sigma = (kappa/mu) omega a_max/V_z1, at the default speed and
+# angle: by a grid with Coulomb's law in each cell and Cerruti's kernel (32 cells, 256 steps, chi 1.39, nu 0.34)
+OF_SPIN = {"running": 0.083, "plain": 0.040, "reverse": 0.0143}
 WAY, AFTER = 0.1, 0.25  # to the cushion [m], time after the impact [s]
 
 
@@ -107,17 +110,26 @@ class Billiards(Scene):
             } | rebound_of(pair, out["chi"], points[came], points[left], NORMAL)
             # What the contact holds by its springs, psi of 1 (up to which all sticks), turns with half the ball's spin
             # about the normal, in the mean by half of that; the annuli know of no such spin.
-            out["balls"][name]["turned"] = 0.25 * duration * abs(float(track.spins[came] @ NORMAL))
+            spin = abs(float(track.spins[came] @ NORMAL))
+            out["balls"][name]["turned"] = 0.25 * duration * spin
+            approach = facts["speed"] * cos(facts["angle"])
+            radius = sqrt(RADIUS * pair.greatest_overlap(MASS, approach))
+            sigma = pair.kappa / facts["friction"] * spin * radius / approach
+            out["balls"][name]["psi2_by_spin"] = OF_SPIN[name] * sigma**2
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Against the annulus solver, but for the spin about the normal; rolling until then."""
+        """Against the annulus solver, and the grid for the spin about the normal; rolling until then."""
         if "microslip" not in measured["law"]:
             return []
         out = []
         for name, ball in measured["balls"].items():
             out += [
-                Limit(f"error of psi_2, {name} side", 4e-3, abs(ball["psi2"] - ball["psi2_reference"])),
+                Limit(
+                    f"error of psi_2, {name} side",
+                    4e-3,
+                    abs(ball["psi2"] - ball["psi2_reference"] - ball["psi2_by_spin"]),
+                ),
                 Limit(f"psi across the slip after the impact, {name} side", 4e-3 + ball["turned"], ball["aside"]),
                 Limit(f"slip on the table over the speed before, {name} side", 1e-3, ball["slip_on_the_table"]),
             ]

@@ -12,8 +12,8 @@ from contactlaw.world import World
 from contactlaw.world.chain import Chain, Link
 
 STEEL = MATERIALS["steel"]
-RADIUS, GRAVITY = 0.01, 9.81
-MASS = STEEL.density * 4.0 / 3.0 * pi * RADIUS**3
+RADIUS, GRAVITY, DENSITY = 0.01, 9.81, 7833.0
+MASS = DENSITY * 4.0 / 3.0 * pi * RADIUS**3
 INERTIA = 0.4 * MASS * RADIUS**2
 
 
