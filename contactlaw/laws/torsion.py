@@ -38,13 +38,12 @@ from contactlaw.laws.slip import span_of
 
 RINGS = 12
 EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.7  # of the span; narrower towards the rim, where slip begins
-TORSION = np.dtype([("span", "f8"), ("moment", "f8"), ("v", "f8"), ("w", "f8"), ("twists", "f8", (RINGS,))], align=True)
-"""Radius that the rings span [m], zero: not spun since the touch; moment against the spin [N m]; direction in which the
-contact slipped as a whole last, both zero: it has not; angles of the rings [rad]."""
+TORSION = np.dtype([("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,))], align=True)
+"""Radius that the rings span [m], zero: not spun since the touch; moment against the spin [N m]; their angles [rad]."""
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
 LEAST = 1e-9  # of its friction, what spin leaves a contact
-ITERATIONS, CLOSE = 6, 1e-4  # steps to a point of the limit curve; [rad] by which its normal may be off
+ITERATIONS, CLOSE = 6, 1e-5  # steps to a point of the limit curve; [rad] by which its normal may be off
 
 
 @jit_inline
@@ -100,7 +99,6 @@ def follow(state, contact, radius):
     """
     span = state.span
     if span == 0.0:
-        state.v, state.w = 0.0, 0.0
         state.span = sqrt(contact.radius * max(contact.reach, contact.overlap))
         for i in range(RINGS):
             state.twists[i] = 0.0
@@ -146,18 +144,16 @@ def limits(state, contact, friction, du, dv, angle):
         kept = min(max(sqrt(contact.f * contact.f + contact.g * contact.g) / old, LEAST), 1.0)
     if force + moment / FULL <= 1.0:
         return kept, 1.0
-    f, m, outside = nearest(state, force, moment)
+    f, m, outside = nearest(force, moment)
     if not outside:
         return kept, 1.0
     return max(f, LEAST), m / FULL
 
 
 @jit
-def nearest(state, force, moment):
+def nearest(force, moment):
     """Point of the limit curve nearest to a force over mu P and a moment over mu P a; whether these are outside."""
-    v, w = state.v, state.w
-    if v == 0.0 and w == 0.0:
-        v, w = force, moment / (FULL * FULL)  # across an ellipse
+    v, w = force, moment / (FULL * FULL)  # across an ellipse
     f, m = 0.0, 0.0
     for _ in range(ITERATIONS):
         size = sqrt(v * v + w * w)
@@ -168,7 +164,6 @@ def nearest(state, force, moment):
         if turn * turn < CLOSE * CLOSE:
             break
         v, w = max(v - turn * w, 0.0), max(w + turn * v, 0.0)
-    state.v, state.w = v, w
     return f, m, (force - f) * v + (moment - m) * w > 0.0
 
 
