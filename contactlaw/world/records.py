@@ -193,9 +193,9 @@ CONTACT = record(
     torsion=TORSION,  # its moment is that on B along the normal
     phase="i8", near="i8", link="i8",
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
+    moved=VECTOR,  # of A over B along both tangents [m], and about the normal [rad], in the last substep
     interval="f8",  # [s] of the last substep
     closing_acceleration="f8",  # closing acceleration over it [m/s^2]
-    moved=VECTOR,  # of A over B along both tangents [m], and about the normal [rad], in the last substep
     end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     force=VECTOR,  # force on A [N]

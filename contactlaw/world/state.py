@@ -17,8 +17,9 @@ from math import sqrt
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.laws.record import CONTACT_SIZE, LASTING, OPEN, PRESSED, SPRUNG
+from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPRUNG
 from contactlaw.world.access import (
+    KNOWN_NUMBERS,
     body_at,
     contact_at,
     law_of,
@@ -49,14 +50,14 @@ UNIT = 1e-9  # by which the square of a unit vector may be off
 
 def size(contact_room: int, memory_size: int, body_count: int, pair_count: int) -> int:
     """How many float64 a state takes, with room for so many contacts; the world itself is one of the bodies."""
-    contact = SHAPES + CONTACT_SIZE + REST + memory_size
+    contact = SHAPES + KNOWN_NUMBERS + REST + memory_size
     return HEAD + contact_room * contact + SLEEP * body_count + LEDGER * pair_count
 
 
 @jit_inside
 def hole(w, row):
     """Where zeros begin in a row behind its contacts, and where they end: at what it holds of the bodies."""
-    length = SHAPES + CONTACT_SIZE + REST + w.memory_size
+    length = SHAPES + KNOWN_NUMBERS + REST + w.memory_size
     return HEAD + int(row[0]) * length, HEAD + room_of(w, row) * length
 
 
@@ -70,7 +71,7 @@ def part(w, slot, offset, count):
 def room_of(w, numbers):
     """How many contacts a row has room for."""
     left = numbers.size - HEAD - SLEEP * w.body_count - LEDGER * w.pair_count
-    return left // (SHAPES + CONTACT_SIZE + REST + w.memory_size)
+    return left // (SHAPES + KNOWN_NUMBERS + REST + w.memory_size)
 
 
 @jit
@@ -88,7 +89,7 @@ def write(w, out):
     room = room_of(w, out)
     if room < 0:
         return w.nears
-    length = SHAPES + CONTACT_SIZE + REST + w.memory_size
+    length = SHAPES + KNOWN_NUMBERS + REST + w.memory_size
     before = int(out[0]) if 0.0 <= out[0] <= room else room
     count, lost, at = 0, 0, HEAD
     for k in range(w.nears):
@@ -100,7 +101,7 @@ def write(w, out):
             continue
         count += 1
         out[at], out[at + 1], out[at + 2] = p.a, p.b, contact_at(w.contacts, p.slot).touches
-        at = copy(part(w, p.slot, 0, CONTACT_SIZE), out, at + SHAPES)
+        at = copy(part(w, p.slot, 0, KNOWN_NUMBERS), out, at + SHAPES)
         at = copy(part(w, p.slot, FROM, REST), out, at)
         at = copy(memory_of(w, p.slot), out, at)
     for i in range(at, HEAD + before * length):
@@ -165,7 +166,7 @@ def read(w, row):
     if room < 0 or not 0.0 <= row[0] <= room:
         return 1
     count, bad, at = int(row[0]), 0, HEAD
-    length = SHAPES + CONTACT_SIZE + REST + w.memory_size
+    length = SHAPES + KNOWN_NUMBERS + REST + w.memory_size
     a, b = -1, -1
     for _ in range(count):
         if readable(w, row[at : at + length], a, b) and w.spares > 0:
@@ -173,7 +174,7 @@ def read(w, row):
             a, b = int(row[at]), int(row[at + 1])
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
-            here = take(row, at + SHAPES, part(w, slot, 0, CONTACT_SIZE))
+            here = take(row, at + SHAPES, part(w, slot, 0, KNOWN_NUMBERS))
             here = take(row, here, part(w, slot, FROM, REST))
             take(row, here, memory_of(w, slot))
             bad += 0 if admit(w, c, a, b) else 1
