@@ -57,6 +57,7 @@ from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, axpy, load, load4, norm, product, scale, store, sub
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
+SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 GROSS = 1.0  # times the slide to gross slip, a displacement that is a slide
@@ -116,7 +117,10 @@ def strikes(w, p, crowd):
     c = contact_at(w.contacts, p.slot)
     if law_of(w, pair_at(w.pairs, p.pair)).zeta == 0.0 or rigid(w, c) or contact_time(w, c, a, b) * LONG > w.step:
         return True
-    return abs(closing_speed(c, a, b)) > slow if crowd else not hardly_moves(c, 1.0)
+    speed, t = closing_speed(c, a, b), c.touch
+    if crowd:
+        return abs(speed) > slow
+    return speed * speed * t.mass > SLOW * t.force * t.overlap or not hardly_moves(c, 1.0)
 
 
 @jit_inside
@@ -129,7 +133,7 @@ def last(w, bodies, pairs):
     if found:
         add_impulses(w, pairs, w.step - stage)
         launch(w, stage, w.step - stage)
-        found = solve(w, bodies, pairs, stage, w.step) and not comes_to_stick(w, pairs)
+        found = solve(w, bodies, pairs, stage, w.step) and not changes(w, pairs)
     if found:
         add_impulses(w, pairs, stage)
         w.implicit += 1
@@ -293,13 +297,15 @@ def add_impulses(w, pairs, time):
 
 
 @jit_inside
-def comes_to_stick(w, pairs):
-    """Whether a contact slid as a whole when the step began, and comes to stick in it: when that is matters."""
+def changes(w, pairs):
+    """Whether a contact parts in the step, or comes to stick that slid as a whole before: when that is matters."""
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and r.fresh == 0:
             c = contact_at(w.contacts, r.slot)
             start, now = contact_kept(w, r.slot).touch, c.touch
+            if now.overlap <= 0.0 and start.overlap > 0.0:
+                return True
             if fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0):
                 far = GROSS * now.friction * now.e_star / now.g_star * now.overlap
                 if c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
