@@ -1,5 +1,6 @@
 """What a step of many balls costs with the law, beside MuJoCo with the solver that is cheapest there."""
 
+# pyright: reportAttributeAccessIssue=false
 from __future__ import annotations
 
 from time import process_time
