@@ -86,39 +86,38 @@ def support(world: Any) -> float:
     ))  # fmt: skip
 
 
-def costs(count: int, seconds: float, asleep_for: float = 0.2, engine: str = "mujoco", step: float = 2e-3) -> Any:
-    """Processor time of a drop until all sleep, and from then on, turn by turn with the same in MuJoCo natively.
+def costs(count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH) -> dict[str, Any]:
+    """Processor time of a drop in MuJoCo, by the law and natively with each solver; see `timed`."""
+    made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch)}
+    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch) for one in SOLVERS}
+    return {"balls": count} | timed(made, seconds)
+
+
+def timed(made: dict[str, World], seconds: float, asleep_for: float = 0.2) -> dict[str, Any]:
+    """Processor time of worlds turn by turn, until all of the first one sleeps, and from then on.
 
     Args:
-        count: Balls.
+        made: By name, not started.
         seconds: How long to wait for all to sleep [s].
         asleep_for: How long to go on then [s].
-        engine: That runs the law.
-        step: [s].
 
     Returns:
-        drop: Of the law, and of native contact by each solver [s]; lying: the same of what comes then; settled: when
-        all slept [s], or None where they do not.
+        drop: Of each until all sleep, or for so long [s]; lying: the same of what comes then, or None; settled: when
+        all slept [s], or None.
     """
-    made: dict[str, World] = {"law": poured(Settings(engine, timestep=step), count)}
-    made |= {name: poured(Settings("mujoco", NATIVE, timestep=step), count, name) for name in SOLVERS}
+    first = next(iter(made.values()))
     for world in made.values():
         world.start()
         world.step(1)
     drop, lying = dict.fromkeys(made, 0.0), dict.fromkeys(made, 0.0)
-    settled, spent = None, drop
-    total, left = ceil(seconds / step), ceil(asleep_for / step)
-    for _ in range(total // BLOCK):
+    settled, spent, end = None, drop, seconds
+    while first.time < end:
         for name, world in made.items():
             begun = process_time()
             world.step(BLOCK)
             spent[name] += process_time() - begun
-        if settled is None and asleep(made["law"]).all():
-            settled, spent = made["law"].time, lying
-        elif settled is not None:
-            left -= BLOCK
-            if left <= 0:
-                break
+        if settled is None and asleep(first).all():
+            settled, spent, end = first.time, lying, first.time + asleep_for
     for world in made.values():
         world.close()
-    return {"balls": count, "drop": drop, "lying": lying if settled else None, "settled": settled}
+    return {"drop": drop, "lying": lying if settled else None, "settled": settled}

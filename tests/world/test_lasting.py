@@ -1,4 +1,4 @@
-"""What lasts: implicit steps go where explicit ones go, keep momentum, gain no energy, and undo themselves if they fail."""
+"""What lasts: implicit steps go where explicit ones go, keep momentum, gain no energy, and are undone if they fail."""
 
 from __future__ import annotations
 
