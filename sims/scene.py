@@ -6,12 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from contactlaw import MATERIALS, ContactPair, checks
 from contactlaw.laws import law_of
 from sims.recording import Recording
 from sims.registry import Limit, Registry
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ENGINES = ("mujoco", "pybullet")
 NONE = "none"
@@ -137,6 +140,10 @@ class Scene(ABC):
     def ideals(self, recording: Recording) -> list[tuple[str, Recording]]:
         """Ideal motions to be shown beside the law, each with a title."""
         return []
+
+    def figure(self, settings: Settings, recording: Recording) -> Figure | None:
+        """A picture of its own, in place of the exposures."""
+        return None
 
     def option(self, settings: Settings, name: str) -> float:
         """An option's value: as set, or the scene's default."""

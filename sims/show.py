@@ -69,6 +69,13 @@ def pictures(
         return
     with _progress() as progress:
         progress.add_task(f"pictures of {scene.name}", total=None)
+        if plot and (own := scene.figure(settings, recording)) is not None:
+            plot.parent.mkdir(parents=True, exist_ok=True)
+            own.savefig(plot, dpi=130, metadata={"Software": None})
+            messages.print(f"picture: {plot}", highlight=False, soft_wrap=True)
+            plot = None
+        if not plot and not gif:
+            return
         panels = panels_of(scene, settings, recording, engines)
         made = [draw(scene, panels, file) for draw, file in ((draw_exposures, plot), (draw_gif, gif)) if file]
     for file in made:

@@ -41,6 +41,7 @@ class EngineWorld(World):
         self.spec.option.timestep = self.timestep
         self.spec.option.gravity = self.gravity
         self._masses: dict[str, float] = {}
+        self._feet: dict[str, list[str]] = {}
         self._window: Any = None
 
     def _make_body(self, body: Body) -> None:
@@ -55,12 +56,15 @@ class EngineWorld(World):
             for axis in np.eye(3):
                 joint = made.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=body.rotation.T @ axis)
                 joint.armature = HEAVY
-        size = body.size[:1] if body.shape == "disc" else body.size
-        made.add_geom(
-            name=body.name, type=GEOMS[body.shape], size=[*size, 0.0, 0.0][:3], contype=self._collide,
-            conaffinity=self._collide,
-        )  # fmt: skip
         self._masses[body.name] = body.mass
+        collide = {"contype": self._collide, "conaffinity": self._collide}
+        if body.feet:
+            for number, corner in enumerate(body.corners()):
+                made.add_geom(name=f"{body.name}-{number}", size=[body.feet, 0.0, 0.0], pos=corner, **collide)
+            self._feet[body.name] = [f"{body.name}-{number}" for number in range(8)]
+            return
+        size = body.size[:1] if body.shape == "disc" else body.size
+        made.add_geom(name=body.name, type=GEOMS[body.shape], size=[*size, 0.0, 0.0][:3], **collide)
 
     def _make_plane(self, name: str, point: Array, normal: Array) -> None:
         self.spec.worldbody.add_geom(
@@ -76,8 +80,9 @@ class EngineWorld(World):
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         tuning = self.tuning
+        first, second = ([geom for name in names for geom in self._feet.get(name, [name])] for names in (ones, twos))
         self.contacts.append(
-            mujoco_plugin.add_contact(self.spec, ones, twos, pair, others=tuning.collide, substeps=tuning.substeps)
+            mujoco_plugin.add_contact(self.spec, first, second, pair, others=tuning.collide, substeps=tuning.substeps)
         )
 
     def _make_native(self, friction: float, restitution: float, spring: tuple[float, float] | None) -> None:

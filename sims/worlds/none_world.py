@@ -23,11 +23,14 @@ class EngineWorld(World):
         self._shapes: dict[str, list[int]] = {}
 
     def _make_body(self, body: Body) -> None:
-        if body.shape == "box" or body.path is not None:
+        if (body.shape == "box" and not body.feet) or body.path is not None:
             raise ValueError(f"engine = {NONE!r}: has spheres and planes alone; {body.name!r} is a {body.shape}")
         number = self.world.add_body(
             body.mass, body.inertia, body.position, body.velocity, matrix_to_quaternion(body.rotation), body.spin
         )
+        if body.feet:
+            self._shapes[body.name] = [self.world.add_sphere(number, body.feet, at) for at in body.corners()]
+            return
         ends = [0.0] if body.shape != "capsule" else [-body.size[1], body.size[1]]
         self._shapes[body.name] = [self.world.add_sphere(number, body.size[0], (0.0, 0.0, end)) for end in ends]
 

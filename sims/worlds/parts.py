@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,12 @@ class Body:
     spin: Array
     rotation: Array
     path: Path | None = None
+    feet: float = 0.0
+    """Radius [m] of the balls at the corners of a box, by which alone it touches then."""
+
+    def corners(self) -> Array:
+        """Centres of these balls, which the faces are flush with [m], shape (8, 3)."""
+        return np.array(list(product((-1.0, 1.0), repeat=3))) * (np.array(self.size) - self.feet)
 
 
 class State(NamedTuple):

@@ -32,6 +32,8 @@ class EngineWorld(World):
         self._pairs: list[tuple[list[str], list[str]]] = []
 
     def _make_body(self, body: Body) -> None:
+        if body.feet:
+            raise ValueError(f"engine = 'pybullet': bodies have one shape each; {body.name!r} has balls at its corners")
         if body.shape == "box":
             shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=list(body.size), physicsClientId=self.client)
         elif body.shape == "capsule":

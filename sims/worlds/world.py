@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import perf_counter, sleep
 from typing import Any
 
@@ -72,12 +72,12 @@ class World(ABC):
     def box(
         self, name: str, half_sizes: Sequence[float], mass: float, position: ArrayLike,
         velocity: ArrayLike = (0.0, 0.0, 0.0), spin: ArrayLike = (0.0, 0.0, 0.0), *,
-        rotation: ArrayLike | None = None,
+        rotation: ArrayLike | None = None, feet: float = 0.0,
     ) -> None:  # fmt: skip
-        """A homogeneous box; its faces may touch round bodies."""
+        """A homogeneous box; its faces may touch round bodies, or balls of radius `feet` [m] at its corners planes."""
         squares = np.square(half_sizes)
         moments = mass / 3.0 * (squares.sum() - squares)
-        self._add(name, "box", tuple(half_sizes), mass, moments, position, velocity, spin, rotation)
+        self._add(name, "box", tuple(half_sizes), mass, moments, position, velocity, spin, rotation, feet=feet)
 
     def capsule(
         self, name: str, radius: float, half_length: float, mass: float, position: ArrayLike,
@@ -183,12 +183,15 @@ class World(ABC):
         """Let go of the engine."""
         self._close()
 
-    def record(self, duration: float, every: float | None = None, **facts: Any) -> Recording:
+    def record(
+        self, duration: float, every: float | None = None, look: Callable[[], bool] | None = None, **facts: Any
+    ) -> Recording:
         """Let time pass and write down what happens, the start included.
 
         Args:
             duration: [s].
             every: Time between two entries [s], rounded to steps; None: every step.
+            look: Called after every step; the recording ends with the entry before which it returned True.
             facts: Added to the recording's own.
         """
         stride = max(1, round((every or 0.0) / self.timestep))
@@ -197,23 +200,27 @@ class World(ABC):
         places = np.empty((count + 1, len(self.bodies), 3))
         turns = np.empty((count + 1, len(self.bodies), 3, 3))
         speeds, spins = np.empty_like(places), np.empty_like(places)
-        wall_time = 0.0
+        wall_time, ended = 0.0, False
         try:
             for number in range(count + 1):
-                if number:
+                for _ in range(0 if number == 0 else 1 if look is None else stride):
                     begin = perf_counter()
-                    self.step(stride)
+                    self.step(stride if look is None else 1)
                     wall_time += perf_counter() - begin
+                    ended = ended or (look is not None and look())
                 places[number], turns[number], speeds[number], spins[number] = self._read()
                 self.settings.progress(number / count)
                 if self.settings.watch:
                     self._show()
                     sleep(stride * self.timestep * self.settings.watch)
+                if ended:
+                    count = number
+                    break
         finally:
             self._close()
         tracks = [
-            Track(body.name, body.shape, body.size, places[:, i], turns[:, i], speeds[:, i], spins[:, i],
-                  body.mass, body.inertia)
+            Track(body.name, body.shape, body.size, places[: count + 1, i], turns[: count + 1, i],
+                  speeds[: count + 1, i], spins[: count + 1, i], body.mass, body.inertia)
             for i, body in enumerate(self.bodies)
         ]  # fmt: skip
         own = {
@@ -225,14 +232,14 @@ class World(ABC):
 
     def _add(
         self, name: str, shape: str, size: tuple[float, ...], mass: float, inertia: Any, position: Any, velocity: Any,
-        spin: Any, rotation: Any, path: Path | None = None,
+        spin: Any, rotation: Any, path: Path | None = None, feet: float = 0.0,
     ) -> None:  # fmt: skip
         self._refuse_twice(name)
         ix, iy, iz = np.broadcast_to(np.asarray(inertia, dtype=float), 3).tolist()
         body = Body(
             name, shape, size, mass, (ix, iy, iz), checks.vector("position", position),
             checks.vector("velocity", velocity), checks.vector("spin", spin),
-            np.eye(3) if rotation is None else np.array(rotation, dtype=float), path,
+            np.eye(3) if rotation is None else np.array(rotation, dtype=float), path, feet,
         )  # fmt: skip
         self.bodies.append(body)
         self._make_body(body)

@@ -49,6 +49,9 @@ class Run:
         return ENGINE_TOLERANCE if self.engine else LAW_TOLERANCE
 
 
+CHAOTIC = ("heap",)  # scenes that end elsewhere after any change of rounding
+
+
 def steel(law: str, **changes: Any) -> ContactPair:
     """Steel on steel, as in the source paper."""
     one = MATERIALS["steel"]
@@ -284,7 +287,7 @@ def table() -> dict[str, Run]:
         runs |= {
             f"scene-{name}/{engine}": Run(partial(of_scene, name, engine), engine)
             for engine in ENGINES
-            if engine in scene.engines
+            if engine in scene.engines and name not in CHAOTIC
         }
     return runs
 

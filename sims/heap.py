@@ -1,0 +1,123 @@
+"""Steel balls poured into a box: how it is built, when it rests, what it rests on, and what that costs."""
+
+from __future__ import annotations
+
+from math import ceil, pi
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from contactlaw import MATERIALS, ContactPair
+from sims.contact_point import Array
+from sims.scene import NATIVE, NONE, Settings
+from sims.worlds import World, new_world
+
+GRAVITY = 9.81  # [m/s^2]
+RADIUS = 0.01  # [m]
+PITCH = 2.1 * RADIUS  # of the balls at the start
+FRICTION, RESTITUTION = 0.3, 0.5
+WALLS = {"left": (1.0, 0.0), "right": (-1.0, 0.0), "front": (0.0, 1.0), "back": (0.0, -1.0)}  # normals, x and y
+SOLVERS = ("CG", "Newton")
+BLOCK = 10  # steps that are timed at once
+
+
+def mass_of(material: str) -> float:
+    """Of a ball [kg]."""
+    return 4.0 / 3.0 * pi * RADIUS**3 * (MATERIALS[material].density or 1000.0)
+
+
+def places(count: int, pitch: float = PITCH, seed: int = 0) -> tuple[Array, float]:
+    """Where the balls start [m], a lattice with jitter, shape (count, 3); and half the width of the box [m].
+
+    pitch: [m]; with the usual one they fill the floor. On a wider one single balls roll, which nothing brakes.
+    """
+    random = np.random.default_rng(seed)
+    across = ceil(count ** (1 / 3) - 1e-9)
+    number = np.arange(count)
+    lattice = np.stack([number % across, number // across % across, number // across**2], 1) + 0.5
+    half = 0.5 * across * pitch
+    jitter = 0.4 * (pitch - 2.0 * RADIUS) * random.uniform(-1.0, 1.0, (count, 3))
+    return pitch * lattice + jitter + [-half, -half, 2.0 * RADIUS], half
+
+
+def poured(settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH) -> Any:
+    """A world with the balls over the floor of the box; solver: MuJoCo's, where the contact is its own."""
+    world: Any = new_world(settings, (0.0, 0.0, -GRAVITY))
+    starts, half = places(count, pitch)
+    material = settings.material or "steel"
+    world.plane("floor")
+    for name, normal in WALLS.items():
+        world.plane(name, (-half * normal[0], -half * normal[1], 0.0), (*normal, 0.0))
+    balls = [f"ball{number}" for number in range(count)]
+    for name, place in zip(balls, starts, strict=True):
+        world.ball(name, RADIUS, mass_of(material), place)
+    if settings.law == NATIVE:
+        world.native(FRICTION, RESTITUTION)
+        if settings.engine == "mujoco":
+            import mujoco
+
+            world.spec.option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver.upper()}")  # type: ignore[attr-defined]
+    else:
+        steel = MATERIALS[material]
+        world.contact(balls, [*balls, "floor", *WALLS], ContactPair(steel, steel, FRICTION, RESTITUTION))
+    return world
+
+
+def asleep(world: Any) -> Array:
+    """Which balls stand still to the last bit, shape (count,)."""
+    if world.settings.engine == NONE:
+        return world.world.asleep
+    return ~world.data.qvel.reshape(-1, 6).any(axis=1)
+
+
+def support(world: Any) -> float:
+    """Vertical force of floor and walls on the balls [N]."""
+    if world.settings.engine == NONE:
+        rows = world.world.contacts
+        sign = np.where(rows["bodies"][:, 1] < 0, 1.0, 0.0) - np.where(rows["bodies"][:, 0] < 0, 1.0, 0.0)
+        return float(sign @ rows["force"][:, 2])
+    from contactlaw.mujoco_plugin import contacts_of
+
+    fixed = world.model.geom_bodyid == 0
+    return float(sum(
+        one.force[2] for name in world.contacts for one in contacts_of(world.model, world.data, name)
+        if fixed[one.geom2]
+    ))  # fmt: skip
+
+
+def costs(count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH) -> dict[str, Any]:
+    """Processor time of a drop in MuJoCo, by the law and natively with each solver; see `timed`."""
+    made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch)}
+    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch) for one in SOLVERS}
+    return {"balls": count} | timed(made, seconds)
+
+
+def timed(made: dict[str, World], seconds: float, asleep_for: float = 0.2) -> dict[str, Any]:
+    """Processor time of worlds turn by turn, until all of the first one sleeps, and from then on.
+
+    Args:
+        made: By name, not started.
+        seconds: How long to wait for all to sleep [s].
+        asleep_for: How long to go on then [s].
+
+    Returns:
+        drop: Of each until all sleep, or for so long [s]; lying: the same of what comes then, or None; settled: when
+        all slept [s], or None.
+    """
+    first = next(iter(made.values()))
+    for world in made.values():
+        world.start()
+        world.step(1)
+    drop, lying = dict.fromkeys(made, 0.0), dict.fromkeys(made, 0.0)
+    settled, spent, end = None, drop, seconds
+    while first.time < end:
+        for name, world in made.items():
+            begun = process_time()
+            world.step(BLOCK)
+            spent[name] += process_time() - begun
+        if settled is None and asleep(first).all():
+            settled, spent, end = first.time, lying, first.time + asleep_for
+    for world in made.values():
+        world.close()
+    return {"drop": drop, "lying": lying if settled else None, "settled": settled}

@@ -1,0 +1,100 @@
+"""Steel balls are poured into a box, collide, slide, roll, and lie still: all of them sleep.
+
+What a heap owes to mechanics, whatever its contacts do: floor and walls carry its weight, sum F_z = N m g (Newton's
+laws), and the energy of all that moves, is lifted or is pressed together never grows.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contactlaw import checks
+from sims import heap
+from sims.recording import Recording
+from sims.scene import NATIVE, NONE, Limit, Measured, Scene, Settings, register
+
+LONGEST, EVERY, STILL = 12.0, 0.02, 0.3  # [s] to wait, between two entries, and asleep at the end
+
+
+@register
+class Heap(Scene):
+    """Seen through a wall. The table compares processor time with MuJoCo's own contact, both of its solvers."""
+
+    name = "heap"
+    title = "steel balls poured into a box come to rest and sleep; support, energy and cost"
+    engines = ("mujoco", NONE)
+    unable = {"pybullet": "to read this many balls costs more than to move them"}
+    shown = 1.0
+    exposure = 1.0
+    options = {"balls": (64, "poured")}
+
+    def run(self, settings: Settings) -> Recording:
+        """Until all have slept for a while; then, beside MuJoCo's own contact, once more for the time it takes."""
+        self.demand(settings)
+        count = checks.count("balls", int(self.option(settings, "balls")), 1)
+        world = heap.poured(settings, count)
+        weight = count * heap.mass_of(settings.material or "steel") * heap.GRAVITY
+        seen: dict[str, Any] = {"settled": None, "rise": 0.0, "support": 0.0}
+        energies: list[float] = []
+
+        def look() -> bool:
+            if settings.law == NATIVE:
+                return False
+            if settings.engine == NONE:
+                energies.append(world.world.energy.total)
+            if seen["settled"] is None and heap.asleep(world).all():
+                seen["settled"] = world.time
+                seen["support"] = heap.support(world) / weight
+            return seen["settled"] is not None and world.time > seen["settled"] + STILL
+
+        recording = world.record(LONGEST, EVERY, look, balls=count, weight=weight, half=heap.places(count)[1])
+        if energies:
+            seen["rise"] = float(np.diff(energies).max() / energies[0])
+        if settings.engine == "mujoco" and settings.law != NATIVE:
+            seen["cost"] = heap.costs(count, LONGEST, step=settings.step)
+        recording.facts |= {"seen": seen}
+        return recording
+
+    def measure(self, recording: Recording) -> Measured:
+        """When it slept, what carries it, whether any ball has left, and the costs."""
+        facts, seen = recording.facts, recording.facts["seen"]
+        places = np.array([track.positions for track in recording.tracks])
+        deepest = float(heap.RADIUS - np.min([facts["half"] - np.abs(places[..., :2]).max(), places[..., 2].min()]))
+        out: Measured = recording.told("balls") | {
+            "settled": seen["settled"], "seconds": float(recording.times[-1]),
+            "deepest_over_radius": deepest / heap.RADIUS,
+        }  # fmt: skip
+        if facts["law"] == NATIVE:
+            return out
+        out |= {"support_over_weight_less_1": seen["support"] - 1.0}
+        if facts["engine"] == NONE:
+            out["energy_rise"] = seen["rise"]
+        if "cost" in seen:
+            out["cost"] = [
+                {"contact": name, "drop_s": time, "law_over": seen["cost"]["drop"]["law"] / time}
+                | ({"lying_law_over": seen["cost"]["lying"]["law"] / seen["cost"]["lying"][name]}
+                   if seen["cost"]["lying"] else {})
+                for name, time in seen["cost"]["drop"].items()
+            ]  # fmt: skip
+        return out
+
+    def check(self, measured: Measured) -> list[Limit]:
+        """At rest in the end, on floor and walls, with no energy gained; nothing of the engine's own contact."""
+        if measured["law"] == NATIVE:
+            return []
+        settled = measured["settled"]
+        out = [
+            Limit("all balls asleep", 10.0, float("inf") if settled is None else settled, "s"),
+            Limit("support over weight, less 1", 1e-6, abs(measured["support_over_weight_less_1"])),
+            Limit("the deepest that a ball was in a wall, over R", 1e-2, measured["deepest_over_radius"]),
+        ]
+        if "energy_rise" in measured:
+            out.append(Limit("energy gained in a step, over that at the start", 1e-6, measured["energy_rise"]))
+        return out
+
+    def caption(self, recording: Recording) -> str:
+        """When it slept."""
+        settled = recording.facts["seen"]["settled"]
+        return "" if settled is None else f"all asleep at {settled:.1f} s"

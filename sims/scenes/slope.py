@@ -1,0 +1,134 @@
+"""A box on ball feet lies on a slope of 20 degrees for a minute: by the law still, on a soft constraint it creeps.
+
+The friction is more than the slope needs (mu > tan(angle)), so that Coulomb's law lets nothing slide, and elastic feet
+give way once, by some nm. MuJoCo's constraints are regularised: what they hold moves with a velocity in proportion to
+the force, mu or no mu (MuJoCo's documentation, "Computation", on the constraint model). What helps there is elliptic
+cones, a larger `impratio`, and the iterations without slip that were made for it (`noslip_iterations`): `--best 1`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, radians, sin
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlaw import MATERIALS, ContactPair, checks
+from sims.contact_point import Array
+from sims.recording import Recording
+from sims.scene import NATIVE, NONE, Limit, Measured, Scene, Settings, register
+from sims.worlds import new_world
+from sims.worlds.parts import onto
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+HALF, FOOT, MASS = 0.05, 0.005, 1.0  # [m], [m], [kg]
+DROP = 1e-4  # [m], of the feet over the slope at the start
+EVERY, SHOWN = 0.02, 0.5  # [s] between two entries, and until when it has landed
+IMPRATIO, NOSLIP = 10.0, 10
+
+
+@register
+class Slope(Scene):
+    """The way down the slope since it landed, in um: a picture of its own, with a logarithmic axis."""
+
+    name = "slope"
+    title = "a box on ball feet lies on a slope for a minute: how far it creeps"
+    engines = ("mujoco", NONE)
+    unable = {"pybullet": "bodies have one shape each, and this one has eight"}
+    shown = SHOWN
+    slow = 5.0
+    options = {
+        "angle": (20.0, "of the slope, in degrees"),
+        "friction": (0.5, "of feet and slope"),
+        "seconds": (60.0, "how long it is watched"),
+        "best": (0.0, f"1: native contact with elliptic cones, impratio {IMPRATIO:g}, {NOSLIP} noslip iterations"),
+    }
+
+    def run(self, settings: Settings) -> Recording:
+        """Let go just above the slope."""
+        self.demand(settings)
+        angle = radians(checks.number("angle", self.option(settings, "angle"), "in (0, 90)", low=0.0, high=90.0))
+        seconds = checks.number("seconds", self.option(settings, "seconds"), "at least 2", low=2.0, high=1e5)
+        friction = checks.positive("friction", self.option(settings, "friction"))
+        normal = np.array([-sin(angle), 0.0, cos(angle)])
+        world: Any = new_world(settings)
+        world.plane("slope", normal=normal)
+        world.box("box", (HALF,) * 3, MASS, (HALF + DROP) * normal, rotation=onto(normal), feet=FOOT)
+        if settings.law == NATIVE:
+            world.native(friction, 0.0)
+            if self.option(settings, "best"):
+                import mujoco
+
+                option, elliptic = world.spec.option, mujoco.mjtCone.mjCONE_ELLIPTIC  # type: ignore[attr-defined]
+                option.cone, option.impratio, option.noslip_iterations = elliptic, IMPRATIO, NOSLIP
+        else:
+            steel = MATERIALS[settings.material or "steel"]
+            world.contact("box", "slope", ContactPair(steel, steel, friction, restitution=0.5))
+        return world.record(seconds, every=EVERY, angle=angle, friction=friction)
+
+    def measure(self, recording: Recording) -> Measured:
+        """Creep from half a second on, and how long it took to land."""
+        times, way = recording.times, _way(recording)
+        after = times >= SHOWN
+        fit = np.polyfit(times[after], way[after], 1)[0]
+        return recording.told("friction") | {
+            "angle_degrees": float(np.degrees(recording.facts["angle"])),
+            "seconds": float(times[-1]),
+            "creep_um_per_s": float(1e6 * (way[-1] - way[after][0]) / (times[-1] - times[after][0])),
+            "creep_fitted_um_per_s": float(1e6 * fit),
+            "way_um": float(1e6 * np.abs(way).max()),
+        }
+
+    def check(self, measured: Measured) -> list[Limit]:
+        """What lies, lies; no limit for the engine's own contact, or where Coulomb's law lets it slide."""
+        if measured["law"] == NATIVE or np.tan(np.radians(measured["angle_degrees"])) >= measured["friction"]:
+            return []
+        return [
+            Limit("creep once it has landed", 1e-4, abs(measured["creep_um_per_s"]), "um/s"),
+            Limit("the same, fitted", 1e-4, abs(measured["creep_fitted_um_per_s"]), "um/s"),
+        ]
+
+    def caption(self, recording: Recording) -> str:
+        """How fast it creeps."""
+        return f"creep {abs(self.measure(recording)['creep_um_per_s']):.2g} um/s"
+
+    def figure(self, settings: Settings, recording: Recording) -> Figure | None:
+        """Way since landing over time, beside MuJoCo's own contact as it is and as good as it can be made."""
+        from matplotlib.figure import Figure
+
+        curves = [(f"contactlaw, step {1e3 * settings.step:g} ms", recording, "-", "#1f4e9c")]
+        if settings.law != NATIVE:
+            own = replace(settings, engine="mujoco", law=NATIVE, watch=0.0)
+            best = replace(own, options=dict(settings.options) | {"best": 1.0})
+            names = "MuJoCo's own contact, default", f"elliptic, impratio {IMPRATIO:g}, {NOSLIP} noslip iterations"
+            curves += [(names[0], self.run(own), "--", "#d9730d"), (names[1], self.run(best), "-.", "#777777")]
+        figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+        axes = figure.subplots()
+        for name, one, line, colour in curves:
+            after = one.times >= SHOWN
+            way = 1e6 * np.abs(_way(one)[after] - _way(one)[after][0])
+            label = f"{name}: {abs(self.measure(one)['creep_um_per_s']):.2g} um/s"
+            axes.plot(one.times[after], np.maximum(way, FLOOR_UM), line, color=colour, label=label)
+        axes.set_yscale("log")
+        axes.set(xlabel="time [s]", ylabel=f"way down the slope since {SHOWN:g} s [um]", ylim=(0.5 * FLOOR_UM, None))
+        axes.annotate("0 is drawn here", (0.99, FLOOR_UM), xycoords=("axes fraction", "data"), xytext=(0, 3),
+                      textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
+        angle = np.degrees(recording.facts["angle"])
+        axes.set_title(f"a box of {MASS:g} kg on ball feet, slope of {angle:g} degrees, mu = "
+                       f"{recording.facts['friction']:g}", loc="left", fontsize=10)  # fmt: skip
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.15))
+        return figure
+
+
+FLOOR_UM = 1e-10  # the least that places of doubles tell apart, and where nothing is drawn
+
+
+def _way(recording: Recording) -> Array:
+    """Of the box, down the slope from its first place [m], shape (n,)."""
+    angle = recording.facts["angle"]
+    places = recording.track("box").positions
+    return -(places - places[0]) @ np.array([cos(angle), 0.0, sin(angle)])

@@ -1,0 +1,217 @@
+"""What lasts: implicit steps go where explicit ones go, keep momentum, gain no energy, and are undone if they fail."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.world import World
+from contactlaw.world.chain import Chain, Link
+from sims.contact_point import static_overlap
+from tests.world.jointed_scenes import TIP, arm_over_floor, rod
+from validation.world_scenes import mass_of
+
+STEEL = MATERIALS["steel"]
+RADIUS, HALF, FOOT, BOX = 0.01, 0.05, 0.005, 1.0
+LENGTH = 0.2  # [m] of a rod
+MASS = mass_of(RADIUS)
+INERTIA = 0.4 * MASS * RADIUS**2
+SHORT = 1e-4  # [s], a step that resolves no more than an impact: none is implicit
+BEGIN = 0.01  # [s] in short steps, in which loads set in with a swing that longer ones damp
+FRICTION = 0.3
+
+
+def pair(friction: float = FRICTION) -> ContactPair:
+    return ContactPair(STEEL, STEEL, friction, 0.5)
+
+
+def ball(timestep: float, speed: float = 0.0, spin: float = 0.0, down: float = 0.0) -> World:
+    """A ball on a floor, with the overlap that it rests with."""
+    world = World(timestep=timestep)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    sunk = static_overlap(pair(), MASS * 9.81, RADIUS)
+    body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS - sunk), (speed, 0.0, -down), spin=(0.0, spin, 0.0))
+    world.add_contact(world.add_sphere(body, RADIUS), floor, pair())
+    return world
+
+
+def box(timestep: float, friction: float, tilt: float = 20.0) -> World:
+    """A box on eight ball feet on a slope, the x axis down along it, with the overlap that it rests with."""
+    a = radians(tilt)
+    world = World(gravity=(9.81 * sin(a), 0.0, -9.81 * cos(a)), timestep=timestep)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    sunk = static_overlap(pair(), 0.25 * BOX * 9.81 * cos(a), FOOT)
+    body = world.add_body(BOX, BOX / 6.0 * (2.0 * HALF) ** 2, (0.0, 0.0, HALF + FOOT - sunk))
+    corners = [(x * HALF, y * HALF, z * HALF) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    world.add_contact([world.add_sphere(body, FOOT, corner) for corner in corners], floor, pair(friction))
+    return world
+
+
+def count(world: World, what: str) -> int:
+    """How many steps of an island were implicit; how often equations were solved."""
+    return int(world.arrays.world[what][0])
+
+
+SCENES: dict[str, tuple[Any, float]] = {
+    "rolls": (lambda dt: ball(dt, 1.0, 1.0 / RADIUS), 0.2),
+    "slides": (lambda dt: ball(dt, 6.0), 0.2),
+    "slides, then rolls": (lambda dt: ball(dt, 1.0), 0.2),
+    "box that slides": (lambda dt: box(dt, 0.2), 0.2),
+}
+"""By name: what makes it, and how long it goes on [s]."""
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 2e-3, 5e-3])
+@pytest.mark.parametrize("name", SCENES)
+def test_implicit_steps_go_where_explicit_ones_go(name: str, timestep: float) -> None:
+    make, time = SCENES[name]
+    made, fine = make(SHORT), make(SHORT)
+    start = made.position[0]
+    for world in (made, fine):
+        world.step(round(BEGIN / SHORT))
+    made.timestep = timestep
+    for world in (made, fine):
+        world.step(round(time / world.timestep))
+    assert count(fine, "implicit") == 0 and count(fine, "kicks") > 0
+    assert count(made, "implicit") > 0
+    path = max(float(np.linalg.norm(fine.position[0] - start)), 0.01 * RADIUS)
+    assert np.abs(made.position - fine.position).max() < 1e-7 * path
+    assert np.abs(made.velocity - fine.velocity).max() < 1e-6 * max(path / time, 1e-3)
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 2e-3, 5e-3])
+@pytest.mark.parametrize("speed", [1e-7, 1e-5, 1e-4])
+def test_a_ball_that_hardly_moves_comes_to_rest_where_it_belongs(speed: float, timestep: float) -> None:
+    sunk = static_overlap(pair(), MASS * 9.81, RADIUS)
+    made, fine = ball(timestep, down=speed), ball(SHORT, down=speed)
+    for world in (made, fine):
+        world.step(round(0.1 / world.timestep))
+        assert world.asleep[0] and not world.velocity.any()
+        assert RADIUS - world.position[0, 2] == pytest.approx(sunk, rel=1e-6)
+    assert count(fine, "implicit") == 0
+    assert np.abs(made.position - fine.position).max() < 1e-7 * sunk
+    assert count(made, "implicit") > 0 or speed < 1e-6
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_no_step_gains_energy(name: str) -> None:
+    make, time = SCENES[name]
+    world = make(2e-3)
+    world.step()  # which finds the overlaps of the start
+    last = world.energy.total
+    scale = abs(world.energy.kinetic) + abs(world.energy.potential)
+    for _ in range(round(time / 2e-3)):
+        world.step()
+        assert world.energy.total < last + 1e-14 * scale
+        last = world.energy.total
+
+
+def test_a_box_on_a_slope_falls_asleep_and_does_not_creep() -> None:
+    world = box(2e-3, 0.5)
+    first = world.position[0]
+    for _ in range(200):
+        before = world.position[0]
+        world.step()
+        if world.asleep[0]:
+            break
+        assert np.abs(world.position[0] - first).max() < 1e-6
+    assert world.asleep[0]
+    assert np.abs(world.position[0] - before).max() < 1e-12
+    lying = world.position[0]
+    world.step(5000)
+    np.testing.assert_array_equal(world.position[0], lying)
+    assert world.contacts["force"].sum(0) == pytest.approx(-BOX * world.gravity, rel=1e-6)
+
+
+def pressed(timestep: float, push: float, velocities: Any, spins: Any) -> World:
+    """Two balls in flight that equal and opposite forces [N] press on each other."""
+    world = World(gravity=0.0, timestep=timestep)
+    half = RADIUS - 0.5 * static_overlap(pair(), push, 0.5 * RADIUS)
+    shapes = []
+    for side, velocity, spin in zip((-1.0, 1.0), velocities, spins, strict=True):
+        body = world.add_body(MASS, INERTIA, (side * half, 0.0, 0.0), velocity, spin=spin)
+        shapes.append(world.add_sphere(body, RADIUS))
+    world.add_contact(shapes[0], shapes[1], pair())
+    world.arrays.bodies["acceleration"][1:, 0] = [push / MASS, -push / MASS]
+    return world
+
+
+@pytest.mark.parametrize(
+    ("velocities", "spins"),
+    [
+        ([(0.3, 0.1, -0.2)] * 2, [(20.0, 0.0, 0.0), (-5.0, 0.0, 0.0)]),
+        ([(0.3, 0.1, -0.2)] * 2, [(20.0, 50.0, 0.0), (-5.0, 50.0, 0.0)]),
+    ],
+)
+def test_an_implicit_step_keeps_momentum(velocities: Any, spins: Any) -> None:
+    world = pressed(1e-3, 1.0, velocities, spins)
+    linear, angular = world.momentum
+    spin = world.spin
+    world.step(3)
+    assert count(world, "implicit") > 0 and np.abs(world.spin - spin).max() > 1e-3
+    assert np.abs(world.momentum[0] - linear).max() < 1e-14 * MASS
+    if spins[0][1] == 0.0:  # or friction moves them, and the forces turn the two
+        assert np.abs(world.momentum[1] - angular).max() < 1e-14 * (MASS * 0.3 * RADIUS + INERTIA * 20.0)
+
+
+def without_implicit_steps(world: World) -> World:
+    """The same world, in which there is no room for the equations of any island."""
+    world._arrays = world.arrays._replace(equations=np.zeros(0))
+    return world
+
+
+def check_failures(make: Any, steps: int) -> int:
+    """Find implicit steps that are tried and fail; each must leave what a world has that does not try."""
+    made, twin, found = make(), without_implicit_steps(make()), 0
+    for _ in range(steps):
+        saved = made.save()
+        before = count(made, "implicit"), count(made, "solved")
+        made.step()
+        if count(made, "implicit") == before[0] and count(made, "solved") > before[1]:
+            found += 1
+            twin.restore(saved._replace(equations=np.zeros(0)))
+            twin.step()
+            assert count(twin, "solved") == before[1]
+            for what in ("position", "velocity", "spin", "quaternion"):
+                np.testing.assert_array_equal(getattr(made, what), getattr(twin, what))
+            for what in ("force", "overlap", "impulse", "friction_work", "moment"):
+                np.testing.assert_array_equal(made.contacts[what], twin.contacts[what])
+            assert made.energy == twin.energy
+    return found
+
+
+def test_an_implicit_step_that_fails_leaves_the_state_to_the_bit() -> None:
+    assert check_failures(lambda: ball(5e-3, 1.0), 60) > 0
+
+
+def test_an_arm_comes_to_lie_as_it_does_in_short_steps() -> None:
+    arms = [arm_over_floor(1e-3, 0.5, timestep=dt) for dt in (2e-3, 5e-3, SHORT)]
+    for arm in arms:
+        first = last = arm.energy.total
+        for _ in range(round(0.4 / arm.timestep)):
+            arm.step()
+            assert arm.energy.total < last + 1e-6 * first
+            last = arm.energy.total
+        assert (count(arm, "implicit") > 0) == (arm.timestep > SHORT)
+    q = [arm.tree(0)[0][0] for arm in arms]
+    assert np.ptp(q) < 1e-9
+    assert all(arm.asleep.all() for arm in arms[:2])
+
+
+def sweeping_arm(timestep: float, rate: float) -> World:
+    """A rod on an upright hinge and a level one, whose tip lies on the floor and drags over it."""
+    world = World(timestep=timestep)
+    mass, far, inertia = rod(0.005, LENGTH, mass_of(TIP))
+    links = [Link(1e-3, 1e-6, axis=(0.0, 0.0, 1.0)), Link(mass, (1e-6, inertia, inertia), (-far, 0.0, 0.0))]
+    _, bodies = world.add_tree(Chain(links), [0.0, 0.0], [rate, 0.0])
+    floor = world.add_plane(None, (0.0, 0.0, -TIP), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_sphere(bodies[1], TIP, (LENGTH - far, 0.0, 0.0)), floor, pair())
+    return world
+
+
+def test_an_implicit_step_of_an_arm_that_fails_leaves_the_state_to_the_bit() -> None:
+    assert check_failures(lambda: sweeping_arm(2e-3, 1.0), 100) > 0

@@ -1,0 +1,114 @@
+"""Heaps, a tube, slopes: what lasts creeps nowhere, gains nothing, and what it costs beside MuJoCo's own contact."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+
+CREEP = {"law": {}, "native, default": {}, "native, best": {"best": 1.0}}
+DROPS = {8: (3.0, 4.0), 64: (2.0, 4.0), 216: (2.0, 0.5)}  # asked, and how long it is watched [s]
+MANY, STEPS = 3000, 12
+
+
+@register
+class Crowds(Case):
+    """Creep, cost, and what is conserved."""
+
+    name = "crowds"
+    place = 49
+    title = "Crowds, and whatever lasts"
+    claim = (
+        "A box on a slope lies still. Heaps come to rest and sleep, floor and walls carry their weight, and no step "
+        "gains energy. Beside MuJoCo's own contact, in processor time, a drop to rest is to cost two or three times as "
+        "much, what sleeps less than a third, and thousands of balls that fall half as much again."
+    )
+    needs = ("mujoco",)
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Creep first, then what is conserved, then the clock."""
+        from sims import heap
+        from sims.scene import NATIVE, NONE, Settings, find_scenes
+        from validation import lasting_scenes as lasting
+        from validation.crowd import step_costs
+
+        slope, pile = find_scenes()["slope"], find_scenes()["heap"]
+        creep: dict[str, float] = {}
+        for name, options in CREEP.items():
+            settings = Settings("mujoco", None if name == "law" else NATIVE, options={"seconds": 20.0} | options)
+            creep[name] = slope.measure(slope.run(settings))["creep_um_per_s"]
+        limits = [Limit("creep of a box on a slope", 1e-4, abs(creep["law"]), "um/s")]
+        progress(0.1)
+
+        kept: list[Data] = []
+        for count in (8,) if quick else (8, 64):
+            one = pile.measure(pile.run(Settings(NONE, options={"balls": count})))
+            kept.append({key: one[key] for key in ("balls", "settled", "energy_rise", "support_over_weight_less_1")})
+        limits += [
+            Limit("energy a heap gains in a step, over the first", 1e-6, max(one["energy_rise"] for one in kept)),
+            Limit("support of a heap over its weight, less 1", 1e-9,
+                  max(abs(one["support_over_weight_less_1"]) for one in kept)),
+            Limit("a heap sleeps after", 10.0, max(one["settled"] or np.inf for one in kept), "s"),
+        ]  # fmt: skip
+        progress(0.3)
+
+        drops: list[Data] = []
+        for count, (asked, seconds) in list(DROPS.items())[: 1 if quick else None]:
+            found = heap.costs(count, seconds)
+            what = f"heap of {count}" + ("" if found["settled"] else f", its first {seconds:g} s")
+            drops.append(found | {"what": what})
+            limits += _limits(what, found, asked, "CG")
+        found = lasting.drop(lasting.tube)
+        drops.append(found | {"what": "tube of 5"})
+        limits += _limits("tube of 5", found, 2.0, "native")
+        progress(0.8)
+
+        steps: dict[str, dict[str, float]] = {}
+        for name, (make, begin) in lasting.SCENES.items():
+            steps[name] = lasting.over_native(make, begin)
+        if (path := lasting.ant()) is not None:
+            steps["an ant that stands"] = lasting.standing_ant(path)
+        if not quick:
+            steps[f"{MANY} balls that fall"] = step_costs(MANY, STEPS, 4)
+        asked = {"a box on ball feet on a slope": 1.2, "an ant that stands": 1.5, f"{MANY} balls that fall": 1.5}
+        limits += [
+            Limit(f"{name}, over native", most, steps[name]["law"] / steps[name]["native"])
+            for name, most in asked.items() if name in steps
+        ]  # fmt: skip
+        return Outcome(limits, {"creep": creep, "kept": kept, "drops": drops, "steps": steps})
+
+    def table(self, data: Data) -> Table:
+        """A row for each thing."""
+        table = Table(["what", "figure", "", ""])
+        for name, speed in data["creep"].items():
+            table.rows.append([f"creep, box on a slope of 20 degrees, {name}", f"{abs(speed):.2g} um/s", "", ""])
+        for one in data["kept"]:
+            table.rows.append(
+                [
+                    f"heap of {one['balls']}, without an engine", f"sleeps at {one['settled'] or float('nan'):.2f} s",
+                    f"energy a step at most {one['energy_rise']:.1e} of the first",
+                    f"support over weight less 1: {one['support_over_weight_less_1']:.1e}",
+                ]
+            )  # fmt: skip
+        for one in data["drops"]:
+            rest = "not asleep" if one["settled"] is None else f"asleep at {one['settled']:.2f} s"
+            for name in [key for key in one["drop"] if key != "law"]:
+                lying = "" if one["lying"] is None else f"asleep {one['lying']['law'] / one['lying'][name]:.2f}"
+                ratio = one["drop"]["law"] / one["drop"][name]
+                table.rows.append([f"{one['what']}, CPU time over {name}, MuJoCo", f"{ratio:.2f}", lying, rest])
+        for name, one in data["steps"].items():
+            table.rows.append(
+                [name, f"{one['law'] / one['native']:.2f} of native", f"{1e6 * one['law']:.1f} us",
+                 f"native {1e6 * one['native']:.1f} us"]
+            )  # fmt: skip
+        return table
+
+
+def _limits(name: str, found: dict[str, Any], asked: float, native: str) -> list[Limit]:
+    """Whole drop, and asleep."""
+    out = [Limit(f"{name}, drop over {native}", asked, found["drop"]["law"] / found["drop"][native])]
+    if found["lying"]:
+        out.append(Limit(f"{name}, asleep over {native}", 0.3, found["lying"]["law"] / found["lying"][native]))
+    return out

@@ -1,0 +1,133 @@
+"""What lasts, in MuJoCo by the law and natively: five balls in a tube, balls and boxes that rest, roll and slide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from contactlaw import MATERIALS, ContactPair
+from sims.heap import FRICTION, RADIUS, RESTITUTION, mass_of, timed
+from sims.scene import NATIVE, Settings
+from sims.worlds import new_world
+from sims.worlds.parts import onto
+
+TUBE, BALLS = 1.2 * RADIUS, 5  # half its width [m]
+HALF, FOOT, BOX = 0.05, 0.005, 1.0  # [m], [m], [kg]
+STEEL = MATERIALS["steel"]
+POSE = [0, 1, 0, -1, 0, -1, 0, 1]  # joint angles of an ant that stands [rad]
+DOWN = (0.0, 0.0, -9.81)
+
+
+def settings_of(law: bool) -> Settings:
+    """MuJoCo, 2 ms."""
+    return Settings("mujoco", None if law else NATIVE)
+
+
+def tube(law: bool) -> Any:
+    """Balls fall into a square tube a little wider than they are, side by side, and wedge."""
+    world: Any = new_world(settings_of(law), DOWN)
+    world.plane("floor")
+    walls = {"left": (1.0, 0.0, 0.0), "right": (-1.0, 0.0, 0.0), "front": (0.0, 1.0, 0.0), "back": (0.0, -1.0, 0.0)}
+    for name, normal in walls.items():
+        world.plane(name, -TUBE * np.array(normal), normal)
+    balls = [f"ball{number}" for number in range(BALLS)]
+    for number, name in enumerate(balls):
+        place = RADIUS * np.array([(-1) ** number * 0.15, 0.02 * number, 1.0 + 2.04 * number])
+        world.ball(name, RADIUS, mass_of("steel"), place)
+    _touch(world, law, balls, [*balls, "floor", *walls], FRICTION)
+    return world
+
+
+def ball(law: bool, speed: float, rolls: bool) -> Any:
+    """One on the floor."""
+    world: Any = new_world(settings_of(law), DOWN)
+    world.plane("floor")
+    spin = [0.0, speed / RADIUS if rolls else 0.0, 0.0]
+    world.ball("ball", RADIUS, mass_of("steel"), [0.0, 0.0, RADIUS], [speed, 0.0, 0.0], spin)
+    _touch(world, law, ["ball"], ["floor"], FRICTION)
+    return world
+
+
+def box(law: bool, friction: float) -> Any:
+    """One on ball feet on a slope of 20 degrees."""
+    angle = np.radians(20.0)
+    normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
+    world: Any = new_world(settings_of(law), DOWN)
+    world.plane("slope", normal=normal)
+    world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal), feet=FOOT)
+    _touch(world, law, ["box"], ["slope"], friction)
+    return world
+
+
+def _touch(world: Any, law: bool, ones: list[str], twos: list[str], friction: float) -> None:
+    if law:
+        world.contact(ones, twos, ContactPair(STEEL, STEEL, friction, RESTITUTION))
+    else:
+        world.native(friction, 0.0)
+
+
+SCENES: dict[str, tuple[Callable[[bool], Any], float]] = {
+    "a ball at rest": (lambda law: ball(law, 0.0, rolls=False), 0.5),
+    "a ball that rolls": (lambda law: ball(law, 1.0, rolls=True), 0.5),
+    "a ball that slides": (lambda law: ball(law, 6.0, rolls=False), 0.1),
+    "a box on ball feet that slides": (lambda law: box(law, 0.2), 0.1),
+    "a box on ball feet on a slope": (lambda law: box(law, 0.5), 0.5),
+}
+"""By name: what makes it, and when it is timed from [s]."""
+
+
+def over_native(make: Callable[[bool], Any], begin: float, steps: int = 300, blocks: int = 10) -> dict[str, float]:
+    """Median processor time of a step [s], by the law and natively, turn by turn."""
+    worlds = {"law": make(True), "native": make(False)}
+    for world in worlds.values():
+        world.start()
+        world.step(round(begin / world.timestep))
+    runs = {name: lambda world=world: world.step(steps // blocks) for name, world in worlds.items()}
+    return turn_by_turn(runs, steps // blocks, blocks)
+
+
+def turn_by_turn(runs: dict[str, Callable[[], None]], steps: int, blocks: int) -> dict[str, float]:
+    """Median processor time of a step [s]; each run makes so many steps."""
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(blocks):
+        for name, run in runs.items():
+            begun = process_time()
+            run()
+            times[name].append((process_time() - begun) / steps)
+    return {name: float(np.median(found)) for name, found in times.items()}
+
+
+def ant() -> Path | None:
+    """Gymnasium's model of an ant, where it is installed."""
+    try:
+        import gymnasium  # type: ignore[import-not-found]
+    except ImportError:
+        return None
+    return Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets" / "ant.xml"
+
+
+def standing_ant(path: Path, seconds: float = 1.0, blocks: int = 10) -> dict[str, float]:
+    """The ant on its four legs, of rubber on steel: median processor time of a step [s]."""
+    import mujoco
+
+    from contactlaw.mujoco_plugin import load_model
+
+    engine: Any = mujoco
+    pair = ContactPair(MATERIALS["rubber"], STEEL, 1.0, 0.3)
+    runs, steps = {}, 30
+    for name in ("law", "native"):
+        model = load_model(path, [("*", "floor", pair)]) if name == "law" else engine.MjModel.from_xml_path(str(path))
+        data = engine.MjData(model)
+        data.qpos[7:] = POSE
+        engine.mj_step(model, data, round(seconds / model.opt.timestep))
+        runs[name] = lambda model=model, data=data: engine.mj_step(model, data, steps)
+    return turn_by_turn(runs, steps, blocks)
+
+
+def drop(make: Callable[[bool], Any], seconds: float = 3.0) -> dict[str, Any]:
+    """`sims.heap.timed` of one by the law and one natively."""
+    return timed({"law": make(True), "native": make(False)}, seconds)
