@@ -19,6 +19,7 @@ from contactlaw import MATERIALS, ContactPair, checks
 from contactlaw.laws import law_of
 from sims.recording import Recording, Track
 from sims.scene import NATIVE, Limit, Measured, Scene, Settings, register
+from sims.scenes.slope import IMPRATIO, NOSLIP
 
 RADIUS, BALL, FINGER, HAND = 0.02, 0.1, 0.05, 2.0  # [m], [kg]
 PAD, PALM = (0.005, 0.03, 0.03), (0.05, 0.05, 0.02)  # half lengths [m]
@@ -55,7 +56,7 @@ class Grasp(Scene):
     options = {
         "seconds": (6.0, "how long it is shaken and watched"),
         "grip": (2.0, "force of a finger over the least that holds"),
-        "best": (0.0, "1: native contact with elliptic cones and impratio 10"),
+        "best": (0.0, f"1: native contact with elliptic cones, impratio {IMPRATIO:g}, {NOSLIP} noslip iterations"),
     }
 
     def run(self, settings: Settings) -> Recording:
@@ -168,7 +169,8 @@ def build(settings: Settings, material: str, best: bool) -> Any:
         for geom in spec.geoms:
             geom.friction = [pair.friction, 0.005, 1e-4]
         if best:
-            spec.option.cone, spec.option.impratio = engine.mjtCone.mjCONE_ELLIPTIC, 10.0
+            option, elliptic = spec.option, engine.mjtCone.mjCONE_ELLIPTIC
+            option.cone, option.impratio, option.noslip_iterations = elliptic, IMPRATIO, NOSLIP
     else:
         add_contact(spec, "ball", ["left", "right"], pair, others=False)
     return spec.compile()

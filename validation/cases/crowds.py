@@ -9,6 +9,10 @@ import numpy as np
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 
 CREEP = {"law": {}, "native, default": {}, "native, best": {"best": 1.0}}
+LONG = 60.0  # [s]
+GRASPS = {"law, steel": ("steel", {}), "law, rubber": ("rubber", {}), "native, default": ("steel", {}),
+          "native, best": ("steel", {"best": 1.0})}  # fmt: skip
+WIDE = 2.5 * 0.01, 1.5  # [m] between balls that are poured into a box with room on its floor; [s]
 DROPS = {8: (3.0, 4.0), 64: (2.0, 4.0), 216: (2.0, 0.5)}  # asked, and how long it is watched [s]
 MANY, STEPS = 3000, 12
 
@@ -34,12 +38,27 @@ class Crowds(Case):
         from validation import lasting_scenes as lasting
         from validation.crowd import step_costs
 
-        slope, pile = find_scenes()["slope"], find_scenes()["heap"]
+        slope, pile, grasp = (find_scenes()[name] for name in ("slope", "heap", "grasp"))
         creep: dict[str, float] = {}
         for name, options in CREEP.items():
-            settings = Settings("mujoco", None if name == "law" else NATIVE, options={"seconds": 20.0} | options)
+            settings = Settings("mujoco", None if name == "law" else NATIVE, options={"seconds": LONG} | options)
             creep[name] = slope.measure(slope.run(settings))["creep_um_per_s"]
         limits = [Limit("creep of a box on a slope", 1e-4, abs(creep["law"]), "um/s")]
+        slip: dict[str, Any] = {}
+        for name, (material, options) in GRASPS.items():
+            law = NATIVE if name.startswith("native") else None
+            settings = Settings("mujoco", law, material, options={"seconds": LONG} | options)
+            measured = grasp.measure(grasp.run(settings))
+            slip[name] = None if measured["fell"] else measured["slip_um_per_s"]
+        for name in ("law, steel", "law, rubber"):
+            limits.append(
+                Limit(
+                    f"slip of a ball held and shaken, {name}",
+                    1e-4,
+                    abs(np.inf if slip[name] is None else slip[name]),
+                    "um/s",
+                )
+            )
         progress(0.1)
 
         kept: list[Data] = []
@@ -60,6 +79,10 @@ class Crowds(Case):
             what = f"heap of {count}" + ("" if found["settled"] else f", its first {seconds:g} s")
             drops.append(found | {"what": what})
             limits += _limits(what, found, asked, "CG")
+        if not quick:
+            found, what = heap.costs(64, WIDE[1], pitch=WIDE[0]), f"heap of 64 in a wide box, its first {WIDE[1]:g} s"
+            drops.append(found | {"what": what})
+            limits += _limits(what, found, 2.0, "CG")
         found = lasting.drop(lasting.tube)
         drops.append(found | {"what": "tube of 5"})
         limits += _limits("tube of 5", found, 2.0, "native")
@@ -77,13 +100,16 @@ class Crowds(Case):
             Limit(f"{name}, over native", most, steps[name]["law"] / steps[name]["native"])
             for name, most in asked.items() if name in steps
         ]  # fmt: skip
-        return Outcome(limits, {"creep": creep, "kept": kept, "drops": drops, "steps": steps})
+        return Outcome(limits, {"creep": creep, "slip": slip, "kept": kept, "drops": drops, "steps": steps})
 
     def table(self, data: Data) -> Table:
         """A row for each thing."""
         table = Table(["what", "figure", "", ""])
         for name, speed in data["creep"].items():
             table.rows.append([f"creep, box on a slope of 20 degrees, {name}", f"{abs(speed):.2g} um/s", "", ""])
+        for name, speed in data["slip"].items():
+            text = "falls" if speed is None else f"{abs(speed):.2g} um/s"
+            table.rows.append([f"slip of a ball held with twice the force needed, shaken, {name}", text, "", ""])
         for one in data["kept"]:
             table.rows.append(
                 [
