@@ -15,7 +15,7 @@ from contactlaw.world.pace import contact_time
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 ZERO = (0.0, 0.0, 0.0)
-PLACES = 4e-15  # of a place: its rounding, and what contacts make of it in the time of an impact
+PLACES = 1.6e-14  # of a place: its rounding, and what contacts make of it in the time of an impact
 SAME = 1e-12  # of an acceleration, a change that is none
 
 
