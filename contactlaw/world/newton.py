@@ -26,12 +26,12 @@ from contactlaw.world.force import ask_at, slopes
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import velocity_at
 from contactlaw.world.records import NEVER
-from contactlaw.world.sleep import least_move
 from contactlaw.world.touch import close, force_of, look
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
 
 FOUND = 1e-9  # of its overlap, that a contact may still move
+ROUNDING = 4e-15  # of a place, the same
 
 
 @jit_inside
@@ -119,7 +119,7 @@ def look_at(w, r, stage):
     if moment != 0.0:
         twist(a, c, -stage * moment, part(w, RIGHT))
         twist(b, c, stage * moment, part(w, RIGHT))
-    least = least_move(c, a, b, FOUND)
+    least = FOUND * t.overlap + ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
     return not change <= least, least / stage  # NaN has moved
 
 
