@@ -11,7 +11,6 @@ stay those of the exact pressure (scaling the caps instead costs ten times the e
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from math import sqrt
 from types import ModuleType
 from typing import Any
@@ -23,6 +22,13 @@ from contactlaw.jit import jit, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
+from contactlaw.laws.microslip_turning import (
+    displace_on_surface,
+    fans_out,
+    half_line_nodes,
+    parallel,
+    surface_maps,
+)
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
 NODES = 16  # where nothing else is asked for: psi_2 within 4e-4 up to chi 2
@@ -56,11 +62,14 @@ class Microslip(Law):
         return replace(self, node_count=self.node_count or suggested or NODES)
 
     def numbers(self) -> NDArray[Any]:
-        """The nodes' places on [0, 1], their squares, and their weights."""
+        """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
         n = self.memory
-        values = np.zeros(1, np.dtype([("x", "f8", (n,)), ("x2", "f8", (n,)), ("w", "f8", (n,))], align=True))
+        lines, maps = ((name, "f8", (n,)) for name in ("x", "x2", "w")), ("surface", "line", "compliance")
+        values = np.zeros(1, np.dtype([*lines, *((name, "f8", (n, n)) for name in maps)], align=True))
         values["x"], values["w"] = half_line_nodes(n)
         values["x2"] = values["x"] ** 2
+        for name, numbers in zip(maps, surface_maps(n), strict=True):
+            values[name] = numbers
         return values
 
     @staticmethod
@@ -81,9 +90,16 @@ class Microslip(Law):
                 memory[0, i], memory[1, i] = cap * x, cap * y
         contact.state = SPRUNG
         g_star = contact.g_star
-        pull_u, pull_v, load = displace(
-            law, memory, s2, contact.overlap, contact.before, g_star * du, g_star * dv, mu_e
+        step = s2, contact.overlap, contact.before, g_star * du, g_star * dv, mu_e
+        straight = (
+            parallel(contact.f, contact.g, du, dv)
+            and parallel(memory[0, 0], memory[1, 0], du, dv)
+            and parallel(memory[0, 0], memory[1, 0], contact.f, contact.g)
         )
+        if straight or not fans_out(law, memory, *step):
+            pull_u, pull_v, load = displace(law, memory, *step)
+        else:
+            pull_u, pull_v, load = displace_on_surface(law, memory, *step)
         share = contact.elastic / (contact.e_star * load) if load > 0.0 else 0.0
         return carried(contact, pull_u * share, pull_v * share)
 
@@ -108,13 +124,6 @@ class Microslip(Law):
     def on_line(self) -> ModuleType | None:
         """All springs at once, where the number of nodes is left open."""
         return microslip_line if self.node_count is None else None
-
-
-@lru_cache(maxsize=64)
-def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss-Legendre abscissae and weights on [0, 1]."""
-    x, w = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (x + 1.0), 0.5 * w
 
 
 @jit_of_sums
