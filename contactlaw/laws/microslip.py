@@ -64,7 +64,7 @@ class Microslip(Law):
     def numbers(self) -> NDArray[Any]:
         """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
         n = self.memory
-        lines, maps = ((name, "f8", (n,)) for name in ("x", "x2", "w")), ("surface", "line", "compliance")
+        lines, maps = ((name, "f8", (n,)) for name in ("x", "x2", "w")), ("surface", "line", "slip", "follow")
         values = np.zeros(1, np.dtype([*lines, *((name, "f8", (n, n)) for name in maps)], align=True))
         values["x"], values["w"] = half_line_nodes(n)
         values["x2"] = values["x"] ** 2

@@ -20,12 +20,18 @@ from math import exp, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.jit import jit, jit_of_sums
+from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.slip import STRAIGHT
 
 BEYOND = 0.15  # of the next cell: r_j beyond c_j, where the surface's traction is infinite. 0.1 to 0.25 are as good
 ENOUGH = 0.01  # change of the rings' forces in a sweep, over that of the contact in the step if it stuck
 MOST_SWEEPS = 12
+NEAR = 0.8  # of the limit squared: such a ring's force counts as on its limit at the start of the step
+
+# Rows of what is known of the nodes: limit; traction within it and what is beyond, along both tangents.
+CAP, IN_U, IN_V, OUT_U, OUT_V = range(5)
+# Rows of what is known of the rings: limit; force now, before, and where it would be if this ring alone were stuck.
+LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
 
 
 @lru_cache(maxsize=64)
@@ -37,17 +43,20 @@ def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64
 
 @lru_cache(maxsize=64)
 def surface_maps(count: int) -> tuple[NDArray[np.float64], ...]:
-    """B by columns, diag(2 w) C and A of so many nodes, (n, n) each."""
+    """B, C, and over the diagonal of A: C^T diag(2 w) by rows, A without its diagonal by columns; (n, n) each."""
     _, w = half_line_nodes(count)
-    ends, rims = np.concatenate([[0.0], np.cumsum(w)]), np.concatenate([[0.0], np.cumsum(w)])
+    ends = np.concatenate([[0.0], np.cumsum(w)])
+    rims = ends.copy()
     rims[1:-1] += BEYOND * w[1:]
     within = 2.0 * np.sqrt(np.maximum(ends**2 - rims[:, None] ** 2, 0.0))
-    b = -np.diff(np.diff(within), axis=0)
-    c = np.linalg.inv(b)
-    return np.triu(b).T, np.triu(2.0 * w[:, None] * c), c.T @ (2.0 * w[:, None] * c)
+    b = np.triu(-np.diff(np.diff(within), axis=0))
+    c = np.triu(np.linalg.inv(b))
+    a = c.T @ (2.0 * w[:, None] * c)
+    own = np.diag(a)
+    return b, c, 2.0 * w * c.T / own[:, None], a / own - np.eye(count)
 
 
-@jit
+@jit_inline
 def parallel(a, b, c, d):
     """Whether vectors (a, b) and (c, d) lie on one line, to `STRAIGHT`; one that is zero does."""
     across = a * d - b * c
@@ -75,32 +84,27 @@ def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
 
 
 @jit
-def returned(x, y, limit, before_x, before_y, before_limit):
-    """A ring's force on its limit, from where it would be without (outside); before: at the start of the step.
+def returned(x, y, limit, before_u, before_v):
+    """A ring's force on its limit, where it would be outside, at (x, y), if it stuck; before: at the start of the step.
 
-    The slip along the mean of the tractions before and after needs no root; a ring that has just come to its limit, or
+    The slip along the mean of the tractions before and after needs no root. A ring that has just come to its limit, or
     a step that is long beside it, goes straight to the limit and then, as a spring that is dragged, along a tractrix:
     tan(angle/2) falls by exp(-way/limit).
     """
-    if limit <= 0.0:
-        return 0.0, 0.0
-    size2, limit2, old2 = x * x + y * y, limit * limit, before_x * before_x + before_y * before_y
-    if old2 >= before_limit * before_limit * (1.0 - 1e-6) or old2 > limit2:
-        onto = limit / sqrt(old2 + 1e-300)
-        before_x, before_y, old2 = before_x * onto, before_y * onto, limit2
-        along = limit2 + x * before_x + y * before_y
-        if size2 < 1.6 * limit2 and along > 1.5 * limit2:
-            back = 0.5 * (size2 - limit2) / along
-            return (x - back * before_x) / (1.0 + back), (y - back * before_y) / (1.0 + back)
-    way_x, way_y = x - before_x, y - before_y
-    way2 = way_x * way_x + way_y * way_y
-    way = sqrt(way2)
-    inward = (before_x * way_x + before_y * way_y) / way
-    across = (before_y * way_x - before_x * way_y) / way
-    reach = sqrt(max(limit2 - across * across, 0.0))  # along the way, from the middle of the chord to the limit
-    half = across / (limit + reach + 1e-300) * exp(-max(way - reach + inward, 0.0) / limit)
-    cosine, sine = (1.0 - half * half) / (1.0 + half * half), 2.0 * half / (1.0 + half * half)
-    cosine, sine = limit * cosine / way, limit * sine / way
+    square = limit * limit
+    over, along = x * x + y * y - square, square + x * before_u + y * before_v
+    if before_u * before_u + before_v * before_v > NEAR * square and over < 0.6 * square and along > 1.5 * square:
+        scale = 1.0 / (2.0 * along + over)
+        return (2.0 * along * x - over * before_u) * scale, (2.0 * along * y - over * before_v) * scale
+    way_x, way_y = x - before_u, y - before_v
+    way = sqrt(way_x * way_x + way_y * way_y)
+    if limit == 0.0 or way == 0.0:
+        return before_u, before_v
+    inward, across = (before_u * way_x + before_v * way_y) / way, (before_v * way_x - before_u * way_y) / way
+    reach = sqrt(max(square - across * across, 0.0))
+    half = across / (limit + reach) * exp(-max(way - reach + inward, 0.0) / limit)
+    scale = limit / ((1.0 + half * half) * way)
+    cosine, sine = (1.0 - half * half) * scale, 2.0 * half * scale
     return cosine * way_x - sine * way_y, cosine * way_y + sine * way_x
 
 
@@ -111,56 +115,67 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     The springs' own limit makes the first guess; then rings are returned from the edge inwards (Gauss-Seidel), each
     knowing what those outside of it have slipped.
     """
-    n, b, c, a = law.w.size, law.surface, law.line, law.compliance
+    n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
     gained = overlap - before
     rate = 1.0 / gained if gained > 0.0 else 1e300
-    ring = np.zeros((8, n))  # limit, force and slip; limit and force at the start of the step
-    limit, fx, fy, rx, ry, old_limit, ox, oy = ring
-    load = 0.0
+    node, ring = np.empty((5, n)), np.zeros((7, n))
+    load, active = 0.0, 0
     for i in range(n):
         z = max(overlap - s2 * law.x2[i], 0.0)
-        p, old_p = cap * z, cap * max(before - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
-        old_u, old_v = memory[0, i], memory[1, i]
-        u, v = old_u + part * gu, old_v + part * gv
-        back = min(p / sqrt(u * u + v * v + 1e-300), 1.0)
-        over_u, over_v = u - back * u, v - back * v
-        u, v = back * u, back * v
+        u, v = memory[0, i] + part * gu, memory[1, i] + part * gv
+        back = min(cap * z / sqrt(u * u + v * v + 1e-300), 1.0)
+        node[CAP, i] = cap * z
+        node[IN_U, i], node[IN_V, i], node[OUT_U, i], node[OUT_V, i] = back * u, back * v, u - back * u, v - back * v
         load += law.w[i] * z
-        for j in range(n):
-            limit[j] += b[i, j] * p
-            old_limit[j] += b[i, j] * old_p
-            fx[j] += b[i, j] * u
-            fy[j] += b[i, j] * v
-            ox[j] += b[i, j] * old_u
-            oy[j] += b[i, j] * old_v
-            rx[j] += c[i, j] * over_u
-            ry[j] += c[i, j] * over_v
-    enough = 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2)
-    for _ in range(MOST_SWEEPS):
-        change = 0.0
-        for i in range(n - 1, -1, -1):
-            x, y, top = fx[i] + rx[i] / a[i, i], fy[i] + ry[i] / a[i, i], max(limit[i], 0.0)
-            if x * x + y * y > top * top:
-                x, y = returned(x, y, top, ox[i], oy[i], old_limit[i])
-            move_x, move_y = x - fx[i], y - fy[i]
-            move = abs(move_x) + abs(move_y)
-            if move > 0.03 * enough:
-                change += move
-                fx[i], fy[i] = x, y
-                for j in range(n):
-                    rx[j] -= a[i, j] * move_x
-                    ry[j] -= a[i, j] * move_y
-        if change <= enough:
-            break
+        active += z > 0.0
+    for j in range(active):
+        limit, fu, fv, before_u, before_v, out_u, out_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(n):
+            b, slip = law.surface[j, i], law.slip[j, i]
+            limit += b * node[CAP, i]
+            fu += b * node[IN_U, i]
+            fv += b * node[IN_V, i]
+            before_u += b * memory[0, i]
+            before_v += b * memory[1, i]
+            out_u += slip * node[OUT_U, i]
+            out_v += slip * node[OUT_V, i]
+        limit = max(limit, 0.0)
+        square = before_u * before_u + before_v * before_v
+        onto = limit / sqrt(square) if square > NEAR * limit * limit else 1.0
+        ring[LIMIT, j], ring[FORCE_U, j], ring[FORCE_V, j] = limit, fu, fv
+        ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
+        ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
+    relax(law, ring, active, 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2))
     pull_u, pull_v = 0.0, 0.0
     for i in range(n):
         u, v = 0.0, 0.0
-        for j in range(i, n):
-            u += c[i, j] * fx[j]
-            v += c[i, j] * fy[j]
-        u, v = 0.5 * u / law.w[i], 0.5 * v / law.w[i]
+        for j in range(n):
+            u += law.line[i, j] * ring[FORCE_U, j]
+            v += law.line[i, j] * ring[FORCE_V, j]
         memory[0, i], memory[1, i] = u, v
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
     return pull_u, pull_v, load
+
+
+@jit_of_sums
+def relax(law, ring, active, enough):
+    """Return the active rings to their limits until a sweep changes their forces by no more than enough [N/m]."""
+    n = ring.shape[1]
+    for _ in range(MOST_SWEEPS):
+        change = 0.0
+        for i in range(active - 1, -1, -1):
+            u, v, limit = ring[STUCK_U, i], ring[STUCK_V, i], ring[LIMIT, i]
+            if u * u + v * v > limit * limit:
+                u, v = returned(u, v, limit, ring[BEFORE_U, i], ring[BEFORE_V, i])
+            by_u, by_v = u - ring[FORCE_U, i], v - ring[FORCE_V, i]
+            by = abs(by_u) + abs(by_v)
+            if by > 0.03 * enough:
+                change += by
+                ring[FORCE_U, i], ring[FORCE_V, i] = u, v
+                for j in range(n):
+                    ring[STUCK_U, j] -= law.follow[i, j] * by_u
+                    ring[STUCK_V, j] -= law.follow[i, j] * by_v
+        if change <= enough:
+            return
