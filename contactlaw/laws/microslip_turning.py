@@ -146,28 +146,35 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         ring[LIMIT, j], ring[FORCE_U, j], ring[FORCE_V, j] = limit, fu, fv
         ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
         ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
-    relax(law, ring, active, 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2))
+    inner = relax(law, ring, active, 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2))
     pull_u, pull_v = 0.0, 0.0
     for i in range(n):
-        u, v = 0.0, 0.0
-        for j in range(n):
-            u += law.line[i, j] * ring[FORCE_U, j]
-            v += law.line[i, j] * ring[FORCE_V, j]
+        u, v = node[IN_U, i] + node[OUT_U, i], node[IN_V, i] + node[OUT_V, i]
+        if i >= inner:
+            u, v = 0.0, 0.0
+            for j in range(n):
+                u += law.line[i, j] * ring[FORCE_U, j]
+                v += law.line[i, j] * ring[FORCE_V, j]
         memory[0, i], memory[1, i] = u, v
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
-    return pull_u, pull_v, load
+    within = min(cap * load / sqrt(pull_u * pull_u + pull_v * pull_v + 1e-300), 1.0)
+    return within * pull_u, within * pull_v, load
 
 
 @jit_of_sums
 def relax(law, ring, active, enough):
-    """Return the active rings to their limits until a sweep changes their forces by no more than enough [N/m]."""
-    n = ring.shape[1]
+    """Return rings to their limits until a sweep changes their forces by no more than enough [N/m].
+
+    Returns the innermost that slips: springs further in have no slip to give way to.
+    """
+    n, inner = ring.shape[1], active
     for _ in range(MOST_SWEEPS):
-        change = 0.0
+        change, inner = 0.0, active
         for i in range(active - 1, -1, -1):
             u, v, limit = ring[STUCK_U, i], ring[STUCK_V, i], ring[LIMIT, i]
             if u * u + v * v > limit * limit:
+                inner = i
                 u, v = returned(u, v, limit, ring[BEFORE_U, i], ring[BEFORE_V, i])
             by_u, by_v = u - ring[FORCE_U, i], v - ring[FORCE_V, i]
             by = abs(by_u) + abs(by_v)
@@ -178,4 +185,5 @@ def relax(law, ring, active, enough):
                     ring[STUCK_U, j] -= law.follow[i, j] * by_u
                     ring[STUCK_V, j] -= law.follow[i, j] * by_v
         if change <= enough:
-            return
+            break
+    return inner
