@@ -28,8 +28,8 @@ ENOUGH = 0.01  # change of the rings' forces in a sweep, over that of the contac
 MOST_SWEEPS = 12
 NEAR = 0.8  # of the limit squared: such a ring's force counts as on its limit at the start of the step
 
-# Rows of what is known of the nodes: limit; traction within it and what is beyond, along both tangents.
-CAP, IN_U, IN_V, OUT_U, OUT_V = range(5)
+# Rows of what is known of the nodes: limit; traction without slip, and as it will be, along both tangents.
+CAP, FREE_U, FREE_V, NEW_U, NEW_V = range(5)
 # Rows of what is known of the rings: limit; force now, before, and where it would be if this ring alone were stuck.
 LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
 
@@ -113,7 +113,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     """`microslip.displace`, with its arguments and results, by friction's limit on the surface.
 
     The springs' own limit makes the first guess; then rings are returned from the edge inwards (Gauss-Seidel), each
-    knowing what those outside of it have slipped.
+    knowing what those outside of it have slipped, more closely where the step would give energy.
     """
     n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
     gained = overlap - before
@@ -126,7 +126,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         u, v = memory[0, i] + part * gu, memory[1, i] + part * gv
         back = min(cap * z / sqrt(u * u + v * v + 1e-300), 1.0)
         node[CAP, i] = cap * z
-        node[IN_U, i], node[IN_V, i], node[OUT_U, i], node[OUT_V, i] = back * u, back * v, u - back * u, v - back * v
+        node[FREE_U, i], node[FREE_V, i], node[NEW_U, i], node[NEW_V, i] = u, v, back * u, back * v
         load += law.w[i] * z
         active += z > 0.0
     for j in range(active):
@@ -134,30 +134,29 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         for i in range(n):
             b, slip = law.surface[j, i], law.slip[j, i]
             limit += b * node[CAP, i]
-            fu += b * node[IN_U, i]
-            fv += b * node[IN_V, i]
+            fu += b * node[NEW_U, i]
+            fv += b * node[NEW_V, i]
             before_u += b * memory[0, i]
             before_v += b * memory[1, i]
-            out_u += slip * node[OUT_U, i]
-            out_v += slip * node[OUT_V, i]
+            out_u += slip * (node[FREE_U, i] - node[NEW_U, i])
+            out_v += slip * (node[FREE_V, i] - node[NEW_V, i])
         limit = max(limit, 0.0)
         square = before_u * before_u + before_v * before_v
         onto = limit / sqrt(square) if square > NEAR * limit * limit else 1.0
         ring[LIMIT, j], ring[FORCE_U, j], ring[FORCE_V, j] = limit, fu, fv
         ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
         ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
-    inner = relax(law, ring, active, 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2))
+    enough = 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2)
+    for _ in range(3):
+        inner = relax(law, ring, active, enough)
+        if give_way(law, memory, node, ring, inner) >= 0.0:
+            break
+        enough *= 1e-3
     pull_u, pull_v = 0.0, 0.0
     for i in range(n):
-        u, v = node[IN_U, i] + node[OUT_U, i], node[IN_V, i] + node[OUT_V, i]
-        if i >= inner:
-            u, v = 0.0, 0.0
-            for j in range(n):
-                u += law.line[i, j] * ring[FORCE_U, j]
-                v += law.line[i, j] * ring[FORCE_V, j]
-        memory[0, i], memory[1, i] = u, v
-        pull_u += law.w[i] * u
-        pull_v += law.w[i] * v
+        memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
+        pull_u += law.w[i] * node[NEW_U, i]
+        pull_v += law.w[i] * node[NEW_V, i]
     within = min(cap * load / sqrt(pull_u * pull_u + pull_v * pull_v + 1e-300), 1.0)
     return within * pull_u, within * pull_v, load
 
@@ -187,3 +186,19 @@ def relax(law, ring, active, enough):
         if change <= enough:
             break
     return inner
+
+
+@jit_of_sums
+def give_way(law, memory, node, ring, inner):
+    """Put the rings' forces on the springs from the inner ring on; returns what the step dissipates, times G*."""
+    n, lost = ring.shape[1], 0.0
+    for i in range(inner, n):
+        u, v = 0.0, 0.0
+        for j in range(n):
+            u += law.line[i, j] * ring[FORCE_U, j]
+            v += law.line[i, j] * ring[FORCE_V, j]
+        node[NEW_U, i], node[NEW_V, i] = u, v
+        lost += law.w[i] * ((memory[0, i] + u) * (node[FREE_U, i] - u) + (memory[1, i] + v) * (node[FREE_V, i] - v))
+    for i in range(inner):
+        node[NEW_U, i], node[NEW_V, i] = node[FREE_U, i], node[FREE_V, i]
+    return lost
