@@ -26,7 +26,7 @@ from contactlaw.laws.microslip_turning import (
     displace_on_surface,
     fans_out,
     half_line_nodes,
-    parallel,
+    on_a_line,
     surface_maps,
 )
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
@@ -91,12 +91,7 @@ class Microslip(Law):
         contact.state = SPRUNG
         g_star = contact.g_star
         step = s2, contact.overlap, contact.before, g_star * du, g_star * dv, mu_e
-        straight = (
-            parallel(contact.f, contact.g, du, dv)
-            and parallel(memory[0, 0], memory[1, 0], du, dv)
-            and parallel(memory[0, 0], memory[1, 0], contact.f, contact.g)
-        )
-        if straight or not fans_out(law, memory, *step):
+        if on_a_line(contact, memory, du, dv) or not fans_out(law, memory, *step):
             pull_u, pull_v, load = displace(law, memory, *step)
         else:
             pull_u, pull_v, load = displace_on_surface(law, memory, *step)

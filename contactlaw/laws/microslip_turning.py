@@ -57,10 +57,14 @@ def surface_maps(count: int) -> tuple[NDArray[np.float64], ...]:
 
 
 @jit_inline
-def parallel(a, b, c, d):
-    """Whether vectors (a, b) and (c, d) lie on one line, to `STRAIGHT`; one that is zero does."""
-    across = a * d - b * c
-    return across * across <= STRAIGHT * STRAIGHT * (a * a + b * b) * (c * c + d * d)
+def on_a_line(contact, memory, du, dv):
+    """Whether force, displacement and the middle's traction are on one line, to `STRAIGHT`: then nothing turns."""
+    f, g, u, v = contact.f, contact.g, memory[0, 0], memory[1, 0]
+    if f == 0.0 and g == 0.0:
+        f, g = u, v
+    square, step, middle = f * f + g * g, f * dv - g * du, f * v - g * u
+    narrow = STRAIGHT * STRAIGHT * square
+    return step * step <= narrow * (du * du + dv * dv) and middle * middle <= narrow * (u * u + v * v)
 
 
 @jit_of_sums
