@@ -98,7 +98,7 @@ def test_nodes_are_those_of_gauss() -> None:
     nodes, weights = half_line_nodes(5)
     for power in range(10):  # Gauss-Legendre: exact to degree 2n - 1
         assert (weights * nodes**power).sum() == pytest.approx(1.0 / (power + 1), rel=1e-13)
-    assert pair_with(Microslip(5)).parameters().size == PAIR_SIZE + 3 * 5
+    assert pair_with(Microslip(5)).parameters().size == PAIR_SIZE + 3 * 5 + 4 * 5 * 5
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -24,7 +24,7 @@ from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.slip import STRAIGHT
 
 BEYOND = 0.15  # of the next cell: r_j beyond c_j, where the surface's traction is infinite. 0.1 to 0.25 are as good
-ENOUGH = 0.01  # change of the rings' forces in a sweep, over that of the contact in the step if it stuck
+ENOUGH = 0.0075  # change of the rings' forces in a sweep, over that of the contact in the step if it stuck
 MOST_SWEEPS = 12
 NEAR = 0.8  # of the limit squared: such a ring's force counts as on its limit at the start of the step
 
@@ -180,7 +180,7 @@ def relax(law, ring, active, enough):
                 inner = i
                 u, v = returned(u, v, limit, ring[BEFORE_U, i], ring[BEFORE_V, i])
             by_u, by_v = u - ring[FORCE_U, i], v - ring[FORCE_V, i]
-            by = abs(by_u) + abs(by_v)
+            by = sqrt(by_u * by_u + by_v * by_v)
             if by > 0.03 * enough:
                 change += by
                 ring[FORCE_U, i], ring[FORCE_V, i] = u, v
