@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
-from contactlaw.laws.slip import STRAIGHT
 
+TURN = 1e-3  # of the limit, or sine: tractions out of line by less count as straight, at a tenth of this of mu P
 BEYOND = 0.15  # of the next cell: r_j beyond c_j, where the surface's traction is infinite. 0.1 to 0.25 are as good
 ENOUGH = 0.0075  # change of the rings' forces in a sweep, over that of the contact in the step if it stuck
 MOST_SWEEPS = 12
@@ -58,12 +58,12 @@ def surface_maps(count: int) -> tuple[NDArray[np.float64], ...]:
 
 @jit_inline
 def on_a_line(contact, memory, du, dv):
-    """Whether force, displacement and the middle's traction are on one line, to `STRAIGHT`: then nothing turns."""
+    """Whether force, displacement and the middle's traction are on one line, to `TURN`: then nothing turns."""
     f, g, u, v = contact.f, contact.g, memory[0, 0], memory[1, 0]
     if f == 0.0 and g == 0.0:
         f, g = u, v
     square, step, middle = f * f + g * g, f * dv - g * du, f * v - g * u
-    narrow = STRAIGHT * STRAIGHT * square
+    narrow = TURN * TURN * square
     return step * step <= narrow * (du * du + dv * dv) and middle * middle <= narrow * (u * u + v * v)
 
 
@@ -83,7 +83,7 @@ def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
         uv += law.w[i] * u * v
         vv += law.w[i] * v * v
         load += law.w[i] * z
-    across = STRAIGHT * cap * load
+    across = TURN * cap * load
     return most > 0.0 and uu * vv - uv * uv > across * across * (uu + vv)
 
 
