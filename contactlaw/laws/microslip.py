@@ -5,12 +5,14 @@
 All nodes span a fixed radius while the contact grows and shrinks over them. Three things make few nodes enough:
 a node that comes into contact inside a step takes part in the displacement from that instant only; the traction is
 summed as a share of the summed caps, so that a contact that slips everywhere carries mu P exactly; the caps themselves
-stay those of the exact pressure (scaling the caps instead costs ten times the error with 8 nodes).
+stay those of the exact pressure (scaling the caps instead costs ten times the error with 8 nodes). So on a straight
+slide; where tractions have different directions the caps are those of the surface, see `microslip_turning`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import sqrt
 from types import ModuleType
 from typing import Any
@@ -21,14 +23,8 @@ from numpy.typing import NDArray
 from contactlaw.jit import jit, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
+from contactlaw.laws.microslip_turning import displace_on_surface, fans_out, on_a_line, surface_maps
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
-from contactlaw.laws.microslip_turning import (
-    displace_on_surface,
-    fans_out,
-    half_line_nodes,
-    on_a_line,
-    surface_maps,
-)
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
 NODES = 16  # where nothing else is asked for: psi_2 within 4e-4 up to chi 2
@@ -63,13 +59,11 @@ class Microslip(Law):
 
     def numbers(self) -> NDArray[Any]:
         """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
-        n = self.memory
-        lines, maps = ((name, "f8", (n,)) for name in ("x", "x2", "w")), ("surface", "line", "slip", "follow")
-        values = np.zeros(1, np.dtype([*lines, *((name, "f8", (n, n)) for name in maps)], align=True))
-        values["x"], values["w"] = half_line_nodes(n)
-        values["x2"] = values["x"] ** 2
-        for name, numbers in zip(maps, surface_maps(n), strict=True):
-            values[name] = numbers
+        x, w = half_line_nodes(self.memory)
+        known = {"x": x, "x2": x**2, "w": w} | surface_maps(tuple(w))
+        values = np.zeros(1, np.dtype([(name, "f8", one.shape) for name, one in known.items()], align=True))
+        for name, one in known.items():
+            values[name] = one
         return values
 
     @staticmethod
@@ -119,6 +113,13 @@ class Microslip(Law):
     def on_line(self) -> ModuleType | None:
         """All springs at once, where the number of nodes is left open."""
         return microslip_line if self.node_count is None else None
+
+
+@lru_cache(maxsize=64)
+def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gauss-Legendre abscissae and weights on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    return 0.5 * (x + 1.0), 0.5 * w
 
 
 @jit_of_sums

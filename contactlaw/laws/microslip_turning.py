@@ -7,9 +7,9 @@ r_j (Popov & Hess 2015, section 17):
 
     f = B q      B_ji = H_i(r_(j-1)) - H_i(r_j)      H_i(r) = 2 [sqrt(c_i^2 - r^2) - sqrt(c_(i-1)^2 - r^2)]
 
-B is constant, and upper triangular with c_j <= r_j < c_(j+1). The springs' energy, sum of w q^2/G*, makes A = C^T diag(2 w) C, C = B^-1, the
-compliance between the rings. A step displaces all nodes, q*, then finds f, |f_j| <= P_j = (B mu p)_j, such that a ring
-on its limit slips, r = A (B q* - f), along its traction, the mean of that before and after the step.
+B is constant, and upper triangular with c_j <= r_j < c_(j+1). The springs' energy, sum of w q^2/G*, makes A = C^T
+diag(2 w) C, C = B^-1, the compliance between the rings. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
+(B mu p)_j, such that a ring on its limit slips, r = A (B q* - f), along its traction, the mean of before and after.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ from contactlaw.jit import jit, jit_inline, jit_of_sums
 
 TURN = 1e-3  # of the limit, or sine: tractions out of line by less count as straight, at a tenth of this of mu P
 BEYOND = 0.15  # of the next cell: r_j beyond c_j, where the surface's traction is infinite. 0.1 to 0.25 are as good
-ENOUGH = 0.0075  # change of the rings' forces in a sweep, over that of the contact in the step if it stuck
-MOST_SWEEPS = 12
+ENOUGH, MOST_SWEEPS = 0.0075, 12  # change of the rings' forces in a sweep, over that of a contact that sticks
 NEAR = 0.8  # of the limit squared: such a ring's force counts as on its limit at the start of the step
 
 # Rows of what is known of the nodes: limit; traction without slip, and as it will be, along both tangents.
@@ -35,25 +34,17 @@ LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
 
 
 @lru_cache(maxsize=64)
-def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss-Legendre abscissae and weights on [0, 1]."""
-    x, w = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (x + 1.0), 0.5 * w
-
-
-@lru_cache(maxsize=64)
-def surface_maps(count: int) -> tuple[NDArray[np.float64], ...]:
+def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[np.float64]]:
     """B, C, and over the diagonal of A: C^T diag(2 w) by rows, A without its diagonal by columns; (n, n) each."""
-    _, w = half_line_nodes(count)
+    w = np.array(weights)
     ends = np.concatenate([[0.0], np.cumsum(w)])
-    rims = ends.copy()
-    rims[1:-1] += BEYOND * w[1:]
+    rims = ends + np.concatenate([[0.0], BEYOND * w[1:], [0.0]])
     within = 2.0 * np.sqrt(np.maximum(ends**2 - rims[:, None] ** 2, 0.0))
     b = np.triu(-np.diff(np.diff(within), axis=0))
     c = np.triu(np.linalg.inv(b))
     a = c.T @ (2.0 * w[:, None] * c)
     own = np.diag(a)
-    return b, c, 2.0 * w * c.T / own[:, None], a / own - np.eye(count)
+    return {"surface": b, "line": c, "slip": 2.0 * w * c.T / own[:, None], "follow": a / own - np.eye(w.size)}
 
 
 @jit_inline
@@ -70,21 +61,18 @@ def on_a_line(contact, memory, du, dv):
 @jit_of_sums
 def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
     """Whether tractions lie on no one line once all nodes are displaced and some must slip; arguments: `displace`."""
-    gained = overlap - before
-    rate = 1.0 / gained if gained > 0.0 else 1e300
+    rate = 1.0 / (overlap - before) if overlap > before else 1e300
     uu, uv, vv, load, most = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(law.w.size):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
-        u = memory[0, i] + part * gu
-        v = memory[1, i] + part * gv
+        u, v = memory[0, i] + part * gu, memory[1, i] + part * gv
         most = max(most, u * u + v * v - cap * cap * z * z)
         uu += law.w[i] * u * u
         uv += law.w[i] * u * v
         vv += law.w[i] * v * v
         load += law.w[i] * z
-    across = TURN * cap * load
-    return most > 0.0 and uu * vv - uv * uv > across * across * (uu + vv)
+    return most > 0.0 and uu * vv - uv * uv > (TURN * cap * load) ** 2 * (uu + vv)
 
 
 @jit
@@ -108,8 +96,8 @@ def returned(x, y, limit, before_u, before_v):
     reach = sqrt(max(square - across * across, 0.0))
     half = across / (limit + reach) * exp(-max(way - reach + inward, 0.0) / limit)
     scale = limit / ((1.0 + half * half) * way)
-    cosine, sine = (1.0 - half * half) * scale, 2.0 * half * scale
-    return cosine * way_x - sine * way_y, cosine * way_y + sine * way_x
+    x, y = (1.0 - half * half) * scale, 2.0 * half * scale
+    return x * way_x - y * way_y, x * way_y + y * way_x
 
 
 @jit_of_sums
@@ -120,8 +108,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     knowing what those outside of it have slipped, more closely where the step would give energy.
     """
     n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
-    gained = overlap - before
-    rate = 1.0 / gained if gained > 0.0 else 1e300
+    rate = 1.0 / (overlap - before) if overlap > before else 1e300
     node, ring = np.empty((5, n)), np.zeros((7, n))
     load, active = 0.0, 0
     for i in range(n):
@@ -144,8 +131,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
             before_v += b * memory[1, i]
             out_u += slip * (node[FREE_U, i] - node[NEW_U, i])
             out_v += slip * (node[FREE_V, i] - node[NEW_V, i])
-        limit = max(limit, 0.0)
-        square = before_u * before_u + before_v * before_v
+        limit, square = max(limit, 0.0), before_u * before_u + before_v * before_v
         onto = limit / sqrt(square) if square > NEAR * limit * limit else 1.0
         ring[LIMIT, j], ring[FORCE_U, j], ring[FORCE_V, j] = limit, fu, fv
         ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
