@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path
 from contactlaw.laws.microslip import Microslip
+from validation.reference import rings
 
 STEEL = MATERIALS["steel"]
 DEEP = 1e-6  # [m]
@@ -161,24 +162,44 @@ def test_proportional_oblique_loading_sticks_or_slips_as_a_whole(law: str) -> No
 @pytest.mark.heavy
 @pytest.mark.parametrize("seed", range(8))
 def test_random_paths_match_the_dense_solution(seed: int) -> None:
-    """Piecewise straight paths in the plane with 64 nodes: 1e-3 of the greatest mu P."""
+    """Forth and back on a line in the plane with 64 nodes: 1e-3 of the greatest mu P."""
     rng, pair = np.random.default_rng(seed), pair_with(Microslip(64))
     overlaps = DEEP * rng.uniform(0.05, 1.0, 5)
-    displacement = full_slip(pair) * rng.normal(size=(5, 2)) * rng.choice([0.3, 1.0])
+    displacement = full_slip(pair) * np.outer(rng.normal(size=5), rng.normal(size=2)) * rng.choice([0.3, 1.0])
     normal, force = force_along_path(pair, overlaps, displacement)
     error = np.linalg.norm(force - dense_solution(pair, overlaps, displacement, 800), axis=1)
     assert error.max() < 1e-3 * MU * normal.max()
 
 
+def rings_force(pair: ContactPair, overlaps: np.ndarray, displacement: np.ndarray, substeps: int) -> np.ndarray:
+    """Force by rings with local Coulomb friction [N], extrapolated in rings and steps; from the first overlap on."""
+    slide = displacement / (full_slip(pair))
+    coarse, fine = (rings.force_along_path(overlaps / DEEP, slide, rings=32 * k, substeps=k * substeps) for k in (1, 2))
+    return (2.0 * fine - coarse) * 0.75 * MU * float(hertz(pair, DEEP))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("seed", range(4))
+def test_random_paths_in_the_plane_match_rings(seed: int) -> None:
+    """Straight legs with 64 nodes: 5e-3 of the greatest mu P."""
+    rng, pair = np.random.default_rng(seed), pair_with(Microslip(64))
+    overlaps = DEEP * rng.uniform(0.05, 1.0, 5)
+    displacement = full_slip(pair) * rng.normal(size=(5, 2)) * rng.choice([0.3, 1.0])
+    displacement[1] = displacement[0]  # pressed in first: the rings begin in contact
+    normal, force = force_along_path(pair, overlaps, displacement)
+    error = np.linalg.norm(force - rings_force(pair, overlaps, displacement, 200), axis=1)
+    assert error.max() < 5e-3 * MU * normal.max()
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("radius", [0.5, 1.0, 3.0])
-def test_curved_slide_from_the_touch_matches_the_dense_solution(radius: float) -> None:
+def test_curved_slide_from_the_touch_matches_rings(radius: float) -> None:
     """A circle of this radius (in slip lengths) while the overlap grows; outer points turn sooner than the middle."""
     pair, angle = pair_with(Microslip(64)), np.linspace(0.0, 2.0 * np.pi, 101)
     overlaps = DEEP * np.linspace(0.0, 1.0, 101)
     displacement = full_slip(pair) * radius * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
     normal, force = force_along_path(pair, overlaps, displacement)
-    error = np.linalg.norm(force - dense_solution(pair, overlaps, displacement, 60), axis=1)
+    error = np.linalg.norm(force - rings_force(pair, overlaps, displacement, 8), axis=1)
     assert error.max() < 5e-3 * MU * normal.max()
 
 

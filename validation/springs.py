@@ -1,4 +1,4 @@
-"""Springs with a Coulomb cap each, on whatever path: `microslip` as it is along a line, for comparison where it turns."""
+"""`microslip` as it is along a line, springs with a cap each, on whatever path: for comparison where it turns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What case and tests share of slides that turn: forces along the reference's paths, impacts, energy along random paths."""
+"""What case and tests of slides that turn share: forces along the reference's paths, impacts, energy along any path."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from time import process_time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +11,10 @@ import numpy as np
 from contactlaw.laws.microslip import Microslip
 from validation import turning
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.measure import interleaved, spread
+from validation.measure import spread
 from validation.picture import BROAD, panels
 from validation.reference.turning_data import load
+from validation.reference.turning_paths import MARKS
 from validation.springs import Springs
 
 if TYPE_CHECKING:
@@ -37,8 +39,8 @@ class Turning(Case):
         "tenth of the contact (amplitude 0.2) need 32 nodes for the loss; with 16 it is off by up to 12 %."
     )
     caption = (
-        "Force along a circle from the middle out and around, and along a figure of eight, 0.8 of the displacement of "
-        "full slip in size, at constant load."
+        "Force along the motion on a circle, from the middle out and around, and on a figure of eight, 0.8 of the "
+        "displacement of full slip in size, at constant load."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -82,15 +84,17 @@ class Turning(Case):
             )
         impacts, cost = data["impacts"], data["cost"]
         blank = ["", "", ""]
-        table.rows += [
-            ["psi_2, masses 3:1", "", f"{impacts['springs']:.4f}", f"{impacts['microslip']:.4f}", *blank],
-            ["substep in a world, over straight", "", "1", f"{cost['turning']['median']:.1f}", *blank],
-            ["the law's own part of it", "", "1", f"{cost['law alone']['median']:.0f}", *blank],
-        ]
+        table.rows.extend(
+            [
+                ["psi_2, masses 3:1", "", f"{impacts['springs']:.4f}", f"{impacts['microslip']:.4f}", *blank],
+                ["substep in a world, over straight", "", "1", f"{cost['turning']['median']:.1f}", *blank],
+                ["the law's own part of it", "", "1", f"{cost['law alone']['median']:.0f}", *blank],
+            ]
+        )
         return table
 
     def draw(self, data: Data) -> Figure:
-        """Force in the plane along two paths."""
+        """Force along the motion on two paths."""
         figure, axes = panels(2)
         for one, (name, shown) in zip(axes, data["shown"].items(), strict=True):
             for label, style in (
@@ -98,8 +102,8 @@ class Turning(Case):
                 ("springs", {"color": "black", "linestyle": (0, (2, 2)), "linewidth": 1.0}),
                 ("microslip", {"color": "black", "linewidth": 1.0, "marker": "o", "markevery": 4, "markersize": 3.0}),
             ):
-                one.plot(*np.array(shown[label]).T, label=label, **style)
-            one.set(xlabel=r"$F_x/(\mu P)$ [-]", ylabel=r"$F_y/(\mu P)$ [-]", title=name, aspect="equal")
+                one.plot(np.arange(len(shown[label])) / MARKS, shown[label], label=label, **style)
+            one.set(xlabel="turns [-]", ylabel=r"force along the motion, over $\mu P$ [-]", title=name)
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
         return figure
 
@@ -141,41 +145,45 @@ def _energy(count: int, progress: Progress) -> dict[str, float]:
             lost, force = turning.dissipated("microslip", overlap, place)
             share = np.hypot(*force.T)[overlap > 0.0] / overlap[overlap > 0.0] ** 1.5
             found[kind] = max(found[kind], turning.fall(lost))
-            found["cone"] = max(found["cone"], float(share.max()) - 1.0)
+            found["cone"] = max(found["cone"], float(share.max(initial=0.0)) - 1.0)
         progress((number + 1) / len(turning.KINDS))
     return found
 
 
 def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
-    """Ratios of times: impacts that turn and that do not in one world, the law with and without its look, and alone."""
+    """Ratios of processor times, side by side: impacts in a world that turn and that do not, the law with and without
+    its look, and the law alone."""
     straight = [[*row[:3], 0.0] for row in rows]
     scenes = {
         "turning": (rows, "microslip"), "straight": (straight, "microslip"), "never looks": (straight, Springs()),
     }  # fmt: skip
-    worlds: dict[str, Any] = {}
-
-    def prepare(name: str) -> None:
-        worlds[name], _ = turning.impacts_world(*scenes[name])
-        assert worlds[name].arrays
-
     angle = np.linspace(0.0, 3.0 * np.pi, 145)
-    around = 0.6 * np.stack([1.0 - np.cos(angle), np.sin(angle)], 1)
-    many = np.tile(around[1:], (20, 1))
-    along, pressed = many * [0.0, 1.0], np.ones(len(many))
-    times = interleaved(
-        {name: partial(lambda name: worlds[name].step(3), name) for name in scenes}
-        | {"circle": lambda: turning.dissipated("microslip", pressed, many),
-           "line": lambda: turning.dissipated("microslip", pressed, along)},
-        rounds, {name: partial(prepare, name) for name in scenes},
-    )  # fmt: skip
-    ratios = {
+    around = np.tile(0.6 * np.stack([1.0 - np.cos(angle[1:]), np.sin(angle[1:])], 1), (20, 1))
+    lines = {"circle": around, "line": around * [0.0, 1.0]}
+    times: dict[str, list[float]] = {name: [] for name in (*scenes, *lines)}
+    for number in range(rounds + 1):
+        for name in list(times)[:: 1 if number % 2 else -1]:
+            if name in scenes:
+                world, _ = turning.impacts_world(*scenes[name])
+                run = partial(world.step, 3)
+                assert world.arrays
+            else:
+                run = partial(turning.dissipated, "microslip", np.ones(len(around)), lines[name])
+            start = process_time()
+            run()
+            times[name].append(process_time() - start)
+    pairs = {
         "turning": ("turning", "straight"),
         "straight": ("straight", "never looks"),
         "law alone": ("circle", "line"),
     }
-    return {name: spread(times[one] / times[other]) for name, (one, other) in ratios.items()}
+    return {name: spread(np.array(times[one][1:]) / times[other][1:]) for name, (one, other) in pairs.items()}
 
 
-def _shown(saved: list[Data], name: str, amplitude: float) -> dict[str, Any]:
-    (one,) = [one for one in saved if one["path"] == name and one["amplitude"] == amplitude]
-    return {"rings": one["force"]} | {key: turning.forces(law, name, amplitude) for key, law in LAWS.items()}
+def _shown(saved: list[Data], name: str, amplitude: float) -> dict[str, list[float]]:
+    """Force along the motion over mu P at the marks but for the last, where the motion's direction has one side."""
+    (known,) = [one["force"] for one in saved if one["path"] == name and one["amplitude"] == amplitude]
+    along = np.gradient(turning.path(name, amplitude)[1], axis=0)
+    along /= np.hypot(*along.T)[:, None]
+    found = {"rings": known} | {key: turning.forces(law, name, amplitude) for key, law in LAWS.items()}
+    return {key: (np.array(force) * along).sum(axis=1)[:-1].tolist() for key, force in found.items()}
