@@ -85,10 +85,12 @@ class Microslip(Law):
         contact.state = SPRUNG
         g_star = contact.g_star
         step = s2, contact.overlap, contact.before, g_star * du, g_star * dv, mu_e
-        if on_a_line(contact, memory, du, dv) or not fans_out(law, memory, *step):
-            pull_u, pull_v, load = displace(law, memory, *step)
-        else:
+        # Each way ends by itself: where both meet the compiler would sum the straight one in another order.
+        if not on_a_line(contact, memory, du, dv) and fans_out(law, memory, *step):
             pull_u, pull_v, load = displace_on_surface(law, memory, *step)
+            share = contact.elastic / (contact.e_star * load)
+            return carried(contact, pull_u * share, pull_v * share)
+        pull_u, pull_v, load = displace(law, memory, *step)
         share = contact.elastic / (contact.e_star * load) if load > 0.0 else 0.0
         return carried(contact, pull_u * share, pull_v * share)
 

@@ -72,7 +72,7 @@ def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
         uv += law.w[i] * u * v
         vv += law.w[i] * v * v
         load += law.w[i] * z
-    return most > 0.0 and uu * vv - uv * uv > (TURN * cap * load) ** 2 * (uu + vv)
+    return min(most, load) > 0.0 and uu * vv - uv * uv > (TURN * cap * load) ** 2 * (uu + vv)
 
 
 @jit
@@ -110,7 +110,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     node, ring = np.empty((5, n)), np.zeros((7, n))
-    load, active = 0.0, 0
+    load, active, pull_u, pull_v = 0.0, 0, 0.0, 0.0
     for i in range(n):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
@@ -142,7 +142,6 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         if give_way(law, memory, node, ring, inner) >= 0.0:
             break
         enough *= 1e-3
-    pull_u, pull_v = 0.0, 0.0
     for i in range(n):
         memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
         pull_u += law.w[i] * node[NEW_U, i]
