@@ -184,6 +184,6 @@ def _shown(saved: list[Data], name: str, amplitude: float) -> dict[str, list[flo
     """Force along the motion over mu P at the marks but for the last, where the motion's direction has one side."""
     (known,) = [one["force"] for one in saved if one["path"] == name and one["amplitude"] == amplitude]
     along = np.gradient(turning.path(name, amplitude)[1], axis=0)
-    along /= np.hypot(*along.T)[:, None]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
     found = {"rings": known} | {key: turning.forces(law, name, amplitude) for key, law in LAWS.items()}
     return {key: (np.array(force) * along).sum(axis=1)[:-1].tolist() for key, force in found.items()}
