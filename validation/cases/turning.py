@@ -1,0 +1,189 @@
+"""Slides that turn: force, loss, rebound and cost of the default law, and whether it can give energy."""
+
+from __future__ import annotations
+
+from functools import partial
+from time import process_time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlaw.turning import MicroslipTurning
+from validation import turning
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.measure import spread
+from validation.picture import BROAD, panels
+from validation.reference.turning_data import load
+from validation.reference.turning_paths import MARKS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LAWS: dict[str, Any] = {"turning": MicroslipTurning(), "springs": "microslip"}
+SHOWN = [("circle", 0.8), ("eight", 0.8)]
+LASTING = "circle, touch to release"  # no turn of it is like another
+
+
+@register
+class Turning(Case):
+    """The law beside rings with local Coulomb friction, where slides turn."""
+
+    name = "turning"
+    place = 24
+    title = "Slides that turn"
+    claim = (
+        "Where a slide turns, `MicroslipTurning` keeps friction's limit on the surface of the contact, not on its line "
+        "of springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five "
+        "times the price of a straight step; a slide that does not turn pays nothing. Slips confined to the outermost "
+        "tenth of the contact (amplitude 0.2) need 32 nodes for the loss; with 16 it is off by up to 12 %."
+    )
+    caption = (
+        "Force along the motion on a circle, from the middle out and around, and on a figure of eight, 0.8 of the "
+        "displacement of full slip in size, at constant load."
+    )
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Paths, impacts, energy, cost."""
+        saved = load()
+        paths = {name: _paths(saved["forces"], law) for name, law in LAWS.items()}
+        finer = _paths(saved["forces"], MicroslipTurning(32))
+        progress(0.2)
+        impacts = {name: _impacts(saved["uneven"], law) for name, law in LAWS.items()}
+        progress(0.3)
+        energy = _energy(1000 if quick else 20_000, lambda part: progress(0.3 + 0.5 * part))
+        cost = _cost(saved["uneven"], 9 if quick else 41)
+        own, load_changes = paths["turning"], max(energy[kind] for kind in turning.KINDS[1:])
+        data: Data = {
+            "paths": paths, "finer": finer, "impacts": impacts, "energy": energy, "cost": cost,
+            "shown": {f"{name}, {amplitude}": _shown(saved["forces"], name, amplitude) for name, amplitude in SHOWN},
+        }  # fmt: skip
+        limits = [
+            Limit("force along 36 paths that turn, F/(mu P)", 0.02, max(one["force"] for one in own)),
+            Limit("loss a turn, amplitude from 0.4", 0.03, _worst_loss(own, 0.3)),
+            Limit("loss a turn, amplitude from 0.2, 32 nodes", 0.03, _worst_loss(finer, 0.0)),
+            Limit("psi_2, tangential masses 3:1", 5e-3, impacts["turning"]),
+            Limit("energy given back at constant load, over mu P and path", 1e-12, energy["steady"]),
+            Limit("the same as the load changes", 3e-4, load_changes),
+            Limit("force over its limit, less 1", 1e-12, energy["cone"]),
+            Limit("time of a contact's substep that turns over a straight one", 6.0, cost["turning"]["median"]),
+            Limit("straight substep over one that never looks", 1.02, cost["straight"]["median"]),
+        ]  # fmt: skip
+        finite = all(np.isfinite(limit.reached) for limit in limits)
+        return Outcome(limits, data, [] if finite else ["a value is not finite"])
+
+    def table(self, data: Data) -> Table:
+        """A row a path and amplitude, then the rest."""
+        table = Table(["path", "amplitude", "force, springs", "force", "loss, springs", "loss", "loss, 32 nodes"])
+        for one, springs, finer in zip(
+            data["paths"]["turning"], data["paths"]["springs"], data["finer"], strict=True
+        ):
+            losses = ["" if row["loss"] is None else f"{row['loss']:.1%}" for row in (springs, one, finer)]
+            table.rows.append(
+                [one["path"], f"{one['amplitude']}", f"{springs['force']:.4f}", f"{one['force']:.4f}", *losses]
+            )
+        impacts, cost = data["impacts"], data["cost"]
+        blank = ["", "", ""]
+        table.rows.extend(
+            [
+                ["psi_2, masses 3:1", "", f"{impacts['springs']:.4f}", f"{impacts['turning']:.4f}", *blank],
+                ["substep in a world, over straight", "", "1", f"{cost['turning']['median']:.1f}", *blank],
+                ["the law's own part of it", "", "1", f"{cost['law alone']['median']:.0f}", *blank],
+            ]
+        )
+        return table
+
+    def draw(self, data: Data) -> Figure:
+        """Force along the motion on two paths."""
+        figure, axes = panels(2)
+        for one, (name, shown) in zip(axes, data["shown"].items(), strict=True):
+            for label, style in (
+                ("rings", BROAD),
+                ("springs", {"color": "black", "linestyle": (0, (2, 2)), "linewidth": 1.0}),
+                ("turning", {"color": "black", "linewidth": 1.0, "marker": "o", "markevery": 4, "markersize": 3.0}),
+            ):
+                one.plot(np.arange(len(shown[label])) / MARKS, shown[label], label=label, **style)
+            one.set(xlabel="turns [-]", ylabel=r"force along the motion, over $\mu P$ [-]", title=name)
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        return figure
+
+
+def _paths(saved: list[Data], law: Any) -> list[Data]:
+    """Largest error of the force and, of paths that turn on, of the loss, over the rings'."""
+    rows = []
+    for one in saved:
+        known, force = np.array(one["force"]), turning.forces(law, one["path"], one["amplitude"])
+        named = one["path"], one["amplitude"]
+        ratio = None if one["path"] == LASTING else turning.loss(force, *named) / turning.loss(known, *named) - 1.0
+        rows.append({"path": one["path"], "amplitude": one["amplitude"], "force": float(np.abs(force - known).max()),
+                     "loss": ratio})  # fmt: skip
+    return rows
+
+
+def _worst_loss(rows: list[Data], over: float) -> float:
+    return max(abs(one["loss"]) for one in rows if one["loss"] is not None and one["amplitude"] > over)
+
+
+def _impacts(rows: list[Any], law: Any) -> float:
+    """Largest error in psi_2, of both directions."""
+    world, bodies = turning.impacts_world(rows, law)
+    world.step(3)
+    return float(np.abs(turning.psi_2(world, bodies) - np.array(rows)[:, 4:6]).max())
+
+
+def _energy(count: int, progress: Progress) -> dict[str, float]:
+    """By kind of load, the most energy that a random path gives back; and how far the force passes its limit.
+
+    At constant load in steps of any size, a whole leg too; else in 16 a leg, as the work of a step is that of the mean
+    force.
+    """
+    rng, found = np.random.default_rng(17), {"cone": -1.0}
+    for number, kind in enumerate(turning.KINDS):
+        found[kind] = 0.0
+        for trial in range(count):
+            overlap, place = turning.random_path(rng, kind, (1, 4, 16)[trial % 3] if kind == "steady" else 16)
+            lost, force = turning.dissipated(MicroslipTurning(), overlap, place)
+            share = np.hypot(*force.T)[overlap > 0.0] / overlap[overlap > 0.0] ** 1.5
+            found[kind] = max(found[kind], turning.fall(lost))
+            found["cone"] = max(found["cone"], float(share.max(initial=0.0)) - 1.0)
+        progress((number + 1) / len(turning.KINDS))
+    return found
+
+
+def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
+    """Ratios of processor times, side by side: impacts in a world that turn and that do not, the law with and without
+    its look, and the law alone."""
+    straight = [[*row[:3], 0.0] for row in rows]
+    scenes = {
+        "turning": (rows, MicroslipTurning()), "straight": (straight, MicroslipTurning()),
+        "never looks": (straight, "microslip"),
+    }  # fmt: skip
+    angle = np.linspace(0.0, 3.0 * np.pi, 145)
+    around = np.tile(0.6 * np.stack([1.0 - np.cos(angle[1:]), np.sin(angle[1:])], 1), (20, 1))
+    lines = {"circle": around, "line": around * [0.0, 1.0]}
+    times: dict[str, list[float]] = {name: [] for name in (*scenes, *lines)}
+    for number in range(rounds + 1):
+        for name in list(times)[:: 1 if number % 2 else -1]:
+            if name in scenes:
+                world, _ = turning.impacts_world(*scenes[name])
+                run = partial(world.step, 3)
+                assert world.arrays
+            else:
+                run = partial(turning.dissipated, MicroslipTurning(), np.ones(len(around)), lines[name])
+            start = process_time()
+            run()
+            times[name].append(process_time() - start)
+    pairs = {
+        "turning": ("turning", "straight"),
+        "straight": ("straight", "never looks"),
+        "law alone": ("circle", "line"),
+    }
+    return {name: spread(np.array(times[one][1:]) / times[other][1:]) for name, (one, other) in pairs.items()}
+
+
+def _shown(saved: list[Data], name: str, amplitude: float) -> dict[str, list[float]]:
+    """Force along the motion over mu P at the marks but for the last, where the motion's direction has one side."""
+    (known,) = [one["force"] for one in saved if one["path"] == name and one["amplitude"] == amplitude]
+    along = np.gradient(turning.path(name, amplitude)[1], axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    found = {"rings": known} | {key: turning.forces(law, name, amplitude) for key, law in LAWS.items()}
+    return {key: (np.array(force) * along).sum(axis=1)[:-1].tolist() for key, force in found.items()}
