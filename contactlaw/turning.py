@@ -41,7 +41,7 @@ LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
 
 
 @lru_cache(maxsize=64)
-def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[np.float64]]:
+def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[Any]]:
     """B, C, and over the diagonal of A: C^T diag(2 w) by rows, A without its diagonal by columns; (n, n) each."""
     w = np.array(weights)
     ends = np.concatenate([[0.0], np.cumsum(w)])

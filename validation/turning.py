@@ -14,7 +14,10 @@ from contactlaw.laws import Law
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
+from contactlaw.turning import MicroslipTurning
 from validation.reference.turning_paths import MARKS, path
+
+TURNING = MicroslipTurning()
 
 Array = NDArray[np.float64]
 
@@ -23,7 +26,7 @@ MASS, SPEED = 0.3, 0.3  # [kg], [m/s]
 KINDS = ["steady", "growing", "shrinking", "any", "opening"]
 
 
-def pair_of_law(law: str | Law = "microslip", radius: float | None = RADIUS) -> ContactPair:
+def pair_of_law(law: str | Law = TURNING, radius: float | None = RADIUS) -> ContactPair:
     """Steel on steel."""
     return ContactPair(MATERIALS["steel"], MATERIALS["steel"], FRICTION, radius=radius, law=law)
 
@@ -35,7 +38,7 @@ def forces(law: str | Law, name: str, amplitude: float, fine: int = 4) -> Array:
     return force[::fine] / (FRICTION * normal.max())
 
 
-def impacts_world(rows: list[Any], law: str | Law = "microslip") -> tuple[Any, list[int]]:
+def impacts_world(rows: list[Any], law: str | Law = TURNING) -> tuple[Any, list[int]]:
     """A world of balls about to hit a plane, far from each other, and the balls.
 
     rows: chi along two directions, psi_1, its angle from the first [degrees], whatever follows. The moments of inertia

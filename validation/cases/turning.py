@@ -74,9 +74,7 @@ class Turning(Case):
     def table(self, data: Data) -> Table:
         """A row a path and amplitude, then the rest."""
         table = Table(["path", "amplitude", "force, springs", "force", "loss, springs", "loss", "loss, 32 nodes"])
-        for one, springs, finer in zip(
-            data["paths"]["turning"], data["paths"]["springs"], data["finer"], strict=True
-        ):
+        for one, springs, finer in zip(data["paths"]["turning"], data["paths"]["springs"], data["finer"], strict=True):
             losses = ["" if row["loss"] is None else f"{row['loss']:.1%}" for row in (springs, one, finer)]
             table.rows.append(
                 [one["path"], f"{one['amplitude']}", f"{springs['force']:.4f}", f"{one['force']:.4f}", *losses]
