@@ -14,6 +14,8 @@ from contactlaw.turning import TURN, MicroslipTurning, displace_on_surface, surf
 from validation import turning
 from validation.reference.turning_data import load
 
+pytestmark = pytest.mark.heavy
+
 SAVED = load()
 
 
@@ -47,7 +49,6 @@ def test_force_is_that_of_rings(name: str, amplitude: float) -> None:
         )
 
 
-@pytest.mark.heavy
 def test_rebound_is_that_of_rings_where_the_tangential_mass_depends_on_direction() -> None:
     if numba.config.DISABLE_JIT:
         pytest.skip("a world is moved by compiled code alone")
