@@ -25,9 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
-from contactlaw.laws.microslip import Microslip, displace, follow, half_line_nodes
-from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
-from contactlaw.laws.slip import carried, slides_on, sliding_direction
+from contactlaw.laws.microslip import Microslip, displace, keeps_sliding, step_of
+from contactlaw.laws.slip import carried
 
 TURN = 1e-3  # of the limit, or sine: tractions out of line by less count as straight, at a tenth of this of mu P
 BEYOND = 0.15  # of the next cell: r_j beyond c_j, where the surface's traction is infinite. 0.1 to 0.25 are as good
@@ -212,8 +211,8 @@ class MicroslipTurning(Microslip):
 
     def numbers(self) -> NDArray[Any]:
         """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
-        x, w = half_line_nodes(self.memory)
-        known = {"x": x, "x2": x**2, "w": w} | surface_maps(tuple(w))
+        springs = super().numbers()[0]
+        known = {name: springs[name] for name in springs.dtype.names} | surface_maps(tuple(springs["w"]))
         values = np.zeros(1, np.dtype([(name, "f8", one.shape) for name, one in known.items()], align=True))
         for name, one in known.items():
             values[name] = one
@@ -222,22 +221,9 @@ class MicroslipTurning(Microslip):
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
         """All nodes displaced, their tractions summed as a share of their caps."""
-        if contact.state == OPEN:
-            contact.scale = sqrt(contact.radius * contact.reach)
-        else:
-            follow(contact, law, memory)
-        if contact.state != SPRUNG and slides_on(contact, du, dv, 0.0):
+        if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
-        mu_e, start = contact.friction * contact.e_star, max(contact.before, 0.0)
-        s2 = contact.scale * contact.scale / contact.radius
-        if contact.state == SLIDING:
-            x, y = sliding_direction(contact)
-            for i in range(law.w.size):
-                cap = mu_e * max(start - s2 * law.x2[i], 0.0)
-                memory[0, i], memory[1, i] = cap * x, cap * y
-        contact.state = SPRUNG
-        g_star = contact.g_star
-        step = s2, contact.overlap, contact.before, g_star * du, g_star * dv, mu_e
+        step = step_of(contact, du, dv)
         # Each way ends by itself: where both meet the compiler would sum the straight one in another order.
         if not on_a_line(contact, memory, du, dv) and fans_out(law, memory, *step):
             pull_u, pull_v, load = displace_on_surface(law, memory, *step)

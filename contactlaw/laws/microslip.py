@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.jit import jit, jit_of_sums
+from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
@@ -66,24 +66,9 @@ class Microslip(Law):
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
         """All nodes displaced, their tractions summed as a share of their caps."""
-        if contact.state == OPEN:
-            contact.scale = sqrt(contact.radius * contact.reach)
-        else:
-            follow(contact, law, memory)
-        if contact.state != SPRUNG and slides_on(contact, du, dv, 0.0):
+        if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
-        mu_e, start = contact.friction * contact.e_star, max(contact.before, 0.0)
-        s2 = contact.scale * contact.scale / contact.radius
-        if contact.state == SLIDING:
-            x, y = sliding_direction(contact)
-            for i in range(law.w.size):
-                cap = mu_e * max(start - s2 * law.x2[i], 0.0)
-                memory[0, i], memory[1, i] = cap * x, cap * y
-        contact.state = SPRUNG
-        g_star = contact.g_star
-        pull_u, pull_v, load = displace(
-            law, memory, s2, contact.overlap, contact.before, g_star * du, g_star * dv, mu_e
-        )
+        pull_u, pull_v, load = displace(law, memory, *step_of(contact, du, dv))
         share = contact.elastic / (contact.e_star * load) if load > 0.0 else 0.0
         return carried(contact, pull_u * share, pull_v * share)
 
@@ -141,6 +126,33 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
         pull_v += law.w[i] * v
         load += law.w[i] * z
     return pull_u, pull_v, load
+
+
+@jit_inline
+def keeps_sliding(contact, law, memory, du, dv):
+    """Whether the contact slides on as a whole; else its nodes span it, and hold what they slid with."""
+    if contact.state == OPEN:
+        contact.scale = sqrt(contact.radius * contact.reach)
+    else:
+        follow(contact, law, memory)
+    if contact.state != SPRUNG and slides_on(contact, du, dv, 0.0):
+        return True
+    if contact.state == SLIDING:
+        x, y = sliding_direction(contact)
+        mu_e, start = contact.friction * contact.e_star, max(contact.before, 0.0)
+        s2 = contact.scale * contact.scale / contact.radius
+        for i in range(law.w.size):
+            cap = mu_e * max(start - s2 * law.x2[i], 0.0)
+            memory[0, i], memory[1, i] = cap * x, cap * y
+    contact.state = SPRUNG
+    return False
+
+
+@jit_inline
+def step_of(contact, du, dv):
+    """What `displace` asks of a step, in its order."""
+    s2, g_star = contact.scale * contact.scale / contact.radius, contact.g_star
+    return s2, contact.overlap, contact.before, g_star * du, g_star * dv, contact.friction * contact.e_star
 
 
 @jit

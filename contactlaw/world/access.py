@@ -137,14 +137,14 @@ def contact_kept(w, slot):
 
 @jit_inside
 def bring_back_contact(w, slot):
-    """Make a contact what it was when it was kept, but for what its law knows of it."""
+    """Make a contact what it was when it was kept, but for what its law remembers."""
     place = 8 * CONTACT_NUMBERS * slot
     copy_numbers(w.contacts_aside + place, w.contacts + place, CONTACT_NUMBERS)
 
 
 @jit_inside
 def bring_back_touch(w, slot):
-    """The same of what its law knows of it, and remembers."""
+    """Make what laws know of a contact, and remember, what it was when it was kept."""
     place = 8 * CONTACT_NUMBERS * slot
     copy_numbers(w.contacts_aside + place, w.contacts + place, KNOWN_NUMBERS)
     place = 8 * w.memory_size * slot

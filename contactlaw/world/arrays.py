@@ -41,7 +41,7 @@ def empty() -> Arrays:
         spare=np.arange(LEAST)[::-1].copy(), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
         island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
         joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
-        memory_aside=np.zeros((LEAST, 0)), equations=np.zeros(0), world=np.zeros(1, WORLD),
+        memory_aside=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0

@@ -15,9 +15,9 @@ RIGHT, VELOCITY, BEGUN, BEFORE, FREE, ACCELERATION, NORMAL, SIDE_U, SIDE_V, TURN
 
 
 def room_for(unknowns):
-    """Numbers that the equations of so many unknowns need."""
+    """Shape of the room for the equations of so many unknowns: the matrix, and the vectors as rows below it."""
     size = min(unknowns, LARGEST)
-    return size * (size + 11)
+    return size + 11, size
 
 
 @jit_inside

@@ -60,7 +60,6 @@ SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
-GROSS = 1.0  # times the slide to gross slip, a displacement that is a slide
 LOOKS = 12  # steps of Newton's method at most
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
@@ -307,7 +306,7 @@ def changes(w, pairs):
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
             if fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0):
-                far = GROSS * now.friction * now.e_star / now.g_star * now.overlap
+                far = now.friction * now.e_star / now.g_star * now.overlap  # the slide to gross slip
                 if c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                     return True
     return False

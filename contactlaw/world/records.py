@@ -309,7 +309,7 @@ class Arrays(NamedTuple):
         one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
-        one["unknown_room"] = int((self.equations.size + 30.25) ** 0.5 - 5.5)  # n (n + 11) numbers
+        one["unknown_room"] = self.equations.shape[1]
         one["cells"] = self.grid.size - 4 * self.shapes.size
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])
