@@ -59,7 +59,7 @@ from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
-LOOKS = 12  # steps of Newton's method at most
+LOOKS, STALLED = 12, 3  # steps of Newton's method at most, and those in a row that do not halve what is missing
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
 
@@ -223,6 +223,7 @@ def solve(w, bodies, pairs, stage, time):
     time [s]: since the step began.
     """
     velocity, change = part(w, VELOCITY), part(w, RIGHT)
+    lowest, stalled = NEVER, 0
     for look in range(LOOKS):
         for i in range(bodies):
             place(w, whole_at(w.island_bodies, i), stage, time)
@@ -231,8 +232,13 @@ def solve(w, bodies, pairs, stage, time):
         for i in range(pairs):
             moved, slow = look_at(w, row_at(w.rows, i), stage)
             moves, least = moved or moves, min(least, slow)
-        if not moves or balanced(w, least):
+        missing = imbalance(w)
+        if not moves or missing <= least:
             return True
+        stalled = 0 if missing < 0.5 * lowest else stalled + 1
+        lowest = min(lowest, missing)
+        if stalled == STALLED:
+            return False
         for i in range(pairs):
             enter(w, row_at(w.rows, i), stage)
         factorise(w)
@@ -248,13 +254,13 @@ def solve(w, bodies, pairs, stage, time):
 
 
 @jit_inside
-def balanced(w, least):
-    """Whether no velocity could change by as much [m/s] where momenta are missing, whatever contacts do."""
+def imbalance(w):
+    """By how much [m/s] a velocity could change at most where momenta are missing, whatever contacts do."""
     h, right = matrix(w), part(w, RIGHT)
     most = 0.0
     for i in range(w.unknowns):
         most = max(most, abs(right[i]) / h[i, i])
-    return most <= least
+    return most
 
 
 @jit_inside
