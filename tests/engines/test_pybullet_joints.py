@@ -98,7 +98,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     velocity, spin = velocities(client, body)
     one, world = Linked(client, racket), World(0.0)
     one.add_to(world)
-    q, v = one.read()
+    q, v, _ = one.read()
     write_coordinates(world.arrays.bound(), 0, q, v)
     energy = 0.25 * velocity @ velocity + 0.1 * RADIUS**2 * spin @ spin + 0.5 * v @ mass_matrix(world.arrays, 0) @ v
     assert callback.ledger(handle).impacts == 1
@@ -122,7 +122,7 @@ def test_momentum_of_a_free_tree_and_a_ball(client: int, ahead: bool) -> None:
     arrays = world.arrays.bound()
 
     def momentum() -> np.ndarray:
-        q, v = one.read()
+        q, v, _ = one.read()
         write_coordinates(arrays, 0, q, v)
         write_coordinates(
             arrays, 0, q, v + 0.5e-3 * numbers(arrays, 0, "a")
