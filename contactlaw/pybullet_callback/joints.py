@@ -59,6 +59,7 @@ class Joints:
         scalars = [joint for joint in self.joints if joint[1] in (HINGE, SLIDE)]
         self._scalars = [joint[0] for joint in scalars]
         self.scalar_q, self.scalar_v = ([joint[i] for joint in scalars] for i in (2, 3))
+        self.driven = np.zeros(len(scalars), bool)
         self._others = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
         q = self.read()[0]
         poses = {link: self._pose(link) for link in moves}
@@ -119,12 +120,13 @@ class Joints:
         i = self.links.index(link)
         return int(self.rows.row[i]), self.rows.at[i], matrix_of(self.rows.quaternion[i])
 
-    def read(self) -> tuple[Array, Array, Array]:
-        """Coordinates and velocities as PyBullet has them, and what motors gave hinges and slides in its last step."""
-        q, v, torques = np.zeros(self.q_size), np.zeros(self.v_size), np.zeros(len(self._scalars))
+    def read(self) -> tuple[Array, Array]:
+        """Coordinates and velocities as PyBullet has them; `driven`: which hinges and slides motors drive."""
+        q, v = np.zeros(self.q_size), np.zeros(self.v_size)
         if self._scalars:
             states = list(zip(*p.getJointStates(self.body, self._scalars, self._client), strict=True))
-            q[self.scalar_q], v[self.scalar_v], torques[:] = states[0], states[1], states[3]
+            q[self.scalar_q], v[self.scalar_v] = states[0], states[1]
+            self.driven = np.array(states[3]) != 0.0
         for link, kind, i, j in self._others:
             if kind == FREE_JOINT:
                 (x, turn), (velocity, spin) = (
@@ -135,7 +137,7 @@ class Joints:
             else:
                 turn, spin = p.getJointStateMultiDof(self.body, link, self._client)[:2]
                 q[i : i + 4], v[j : j + 3] = scalar_first(turn), spin
-        return q, v, torques
+        return q, v
 
     def write(self, q: Array, v: Array) -> None:
         """Put it there, moving so."""

@@ -7,9 +7,9 @@ to take it, of the one before. What contacts change the velocities by, u dt, is 
 joint is a couple, or a pair of forces, on both bodies that it holds together, that of a free base a force and a couple.
 
 A motor of PyBullet is a constraint: with all the force that it may use it keeps its joint's speed. A contact that is
-met within a step meets it so: as an armature that is heavy against what hangs on the joint. (As a constant force over
-the step, which comes a step late, it would shake a robot that stands off its feet.) A motor at its limit gives the same
-force twice though the speed has changed; it holds nothing more.
+met within a step meets it so: as an armature that is heavy against what the joint carries. (As a constant force over
+the step, which comes a step late, it would shake a robot off the feet that it stands on.) Which joints are held, their
+answer to the push in Bullet's own step shows: one whose motor is at its limit gains as much speed as a free one.
 """
 
 from __future__ import annotations
@@ -39,7 +39,6 @@ class Linked(Joints):
         self.lacks: Array | None = None
         self.force, self.push = np.zeros(self.v_size), np.zeros(self.v_size)
         self.strange = self.pressed = False
-        self.torques = np.zeros(len(self.scalar_v))
         self._joints: Array | None = None
         links, parents = self.rows.links, self.rows.links["parent"].tolist()
         owners = np.repeat(np.arange(links.size), links["axes"]).tolist()
@@ -78,17 +77,15 @@ class Linked(Joints):
     def receive(self, world: Arrays, gravity: tuple[float, float, float]) -> None:
         """Take where it is at the start of a step; what its place lacks is put right."""
         self._look_at(world)
-        q, v, torques = self.read()
+        q, v = self.read()
         if not np.isfinite(q.sum() + v.sum()):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
         off = np.abs(self.between(self.moved(self.left[0], self.ahead * v), q)).max(initial=0.0)
         self.strange = not off <= EXACT * (1.0 + np.abs(q).max(initial=0.0))
         if self.strange:
             self.force[:], self.push[:], self.pressed = 0.0, 0.0, False
-        else:
-            if self.ahead > 0.0:
-                self.force += self.matrix @ (v - self.left[1]) / self.ahead
-            self._hold(v, torques)
+        elif self.ahead > 0.0:
+            self._learn((v - self.start[1]) / self.ahead)
         if self.lacks is not None and not self.strange:
             q, old = self.moved(q, self.lacks), q
             v = self.along(v, old, q)
@@ -101,13 +98,14 @@ class Linked(Joints):
             x, turn = p.getBasePositionAndOrientation(self.body, self._client)
             tree["base"], tree["base_turn"] = x, scalar_first(turn)
 
-    def _hold(self, v: Array, torques: Array) -> None:
-        """Joints that a motor holds get an armature."""
-        i = self.scalar_v
-        limited = (torques == self.torques) & (v[i] != self.start[1][i])
-        own = np.diag(self.matrix)[i] - self._axes["armature"][i]
-        self._axes["armature"][i] = np.where((torques != 0.0) & ~limited, HELD * own, 0.0)
-        self.torques = torques
+    def _learn(self, gained: Array) -> None:
+        """What moved the joints, and which of them a motor held against `push`, from the accelerations of a step."""
+        known, i = self.matrix @ self.own, self.scalar_v
+        armature, inertia = self._axes["armature"][i], np.diag(self.matrix)[i]
+        held = np.abs(gained[i]) * (inertia - armature) < np.abs(self.push[i])
+        self._axes["armature"][i] = np.where(held & self.driven, HELD * (inertia - armature), 0.0)
+        self.matrix[i, i] += self._axes["armature"][i] - armature
+        self.force += self.matrix @ gained - known - self.push
 
     def set_out(self, world: Arrays, dt: float) -> None:
         """Place the world's tree at the start of the step, with its true velocity, and `force` on it."""
@@ -127,11 +125,10 @@ class Linked(Joints):
 
     def compare(self, world: Arrays, dt: float) -> None:
         """After Bullet's step: what moved the joints in it."""
-        *self.after, _ = self.read()
+        self.after = self.read()
         if not np.isfinite(self.after[0].sum() + self.after[1].sum()):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
-        gained = (self.after[1] - self.start[1]) / dt
-        self.force += self.matrix @ (gained - self.push - self.own)
+        self._learn((self.after[1] - self.start[1]) / dt)
         self._place(world, dt)
 
     def hand_back(self, world: Arrays, dt: float, stepped: bool, pressed: bool) -> bool:
@@ -147,7 +144,7 @@ class Linked(Joints):
         if not pressed:
             v -= 0.5 * dt * self._a
         shown = self.along(v, q, self.start[0])  # Bullet turns a base about its spin, so that this is what will be read
-        self.push = (shown - self.start[1]) / dt - self.own
+        self.push = self.matrix @ ((shown - self.start[1]) / dt - self.own)
         if stepped:
             self.write(q, v)
             self.left, self.ahead = (q, v), 0.0
@@ -161,10 +158,9 @@ class Linked(Joints):
         """Push its links by what contacts did, as the world's tree stands."""
         if not self.push.any():
             return
-        force = self.matrix @ self.push
-        moments = self._turns @ (force[:, None] * self._axes["spin"])
+        moments = self._turns @ (self.push[:, None] * self._axes["spin"])
         for k, owner, parent in self._slides:
-            push, place = force[k] * self._axes["velocity"][k], self._centres[owner].tolist()
+            push, place = self.push[k] * self._axes["velocity"][k], self._centres[owner].tolist()
             for member, own in ((owner, push), (parent, -push)):
                 if member >= 0:
                     link = self.heads[member]

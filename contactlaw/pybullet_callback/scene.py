@@ -31,9 +31,9 @@ JOINTED = (
     "force",
     "push",
     "pressed",
-    "torques",
     "matrix",
-)  # what a body with joints remembers
+    "own",
+)  # of one with joints
 OWN = ("asleep", "held", "momentum", "position", "quaternion", "axes")  # what another does in the world
 
 
