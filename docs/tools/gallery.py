@@ -47,10 +47,10 @@ def make(draw: bool) -> Gallery:
 def _chapter(name: str, scene: Any, suffixes: list[str]) -> str:
     """One scene."""
     first, _, rest = (inspect.getdoc(sys.modules[type(scene).__module__]) or "").partition("\n\n")
-    lines = [f"## {name}", "", first, ""]
+    lines = [f"## {name}", ""]
     if ".png" in suffixes:
         lines += [f"![{scene.title}](../sims/figures/{name}.png)", "", f"*{_sentence(scene.title)}*", ""]
-    lines += _paragraphs(rest)
+    lines += [first, "", *_paragraphs(rest)]
     lines += ["```sh", f"python -m sims {name}", "```", ""]
     if ".gif" in suffixes:
         lines += [f'??? example "Moving picture, {scene.slow:g} times slower than life"', ""]
