@@ -39,6 +39,7 @@ def run(script: str) -> object:
     return json.loads(done.stdout)
 
 
+@pytest.mark.heavy
 def test_psi_2_is_that_of_the_package() -> None:
     got = np.array(
         run(

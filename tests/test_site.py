@@ -101,6 +101,16 @@ def test_the_reference_has_every_public_name(site: Path, pages: dict[Path, Page]
         assert not {f"{module}.{name}" for name in listed} - ids
 
 
+def test_blocks_stand_apart(site: Path) -> None:
+    """No code swallowed by a table, no list or table that stayed text."""
+    for path in site.rglob("*.html"):
+        text = re.sub(r"<(head|pre|code|script)\b.*?</\1>", "", path.read_text(encoding="utf-8"), flags=re.S)
+        assert not re.search(r"<td>\s*<div class=\"language", text), path.name
+        assert not re.search(r"(<p>|\n)\s*(\||- |```|\?\?\? )", re.sub(r"<head>.*?</head>", "", text, flags=re.S)), (
+            path.name
+        )
+
+
 def test_equations_are_drawn(site: Path) -> None:
     text = (site / "docs" / "theory_impact.html").read_text(encoding="utf-8")
     assert text.count("<math") > 20

@@ -11,6 +11,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import blocks
 import equations
 import gallery
 from mkdocs.config.defaults import MkDocsConfig
@@ -48,8 +49,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """The table of materials, where a page asks for it."""
-    return markdown.replace(MATERIALS_HERE, _materials()) if MATERIALS_HERE in markdown else markdown
+    """Blocks apart from each other; and the table of materials, where a page asks for it."""
+    text = blocks.apart(markdown)
+    return text.replace(MATERIALS_HERE, _materials()) if MATERIALS_HERE in text else text
 
 
 def on_page_content(html: str, page: Page, **_: Any) -> str:
