@@ -7,12 +7,15 @@ import re
 import subprocess
 import sys
 import warnings
+from inspect import getdoc
 from pathlib import Path
+from textwrap import dedent
 from types import ModuleType
 
 import pytest
 
 from contactlaw import ContactWarning
+from contactlaw.world import World
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -65,6 +68,14 @@ def test_a_law_of_ones_own_runs_from_a_file_of_its_own(tmp_path: Path) -> None:
                          capture_output=True, text=True, check=False)  # fmt: skip
     assert run.returncode == 0, run.stderr
     assert not differences(run.stdout, "".join(block[2] or "" for block in rest))
+
+
+@pytest.mark.heavy
+def test_the_example_of_the_reference_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    example = re.search(r"^ {4}from contactlaw.*?(?=^\S)", getdoc(World) or "", re.M | re.S)
+    assert example is not None
+    exec(compile(dedent(example[0]), "World", "exec", dont_inherit=True), {})
+    assert capsys.readouterr().out
 
 
 def test_every_code_block_is_one_that_is_run() -> None:
