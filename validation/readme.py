@@ -96,8 +96,8 @@ def table(rows: Iterable[Row], folder: Path) -> Table:
     out = Table(["what", "asked", "reached", ""])
     for row in rows:
         result = load(row.case, folder)
-        full = result is not None and not result["quick"]
-        out.rows.append([row.text, *(_cells(row, result) if full else ["", "", "not measured"])])
+        cells = ["", "", "not measured"] if result is None or result["quick"] else _cells(row, result)
+        out.rows.append([row.text, *cells])
     return out
 
 
