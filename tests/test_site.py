@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -109,6 +111,29 @@ def test_blocks_stand_apart(site: Path) -> None:
         assert not re.search(r"(<p>|\n)\s*(\||- |```|\?\?\? )", re.sub(r"<head>.*?</head>", "", text, flags=re.S)), (
             path.name
         )
+
+
+def test_no_page_is_wider_than_a_narrow_window(site: Path, tmp_path: Path) -> None:
+    """Every page in a frame of a browser: wide tables, code and pictures stay in frames of their own."""
+    width = 420
+    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if browser is None:
+        pytest.skip("no browser: chromium or google-chrome on the path")
+    paths = sorted(path for path in site.rglob("*.html") if path.name != "404.html")
+    frames = "".join(f'<iframe width={width} height=700 src="{path.as_uri()}"></iframe>' for path in paths)
+    script = """addEventListener("load", () => setTimeout(() => {
+      const pages = [...document.querySelectorAll("iframe")].map((one) => one.contentDocument.documentElement);
+      document.title = JSON.stringify(pages.map((one) => one.scrollWidth));
+    }, 500));"""
+    page = tmp_path / "frames.html"
+    page.write_text(f"<!doctype html><title></title>{frames}<script>{script}</script>", encoding="utf-8")
+    command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
+               "--allow-file-access-from-files", "--virtual-time-budget=8000", "--dump-dom", page.as_uri()]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    title = re.search(r"<title>(\[.*?\])</title>", done.stdout)
+    assert title is not None, done.stderr[-2000:]
+    widths = dict(zip([path.relative_to(site).as_posix() for path in paths], json.loads(title[1]), strict=True))
+    assert not {name: wide for name, wide in widths.items() if not 0 < wide <= width}
 
 
 def test_equations_are_drawn(site: Path) -> None:
