@@ -87,7 +87,8 @@ def browser() -> str:
 
 def test_page_follows_its_sliders_in_a_browser(tmp_path: Path) -> None:
     """The page's own markup and scripts; sliders are moved as a keyboard moves them, and what it writes is compared."""
-    markup = re.search(r'<div id="play".*</script>', (PLAY.parent / "playground.md").read_text(encoding="utf-8"), re.S)
+    page_text = (PLAY.parent / "playground.md").read_text(encoding="utf-8")
+    markup = re.search(r'<div id="play-root".*</script>', page_text, re.S)
     assert markup is not None
     body = markup[0].replace('src="play/', f'src="{PLAY.as_uri()}/')
     throws = [(10, 1.0, 0, 0.2, 0.9, "steel"), (35, 3.0, 240, 0.25, 0.8, "glass"), (70, 2.0, -100, 0.1, 1.0, "rubber")]
@@ -105,6 +106,11 @@ def test_page_follows_its_sliders_in_a_browser(tmp_path: Path) -> None:
         }});
         const told = ["psi1", "psi2", "chi"].map((name) => document.getElementById(`play-out-${{name}}`).textContent);
         out.push([...told.map(Number), ...drawn]);
+      }}
+      for (const button of document.querySelectorAll("[data-throw]")) {{
+        const before = document.getElementById("play-out-psi1").textContent;
+        button.click();
+        if (document.getElementById("play-out-psi1").textContent === before) out.push(button.textContent);
       }}
       document.title = JSON.stringify(out);"""
     page = tmp_path / "play.html"

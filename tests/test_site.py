@@ -28,12 +28,15 @@ class Page(HTMLParser):
         self.links: list[str] = []
         self.loaded: list[str] = []
         self.ids: set[str] = set()
+        self.twice: set[str] = set()
         self.bare: list[str] = []
         self.feed(path.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         given = {name: value or "" for name, value in attrs}
-        self.ids |= {given[name] for name in ("id", "name") if name in given}
+        if "id" in given:
+            self.twice |= {given["id"]} & self.ids
+            self.ids.add(given["id"])
         if tag == "a" and "href" in given:
             self.links.append(given["href"])
         if "src" in given or (tag == "link" and given.get("rel") in ("stylesheet", "icon", "preload", "preconnect")):
@@ -74,6 +77,10 @@ def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
             assert target.exists(), f"{path.name}: {link}"
             if parts.fragment and target in pages:
                 assert unquote(parts.fragment) in pages[target].ids, f"{path.name}: {link}"
+
+
+def test_a_name_means_one_place(pages: dict[Path, Page]) -> None:
+    assert not {path.name: page.twice for path, page in pages.items() if page.twice}
 
 
 def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[Path, Page]) -> None:

@@ -2,7 +2,7 @@
 "use strict";
 
 (() => {
-  const root = document.getElementById("play");
+  const root = document.getElementById("play-root");
   if (!root) return;
   const RADIUS = 0.025, STEPS = 240, BOUNCES = 4, SLOWER = 3;
   const get = (id) => document.getElementById(`play-${id}`);
