@@ -127,7 +127,7 @@
     charts.curve(plot, xs.filter((_, i) => cap[i] > 0), value.filter((_, i) => cap[i] > 0), colour.ink, 1.5);
     const slipping = slip.filter(Boolean).length;
     const part = last === 0 ? "apart" : slipping === 0 ? "all stuck" : slipping === last ? "all slipping"
-      : `stuck out to ${(scale * edge * stuckOut(slip, cap)).toPrecision(2)} ${wide ? "mm" : "µm"}, slipping beyond`;
+      : `stuck out to ${Number((scale * edge * stuckOut(slip, cap)).toPrecision(2))} ${wide ? "mm" : "µm"}, slipping beyond`;
     get("inside-text").textContent = `Now: ${part}.`;
   }
 
