@@ -80,7 +80,8 @@ class _Ingredient(JITCodeLibrary):
         code, module = self._get_module_for_linking(), self._codegen._create_empty_module(self.name)
         for name in (one.name for one in code.global_variables if one.name.startswith("_ZN08NumbaEnv")):
             place = ir.GlobalVariable(module, ir.IntType(64), name)
-            place.linkage, place.initializer = "common", ir.Constant(place.value_type, 0)
+            place.linkage = "common"
+            place.initializer = ir.Constant(place.value_type, 0)  # type: ignore[assignment]
         return self.name, "object", (self._codegen._tm.emit_object(parse_assembly(str(module))), code.as_bitcode())
 
 

@@ -1,0 +1,37 @@
+"""Compiled code that other compiled code takes in: also from the cache, in another process."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from contactlaw.jit import INTERPRETED
+
+SOURCE = """
+import sys
+from contactlaw.jit import jit
+@jit
+def inner(x): return x + 1.0
+@jit
+def one(x): return 2.0 * inner(x)
+@jit
+def other(x): return 3.0 * inner(x) + one(x)
+print({"inner": inner, "one": one, "other": other}[sys.argv[1]](1.0))
+"""
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+def test_what_is_taken_in_comes_from_the_cache_too(tmp_path: Path) -> None:
+    file = tmp_path / "functions.py"
+    file.write_text(SOURCE)
+    root = str(Path(__file__).parents[1])
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": root}
+    for name, value in (("one", 4.0), ("other", 10.0), ("inner", 2.0), ("other", 10.0)):
+        run = subprocess.run([sys.executable, str(file), name], env=own, capture_output=True, text=True, check=False)
+        assert (run.returncode, run.stdout.split()) == (0, [str(value)]), run.stderr
+    names = {path.name.split("-")[0] for path in (tmp_path / "cache").rglob("*.nbi")}
+    assert {"functions.inner.inside", "functions.one.inside", "functions.one", "functions.other"} <= names
