@@ -52,6 +52,7 @@ from contactlaw.world.motion import follow, settle, spin_rate
 from contactlaw.world.newton import begin_equations, enter, look_at
 from contactlaw.world.pace import closing_speed, contact_time
 from contactlaw.world.records import NEVER
+from contactlaw.world.rolling import add_rolling_work
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, axpy, load, load4, norm, product, scale, store, sub
@@ -114,7 +115,7 @@ def strikes(w, p, crowd):
         falls = a.active == 0 or (b.active == 0 and b.still == 0)
         return closing * closing + (2.0 * max(p.acceleration, 0.0) * gap if falls else 0.0) > slow * slow
     c = contact_at(w.contacts, p.slot)
-    if law_of(w, pair_at(w.pairs, p.pair)).zeta == 0.0 or rigid(w, c) or contact_time(w, c, a, b) * LONG > w.step:
+    if c.touch.zeta == 0.0 or rigid(w, c) or contact_time(w, c, a, b) * LONG > w.step:
         return True
     speed, t = closing_speed(c, a, b), c.touch
     if crowd:
@@ -331,6 +332,8 @@ def end(w, r, found):
     else:
         gained = t.overlap - t.before
         add_work(c, 1.0, gained, load(c.moved))
+        if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
+            add_rolling_work(c, 1.0)
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = gained / w.step
