@@ -27,7 +27,7 @@ CURVES = [
 
 
 def viscoelastic_impact(time: float, speed: float) -> float:
-    """e of delta'' = -(delta^1.5 + 1.5 A sqrt(delta) delta'), m = k = 1, by Runge-Kutta; it ends where the force does."""
+    """e of delta'' = -(delta^1.5 + 1.5 A sqrt(delta) delta'), m = k = 1, until the force is zero (Runge-Kutta)."""
 
     def rate(x: float, v: float) -> float:
         return -(max(x, 0.0) ** 1.5 + 1.5 * time * sqrt(max(x, 0.0)) * v)

@@ -106,7 +106,7 @@ def test_two_balls_that_strike_keep_their_momenta() -> None:
 
 @jit
 def roll_along(header, path, forces):
-    """Work of the moment, twice the least first order, less the energy of its spring, over a path (n, 3); shape (n,)."""
+    """Work of the moment at the end of each step, less the energy of its spring, over a path (n, 3); shape (n,)."""
     contact, bend, out = contact_of(header), np.zeros(2), np.zeros(path.shape[0])
     contact.e_star, contact.radius, contact.before = 1e9, 0.01, -1e-9
     work = 0.0
