@@ -210,7 +210,8 @@ def read(name: str, text: str) -> float | OverSpeed:
     Raises:
         ValueError: It says neither; the message begins with the name.
     """
-    first, *words = text.split() or [""]
+    first, *words = [*text.split(), ""]
+    words = words[:-1]
     if first not in KNOWN:
         try:
             (number,) = (float(word) for word in text.split())
@@ -227,7 +228,7 @@ def read(name: str, text: str) -> float | OverSpeed:
             values = tuple(float(part) for part in numbers.split(","))
         except ValueError:
             raise ValueError(f"{name} = {text!r}: {numbers!r} must be numbers") from None
-        given[key] = values if len(values) > 1 else values[0]
+        given[key] = values if "," in numbers else next(iter(values))
     try:
         return KNOWN[first](**given)
     except TypeError:

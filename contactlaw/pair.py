@@ -6,6 +6,7 @@ import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +43,8 @@ class ContactPair:
 
     a: Material
     b: Material
-    friction: float | OverSpeed
-    restitution: float | OverSpeed = 1.0
+    friction: Any
+    restitution: Any = 1.0
     radius: float | None = None
     law: str | Law = "microslip"
     stiffness_ratio: float | None = None
@@ -114,20 +115,21 @@ class ContactPair:
 
         Where the restitution depends on speed: that of 1 m/s.
         """
-        return oscillator.damping_ratio(self.at(1.0).restitution)
+        return oscillator.damping_ratio(self._at(1.0, 0.0)[0])
 
     def at(self, closing: float, sliding: float = 0.0) -> ContactPair:
         """The pair with the restitution and the friction that a touch at these speeds [m/s] has."""
         if not (isinstance(self.restitution, OverSpeed) or isinstance(self.friction, OverSpeed)):
             return self
-        e, mu = self.restitution, self.friction
+        e, mu = self._at(closing, sliding)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
-            return replace(
-                self,
-                restitution=e(closing) if isinstance(e, OverSpeed) else e,
-                friction=mu(sliding) if isinstance(mu, OverSpeed) else mu,
-            )
+            return replace(self, restitution=e, friction=mu)
+
+    def _at(self, closing: float, sliding: float) -> tuple[float, float]:
+        """Restitution and friction at these speeds."""
+        e, mu = self.restitution, self.friction
+        return e(closing) if isinstance(e, OverSpeed) else e, mu(sliding) if isinstance(mu, OverSpeed) else mu
 
     def chi(self, normal_mass: float, tangential_mass: float) -> float:
         """chi = (kappa/2) m_N/m_T for the effective masses at the contact point [kg].
@@ -141,7 +143,7 @@ class ContactPair:
     def psi(self, tangential_velocity: float, normal_velocity: float) -> float:
         """psi = (kappa/mu) V_x/V_z1 for the contact point's tangential and the approach velocity [m/s]."""
         sliding = float(checks.finite_array("tangential_velocity", tangential_velocity))
-        friction = self.at(normal_velocity, abs(sliding)).friction
+        _, friction = self._at(0.0, abs(sliding))
         if friction == 0.0:
             raise ValueError("friction = 0.0: psi = (kappa/mu) V_x/V_z1 needs friction > 0")
         return self.kappa / friction * sliding / checks.positive("normal_velocity", normal_velocity)
@@ -194,7 +196,7 @@ class ContactPair:
             self.effective_modulus,
             self.effective_shear_modulus,
             self._radius() if given else checks.positive("radius", radius),
-            self.at(1.0, 0.0).friction,
+            self._at(1.0, 0.0)[1],
             self.damping_ratio,
             _scaled_impact(self.damping_ratio)[0],
             self.torsion_modulus,
