@@ -146,6 +146,7 @@ def collide(
     sliding = _plus(relative, approach, n)
     speed = hypot(*sliding)
     along = (sliding[0] / speed, sliding[1] / speed, sliding[2] / speed) if speed > 0.0 else _any_tangent(n)
+    pair = pair.at(approach, speed)
     chi = pair.chi(mass, tangential_mass)
     steps = int(steps)
     check_steps(steps, chi)

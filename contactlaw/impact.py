@@ -125,7 +125,9 @@ def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Ar
     """Whole impacts in steps, scaled so that m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
     motion = motion_of(zeta, steps, law.linear)
     deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # the former: P = delta
-    paths.impacts_by_steps(law.with_pair(*SCALED, zeta, 1.0, 1.0), *law.new_contact(), motion, deepest, psi, chi, out)
+    paths.impacts_by_steps(
+        law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0), *law.new_contact(), motion, deepest, psi, chi, out
+    )
 
 
 def _share(run: Callable[[slice], object], size: int, threads: int) -> None:
@@ -171,8 +173,9 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
 
     Raises:
         ValueError: Shapes that do not match, values not finite, no radius, or restitution below 1 (a slow path has no
-            rate for the damper to act on).
+            rate for the damper to act on). Friction over speed is that at rest.
     """
+    pair = pair.at(0.0)
     if pair.restitution < 1.0:
         raise ValueError(f"restitution = {pair.restitution!r}: must be 1 here, a prescribed slow path has no rate")
     overlap, motion = checks.finite_array("approach", approach), checks.finite_array("displacement", displacement)

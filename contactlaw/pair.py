@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw import checks
+from contactlaw import checks, losses
 from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator
+from contactlaw.losses import OverSpeed
 from contactlaw.material import Material
 
 COUPLING_TO_MENTION = 0.2
@@ -28,11 +30,12 @@ class ContactPair:
 
     Attributes:
         a, b: The materials; at most one rigid.
-        friction: Coulomb coefficient mu, >= 0.
-        restitution: e, in (0, 1], the same at any speed.
+        friction: Coulomb coefficient mu, >= 0; or one over the sliding speed, from `contactlaw.losses`.
+        restitution: e, in (0, 1], the same at any speed; or one over the approach speed, from `contactlaw.losses`.
         radius: Effective radius R [m], 1/R = 1/R_A + 1/R_B; None: read from the geoms.
         law: Name in `LAWS`, with fields after it where they are not the defaults ("microslip node_count=32"), or a law.
         stiffness_ratio: kappa = k_T/k_N; None: from the materials, G*/E*.
+        rolling_resistance: Coefficient mu_r >= 0 of the moment mu_r R P against rolling (`laws.rolling`); R: effective.
 
     Raises:
         ValueError: A value outside its range; the message names it.
@@ -40,11 +43,12 @@ class ContactPair:
 
     a: Material
     b: Material
-    friction: float
-    restitution: float = 1.0
+    friction: Any
+    restitution: Any = 1.0
     radius: float | None = None
     law: str | Law = "microslip"
     stiffness_ratio: float | None = None
+    rolling_resistance: float = 0.0
 
     def __post_init__(self) -> None:
         for name, material in (("a", self.a), ("b", self.b)):
@@ -52,9 +56,15 @@ class ContactPair:
                 raise ValueError(f"{name} = {material!r}: must be a contactlaw.Material")
         if self.a.is_rigid and self.b.is_rigid:
             raise ValueError("a and b are both rigid: at least one must be elastic, or no contact can deform")
-        mu = checks.not_negative("friction", self.friction)
-        object.__setattr__(self, "friction", mu)
-        object.__setattr__(self, "restitution", checks.restitution("restitution", self.restitution))
+        for name, check in (("friction", checks.not_negative), ("restitution", checks.restitution)):
+            value = getattr(self, name)
+            if isinstance(value, OverSpeed):
+                for extreme in (np.min, np.max):
+                    check(f"{name} at some speed", float(extreme(value(value.points))))
+            else:
+                object.__setattr__(self, name, check(name, value))
+        rolling = checks.not_negative("rolling_resistance", self.rolling_resistance)
+        object.__setattr__(self, "rolling_resistance", rolling)
         if self.radius is not None:
             object.__setattr__(self, "radius", checks.positive("radius", self.radius))
         object.__setattr__(self, "law", law_of(self.law))
@@ -101,8 +111,25 @@ class ContactPair:
 
     @cached_property
     def damping_ratio(self) -> float:
-        """zeta of the normal damper that gives the restitution; alpha of Tsuji et al. (1992) is sqrt(5) zeta."""
-        return oscillator.damping_ratio(self.restitution)
+        """zeta of the normal damper that gives the restitution; alpha of Tsuji et al. (1992) is sqrt(5) zeta.
+
+        Where the restitution depends on speed: that of 1 m/s.
+        """
+        return oscillator.damping_ratio(self._at(1.0, 0.0)[0])
+
+    def at(self, closing: float, sliding: float = 0.0) -> ContactPair:
+        """The pair with the restitution and the friction that a touch at these speeds [m/s] has."""
+        if not (isinstance(self.restitution, OverSpeed) or isinstance(self.friction, OverSpeed)):
+            return self
+        e, mu = self._at(closing, sliding)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ContactWarning)
+            return replace(self, restitution=e, friction=mu)
+
+    def _at(self, closing: float, sliding: float) -> tuple[float, float]:
+        """Restitution and friction at these speeds."""
+        e, mu = self.restitution, self.friction
+        return e(closing) if isinstance(e, OverSpeed) else e, mu(sliding) if isinstance(mu, OverSpeed) else mu
 
     def chi(self, normal_mass: float, tangential_mass: float) -> float:
         """chi = (kappa/2) m_N/m_T for the effective masses at the contact point [kg].
@@ -115,22 +142,23 @@ class ContactPair:
 
     def psi(self, tangential_velocity: float, normal_velocity: float) -> float:
         """psi = (kappa/mu) V_x/V_z1 for the contact point's tangential and the approach velocity [m/s]."""
-        if self.friction == 0.0:
-            raise ValueError("friction = 0.0: psi = (kappa/mu) V_x/V_z1 needs friction > 0")
         sliding = float(checks.finite_array("tangential_velocity", tangential_velocity))
-        return self.kappa / self.friction * sliding / checks.positive("normal_velocity", normal_velocity)
+        _, friction = self._at(0.0, abs(sliding))
+        if friction == 0.0:
+            raise ValueError("friction = 0.0: psi = (kappa/mu) V_x/V_z1 needs friction > 0")
+        return self.kappa / friction * sliding / checks.positive("normal_velocity", normal_velocity)
 
     def greatest_overlap(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] of an impact with normal effective mass [kg] and approach speed [m/s]."""
-        return self._deepest(mass, speed) * _scaled_impact(self.damping_ratio)[1]
+        return self._deepest(mass, speed) * _scaled_impact(self.at(speed).damping_ratio)[1]
 
     def contact_duration(self, mass: float, speed: float) -> float:
         """Duration of contact [s]; 2.943 delta_max/v for an elastic impact (Hertz)."""
-        return self._deepest(mass, speed) / speed * _scaled_impact(self.damping_ratio)[0]
+        return self._deepest(mass, speed) / speed * _scaled_impact(self.at(speed).damping_ratio)[0]
 
     def greatest_force(self, mass: float, speed: float) -> float:
         """Greatest normal force [N] of an impact; where the damper dominates this may be at the touch."""
-        return self._stiffness() * self._deepest(mass, speed) ** 1.5 * _scaled_impact(self.damping_ratio)[2]
+        return self._stiffness() * self._deepest(mass, speed) ** 1.5 * _scaled_impact(self.at(speed).damping_ratio)[2]
 
     def _deepest(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] without damping."""
@@ -168,10 +196,12 @@ class ContactPair:
             self.effective_modulus,
             self.effective_shear_modulus,
             self._radius() if given else checks.positive("radius", radius),
-            self.friction,
+            self._at(1.0, 0.0)[1],
             self.damping_ratio,
             _scaled_impact(self.damping_ratio)[0],
             self.torsion_modulus,
+            self.rolling_resistance,
+            speeds=losses.numbers_of(self.restitution, self.friction),
         )
 
 

@@ -209,6 +209,11 @@ class MicroslipTurning(Microslip):
     name = "microslip_turning"
     source = "rings with local Coulomb friction by Abel's transform, see `contactlaw.turning`"
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.shear_loss:
+            raise ValueError("shear_loss = True: must be False here, slides that turn have no losses in shear")
+
     def numbers(self) -> NDArray[Any]:
         """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
         springs = super().numbers()[0]

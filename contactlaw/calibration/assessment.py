@@ -10,14 +10,25 @@ from scipy import stats
 from contactlaw.calibration.curve import sliding_from
 from contactlaw.calibration.fit import pose
 from contactlaw.calibration.outliers import far_limit, middle
+from contactlaw.calibration.over_speed import over_speed
 from contactlaw.calibration.ranges import NORMAL, Evidence, weigh, widening
-from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN, Calibration, Estimate
+from contactlaw.calibration.result import (
+    SLIDES,
+    SLIDES_FIRST,
+    STICKS_FIRST,
+    UNKNOWN,
+    Calibration,
+    Estimate,
+    OverSpeedFit,
+)
 from contactlaw.calibration.table import Array, Impacts, Mask
 
 USUAL_KAPPA = 0.85  # of like materials with nu = 0.26
 
 
-def assess(impacts: Impacts, restitution: float | None, kappa: float | None, *, hold: bool) -> Calibration:
+def assess(
+    impacts: Impacts, restitution: float | None, kappa: float | None, *, hold: bool, asked: str | None
+) -> Calibration:
     """Fit a checked table and say what it tells.
 
     Args:
@@ -25,11 +36,12 @@ def assess(impacts: Impacts, restitution: float | None, kappa: float | None, *, 
         restitution: e where V_z2 was not measured.
         kappa: Start, or with `hold` the known value; None: `USUAL_KAPPA`.
         hold: Whether kappa is known.
+        asked: Law of the restitution over speed; None: what the table speaks for.
     """
-    bounce = _restitution(impacts) if restitution is None else Estimate("given", restitution)
+    bounce, law = _restitution(impacts, asked) if restitution is None else (Estimate("given", restitution), None)
     start = kappa or USUAL_KAPPA
     known = Estimate("given", start) if hold else None
-    table = {"restitution": bounce, "mass_ratio": impacts.mass_ratio,
+    table = {"restitution": bounce, "restitution_law": law, "mass_ratio": impacts.mass_ratio,
              "before": impacts.velocities[:2], "after": impacts.velocities[2:]}  # fmt: skip
     n = impacts.size
     if impacts.impulse_ratio[0].max() <= 0.0:
@@ -70,11 +82,12 @@ def _mean(values: Array, errors: Array, known: bool, note: str = "") -> Estimate
     return Estimate("measured", mean, reach / NORMAL, mean - reach, mean + reach, note)
 
 
-def _restitution(impacts: Impacts) -> Estimate:
-    """Weighted mean of V_z2/V_z1, and whether it depends on speed."""
+def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpeedFit | None]:
+    """Weighted mean of V_z2/V_z1, and how it depends on speed."""
     (z1, _, z2, _), (s_z1, _, s_z2, _), known = impacts.velocities, impacts.errors, impacts.known_errors
     ratio = z2 / z1
     error = np.hypot(s_z2, ratio.mean() * s_z1) / z1
+    law = over_speed(z1, ratio, error if known else np.ones(ratio.size), known, asked)
     if ratio.size >= 6:
         far = np.abs(ratio - np.median(ratio)) / error
         keep = far <= far_limit(ratio.size - 1) * middle(far, 1, 1.0 if known else 1e-9)
@@ -82,8 +95,8 @@ def _restitution(impacts: Impacts) -> Estimate:
     mean = _mean(ratio, error, known, _speed_note(np.log(z1), ratio, error))
     if mean.value is not None and (mean.lower or 0.0) > 1.0:
         note = f"A restitution above 1 ({mean.value:.3g}) means that something is wrong with V_z1 or V_z2."
-        return replace(mean, note=note)
-    return mean
+        return replace(mean, note=note), None
+    return mean, law
 
 
 def _speed_note(log_speed: Array, ratio: Array, error: Array) -> str:

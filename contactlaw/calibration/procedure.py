@@ -27,6 +27,7 @@ def calibrate(
     stiffness_ratio: float | None = None,
     hold_stiffness_ratio: bool = False,
     restitution: float | None = None,
+    restitution_law: str | None = None,
 ) -> Calibration:
     """Restitution, friction and stiffness ratio from a table of n impacts.
 
@@ -44,6 +45,8 @@ def calibrate(
         stiffness_ratio: kappa to start from, best `ContactPair.kappa`; None: 0.85.
         hold_stiffness_ratio: Take that kappa as known, and fit mu alone.
         restitution: e where V_z2 was not measured.
+        restitution_law: "constant", "viscoelastic" or "plastic": how e depends on speed (`losses`); None: as the
+            likelihood of V_z2/V_z1 has it, where that is clear (20 to 1).
 
     Returns:
         Values with uncertainties, and in words (`summary`) what the table cannot tell. A parameter counts as determined
@@ -56,6 +59,8 @@ def calibrate(
     """
     ratio = mass_ratio_of(inertia_ratio)
     given = None if restitution is None else checks.restitution("restitution", restitution)
+    if restitution_law is not None:
+        checks.one_of("restitution_law", restitution_law, ["constant", "viscoelastic", "plastic"])
     kappa = None if stiffness_ratio is None else checks.number(
         "stiffness_ratio", stiffness_ratio, "in [0.2, 3]", low=0.2, high=3.0
     )  # fmt: skip
@@ -75,7 +80,7 @@ def calibrate(
             raise
         raise ImportError("calibrate needs scipy: pip install 'contactlaw[calibration]'") from error
     table = Impacts(velocities, errors, normal_error is not None, ratio, given is None)
-    return assess(table, given, kappa, hold=hold_stiffness_ratio)
+    return assess(table, given, kappa, hold=hold_stiffness_ratio, asked=restitution_law)
 
 
 def contact_velocities(normal: ArrayLike, tangential: ArrayLike, spin: ArrayLike, radius: float) -> tuple[Array, Array]:

@@ -2,7 +2,8 @@
 
 The limit is that of a likelihood ratio where errors are given, and of an F test, Student's t squared, where the scatter
 tells them. Two parameters bend the curve so well that a few impacts may lie on it by chance: the scatter of V_z2/V_z1
-then tells the error too. Places allowed need not hang together: the map is searched for all of them.
+then tells the error too. Nor need unknown errors be alike: where those impacts scatter more that tell a parameter, its
+range is theirs. Places allowed need not hang together: the map is searched for all of them.
 """
 
 from __future__ import annotations
@@ -74,6 +75,23 @@ def pooled(misfit: float, freedom: int, problem: Problem) -> float:
     return float(np.sqrt((misfit + other) / (freedom + more)) * stats.t.ppf(0.975, freedom + more))
 
 
+def unlike(problem: Problem, place: Array, freedom: int) -> Array:
+    """Reach of 95 % for each parameter, shape (fitted,), whatever the errors of each impact.
+
+    The variance of a parameter from each impact's own residual, which leverage h makes 1/(1 - h) too small (HC3:
+    MacKinnon & White, J. Econometrics 29 (1985) 305), and Student's t of one degree of freedom less than the impacts
+    that tell it, (sum of a^2)^2/(sum of a^4) (after Bell & McCaffrey, Survey Methodology 28 (2002) 169).
+    """
+    units = np.eye(2)[: problem.fitted]
+    slopes = np.stack([(problem.scaled(place + 1e-5 * u) - problem.scaled(place - 1e-5 * u)) / 2e-5 for u in units], 1)
+    pull = np.linalg.pinv(slopes, rcond=1e-6)
+    kept_back = np.maximum(1.0 - np.einsum("ij,ji->i", slopes, pull), 1e-3)
+    own = np.maximum(np.sum(pull**2, axis=1), 1e-300)
+    spread = np.sum((pull * problem.scaled(place) / kept_back) ** 2, axis=1) / own
+    tell = np.clip(own**2 / np.maximum(np.sum(pull**4, axis=1), 1e-300) - 1.0, 1.0, freedom)
+    return np.sqrt(spread) * stats.t.ppf(0.975, tell)
+
+
 def weigh(whole: Problem) -> Evidence:
     """Fit a table, find all that it allows, and follow the profile of each parameter from the outermost to its ends."""
     used = kept(whole)
@@ -91,17 +109,19 @@ def weigh(whole: Problem) -> Evidence:
     scatter, quantile = wider
     reach = scatter * quantile if known else max(scatter * quantile, pooled(misfit, freedom, problem))
     least = float(problem.cost(best))
-    most = least + reach**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
-    places = np.array([place for place, _ in fits if problem.cost(place) <= most])
-    places = np.concatenate([places, *(_bottoms(problem, axis, most) for axis in range(problem.fitted))])
+    reaches = np.full(problem.fitted, reach) if known else np.maximum(unlike(problem, best, freedom), reach)
+    limits = least + reaches**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
+    within = np.array([place for place, _ in fits])
     ranges = np.exp(np.stack([best, best], axis=1))
-    for axis in range(problem.fitted):
+    allowed = [problem.grid[problem.map <= limits.max()]]
+    for axis, most in enumerate(limits.tolist()):
+        places = np.concatenate([within[problem.cost(within) <= most], _bottoms(problem, axis, most)])
+        allowed.append(places)
         low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
         ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
     if felt == 2 and np.abs(best[1] - problem.grid[0, [0, -1], 1]).min() < 1e-6:
         ranges[0] = 0.0, np.inf  # a better curve may lie beyond the map
-    allowed = np.concatenate([problem.grid[problem.map <= most], places])
-    return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(allowed))
+    return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(np.concatenate(allowed)))
 
 
 def _bottoms(problem: Problem, axis: int, most: float) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.calibration.table import Array
 from contactlaw.impact import rebound
+from contactlaw.losses import OverSpeed, Viscoelastic
 from contactlaw.material import Material
 from contactlaw.pair import ContactPair
 
@@ -57,6 +58,25 @@ class Estimate:
         return f"{self.value:.{digits}f} +- {self.uncertainty:.{digits}f} ({relative:.2g} %)"
 
 
+@dataclass(frozen=True)
+class OverSpeedFit:
+    """A restitution over speed that a table speaks for.
+
+    Attributes:
+        law: For `ContactPair`; speeds in the unit of the table.
+        number: What was fitted: e at the middle speed of the table (viscoelastic), or the yield speed (plastic).
+        note: What it is not told from, in words.
+    """
+
+    law: OverSpeed
+    number: Estimate
+    note: str = ""
+
+    def __str__(self) -> str:
+        what = f"e at {self.law.speed:.3g} m/s" if isinstance(self.law, Viscoelastic) else "yield speed [m/s]"
+        return f"{self.law.name}, {what} {self.number}"
+
+
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """What `calibrate` found.
@@ -79,6 +99,7 @@ class Calibration:
         chi_squared: chi^2 per degree of freedom, about 1 where law and errors fit; None without given errors.
         scatter: Error of a velocity that the residuals point to [m/s]; None with given errors.
         mass_ratio: m_N/m_T.
+        restitution_law: Restitution over speed, where the table tells of it; None: it does not.
         curve_parameters: mu and kappa of the nearest curve; of many where one is not determined. None: no curve.
     """
 
@@ -97,6 +118,7 @@ class Calibration:
     scatter: float | None
     mass_ratio: float
     curve_parameters: tuple[float, float] | None
+    restitution_law: OverSpeedFit | None = None
 
     def count(self, regime: str) -> int:
         """Number of impacts in a regime."""
@@ -125,12 +147,14 @@ class Calibration:
         if self.friction.value is None:
             raise ValueError(f"friction = {self.friction}: give the pair a value of your own")
         kappa = self.stiffness_ratio.value
-        return ContactPair(a, b, self.friction.value, self.mean_restitution, stiffness_ratio=kappa)
+        e = self.mean_restitution if self.restitution_law is None else self.restitution_law.law
+        return ContactPair(a, b, self.friction.value, e, stiffness_ratio=kappa)
 
     @property
     def verdict(self) -> str:
         """In plain words: what the table tells, and what it cannot."""
-        parts = [one.note for one in (self.friction, self.stiffness_ratio, self.restitution) if one.note]
+        told = (self.friction, self.stiffness_ratio, self.restitution, self.restitution_law)
+        parts = [one.note for one in told if one is not None and one.note]
         if self.outliers:
             named = ", ".join(str(index) for index in self.outliers)
             parts.append(f"Left out as too far off to be scatter: impact {named} (counted from 0); look at it again.")
@@ -153,9 +177,10 @@ class Calibration:
             error = f"chi^2 per degree of freedom {self.chi_squared:.2f}"
         elif self.scatter is not None:
             error = f"points to an error of {self.scatter:.2g} m/s in each velocity"
+        law = "" if self.restitution_law is None else f"  over speed            {self.restitution_law}\n"
         return (
             f"{len(self.regimes)} impact{'s' if len(self.regimes) > 1 else ''}: {', '.join(known)}\n"
-            f"restitution e           {self.restitution}\n"
+            f"restitution e           {self.restitution}\n{law}"
             f"friction mu             {self.friction}\n"
             f"  of sliding impacts    {self.sliding_friction}\n"
             f"stiffness ratio kappa   {self.stiffness_ratio}\n"

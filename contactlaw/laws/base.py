@@ -89,10 +89,15 @@ class Law:
             values[field.name] = getattr(self, field.name)
         return values
 
-    def with_pair(self, *known: float) -> Array:
-        """The numbers that the kernels read: `record.PAIR`, of which the first seven are given, then the law's own."""
-        pair = np.array((*known, self.linear, self.memory, *self.addresses()), record.PAIR)
-        return np.concatenate([pair.reshape(1).view(np.float64), self.numbers().view(np.float64)])
+    def with_pair(self, *known: float, speeds: Array | None = None) -> Array:
+        """The numbers that the kernels read: `record.PAIR`, of which the first eight are given, then the law's own.
+
+        speeds: the numbers of `laws.speeds`, which come last; None: there are none.
+        """
+        own = self.numbers().view(np.float64)
+        at = 0 if speeds is None else record.PAIR_SIZE + own.size
+        pair = np.array((*known, at, self.linear, self.memory, *self.addresses()), record.PAIR)
+        return np.concatenate([pair.reshape(1).view(np.float64), own, *([] if speeds is None else [speeds])])
 
     def new_contact(self) -> tuple[Array, Array]:
         """Room for a contact (`record.CONTACT`) and for what the law remembers of it, both empty."""
@@ -100,7 +105,11 @@ class Law:
 
     def addresses(self) -> tuple[float, float, float]:
         """Where its compiled force, stiffness and energy stand."""
-        return _addresses(type(self), self.numbers().dtype)
+        return _addresses(self.functions(), self.numbers().dtype)
+
+    def functions(self) -> tuple[Callable[..., Any], ...]:
+        """Its force, stiffness and energy."""
+        return self.force, self.stiffness, self.energy
 
     def impacts(self, zeta: float, steps: int) -> Impacts | None:
         """What turns psi_1 and chi of whole impacts into psi_2, arrays (n,), faster than steps; None: nothing does."""
@@ -117,9 +126,9 @@ KNOWN: dict[str, type[Law]] = {}
 
 
 @lru_cache(maxsize=256)
-def _addresses(kind: type[Law], numbers: np.dtype) -> tuple[float, float, float]:
+def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tuple[float, float, float]:
     """Compile a law's functions for its record."""
-    functions = [getattr(function, "py_func", function) for function in (kind.force, kind.stiffness, kind.energy)]
+    functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
         record.FUNCTIONS |= {len(record.FUNCTIONS) + i: (function, numbers) for i, function in enumerate(functions)}
         first = float(len(record.FUNCTIONS) - len(functions))

@@ -68,12 +68,12 @@ def normal_force(contact, pair, free, dt):
     its damper.
     """
     contact.elastic = elastic = elastic_force(contact, pair.linear != 0.0, contact.overlap)
-    if pair.zeta == 0.0:
+    if contact.zeta == 0.0:
         return elastic, 1.0
     if pair.linear != 0.0:
-        damping = 2.0 * pair.zeta * sqrt(contact.mass * contact.stiffness)
+        damping = 2.0 * contact.zeta * sqrt(contact.mass * contact.stiffness)
     else:
-        damping = sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * pair.zeta
+        damping = sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * contact.zeta
     force = (elastic + damping * (contact.closing + 0.5 * dt * free)) / (1.0 + 0.5 * damping * dt / contact.mass)
     if force <= 0.0:
         return 0.0, 0.0

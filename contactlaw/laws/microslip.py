@@ -10,6 +10,7 @@ stay those of the exact pressure (scaling the caps instead costs ten times the e
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
@@ -23,6 +24,7 @@ from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
+from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
 from contactlaw.laws.slip import carried, slides_on, sliding_direction, span_of
 
 NODES = 16  # where nothing else is asked for: psi_2 within 4e-4 up to chi 2
@@ -35,14 +37,20 @@ class Microslip(Law):
     Attributes:
         node_count: Gauss-Legendre nodes on half the line. None: all springs at once where the motion is along a line
             (`collide`, `force_along_path`); else 16, or as many as chi asks for where it is known (`rebound`).
+        shear_loss: Whether shear loses as compression does, by a retardation time that follows from the restitution
+            (`laws.shear_loss`): a property of the material, without a number of its own.
     """
 
     name = "microslip"
     source = "method of dimensionality reduction: Popov & Hess (2015); Lyashenko & Popov, Tech. Phys. Lett. 41 (2015)"
     rung = 4
     node_count: int | None = None
+    shear_loss: bool = False
 
     def __post_init__(self) -> None:
+        if self.shear_loss not in (0, 1):
+            raise ValueError(f"shear_loss = {self.shear_loss!r}: must be True or False")
+        object.__setattr__(self, "shear_loss", int(self.shear_loss))  # a law's fields are numbers
         if self.node_count is not None and not (isinstance(self.node_count, int) and 2 <= self.node_count <= 512):
             raise ValueError(f"node_count = {self.node_count!r}: must be None or an integer from 2 to 512")
 
@@ -85,14 +93,34 @@ class Microslip(Law):
             total += law.w[i] * (memory[0, i] ** 2 + memory[1, i] ** 2)
         return contact.scale * total / contact.g_star
 
-    def impacts(self, zeta: float, steps: int) -> Impacts:
-        """The nodes in scaled variables, eight impacts at a time (`microslip_impacts`)."""
+    def functions(self) -> tuple[Callable[..., Any], ...]:
+        """Its force, with losses or without, stiffness and energy."""
+        return self.lossy_force if self.shear_loss else self.force, self.stiffness, self.energy
+
+    @staticmethod
+    def lossy_force(contact, law, memory, du, dv, dt):
+        """The same with losses; here the loads are the caps', whole, and so is their friction."""
+        if keeps_sliding(contact, law, memory, du, dv):
+            return contact.f, contact.g
+        lag, thrust, late_u, late_v = retardation(contact, dt)
+        known = law, memory, *step_of(contact, du, dv)
+        load = loads(law, known[2], contact.overlap, thrust)
+        if load <= 0.0:
+            return 0.0, 0.0
+        share = contact.force / (2.0 * contact.scale * contact.e_star * load)
+        pull_u, pull_v = displace_viscous(*known, (lag, thrust, share, late_u, late_v))
+        return 2.0 * contact.scale * pull_u, 2.0 * contact.scale * pull_v
+
+    def impacts(self, zeta: float, steps: int) -> Impacts | None:
+        """The nodes in scaled variables, eight impacts at a time (`microslip_impacts`); with losses step by step."""
+        if self.shear_loss and zeta > 0.0:
+            return None
         return microslip_impacts.impacts(zeta, steps, *half_line_nodes(self.memory))
 
     @property
     def on_line(self) -> ModuleType | None:
         """All springs at once, where the number of nodes is left open."""
-        return microslip_line if self.node_count is None else None
+        return microslip_line if self.node_count is None and not self.shear_loss else None
 
 
 @lru_cache(maxsize=64)

@@ -21,7 +21,7 @@ def record(*names: str) -> np.dtype:
 
 CONTACT = record(
     "state", "course", "overlap", "before", "closing", "force", "elastic", "ratio", "f", "g", "reach", "scale",
-    "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction",
+    "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction", "mu", "zeta",
 )  # fmt: skip
 """One contact.
 
@@ -32,18 +32,20 @@ without the damper. ratio: of the tangential force to that of the
 springs alone, see `slip.carried`. f, g: tangential force along both tangents [N], as of the last step until the law
 gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's own use. mass,
 tangential_mass: effective, at the touch [kg]; infinite where the motion is prescribed. stiffness: k of P = k
-delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m], friction: of the pair.
+delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m]: of the pair. mu, zeta: friction
+coefficient and damping ratio, as of the touch. friction: what spin leaves of mu.
 """
 
 PAIR = record(
-    "e_star", "g_star", "radius", "friction", "zeta", "duration", "g_t", "linear", "vectors",
+    "e_star", "g_star", "radius", "friction", "zeta", "duration", "g_t", "rolling", "speeds", "linear", "vectors",
     "force_at", "stiffness_at", "energy_at",
 )  # fmt: skip
 """Two materials and their law.
 
-duration: of a contact, times speed over the undamped greatest overlap. g_t: G_t of torsion [Pa]. linear: 1 where the
-normal spring is linear. vectors: how many the law remembers. force_at, stiffness_at, energy_at: addresses of the law's
-functions, whole numbers below 2^53. The law's own numbers follow.
+duration: of a contact, times speed over the undamped greatest overlap. g_t: G_t of torsion [Pa]. rolling: coefficient
+of rolling resistance. speeds: where the numbers of `laws.speeds` stand, counted from here; 0: friction and zeta are the
+same at any speed. linear: 1 where the normal spring is linear. vectors: how many the law remembers. force_at,
+stiffness_at, energy_at: addresses of the law's functions, whole numbers below 2^53. The law's own numbers follow.
 """
 
 OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0

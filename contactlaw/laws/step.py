@@ -15,6 +15,7 @@ def know(contact, pair, radius):
     """Tell a contact of its pair and its effective radius [m]; nothing else is known of it yet."""
     contact.e_star, contact.g_star = pair.e_star, pair.g_star
     contact.radius, contact.friction = radius, pair.friction
+    contact.mu, contact.zeta = pair.friction, pair.zeta
     contact.state, contact.course, contact.ratio = OPEN, PRESSED, 1.0
     contact.force, contact.f, contact.g = 0.0, 0.0, 0.0
     contact.scale, contact.reach, contact.stiffness = 0.0, 0.0, hertz_stiffness(contact)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from contactlaw import checks
+from contactlaw import checks, losses
 from contactlaw.laws import law_of, text_of
 from contactlaw.material import MATERIALS, Material
 from contactlaw.pair import ContactPair
@@ -13,12 +13,13 @@ from contactlaw.pair import ContactPair
 PLUGIN_NAME = "contactlaw.contact"
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
-    "substeps",
+    "rolling_resistance", "substeps",
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
 geom1 and geom2 are names of geoms, or several with spaces between: then each of the first with each of the second. A
-material is a name in `MATERIALS` or "E nu" in SI units. law: as for `laws.law_of`, "microslip node_count=32" say.
+material is a name in `MATERIALS` or "E nu" in SI units. friction, restitution: a number, or one of `contactlaw.losses`
+with its fields, "plastic yield_speed=0.1" say. law: as for `laws.law_of`, "microslip node_count=32" say.
 substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
 """
 
@@ -60,13 +61,15 @@ def write(contact: Contact) -> dict[str, str]:
         "geom2": " ".join(contact.geoms2),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
-        "friction": repr(pair.friction),
-        "restitution": repr(pair.restitution),
+        "friction": losses.text_of(pair.friction),
+        "restitution": losses.text_of(pair.restitution),
         "law": text_of(pair.rule),
     }
     for key in ("radius", "stiffness_ratio"):
         if getattr(pair, key) is not None:
             config[key] = repr(getattr(pair, key))
+    if pair.rolling_resistance > 0.0:
+        config["rolling_resistance"] = repr(pair.rolling_resistance)
     if contact.substeps != SUBSTEPS:
         config["substeps"] = str(contact.substeps)
     return config
@@ -90,11 +93,12 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
     pair = ContactPair(
         _material("material1", config["material1"]),
         _material("material2", config["material2"]),
-        _floats("friction", config["friction"], 1)[0],
-        restitution=1.0 if "restitution" not in config else _floats("restitution", config["restitution"], 1)[0],
+        losses.read("friction", config["friction"]),
+        restitution=losses.read("restitution", config.get("restitution", "1")),
         radius=optional("radius"),
         law=law_of(config.get("law", "microslip")),
         stiffness_ratio=optional("stiffness_ratio"),
+        rolling_resistance=optional("rolling_resistance") or 0.0,
     )
     return Contact(
         (config["geom1"],), (config["geom2"],), pair,

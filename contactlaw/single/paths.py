@@ -85,7 +85,7 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
     pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
     mass, approach, length, tangential_mass = scale
     prescribe(contact, pair, deepest)
-    contact.tangential_mass = tangential_mass
+    contact.mass, contact.tangential_mass, contact.closing = mass, tangential_mass, approach
     memory[:] = 0.0
     steps = motion.delta.size - 1
     unit, impulse = mass * approach * approach / length, mass * approach / tangential_mass
@@ -98,7 +98,7 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
             contact.before, contact.overlap = length * motion.delta[k - 1], length * motion.delta[k]
             contact.force, contact.ratio = unit * motion.force[k], motion.ratio[k]
             contact.elastic = elastic_force(contact, pair.linear != 0.0, contact.overlap)
-            ask(contact, pair, law, memory, slide, 0.0, length / approach * motion.step[k])
+            ask(contact, pair, law, memory, slide, 0.0, length / approach * motion.step[k - 1])
             pull = contact.f
             if track_out.size > 0:
                 elastic = ask_energy(pair, contact, law, memory)

@@ -21,7 +21,7 @@ from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.torsion import TORSION
 from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
 
-KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8  # what laws know of a contact, its first numbers
+KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # what laws know of a contact, its first numbers
 BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
 
 
@@ -167,3 +167,9 @@ def law_of(w, pair):
 def law_numbers(w, pair):
     """The law's own numbers."""
     return carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
+
+
+@jit_inside
+def speed_numbers(w, pair):
+    """What `laws.speeds` reads of a pair that has it."""
+    return carray(numbers_at(w.numbers + 8 * (pair.numbers + int(law_of(w, pair).speeds))), 1)

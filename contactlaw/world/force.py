@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.laws import torsion
+from contactlaw.laws import rolling, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
@@ -33,13 +33,13 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         for i in range(memory.size):
             memory[i] = 0.0
     du, dv, angle = moved
-    spun = (angle != 0.0 or c.torsion.span > 0.0) and law.friction > 0.0
+    spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     left = 0.0
     if spun:
-        left = call_limit(address(w, LIMIT), c, law.friction, moved)
+        left = call_limit(address(w, LIMIT), c, t.mu, moved)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
     inertia = 0.0
-    if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and hardly_moves(c, 1.0):
+    if t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0):
         calm(t, slide[0], slide[1])
         if spun:
             n = load(c.normal)
@@ -139,4 +139,6 @@ def stored_energy(w, c, slot):
     if t.friction > 0.0:
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
         out += torsion.stored(c.torsion, t, law.g_t)
+    if law.rolling > 0.0:
+        out += rolling.stored(c.bend, t, law.rolling)
     return out

@@ -10,12 +10,15 @@ P, F, G and their slopes K (`force.slopes`), a step of Newton's method for a sta
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws.rolling import stiffness
 from contactlaw.world.access import (
     body_at,
     bring_back_contact,
     contact_at,
     keep_contact,
+    law_of,
     near_at,
+    pair_at,
     shape_at,
     tree_at,
     whole_at,
@@ -26,6 +29,7 @@ from contactlaw.world.force import ask_at, slopes
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import velocity_at
 from contactlaw.world.records import NEVER
+from contactlaw.world.rolling import advance_rolling, drag_of, moment_of, rolling_axes
 from contactlaw.world.touch import close, force_of, look
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
@@ -117,8 +121,14 @@ def look_at(w, r, stage):
     push(a, arm_a, scale(stage, force_of(c)), part(w, RIGHT))
     push(b, arm_b, scale(-stage, force_of(c)), part(w, RIGHT))
     if moment != 0.0:
-        twist(a, c, -stage * moment, part(w, RIGHT))
-        twist(b, c, stage * moment, part(w, RIGHT))
+        twist(a, scale(-stage * moment, n), e, part(w, RIGHT))
+        twist(b, scale(stage * moment, n), e, part(w, RIGHT))
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    if law.rolling != 0.0:
+        turning = sub(load(a.spin), load(b.spin))
+        advance_rolling(w, c, law.rolling, (dot(turning, e), dot(turning, f)))
+        twist(a, scale(-stage, moment_of(c)), n, part(w, RIGHT))
+        twist(b, scale(stage, moment_of(c)), n, part(w, RIGHT))
     least = FOUND * t.overlap + ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
     return not change <= least, least / stage  # NaN has moved
 
@@ -146,8 +156,8 @@ def enter(w, r, stage):
             row[b.unknown + p] = 0.0
         if number == TURN:
             if k[7] != 0.0:
-                twist(a, c, 1.0, row)
-                twist(b, c, -1.0, row)
+                twist(a, n, e, row)
+                twist(b, scale(-1.0, n), e, row)
             continue
         push(a, load(c.arm_a), direction, row)
         push(b, load(c.arm_b), scale(-1.0, direction), row)
@@ -165,15 +175,43 @@ def enter(w, r, stage):
         for q in range(count_a + count_b):
             j = a.unknown + q if q < count_a else b.unknown + q - count_a
             h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_s * js[j]
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    if law.rolling != 0.0:
+        k = square * stiffness(c.touch, law.rolling) + stage * drag_of(w, c, law.rolling)
+        left = c.rolled[2]
+        along, across = rolling_axes(c)
+        enter_rolling(w, a, b, along, n, k if left == 1.0 else 0.0)
+        enter_rolling(w, a, b, across, n, k * left)
 
 
 @jit_inside
-def twist(b, c, size, row):
-    """The same of a couple about a contact's normal: two opposite forces half a metre from the centre of mass."""
-    e = load(c.tangent)
-    across = scale(size, cross(load(c.normal), e))
-    push(b, scale(0.5, e), across, row)
-    push(b, scale(-0.5, e), scale(-1.0, across), row)
+def enter_rolling(w, a, b, axis, n, k):
+    """Enter by how much a moment changes with the angle about an axis across the normal; k: times b^2."""
+    if k == 0.0:
+        return
+    h, row = matrix(w), part(w, TURN)
+    count_a, count_b = freedoms(a), freedoms(b)
+    if a.unknown == b.unknown:
+        count_b = 0
+    for p in range(count_a):
+        row[a.unknown + p] = 0.0
+    for p in range(count_b):
+        row[b.unknown + p] = 0.0
+    twist(a, axis, n, row)
+    twist(b, scale(-1.0, axis), n, row)
+    for p in range(count_a + count_b):
+        i = a.unknown + p if p < count_a else b.unknown + p - count_a
+        for q in range(count_a + count_b):
+            j = a.unknown + q if q < count_a else b.unknown + q - count_a
+            h[i, j] += k * row[i] * row[j]
+
+
+@jit_inside
+def twist(b, moment, across, row):
+    """The same of a moment: two opposite forces, at half a unit vector across it."""
+    force = cross(moment, across)
+    push(b, scale(0.5, across), force, row)
+    push(b, scale(-0.5, across), scale(-1.0, force), row)
 
 
 @jit_inside

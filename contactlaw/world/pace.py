@@ -120,7 +120,7 @@ def closing_speed(c, a, b):
 @jit_inside
 def rests(w, c, a, b, slow):
     """Whether a closed contact does not strike within the step; slow: speed [m/s] that is none, zero: see `SLOW`."""
-    if law_of(w, pair_at(w.pairs, c.pair)).zeta == 0.0 or contact_time(w, c, a, b) * LONG > w.step:
+    if c.touch.zeta == 0.0 or contact_time(w, c, a, b) * LONG > w.step:
         return False
     speed, t = closing_speed(c, a, b), c.touch
     if slow > 0.0:

@@ -192,9 +192,11 @@ NEAR = record(
 CONTACT = record(
     touch=TOUCH,  # what its law knows of it
     torsion=TORSION,  # its moment is that on B along the normal
+    bend=("f8", (2,)), bending=("f8", (2,)),  # moments on B about both tangents [N m]: of rolling's spring, and in all
     phase="i8", near="i8", link="i8",
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     moved=VECTOR,  # of A over B along both tangents [m], and about the normal [rad], in the last substep
+    rolled=VECTOR,  # by A over B in it, about both tangents [rad]; what the limit leaves of the spring's moment
     interval="f8",  # [s] of the last substep
     closing_acceleration="f8",  # closing acceleration over it [m/s^2]
     end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact

@@ -12,6 +12,7 @@ from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.motion import give, settle
 from contactlaw.world.pace import contact_time
+from contactlaw.world.rolling import moment_of
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 ZERO = (0.0, 0.0, 0.0)
@@ -39,6 +40,10 @@ def fall_asleep(w, bodies, pairs):
                 e = load(c.tangent)
                 couple(body_at(w.bodies, p.body_a), e, scale(-c.torsion.moment, cross(load(c.normal), e)))
                 couple(body_at(w.bodies, p.body_b), e, scale(c.torsion.moment, cross(load(c.normal), e)))
+            if c.bending[0] != 0.0 or c.bending[1] != 0.0:
+                n, moment = load(c.normal), moment_of(c)
+                couple(body_at(w.bodies, p.body_a), n, cross(n, moment))
+                couple(body_at(w.bodies, p.body_b), n, cross(moment, n))
     if not balanced(w, pairs, w.stillness):
         return
     for i in range(bodies):

@@ -227,12 +227,15 @@ def admit(w, c, a, b):
     sa, sb = shape_at(w.shapes, a), shape_at(w.shapes, b)
     pair = pair_of(w, a, b)
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
-    t.e_star, t.g_star, t.friction = law.e_star, law.g_star, law.friction
+    t.e_star, t.g_star = law.e_star, law.g_star
+    if law.speeds == 0.0:
+        t.mu, t.zeta = law.friction, law.zeta
+    t.friction = t.mu
     t.radius = own if own > 0.0 else effective_radius(sa, sb)
     both = sa.radius + sb.radius
     arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
     arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
-    if not (arms and sound_touch(t) and sound_frame(c)):
+    if not (arms and sound_touch(t) and sound_frame(c, law.rolling)):
         return False
     w.spares -= 1
     c.phase = CLOSED
@@ -252,11 +255,12 @@ def sound_touch(t):
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
     positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
+    positive = positive and min(t.mu, t.zeta) >= 0.0
     return phases and overlaps and forces and positive and whole
 
 
 @jit_inside
-def sound_frame(c):
+def sound_frame(c, resistance):
     """Whether the frame of a contact is one, its last substep was one, and its force and moment are its law's."""
     n, e, force = load(c.normal), load(c.tangent), load(c.force)
     square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
@@ -264,6 +268,9 @@ def sound_frame(c):
     own = t.force**2 + t.f**2 + t.g**2
     most = t.friction * t.force * sqrt(t.radius * t.overlap)  # 3 pi/16 of it, see `laws.torsion`
     square = square and c.torsion.span >= 0.0 and abs(c.torsion.moment) <= most
+    most = (resistance * t.radius * t.force) ** 2 * (1.0 + UNIT)
+    for m in (c.bend, c.bending):
+        square = square and m[0] * m[0] + m[1] * m[1] <= most
     return square and c.interval >= 0.0 and dot(force, force) <= own * (1.0 + UNIT) + 1e-300
 
 

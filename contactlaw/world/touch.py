@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
+from contactlaw.laws import speeds
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import know
 from contactlaw.world import force
@@ -14,6 +15,7 @@ from contactlaw.world.access import (
     pair_at,
     set_whole,
     shape_at,
+    speed_numbers,
     whole_at,
 )
 from contactlaw.world.ends import damped_end, elastic_end
@@ -21,7 +23,8 @@ from contactlaw.world.geometry import meet
 from contactlaw.world.motion import kick, moved_at, turn, velocity_at
 from contactlaw.world.pace import masses, radius_of
 from contactlaw.world.records import CLOSED, FREE, PARTED
-from contactlaw.world.vec import add, axpy, cross, dot, load, rotate, scale, store, sub, tangent
+from contactlaw.world.rolling import add_rolling_work, advance_rolling, apply_rolling, rolled
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
 NONE = (0.0, 0.0, 0.0)
 SMALL_TURN = 0.01  # [rad] for which the first term will do
@@ -49,7 +52,8 @@ def close(w, k, overlap):
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
     c.touches += 1
     t = c.touch
-    know(t, law_of(w, pair_at(w.pairs, q.pair)), radius_of(w, q))
+    law = law_of(w, pair_at(w.pairs, q.pair))
+    know(t, law, radius_of(w, q))
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
@@ -61,10 +65,16 @@ def close(w, k, overlap):
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
     c.torsion.span, c.torsion.moment = 0.0, 0.0
+    for i in range(2):
+        c.bend[i], c.bending[i] = 0.0, 0.0
     masses(c, a, b)
     t.overlap = overlap
     t.before = overlap
-    t.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
+    slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
+    t.closing = -dot(slide, n)
+    if law.speeds != 0.0:
+        push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
+        speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
@@ -110,6 +120,7 @@ def open_up(q, c):
     store(c.force, (0.0, 0.0, 0.0))
     c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0
     c.torsion.moment = 0.0
+    c.bending[0], c.bending[1] = 0.0, 0.0
 
 
 @jit_inside
@@ -161,6 +172,8 @@ def look(w, c, a, b):
     e = load(c.tangent)
     f = cross(n, e)
     store(c.moved, (dot(moved, e), dot(moved, f), force.twisted(c, a, b)))
+    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
+        rolled(c, a, b)
     t.before = t.overlap
     t.overlap = overlap
 
@@ -178,12 +191,16 @@ def advance(w, c, slot, span):
     law = law_of(w, pair_at(w.pairs, c.pair))
     linear = law.linear != 0.0
     if overlap <= 0.0:
-        if before > 0.0 and law.zeta == 0.0 and c.interval > 0.0:
+        if before > 0.0 and t.zeta == 0.0 and c.interval > 0.0:
             c.end_weight = elastic_end(before / (before - overlap), linear)
             store(c.force, force_of(c))
         add_work(c, 0.5 + c.end_weight, overlap - before, moved)
+        if law.rolling != 0.0:
+            add_rolling_work(c, 0.5 + c.end_weight)
         return
     add_work(c, 0.5, overlap - before, moved)
+    if law.rolling != 0.0:
+        add_rolling_work(c, 0.5)
     closing = (overlap - before) / h
     own = t.force / t.mass
     if c.interval > 0.0:
@@ -199,12 +216,15 @@ def advance(w, c, slot, span):
         spacing = max(following, inside * h)  # of the points of the sum that begins here
         inside *= h / spacing
         end = elastic_end(inside, linear)
-        if law.zeta > 0.0 and t.ratio > 1.0:
+        if t.zeta > 0.0 and t.ratio > 1.0:
             end = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + end / t.ratio
         c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
     store(c.force, force_of(c))
     c.interval = h
     add_work(c, 0.5 + c.end_weight, overlap - before, moved)
+    if law.rolling != 0.0:
+        advance_rolling(w, c, law.rolling, (c.rolled[0] / h, c.rolled[1] / h))
+        add_rolling_work(c, 0.5 + c.end_weight)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
@@ -243,3 +263,5 @@ def apply_force(c, a, b, time):
         moment = scale(time * c.torsion.moment, load(c.normal))
         turn(a, scale(-1.0, moment))
         turn(b, moment)
+    if time != 0.0 and (c.bending[0] != 0.0 or c.bending[1] != 0.0):
+        apply_rolling(c, a, b, time)

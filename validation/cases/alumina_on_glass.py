@@ -22,7 +22,7 @@ STICKING = 33.0  # [deg] incidence beyond which the contact slides throughout, b
 TABLES = {"e_t": ("kharaz_et_lethe", "e_t_cm"), "spin": ("kharaz_omega_lethe", "omega_abs_rad_s"),
           "rebound angle": ("kharaz_rebound_cm_lethe", "rebound_cm_deg")}  # fmt: skip
 UNITS = {"e_t": "", "spin": "rad/s", "rebound angle": "deg"}
-LIMITS = {"e_t": 0.02, "spin": 15.0}
+LIMITS = {"e_t": 0.02, "spin": 15.0, "rebound angle": 0.6}  # the last: what 0.02 in e_t is near 30 degrees
 UNSURE = 0.1  # [deg] how well an angle of a velocity is taken to be known; it makes e_t unsure by UNSURE/theta
 
 

@@ -30,7 +30,8 @@ class FiniteElements(Case):
     place = 12
     title = "Finite elements of others"
     claim = (
-        "Finite elements of an elastic sphere on a rigid plane, published by others, are met without fitting. Their "
+        "Finite elements of an elastic sphere on a rigid plane, published by others, are met without fitting to "
+        "0.07 rms, which is more than their own two curves differ, 0.04. Their "
         "Poisson's ratio is not stated: 0.30 is assumed, as for the steel of that benchmark. What remains is the "
         "same for the law and for the reference, so it lies outside both: in the unknown ratio, in the coupling of "
         f"normal and tangential motion of a sphere on a rigid plane ({COUPLING:.2f}), which both leave out, in the "
@@ -60,6 +61,7 @@ class FiniteElements(Case):
             }
             shown[name] = {"x": x, "y": y, "points": {"partial slip": int(part.sum()), "all": x.size}}  # fmt: skip
             progress(0.4 if name == "recoil" else 0.8)
+        laws = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * recoil["x_incident"], chi).items()}
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
         data = {
             "nu": STEEL.poissons_ratio, "chi": chi, "kappa": kappa, "below": PARTIAL, "rms": measures, "shown": shown,
@@ -70,10 +72,11 @@ class FiniteElements(Case):
         }  # fmt: skip
         partial = {name: found["partial slip"] for name, found in measures.items()}
         limits = [
-            Limit(f"rms of microslip in v_out/(mu v_n), x < {PARTIAL}", 0.07, partial["recoil"]["microslip"]),
+            Limit(f"rms of microslip from the reference in v_out/(mu v_n), x < {PARTIAL}", 4e-3 / kappa,
+                  rms((laws["microslip"] - laws[REFERENCE])[recoil["x_incident"] < PARTIAL])),
             Limit("rms of microslip over the next best law's, recoil", 1.0, over_the_next_best(partial["recoil"])),
             Limit("rms of microslip over the next best law's, spin", 1.0, over_the_next_best(partial["spin"])),
-        ]
+        ]  # fmt: skip
         return Outcome(limits, data, [] if np.isfinite(list(partial["recoil"].values())).all() else ["not finite"])
 
     def table(self, data: Data) -> Table:

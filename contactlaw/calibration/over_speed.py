@@ -1,0 +1,85 @@
+"""How restitution depends on speed: which law of one number a table of impacts speaks for, and that number.
+
+A constant, a viscoelastic and an elastic-plastic restitution have one number each, so their likelihoods compare as they
+are. With errors unknown -2 ln(likelihood) is n ln(chi^2), and the range that of an F test, as for friction (`ranges`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize
+
+from contactlaw.calibration.ranges import NORMAL, widening
+from contactlaw.calibration.result import Estimate, OverSpeedFit
+from contactlaw.calibration.table import Array
+from contactlaw.losses import OverSpeed, Plastic, Viscoelastic
+
+CLEAR = 6.0  # of 2 ln(likelihood), by which a law must be better to be told from another: 20 to 1
+CONSTANT = "constant"
+LEAST, SPREAD = 4, 0.3  # impacts, and range of ln V_z1, below which a table tells nothing of speed
+
+
+@dataclass(frozen=True)
+class _Rival:
+    """A law of one number, over the logarithms of what it may be."""
+
+    of: Callable[[float], OverSpeed | float]
+    low: float
+    high: float
+
+
+def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str | None) -> OverSpeedFit | None:
+    """Choose a law for V_z2/V_z1 at approach speeds, shape (n,); None: the table tells nothing of it.
+
+    error: standard deviations; not known: all alike, for a speed is measured to a share of itself. asked: the law that
+    it must be, by its name.
+    """
+    if asked == CONSTANT or speed.size < LEAST or np.ptp(np.log(speed)) < SPREAD:
+        return None
+    middle = float(np.exp(np.mean(np.log(speed))))
+    rivals = {
+        CONSTANT: _Rival(lambda e: e, 0.01, 1.0),
+        Viscoelastic.name: _Rival(lambda e: Viscoelastic(e, middle), 0.01, 1.0),
+        Plastic.name: _Rival(Plastic, 1e-6 * middle, 10.0 * float(speed.max())),
+    }
+    fits = {}
+    for name, rival in rivals.items():
+
+        def misfit(x: float, rival: _Rival = rival) -> float:
+            law = rival.of(float(np.exp(x)))
+            values = law(speed) if isinstance(law, OverSpeed) else law
+            return float(np.sum(((ratio - values) / error) ** 2))
+
+        grid = np.linspace(np.log(rival.low), np.log(rival.high), 200)
+        start = int(np.argmin([misfit(x) for x in grid]))
+        bounds = grid[max(start - 1, 0)], grid[min(start + 1, grid.size - 1)]
+        best = float(optimize.minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-10}).x)  # type: ignore[union-attr]
+        fits[name] = best, max(misfit(best), 0.0 if known else 1e-18 * speed.size), misfit, grid
+    score = {name: fit[1] if known else speed.size * np.log(fit[1]) for name, fit in fits.items()}
+    order = sorted(score, key=lambda name: score[name])
+    chosen = asked or order[0]
+    clear = {name: score[name] - score[chosen] for name in order}
+    if asked is None and (chosen == CONSTANT or clear[CONSTANT] < CLEAR):
+        return None
+    best, chi, misfit, grid = fits[chosen]
+    law = rivals[chosen].of(float(np.exp(best)))
+    assert isinstance(law, OverSpeed)
+    wider = widening(chi, speed.size - 1, known)
+    number = Estimate("measured", float(np.exp(best)))
+    if wider is not None:
+        most = chi + (wider[0] * wider[1]) ** 2
+        low, high = (_end(misfit, most, best, edge) for edge in grid[[0, -1]])
+        number = Estimate("measured", float(np.exp(best)), (high - low) / (2.0 * NORMAL), low, high)
+    rival = next((name for name in order if name != chosen and clear[name] < CLEAR), None)
+    note = "" if rival is None else f"The table does not tell it from a {rival} restitution."
+    return OverSpeedFit(law, number, note)
+
+
+def _end(misfit: Callable[[float], float], most: float, best: float, edge: float) -> float:
+    """Where the misfit reaches the greatest allowed on the way to an edge; the edge, where it does not."""
+    if misfit(edge) <= most:
+        return float(np.exp(edge))
+    return float(np.exp(optimize.brentq(lambda x: misfit(x) - most, best, edge)))  # type: ignore[arg-type]

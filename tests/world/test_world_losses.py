@@ -1,0 +1,153 @@
+"""Rolling resistance, and coefficients over speed, in a world."""
+
+from __future__ import annotations
+
+from math import atan, cos, pi, sin, sqrt
+
+import numpy as np
+import pytest
+
+from contactlaw import MATERIALS, Body, ContactPair, collide
+from contactlaw.jit import jit
+from contactlaw.laws import rolling
+from contactlaw.laws.record import contact_of
+from contactlaw.losses import FallingFriction, Viscoelastic
+from contactlaw.world import World
+from contactlaw.world.chain import Chain, Link
+
+STEEL = MATERIALS["steel"]
+RADIUS, GRAVITY, DENSITY, RESISTANCE = 0.01, 9.81, 7833.0, 0.01
+MASS = DENSITY * 4.0 / 3.0 * pi * RADIUS**3
+INERTIA = 0.4 * MASS * RADIUS**2
+
+
+def rolling_ball(speed: float, slope: float = 0.0, tree: bool = False, resistance: float = RESISTANCE) -> World:
+    """A steel ball that rolls along x on a plane, downhill where that has a slope."""
+    angle = atan(slope)
+    pair = ContactPair(STEEL, STEEL, 0.3, 0.5, rolling_resistance=resistance)
+    k = 4.0 / 3.0 * pair.effective_modulus * sqrt(RADIUS)
+    height = RADIUS - (MASS * GRAVITY * cos(angle) / k) ** (2.0 / 3.0)
+    world = World(gravity=(GRAVITY * sin(angle), 0.0, -GRAVITY * cos(angle)), timestep=2e-3)
+    if tree:
+        chain = Chain([Link(MASS, INERTIA)], free=True)
+        place = [0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]
+        _, (body,) = world.add_tree(chain, place, [speed, 0.0, 0.0, 0.0, speed / RADIUS, 0.0])
+    else:
+        body = world.add_body(MASS, INERTIA, (0.0, 0.0, height), (speed, 0.0, 0.0), spin=(0.0, speed / RADIUS, 0.0))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_sphere(body, RADIUS), floor, pair)
+    return world
+
+
+def slowing(slope: float = 0.0) -> float:
+    """Of a solid ball whose moment is mu_r R P: mu_r g/(1 + 2/5), and of what pulls it downhill [m/s^2]."""
+    return GRAVITY * cos(atan(slope)) * (RESISTANCE - slope) / 1.4
+
+
+@pytest.mark.parametrize("tree", [False, True])
+def test_a_rolling_ball_slows_stops_and_sleeps(tree: bool) -> None:
+    world = rolling_ball(0.05, tree=tree)
+    energy = first = world.energy.total
+    for time in (0.1, 0.2, 0.3, 0.4, 0.5):
+        world.step(50)
+        assert world.velocity[0, 0] == pytest.approx(0.05 - slowing() * time, abs=2e-4 * 0.05)
+        assert world.energy.total < energy
+        energy = world.energy.total
+    lost = 0.7 * MASS * (0.05**2 - world.velocity[0, 0] ** 2)
+    assert world.contacts[0]["friction_work"] == pytest.approx(-lost, rel=1e-2)
+    assert energy == pytest.approx(first - lost, abs=1e-2 * lost)
+    world.step(500)
+    assert world.asleep[0] and not world.velocity.any()
+    assert world.position[0, 0] == pytest.approx(0.5 * 0.05**2 / slowing(), rel=1e-2)
+
+
+def test_on_a_gentle_slope_it_stands_and_on_a_steeper_one_it_rolls() -> None:
+    world = rolling_ball(0.0, 0.9 * RESISTANCE)
+    world.step(500)
+    assert world.asleep[0] and world.position[0, 0] < 1e-4
+    world = rolling_ball(0.0, 2.0 * RESISTANCE)
+    world.step(500)
+    assert world.velocity[0, 0] == pytest.approx(-slowing(2.0 * RESISTANCE) * 1.0, rel=1e-2)
+
+
+def test_without_resistance_it_rolls_for_ever() -> None:
+    world = rolling_ball(0.05, resistance=0.0)
+    world.step(500)
+    assert world.velocity[0, 0] == pytest.approx(0.05, abs=1e-10)
+    assert not world.arrays.contacts["bend"].any()
+
+
+def test_it_goes_on_from_a_copy_to_the_bit() -> None:
+    world = rolling_ball(0.05)
+    world.step(50)
+    saved = world.save()
+    world.step(60)
+    spin = world.spin.copy()
+    world.restore(saved)
+    world.step(60)
+    np.testing.assert_array_equal(world.spin, spin)
+
+
+def test_two_balls_that_strike_keep_their_momenta() -> None:
+    world = World(gravity=0.0, timestep=1e-4)
+    bodies = [
+        world.add_body(MASS, INERTIA, (-0.0101, 0.0, 0.0), (1.0, 0.0, 0.0), spin=(90.0, 200.0, 5.0)),
+        world.add_body(MASS, INERTIA, (0.0101, 0.001, 0.0), (-1.0, 0.3, 0.0), spin=(-70.0, 0.0, -400.0)),
+    ]
+    first, second = (world.add_sphere(body, RADIUS) for body in bodies)
+    world.add_contact(first, second, ContactPair(STEEL, STEEL, 0.3, 0.9, rolling_resistance=0.5))
+    (linear, angular), energy = world.momentum, world.energy.total
+    world.step(10)
+    assert not world.contacts["closed"].any()
+    assert np.abs(world.momentum[0] - linear).max() < 1e-14 * MASS * 2.0
+    assert np.abs(world.momentum[1] - angular).max() < 1e-13 * INERTIA * 400.0
+    assert world.energy.total < energy
+
+
+@jit
+def roll_along(header, path, forces):
+    """Work of the moment at the end of each step, less the energy of its spring, over a path (n, 3); shape (n,)."""
+    contact, bend, out = contact_of(header), np.zeros(2), np.zeros(path.shape[0])
+    contact.e_star, contact.radius, contact.before = 1e9, 0.01, -1e-9
+    work = 0.0
+    for k in range(path.shape[0]):
+        contact.overlap, contact.force, contact.elastic = path[k, 0], forces[k], forces[k]
+        rolling.roll(bend, contact, 0.1, path[k, 1], path[k, 2])
+        work += bend[0] * path[k, 1] + bend[1] * path[k, 2]
+        out[k] = work - rolling.stored(bend, contact, 0.1)
+        contact.before = contact.overlap
+    return out
+
+
+def test_passive_on_random_paths() -> None:
+    """Rolling to and fro under any load: what the spring holds was put in."""
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        path = np.column_stack([np.abs(rng.normal(0.0, 1e-6, 200)) + 1e-8, rng.normal(0.0, 1e-4, (200, 2))])
+        balance = roll_along(np.zeros(64), path, 4.0 / 3.0 * 1e8 * path[:, 0] ** 1.5)
+        assert balance.min() >= -1e-12 * np.abs(balance).max()
+
+
+@pytest.mark.parametrize("speed", [0.1, 1.0])
+def test_a_touch_reads_restitution_and_friction(speed: float) -> None:
+    e, mu = Viscoelastic(0.8, 1.0), FallingFriction(0.5, 0.05, 0.3)
+    pair, slide = ContactPair(STEEL, STEEL, mu, e), 0.9 * speed
+    world = World(gravity=0.0, timestep=1e-3)
+    body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS + 1e-6), (slide, 0.0, -speed))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_sphere(body, RADIUS), floor, pair)
+    world.step(10)
+    impact = collide(pair, Body(MASS, RADIUS, velocity=(slide, 0.0, -speed)))
+    assert world.velocity[0, 2] / speed == pytest.approx(e(speed), abs=2e-4)
+    np.testing.assert_allclose(world.velocity[0], impact.velocity_a, atol=1e-3 * mu(slide) * speed)
+
+
+def test_shear_loss_is_that_of_rebound() -> None:
+    pair = ContactPair(STEEL, STEEL, 0.3, 0.7, law="microslip shear_loss=1")
+    world = World(gravity=0.0, timestep=1e-3)
+    body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS + 1e-6), (0.4, 0.0, -1.0))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_sphere(body, RADIUS), floor, pair)
+    world.step(10)
+    impact = collide(pair, Body(MASS, RADIUS, velocity=(0.4, 0.0, -1.0)))
+    np.testing.assert_allclose(world.velocity[0], impact.velocity_a, atol=1e-3 * 0.3)
