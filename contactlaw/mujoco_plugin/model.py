@@ -32,6 +32,7 @@ UNIT = np.array([1.0, 0.0, 0.0, 0.0])
 # For each round shape: contacts that there is room for at once (balls of any sizes that do not overlap touch 7.5 times
 # their number at most, Kuperberg & Schramm 1994), and near pairs
 NEIGHBOURS, LISTED = 8, 40
+BASE = 24  # vertices of a hull that may touch at once
 
 
 class Pose(NamedTuple):
@@ -92,8 +93,11 @@ class Model:
         a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
         meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
         pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
-        round_ones = int((made.shapes["kind"] < BOX_SHAPE).sum())
-        contacts, near = (max(min(pairs, most * round_ones), 1) for most in (NEIGHBOURS, LISTED))
+        vertices = made.shapes["count"]
+        ones = int((made.shapes["kind"] < BOX_SHAPE).sum() - vertices.sum() + (vertices > 0).sum())
+        bases = int(np.minimum(vertices, BASE).sum())  # that a hull lies on
+        contacts, near = (max(min(pairs, most * ones + more), 1)
+                          for most, more in ((NEIGHBOURS, bases), (LISTED, 4 * vertices.sum())))  # fmt: skip
         return with_room(made, near, contacts)
 
     @property
@@ -246,7 +250,22 @@ class Model:
             return list(self._world.add_capsule(row, float(shape.size[0]), float(shape.size[1]), pose.place, axis))
         if shape.type == BOX:
             return [self._world.add_box(row, shape.size, pose.place, pose.turn)]
+        if shape.is_hull:
+            return self._world.add_hull(row, self._vertices(geom), None, pose.place, pose.turn)
         return []
+
+    def _vertices(self, geom: int) -> Array:
+        """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it."""
+        view = self._view
+        mesh = int(view.ints("geom_dataid", view.size("ngeom"))[geom])
+        first, count, graph = (
+            int(view.ints(f"mesh_{name}", view.size("nmesh"))[mesh]) for name in ("vertadr", "vertnum", "graphadr")
+        )
+        own = view.floats("mesh_vert", 3 * view.size("nmeshvert")).reshape(-1, 3)[first : first + count]
+        if graph >= 0:
+            numbers = view.ints("mesh_graph", view.size("nmeshgraph"))[graph:]
+            own = own[numbers[2 + numbers[0] : 2 + 2 * numbers[0]]]
+        return own.astype(np.float64)
 
     def _measured(self) -> list[tuple[int, int, int]]:
         """Instances, and round shapes of theirs each with one that the engine must measure."""

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 _TYPE = mujoco.mjtGeom
-SPHERE, CAPSULE, PLANE, BOX, ELLIPSOID = (
+SPHERE, CAPSULE, PLANE, BOX, ELLIPSOID, MESH = (
     int(kind) for kind in (
-        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_ELLIPSOID
+        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_ELLIPSOID,
+        _TYPE.mjGEOM_MESH
     )
 )  # fmt: skip
 UNMEASURED = (int(_TYPE.mjGEOM_HFIELD), int(_TYPE.mjGEOM_SDF))
@@ -45,9 +46,14 @@ class Shape:
         return self.type in (PLANE, BOX)
 
     @property
+    def is_hull(self) -> bool:
+        """A mesh, which is its convex hull."""
+        return self.type == MESH
+
+    @property
     def has_closed_form(self) -> bool:
         """Whether the world knows it."""
-        return self.is_round or self.is_flat
+        return self.is_round or self.is_flat or self.is_hull
 
     @property
     def curvature(self) -> float:
@@ -92,6 +98,8 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
     """
     if radius is not None:
         return radius
+    if one.is_hull or two.is_hull:
+        return inf  # found at the touch
     if (one.is_round or two.is_round) and one.has_closed_form and two.has_closed_form:
         return 1.0 / (one.curvature + two.curvature)
     raise ValueError(
@@ -101,8 +109,8 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
 
 
 SERVED = (
-    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules on planes, boxes, spheres and "
-    "each other; let this pair keep the engine's own contact, or put spheres or capsules in its place"
+    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules and meshes on planes, boxes, "
+    "spheres and each other; let this pair keep the engine's own contact, or put spheres or capsules in its place"
 )
 
 
@@ -116,6 +124,8 @@ def check_served(one: Shape, two: Shape, free: bool = False) -> None:
     Raises:
         ValueError: They are such.
     """
+    if (one.is_hull and two.has_closed_form) or (two.is_hull and one.has_closed_form):
+        return
     if one.is_spherical or two.is_spherical or (one.is_round and two.is_round):
         return
     if one.is_round or two.is_round:

@@ -37,7 +37,8 @@ def empty() -> Arrays:
 
     made = Arrays(
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
-        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
+        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), points=np.zeros((0, 3)),
+        groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
         island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
         joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
@@ -92,7 +93,16 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
-    """The world and more shapes; the bodies that they are on know how far they reach."""
+    """The world and more shapes; the bodies that they are on know how far they reach.
+
+    vertices, of a hull: those of its core.
+    """
+    points = one.points
+    for fields in rows:
+        if "vertices" in fields:
+            own = fields.pop("vertices")
+            fields["first"], fields["count"] = len(points), len(own)
+            points = np.concatenate([points, own])
     shapes = with_rows(one.shapes, rows)
     new, bodies = shapes[-len(rows) :], one.bodies
     flat = np.isin(new["kind"], (PLANE, TANGENT))
@@ -107,7 +117,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
-    return one._replace(shapes=shapes, grid=np.zeros(cells + 4 * shapes.size, np.int64))
+    return one._replace(shapes=shapes, points=points, grid=np.zeros(cells + 4 * shapes.size, np.int64))
 
 
 def _lengths(vectors: Array) -> Array:

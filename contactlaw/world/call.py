@@ -1,4 +1,4 @@
-"""Functions called by their addresses: what moves trees is compiled only where there are trees."""
+"""Functions called by their addresses: what moves trees, or finds where hulls meet, is compiled only where they are."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from contactlaw.world.records import BODY, TREE
+from contactlaw.world.records import BODY, SHAPE, TREE
 
 BODY_TYPE = numba.from_dtype(BODY)
+SHAPE_TYPE = numba.from_dtype(SHAPE)
 TREE_TYPE = numba.from_dtype(TREE)
 NUMBER = types.float64
 VECTOR = types.UniTuple(NUMBER, 3)
@@ -22,6 +23,8 @@ WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
 WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
 PROBE = types.void(types.uint64, NUMBER)
 MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
+RADIUS = NUMBER(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
+MEETING = types.UniTuple(NUMBER, 10)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 
 
 def _generate(signature: Any) -> Any:
@@ -57,6 +60,14 @@ def _ask_mobility(typing_context, address, a, arm_a, b, arm_b, direction):
     return _generate(MOBILITY)
 
 
+def _ask_meeting(typing_context, address, sa, a, sb, b):
+    return _generate(MEETING)
+
+
+def _ask_radius(typing_context, address, sa, a, sb, b):
+    return _generate(RADIUS)
+
+
 def _call_probe(typing_context, address, host, now):
     return _generate(PROBE)
 
@@ -66,4 +77,6 @@ call_with_body: Any = intrinsic(_call_with_body)
 call_with_number: Any = intrinsic(_call_with_number)
 call_with_vectors: Any = intrinsic(_call_with_vectors)
 ask_mobility: Any = intrinsic(_ask_mobility)
+ask_meeting: Any = intrinsic(_ask_meeting)
+ask_radius: Any = intrinsic(_ask_radius)
 call_probe: Any = intrinsic(_call_probe)

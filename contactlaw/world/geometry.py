@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.box import deepest_on_box, nearest_on_box
+from contactlaw.world.call import ask_meeting, ask_radius
+from contactlaw.world.curvature import radius_between, side_at
 from contactlaw.world.records import BOX, SEGMENT, SPHERE
 from contactlaw.world.segments import CROWN, nearest_on_segments
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
@@ -25,6 +27,9 @@ def meet(sa, a, sb, b):
     divides the distance of two round shapes as their radii do; on a plane or a box it is the sphere's lowest. A box or
     a segment is met by the sphere around the nearest point of A's middle line.
     """
+    if sb.meet != 0:
+        o = ask_meeting(sb.meet, sa, a, sb, b)
+        return o[0], (o[1], o[2], o[3]), (o[4], o[5], o[6]), (o[7], o[8], o[9])
     if sb.kind == BOX or sb.kind == SEGMENT:
         return meet_long(sa, a, sb, b)
     from_a, from_b = centre(sa, a), centre(sb, b)
@@ -76,7 +81,15 @@ def meet_long(sa, a, sb, b):
 
 
 @jit_inside
-def effective_radius(sa, sb):
-    """R [m], 1/R = 1/R_A + 1/R_B; the side of a capsule counts as a sphere."""
-    flat = sb.kind >= BOX
-    return sa.radius if flat else sa.radius * sb.radius / (sa.radius + sb.radius)
+def effective_radius(sa, a, sb, b):
+    """R [m] where two shapes are nearest: 1/R = 1/R_A + 1/R_B of spheres, a box counts as flat; see `curvature`."""
+    if sb.meet != 0:
+        return ask_radius(sb.curve, sa, a, sb, b)
+    if sb.kind >= BOX:
+        return sa.radius
+    if sb.kind != SEGMENT:
+        return sa.radius * sb.radius / (sa.radius + sb.radius)
+    u, v = half_axis(sa, a), half_axis(sb, b)
+    d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
+    s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
+    return radius_between(side_at(sa, u, s, CROWN), side_at(sb, v, t, CROWN))

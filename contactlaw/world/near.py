@@ -17,7 +17,7 @@ from contactlaw.world.access import body_at, contact_at, near_at, set_whole, sha
 from contactlaw.world.geometry import centre, meet
 from contactlaw.world.motion import jerk
 from contactlaw.world.order import sort_near
-from contactlaw.world.records import BOX, CLOSED, END, FREE, NEVER, PLANE, SEGMENT, SPHERE, TANGENT
+from contactlaw.world.records import BOX, CLOSED, END, FREE, HULL, NEVER, PLANE, SEGMENT, SPHERE, TANGENT
 from contactlaw.world.touch import release
 from contactlaw.world.vec import add, dot, load, norm, store, sub
 
@@ -139,9 +139,7 @@ def mark(w):
 @jit_inside
 def size(s):
     """Radius [m] of the sphere around a shape that is not a plane."""
-    if s.kind < SEGMENT:
-        return s.radius
-    return (s.radius if s.kind == SEGMENT else 0.0) + norm(load(s.half))
+    return s.radius + norm(load(s.half))
 
 
 @jit_inside
@@ -213,7 +211,9 @@ def meets(kind_a, kind_b):
         return kind_b != END
     if kind_a == END:
         return kind_b >= BOX
-    return kind_a == SEGMENT and kind_b <= BOX
+    if kind_a == SEGMENT:
+        return kind_b <= HULL
+    return kind_b == HULL
 
 
 @jit_inside

@@ -17,7 +17,7 @@ from contactlaw.laws.torsion import TORSION
 NEVER = np.inf
 
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
-SPHERE, END, SEGMENT, BOX, PLANE, TANGENT = 0, 1, 2, 3, 4, 5
+SPHERE, END, SEGMENT, BOX, HULL, PLANE, TANGENT = 0, 1, 2, 3, 4, 5, 6
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
@@ -148,19 +148,25 @@ AXIS = record(
 SHAPE = record(
     kind="i8", body="i8",
     group="i8",  # row and column in the table that says which pair of materials two shapes make
-    radius="f8",  # of a sphere, or around a segment; of a tangent plane how far from the centre of mass it may come
+    # of a sphere, or around a segment or a core; of a tangent plane how far from the centre of mass it may come
+    radius="f8",
     at=VECTOR,  # centre, or point of a plane, along the body's principal axes
     normal=VECTOR,  # of a plane, outward, along the same
-    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box: half its lengths
+    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box: half its lengths; reach of a hull
     axes=MATRIX,  # of a box: its own axes to the principal ones
     partner="i8",  # of a tangent plane: the only shape that it meets
+    first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
+    points="u8",  # address of the first of them
+    # addresses of what finds where it meets others, and with what effective radius, see `convex`; zero: `geometry` does
+    meet="u8", curve="u8",
 )  # fmt: skip
 """A shape fixed to a body.
 
-SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
-SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes, with its side. BOX and PLANE, a
-half space, meet round shapes. TANGENT: a plane that is placed anew before each step, where an engine has found two
-shapes nearest; its pair is always looked at.
+SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule or a vertex of a hull; it meets
+boxes, hulls and planes alone. SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes
+and hulls, with its side. BOX and PLANE, a half space, meet round shapes. HULL: a polyhedron that a ball sweeps; it
+meets round shapes, and with its edges boxes and others of its kind. TANGENT: a plane that is placed anew before each
+step, where an engine has found two shapes nearest; its pair is always looked at.
 """
 
 LEDGER = 6
@@ -219,6 +225,7 @@ ROW = record(
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
+    points="u8",
     near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
     rows="u8", contacts_aside="u8", memory_aside="u8", equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
@@ -263,6 +270,7 @@ class Arrays(NamedTuple):
             `world` says how much is used.
         memory: What the laws remember of each contact, shape (contacts, size).
         numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
+        points: Vertices of the cores of hulls [m], shape (points, 3).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
         near_bodies: Numbers of the bodies that are near something, or of a tree, in their order.
@@ -285,6 +293,7 @@ class Arrays(NamedTuple):
     contacts: Array
     memory: Array
     numbers: Array
+    points: Array
     groups: Array
     spare: Array
     near_bodies: Array
@@ -311,6 +320,7 @@ class Arrays(NamedTuple):
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["unknown_room"] = self.equations.shape[1]
         one["cells"] = self.grid.size - 4 * self.shapes.size
+        self.shapes["points"] = self.points.ctypes.data + 24 * self.shapes["first"]
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])
             tree["bodies"] = self.bodies[first:].ctypes.data

@@ -31,7 +31,6 @@ from contactlaw.world.access import (
     shape_at,
     whole_at,
 )
-from contactlaw.world.geometry import effective_radius
 from contactlaw.world.near import count_slots, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
 from contactlaw.world.touch import enter
@@ -228,7 +227,7 @@ def admit(w, c, a, b):
     pair = pair_of(w, a, b)
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
     t.e_star, t.g_star, t.friction = law.e_star, law.g_star, law.friction
-    t.radius = own if own > 0.0 else effective_radius(sa, sb)
+    t.radius = own if own > 0.0 else t.radius
     both = sa.radius + sb.radius
     arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
     arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
@@ -250,7 +249,8 @@ def sound_touch(t):
     phases = (t.state == OPEN or 1.0 <= t.state <= SPRUNG) and PRESSED <= t.course <= LASTING
     overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
-    positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
+    least = min(min(t.mass, t.tangential_mass), min(t.stiffness, t.radius))
+    positive = least > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
     return phases and overlaps and forces and positive and whole
 

@@ -16,6 +16,7 @@ from contactlaw.world import readout, shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.coordinates import coordinates, write_coordinates
 from contactlaw.world.frames import UNTURNED, matrix_of, principal, product, unit_quaternion
+from contactlaw.world.hulls import core
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
 from contactlaw.world.tree import Tree
@@ -217,6 +218,30 @@ class World:
             raise ValueError(f"half_lengths = {half.tolist()}: must be > 0")
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
         return self._shape(shapes.box(*self._turn(body), half, checks.vector("at", at), axes))
+
+    def add_hull(
+        self, body: int | None, points: ArrayLike, radius: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> list[int]:  # fmt: skip
+        """Fix the convex hull of points to a body, or to the world: None; returns the numbers of its shapes.
+
+        These are the hull itself, which round shapes and the edges of others meet, and its vertices, which planes,
+        boxes and other hulls meet. What changes it by less than 5 thousandths of its size is left out.
+
+        Args:
+            body: Number of the body.
+            points: [m], shape (n, 3), along their own axes; the hull is that of them all, see `hulls.core`.
+            radius: Of its edges and vertices [m]; None: a tenth of the least distance of a face from its middle.
+            at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of their axes in the body's, scalar first, shape (4,).
+        """
+        own = checks.finite_array("points", points)
+        if own.ndim != 2 or own.shape[1] != 3:
+            raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
+        vertices, r = core(own, None if radius is None else checks.positive("radius", radius))
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        fields = shapes.hull(*self._turn(body), r, checks.vector("at", at) + vertices @ axes.T)
+        return [self._shape(one) for one in fields]
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
