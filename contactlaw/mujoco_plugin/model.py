@@ -32,7 +32,7 @@ UNIT = np.array([1.0, 0.0, 0.0, 0.0])
 # For each round shape: contacts that there is room for at once (balls of any sizes that do not overlap touch 7.5 times
 # their number at most, Kuperberg & Schramm 1994), and near pairs
 NEIGHBOURS, LISTED = 8, 40
-BASE = 24  # vertices of a hull that may touch at once
+BASE, LISTED_VERTEX = 24, 8  # vertices of a hull that may touch at once, near pairs of each
 
 
 class Pose(NamedTuple):
@@ -93,11 +93,12 @@ class Model:
         a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
         meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
         pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
-        vertices = made.shapes["count"]
-        ones = int((made.shapes["kind"] < BOX_SHAPE).sum() - vertices.sum() + (vertices > 0).sum())
-        bases = int(np.minimum(vertices, BASE).sum())  # that a hull lies on
-        contacts, near = (max(min(pairs, most * ones + more), 1)
-                          for most, more in ((NEIGHBOURS, bases), (LISTED, 4 * vertices.sum())))  # fmt: skip
+        vertices, hulls = int(made.shapes["count"].sum()), int((made.shapes["count"] > 0).sum())
+        ones = int((made.shapes["kind"] < BOX_SHAPE).sum()) - vertices + hulls
+        contacts, near = NEIGHBOURS * ones + BASE * hulls, LISTED * ones + LISTED_VERTEX * vertices
+        if hulls == 0:  # else MuJoCo asks for the size before it knows the vertices
+            contacts = max(min(pairs, contacts), 1)
+        near = max(min(pairs, near), 1)
         return with_room(made, near, contacts)
 
     @property
@@ -255,12 +256,17 @@ class Model:
         return []
 
     def _vertices(self, geom: int) -> Array:
-        """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it."""
+        """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it.
+
+        While the model is compiled there are none yet, and those of something stand for them.
+        """
         view = self._view
         mesh = int(view.ints("geom_dataid", view.size("ngeom"))[geom])
         first, count, graph = (
             int(view.ints(f"mesh_{name}", view.size("nmesh"))[mesh]) for name in ("vertadr", "vertnum", "graphadr")
         )
+        if count == 0:
+            return np.eye(4, 3)
         own = view.floats("mesh_vert", 3 * view.size("nmeshvert")).reshape(-1, 3)[first : first + count]
         if graph >= 0:
             numbers = view.ints("mesh_graph", view.size("nmeshgraph"))[graph:]

@@ -41,12 +41,12 @@ def look_over(head, w):
 
 @jit
 def is_clear(w, c):
-    """Whether two shapes touch where they have one radius: not at the side of a capsule or the edge of a box."""
+    """Whether two shapes touch where they have one radius: not on the edge of a box, nor with a capsule's side on one."""
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    if sa.kind == SEGMENT or sb.kind == SEGMENT:
-        return False
     if sb.kind != BOX:
         return True
+    if sa.kind == SEGMENT:
+        return False
     n, clear = to_body(body_at(w.bodies, c.body_b).axes, load(c.normal)), False
     for i in range(3):
         clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALONG
