@@ -17,7 +17,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PROBE, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
 from contactlaw.mujoco_plugin.probes import address_of_probe
-from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, PLANE
+from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, ELLIPSOID, PLANE
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.frames import matrix_of, product
@@ -251,7 +251,9 @@ class Model:
             return list(self._world.add_capsule(row, float(shape.size[0]), float(shape.size[1]), pose.place, axis))
         if shape.type == BOX:
             return [self._world.add_box(row, shape.size, pose.place, pose.turn)]
-        if shape.is_hull:
+        if shape.type == ELLIPSOID:
+            return [self._world.add_ellipsoid(row, shape.size, pose.place, pose.turn)]
+        if shape.is_convex:
             return self._world.add_hull(row, self._vertices(geom), None, pose.place, pose.turn)
         return []
 

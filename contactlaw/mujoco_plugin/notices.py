@@ -41,7 +41,7 @@ def look_over(head, w):
 
 @jit
 def is_clear(w, c):
-    """Whether two shapes touch where they have one radius: not on the edge of a box, nor with a capsule's side on one."""
+    """Whether two shapes touch where they have one radius: not at an edge of a box, nor with a capsule's side there."""
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
     if sb.kind != BOX:
         return True

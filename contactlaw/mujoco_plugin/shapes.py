@@ -46,14 +46,14 @@ class Shape:
         return self.type in (PLANE, BOX)
 
     @property
-    def is_hull(self) -> bool:
-        """A mesh, which is its convex hull."""
-        return self.type == MESH
+    def is_convex(self) -> bool:
+        """An ellipsoid, or a mesh, which is its convex hull."""
+        return self.type in (MESH, ELLIPSOID) and not self.is_spherical
 
     @property
     def has_closed_form(self) -> bool:
         """Whether the world knows it."""
-        return self.is_round or self.is_flat or self.is_hull
+        return self.is_round or self.is_flat or self.is_convex
 
     @property
     def curvature(self) -> float:
@@ -98,7 +98,7 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
     """
     if radius is not None:
         return radius
-    if one.is_hull or two.is_hull:
+    if one.is_convex or two.is_convex:
         return inf  # found at the touch
     if (one.is_round or two.is_round) and one.has_closed_form and two.has_closed_form:
         return 1.0 / (one.curvature + two.curvature)
@@ -109,8 +109,9 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
 
 
 SERVED = (
-    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules and meshes on planes, boxes, "
-    "spheres and each other; let this pair keep the engine's own contact, or put spheres or capsules in its place"
+    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules, ellipsoids and meshes on "
+    "planes, boxes, spheres and each other; let this pair keep the engine's own contact, or put spheres or capsules in "
+    "its place"
 )
 
 
@@ -124,7 +125,7 @@ def check_served(one: Shape, two: Shape, free: bool = False) -> None:
     Raises:
         ValueError: They are such.
     """
-    if (one.is_hull and two.has_closed_form) or (two.is_hull and one.has_closed_form):
+    if (one.is_convex and two.has_closed_form) or (two.is_convex and one.has_closed_form):
         return
     if one.is_spherical or two.is_spherical or (one.is_round and two.is_round):
         return

@@ -12,7 +12,7 @@ from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import MEETING, RADIUS
-from contactlaw.world.curvature import radius_between, side_at
+from contactlaw.world.curvature import feature, radius_between, side_at
 from contactlaw.world.gjk import NONE, middle, nearest
 from contactlaw.world.records import BOX, SEGMENT
 from contactlaw.world.segments import clip
@@ -65,9 +65,7 @@ def radius(sa, a, sb, b):
         u = to_world(a.axes, load(sa.half))
         at, _, _, _ = deepest_on_hull(sa, a, sb, b)
     _, _, count, e = nearest(sa, a, sb, b, scale(at, u))
-    k = 1.0 / sb.radius if count < 3 else 0.0
-    edge = (0.0, k, scale(1.0 / norm(e), e)) if count == 2 else (k, k, NONE)
-    return radius_between(side_at(sa, u, at, SIDE), edge)
+    return radius_between(side_at(sa, u, at, SIDE), feature(sb.radius, count, e))
 
 
 def meet(sa, a, sb, b):
@@ -93,12 +91,6 @@ def meet(sa, a, sb, b):
 
 
 @lru_cache
-def address_of_radius() -> int:
-    """Address of `radius`."""
-    return address_of(radius, RADIUS)
-
-
-@lru_cache
-def address_of_meet() -> int:
-    """Address of `meet`, compiled where there are such shapes."""
-    return address_of(meet, MEETING)
+def addresses() -> dict[str, int]:
+    """Of both, compiled where there are hulls."""
+    return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}

@@ -45,6 +45,13 @@ def radius_between(one, two):
 
 
 @jit_inside
+def feature(radius, count, edge):
+    """Curvatures, see `radius_between`, of what a ball sweeps: around a vertex, an edge or a face, by its vertices."""
+    k = 1.0 / radius if radius > 0.0 and count < 3 else 0.0
+    return (0.0, k, scale(1.0 / sqrt(dot(edge, edge)), edge)) if count == 2 else (k, k, edge)
+
+
+@jit_inside
 def side_at(s, u, place, crown):
     """Curvatures, see `radius_between`, of a sphere, or of a capsule at a place along its half axis u."""
     k, square = 1.0 / s.radius, dot(u, u)

@@ -27,8 +27,8 @@ def meet(sa, a, sb, b):
     divides the distance of two round shapes as their radii do; on a plane or a box it is the sphere's lowest. A box or
     a segment is met by the sphere around the nearest point of A's middle line.
     """
-    if sb.meet != 0:
-        o = ask_meeting(sb.meet, sa, a, sb, b)
+    if sa.meet != 0 or sb.meet != 0:
+        o = ask_meeting(sa.meet if sa.meet != 0 else sb.meet, sa, a, sb, b)
         return o[0], (o[1], o[2], o[3]), (o[4], o[5], o[6]), (o[7], o[8], o[9])
     if sb.kind == BOX or sb.kind == SEGMENT:
         return meet_long(sa, a, sb, b)
@@ -83,8 +83,8 @@ def meet_long(sa, a, sb, b):
 @jit_inside
 def effective_radius(sa, a, sb, b):
     """R [m] where two shapes are nearest: 1/R = 1/R_A + 1/R_B of spheres, a box counts as flat; see `curvature`."""
-    if sb.meet != 0:
-        return ask_radius(sb.curve, sa, a, sb, b)
+    if sa.meet != 0 or sb.meet != 0:
+        return ask_radius(sa.curve if sa.meet != 0 else sb.curve, sa, a, sb, b)
     if sb.kind >= BOX:
         return sa.radius
     if sb.kind != SEGMENT:

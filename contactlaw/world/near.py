@@ -73,7 +73,7 @@ def list_near(w):
             continue
         if s.kind == PLANE:
             for j in range(shapes):
-                if shape_at(w.shapes, j).kind < SEGMENT:
+                if shape_at(w.shapes, j).kind < BOX:
                     consider(w, j, i)
             continue
         own = whole_at(w.grid, cells + shapes + i)
@@ -213,7 +213,7 @@ def meets(kind_a, kind_b):
         return kind_b >= BOX
     if kind_a == SEGMENT:
         return kind_b <= HULL
-    return kind_b == HULL
+    return kind_b == HULL if kind_a >= BOX else kind_b <= PLANE
 
 
 @jit_inside

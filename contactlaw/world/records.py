@@ -17,7 +17,7 @@ from contactlaw.laws.torsion import TORSION
 NEVER = np.inf
 
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
-SPHERE, END, SEGMENT, BOX, HULL, PLANE, TANGENT = 0, 1, 2, 3, 4, 5, 6
+SPHERE, END, SEGMENT, ELLIPSOID, BOX, HULL, PLANE, TANGENT = 0, 1, 2, 3, 4, 5, 6, 7
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
@@ -152,8 +152,9 @@ SHAPE = record(
     radius="f8",
     at=VECTOR,  # centre, or point of a plane, along the body's principal axes
     normal=VECTOR,  # of a plane, outward, along the same
-    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box: half its lengths; reach of a hull
-    axes=MATRIX,  # of a box: its own axes to the principal ones
+    # of a segment: from its middle to an end, along the same; half the lengths of a box or ellipsoid; reach of a hull
+    half=VECTOR,
+    axes=MATRIX,  # of a box or ellipsoid: its own axes to the principal ones
     partner="i8",  # of a tangent plane: the only shape that it meets
     first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
     points="u8",  # address of the first of them
@@ -165,8 +166,9 @@ SHAPE = record(
 SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule or a vertex of a hull; it meets
 boxes, hulls and planes alone. SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes
 and hulls, with its side. BOX and PLANE, a half space, meet round shapes. HULL: a polyhedron that a ball sweeps; it
-meets round shapes, and with its edges boxes and others of its kind. TANGENT: a plane that is placed anew before each
-step, where an engine has found two shapes nearest; its pair is always looked at.
+meets round shapes, and with its edges boxes and others of its kind. ELLIPSOID: meets all but the ends of capsules.
+TANGENT: a plane that is placed anew before each step, where an engine has found two shapes nearest; its pair is always
+looked at.
 """
 
 LEDGER = 6

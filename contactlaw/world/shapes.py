@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.convex import address_of_meet, address_of_radius
-from contactlaw.world.records import BOX, END, HULL, PLANE, SEGMENT, SPHERE, TANGENT, Array
+from contactlaw.world import convex, ellipsoid
+from contactlaw.world.records import BOX, ELLIPSOID, END, HULL, PLANE, SEGMENT, SPHERE, TANGENT, Array
 
 Fields = dict[str, Any]
 
@@ -31,14 +31,18 @@ def box(row: int, turn: Array, half_lengths: Array, at: Array, axes: Array) -> F
     return {"kind": BOX, "body": row, "half": half_lengths, "at": turn @ at, "axes": (turn @ axes).ravel()}
 
 
+def ellipsoid_of(row: int, turn: Array, half_axes: Array, at: Array, axes: Array) -> Fields:
+    """Half axes and centre [m]; axes: its own as columns (3, 3)."""
+    return box(row, turn, half_axes, at, axes) | {"kind": ELLIPSOID} | ellipsoid.addresses()
+
+
 def hull(row: int, turn: Array, radius: float, vertices: Array) -> list[Fields]:
     """Radius, and vertices (n, 3) of the core [m], from the centre of mass; n + 1 shapes: the hull and its vertices."""
     at = 0.5 * (vertices.max(0) + vertices.min(0))
     own = (vertices - at) @ turn.T
     whole = {"kind": HULL, "body": row, "radius": radius, "at": turn @ at, "vertices": own,
-             "meet": address_of_meet(), "curve": address_of_radius(),
              "half": np.array([np.linalg.norm(own, axis=1).max(), 0.0, 0.0])}  # fmt: skip
-    return [whole, *(sphere(row, turn, radius, vertex) | {"kind": END} for vertex in vertices)]
+    return [whole | convex.addresses(), *(sphere(row, turn, radius, vertex) | {"kind": END} for vertex in vertices)]
 
 
 def plane(row: int, turn: Array, point: Array, normal: Array) -> Fields:

@@ -27,8 +27,9 @@ class World:
     """Rigid bodies that fly, and touch with an elastic-frictional contact law.
 
     Bodies are moved inside each step, and kicked by their contacts in substeps that resolve them: what comes out does
-    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules, boxes and
-    planes fixed to bodies; two boxes, or a box and a plane, do not touch: a box on ball feet is eight spheres.
+    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules,
+    ellipsoids, hulls of points, boxes and planes fixed to bodies; two boxes, or a box and a plane, do not touch: as
+    hulls they do.
 
         from contactlaw import MATERIALS, ContactPair
         from contactlaw.world import World
@@ -218,6 +219,24 @@ class World:
             raise ValueError(f"half_lengths = {half.tolist()}: must be > 0")
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
         return self._shape(shapes.box(*self._turn(body), half, checks.vector("at", at), axes))
+
+    def add_ellipsoid(
+        self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix an ellipsoid to a body, or to the world: None; returns the shape's number. It meets all shapes.
+
+        Args:
+            body: Number of the body.
+            half_axes: Half of its lengths [m], shape (3,).
+            at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of its own axes in the body's, scalar first, shape (4,).
+        """
+        half = checks.vector("half_axes", half_axes)
+        if not half.min() > 0.0:
+            raise ValueError(f"half_axes = {half.tolist()}: must be > 0")
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._shape(shapes.ellipsoid_of(*self._turn(body), half, checks.vector("at", at), axes))
 
     def add_hull(
         self, body: int | None, points: ArrayLike, radius: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),

@@ -32,14 +32,17 @@ def hertz_radius(p: float, q: float) -> float:
         m = -np.expm1(-2.0 * t)  # t = ln(a/b), m = k^2
         return np.log((np.exp(2.0 * t) * ellipe(m) - ellipk(m)) / (ellipk(m) - ellipe(m))) - np.log(q / p)
 
+    if q < p * (1.0 + 1e-9):
+        return 1.0 / p
     m = -np.expm1(-2.0 * brentq(mismatch, 1e-7, 12.0))
     return np.pi**2 * (ellipk(m) - ellipe(m)) / m / (2.0 * p * ellipk(m) ** 3)
 
 
 def test_the_equivalent_radius_is_that_of_the_elliptic_integrals() -> None:
+    found = getattr(equivalent_radius, "py_func", equivalent_radius)
     for ratio in np.geomspace(1.001, 9e4, 60):
-        assert equivalent_radius(3.0, 3.0 * ratio) == pytest.approx(hertz_radius(3.0, 3.0 * ratio), rel=6e-4)
-    assert equivalent_radius(4.0, 4.0) == pytest.approx(0.25, rel=1e-12)
+        assert found(3.0, 3.0 * ratio) == pytest.approx(hertz_radius(3.0, 3.0 * ratio), rel=6e-4)
+    assert found(4.0, 4.0) == pytest.approx(0.25, rel=1e-12)
 
 
 def reach(world: World, body: int, kind: str, n: np.ndarray) -> float:

@@ -128,9 +128,7 @@ def test_two_hulls_meet_where_no_plane_parts_them_further() -> None:
         if len(hulls) < 2:
             continue
         (overlap, normal, arm_a, arm_b), radius = meeting(world.arrays.bound().world, hulls[1], hulls[0])
-        first, second = (
-            world.position[k] + cores[k] @ matrix_of(world.quaternion[k]).T for k in range(2)
-        )
+        first, second = (world.position[k] + cores[k] @ matrix_of(world.quaternion[k]).T for k in range(2))
         gap = (second @ normal).min() - (first @ normal).max()
         if gap > 1e-3:
             found += 1
@@ -221,7 +219,7 @@ def test_a_cube_is_a_body_on_eight_balls() -> None:
         rows = world.contacts[world.contacts["closed"]]
         between = rows[(rows["bodies"] >= 0).all(1)]
         assert len(between) >= 4
-        assert np.abs(between["force"][:, 2].sum()) == pytest.approx(weight, rel=1e-6)
+        assert np.abs(between["force"][:, 2]).sum() == pytest.approx(weight, rel=1e-6)
 
 
 @pytest.mark.parametrize(
