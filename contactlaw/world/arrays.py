@@ -12,6 +12,7 @@ from contactlaw.world.records import (
     BODY,
     BOX,
     CONTACT,
+    CYLINDER,
     NEAR,
     PAIR,
     PLANE,
@@ -98,7 +99,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     flat = np.isin(new["kind"], (PLANE, TANGENT))
     far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
     far[new["kind"] == PLANE] = FAR
-    small = np.where(new["kind"] == BOX, new["half"].min(1), np.where(flat, np.inf, new["radius"]))
+    small = np.where(np.isin(new["kind"], (BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"]))
     np.bitwise_or.at(bodies["oriented"], new["body"], (far > 0.0).astype(np.int64))
     own = new["body"] != 0
     np.maximum.at(bodies["reach"], new["body"][own], far[own])

@@ -1,4 +1,4 @@
-"""Functions called by their addresses: what moves trees is compiled only where there are trees."""
+"""Functions called by their addresses: what moves trees, or meets discs, is compiled only where there are such."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from contactlaw.world.records import BODY, TREE
+from contactlaw.world.records import BODY, SHAPE, TREE
 
 BODY_TYPE = numba.from_dtype(BODY)
 TREE_TYPE = numba.from_dtype(TREE)
+SHAPE_TYPE = numba.from_dtype(SHAPE)
 NUMBER = types.float64
 VECTOR = types.UniTuple(NUMBER, 3)
 
@@ -21,6 +22,7 @@ WITH_BODY = types.void(BODY_TYPE)
 WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
 WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
 PROBE = types.void(types.uint64, NUMBER)
+DEEPEST = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
 
 
@@ -57,6 +59,10 @@ def _ask_mobility(typing_context, address, a, arm_a, b, arm_b, direction):
     return _generate(MOBILITY)
 
 
+def _ask_deepest(typing_context, address, sa, a, sb, b, d):
+    return _generate(DEEPEST)
+
+
 def _call_probe(typing_context, address, host, now):
     return _generate(PROBE)
 
@@ -66,4 +72,5 @@ call_with_body: Any = intrinsic(_call_with_body)
 call_with_number: Any = intrinsic(_call_with_number)
 call_with_vectors: Any = intrinsic(_call_with_vectors)
 ask_mobility: Any = intrinsic(_ask_mobility)
+ask_deepest: Any = intrinsic(_ask_deepest)
 call_probe: Any = intrinsic(_call_probe)

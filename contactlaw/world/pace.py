@@ -56,7 +56,7 @@ def predict(w, p, a, b, now, left):
     p.toi = now
     if overlap > 0.0:
         return
-    if sa.kind == SEGMENT:
+    if sa.kind >= SEGMENT:
         predict_side(p, sa, a, sb, b, n, arm_a, left)
         return
     slack, horizon = 0.0, left

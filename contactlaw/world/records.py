@@ -17,7 +17,7 @@ from contactlaw.laws.torsion import TORSION
 NEVER = np.inf
 
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
-SPHERE, END, SEGMENT, BOX, PLANE, TANGENT = 0, 1, 2, 3, 4, 5
+SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, BOX, CYLINDER, PLANE, TANGENT = range(11)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
@@ -150,16 +150,20 @@ SHAPE = record(
     group="i8",  # row and column in the table that says which pair of materials two shapes make
     radius="f8",  # of a sphere, or around a segment; of a tangent plane how far from the centre of mass it may come
     at=VECTOR,  # centre, or point of a plane, along the body's principal axes
-    normal=VECTOR,  # of a plane, outward, along the same
-    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box: half its lengths
-    axes=MATRIX,  # of a box: its own axes to the principal ones
+    normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
+    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, or cylinder: half its lengths;
+    # of a disc: from its middle to a point of its border
+    axes=MATRIX,  # of a box, or cylinder: its own axes to the principal ones; the third is that of a cylinder
     partner="i8",  # of a tangent plane: the only shape that it meets
+    deepest="u8",  # address of what finds the deepest point of a disc
 )  # fmt: skip
 """A shape fixed to a body.
 
 SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
-SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes, with its side. BOX and PLANE, a
-half space, meet round shapes. TANGENT: a plane that is placed anew before each step, where an engine has found two
+SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes, with its side. BOX, CYLINDER
+and PLANE, a half space, meet round shapes. What is flat meets what is flat by parts of it that are round, see
+`shapes.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which
+meets cylinders alone. TANGENT: a plane that is placed anew before each step, where an engine has found two
 shapes nearest; its pair is always looked at.
 """
 

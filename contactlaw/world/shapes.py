@@ -5,13 +5,32 @@ Each function takes the body's row, and the matrix (3, 3) from the axes that pla
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
 
-from contactlaw.world.records import BOX, END, PLANE, SEGMENT, SPHERE, TANGENT, Array
+from contactlaw.world.core import CROWN
+from contactlaw.world.disc import address_of_deepest
+from contactlaw.world.records import (
+    BOX,
+    CORNER,
+    CYLINDER,
+    DISC,
+    EDGE,
+    END,
+    PLANE,
+    SEGMENT,
+    SIDE,
+    SPHERE,
+    TANGENT,
+    Array,
+)
 
 Fields = dict[str, Any]
+
+ROUNDING = 0.1  # of the smallest half length of a box or a cylinder, the radius of its edges unless told otherwise
+FEET = 0.7  # of the radius of a rim, where the feet of a cylinder's end are
 
 
 def sphere(row: int, turn: Array, radius: float, at: Array) -> Fields:
@@ -28,6 +47,45 @@ def capsule(row: int, turn: Array, radius: float, at: Array, half: Array) -> lis
 def box(row: int, turn: Array, half_lengths: Array, at: Array, axes: Array) -> Fields:
     """Half lengths and centre [m]; axes: the box's own as columns (3, 3)."""
     return {"kind": BOX, "body": row, "half": half_lengths, "at": turn @ at, "axes": (turn @ axes).ravel()}
+
+
+def cylinder(row: int, turn: Array, radius: float, half_length: float, at: Array, axes: Array) -> Fields:
+    """Radius, half length and centre [m]; axes: its own as columns (3, 3), the third along it."""
+    return box(row, turn, np.array([radius, radius, half_length]), at, axes) | {"kind": CYLINDER}
+
+
+def parts_of(core: Fields, r: float, others: set[int]) -> list[Fields]:
+    """The round parts by which a box or a cylinder meets flat things; others: the kinds of shapes that it may meet.
+
+    Edges are rounded with a radius r [m]. All parts lie within the core. On a plane a box stands on its CORNERs alone,
+    spheres that touch its faces from within. With other cores its EDGEs are needed too: they are crowned, and set back
+    by a hundredth of r where corners carry. A cylinder lies on the rims, DISCs whose border reaches to its side, and
+    stands on four small feet: they keep off the ground once the rim is tilted by a hundredth of r.
+    """
+    flat, cores = others & {PLANE, BOX, CYLINDER}, others & {BOX, CYLINDER}
+    if not flat:
+        return []
+    half, own = core["half"], core["axes"].reshape(3, 3)
+    base = {"body": core["body"], "radius": r}
+    if core["kind"] == BOX:
+        h = half - r
+        ends = np.array(list(product((-1.0, 1.0), repeat=3)))
+        out = [base | {"kind": CORNER, "at": core["at"] + own @ (h * end)} for end in ends]
+        for i in range(3 if cores else 0):
+            along = own[:, i] * h[i]
+            middles = ends[ends[:, i] < 0.0] * (np.arange(3) != i)
+            out += [base | {"kind": EDGE, "at": core["at"] + own @ (h * m), "half": along} for m in middles]
+        return out
+    radius, up, axis = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * own[:, 2], own[:, 2]
+    round_ = base | {"normal": axis, "deepest": address_of_deepest()}
+    out = []
+    for one in (up, -up):
+        out.append(round_ | {"kind": DISC, "at": core["at"] + one, "half": radius * own[:, 0]})
+        feet = (x * own[:, i] for i in (0, 1) for x in (FEET * radius, -FEET * radius))
+        out += [base | {"kind": CORNER, "at": core["at"] + one + foot} for foot in feet]
+    if CYLINDER in cores:
+        out.append(round_ | {"kind": SIDE, "at": core["at"], "half": radius * own[:, 0] + up})
+    return out
 
 
 def plane(row: int, turn: Array, point: Array, normal: Array) -> Fields:
