@@ -7,10 +7,10 @@ the radius r (1 - C (1 + y^2/c^2)). The overlap with a plane of normal n, r(y) -
 
     y = -n' c^2/(2 C r), or on the rim, y = -c n'/|n'|, whichever is shorter         n' = n across the axis,
 
-and on a core (`core`), at distance D(y), where D^2/2 + C r^2 (1 - C) y^2/c^2 is least in the disc. Both minima are
-strictly convex, so the point moves continuously; by the theorem of the envelope the force on it is the gradient of the
-overlap. The side of a cylinder, which meets other cylinders across, is the disc swept along the axis too, crowned
-likewise: C (1 + s^2 + y^2/c^2), s from -1 to 1.
+and on a core (`core`), at distance D(y), where D + C r y^2/c^2 is least in the disc: found as the root of the slope of
+D^2/2 + C r D y^2/c^2 with D held. Both minima are strictly convex, so the point moves continuously; by the theorem of
+the envelope the force on it is the gradient of the overlap. The side of a cylinder, which meets other cylinders across,
+is the disc swept along the axis too, crowned likewise: C (1 + s^2 + y^2/c^2), s from -1 to 1.
 """
 
 from __future__ import annotations
@@ -18,12 +18,11 @@ from __future__ import annotations
 from functools import lru_cache
 from math import sqrt
 
-
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import DEEPEST
-from contactlaw.world.core import CROWN, excess_along, excess_of
+from contactlaw.world.core import CROWN, LEAST, excess_along, excess_of
 from contactlaw.world.records import PLANE
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, to_body, to_world
+from contactlaw.world.vec import axpy, cross, dot, load, norm, scale, to_body, to_world
 
 STEPS = 60  # of Newton's method; it takes three to six
 FOUND = 1e-14  # of the radius, a step that is none
@@ -61,24 +60,25 @@ def within_circle(h, b, radius):
 
 @jit_inside
 def slope_at(m, e1, e2, crown, y, s):
-    """Of distance^2/2 of the point m + y from a core and the crown: the excess, its slope, and the point."""
+    """At m + y: the point, its excess over a core, the slope of distance^2/2 with the crown, and what crowns there."""
     x = axpy(y[1], e2, axpy(y[0], e1, m))
-    e = excess_of(x, s)
-    return x, e, (dot(e, e1) + crown * y[0], dot(e, e2) + crown * y[1])
+    e = excess_of(x, s, s.radius)
+    k = crown * max(norm(e), LEAST)
+    return x, e, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
 
 
 @jit_inside
 def nearest_in_disc(m, e1, e2, radius, crown, s):
-    """The point y of a disc round m, along e1 and e2, with the least of distance^2/2 + crown y^2/2 from a core.
+    """The point y of a disc round m, along e1 and e2, with the least of distance + crown y^2/2 from a core.
 
     Newton's method within the circle; the function is convex and made of pieces, so a step that goes too far is cut
     back to where its slope along the step would be zero.
     """
     y = 0.0, 0.0
-    x, e, g = slope_at(m, e1, e2, crown, y, s)
+    x, e, g, k = slope_at(m, e1, e2, crown, y, s)
     for _ in range(STEPS):
-        by1, by2 = excess_along(x, e, e1, s), excess_along(x, e, e2, s)
-        h = dot(by1, e1) + crown, dot(by1, e2), dot(by2, e2) + crown
+        by1, by2 = excess_along(x, e, e1, s, s.radius), excess_along(x, e, e2, s, s.radius)
+        h = dot(by1, e1) + k, dot(by1, e2), dot(by2, e2) + k
         b = g[0] - h[0] * y[0] - h[1] * y[1], g[1] - h[1] * y[0] - h[2] * y[1]
         z = within_circle(h, b, radius)
         step = z[0] - y[0], z[1] - y[1]
@@ -88,7 +88,7 @@ def nearest_in_disc(m, e1, e2, radius, crown, s):
         share = 1.0
         for _ in range(4):
             new = y[0] + share * step[0], y[1] + share * step[1]
-            x, e, g = slope_at(m, e1, e2, crown, new, s)
+            x, e, g, k = slope_at(m, e1, e2, crown, new, s)
             end = g[0] * step[0] + g[1] * step[1]
             if not end > -0.1 * start:
                 break
@@ -118,7 +118,7 @@ def deepest(sa, a, sb, b, d):
     side = to_world(a.axes, side)
     m, e1, u = local(d, sb, b), local(side, sb, b), local(axis, sb, b)
     e2 = cross(u, e1)
-    crown = 2.0 * CROWN * (1.0 - CROWN) * r * r
+    crown = 2.0 * CROWN * r
     s = 0.0
     y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), sb)
     if length > 0.0:
@@ -139,44 +139,40 @@ def local(v, s, b):
 def along_axis(m, e1, e2, made, s):
     """Place along the axis, and across it, of the deepest point of a cylinder's side: a root between -1 and 1.
 
-    made: half the axis, the crown, and the radius. Of the least over all discs the slope along the axis is that of
-    distance^2/2 where they are nearest, and grows: regula falsi after Anderson and Bjorck.
+    made: half the axis, the crown, and the radius. Of the least over all discs the slope along the axis is that of the
+    distance where they are nearest, and grows: regula falsi after Anderson and Bjorck.
     """
-    along, crown, radius = made
-    own = crown / (radius * radius)
     low, high = -1.0, 1.0
-    y = nearest_in_disc(sub(m, along), e1, e2, radius, own, s)
-    _, e, _ = slope_at(sub(m, along), e1, e2, own, y, s)
-    below = dot(e, along) - crown
+    y, below = slope_along(m, e1, e2, made, low, s)
     if below >= 0.0:
         return low, y
-    y = nearest_in_disc(add(m, along), e1, e2, radius, own, s)
-    _, e, _ = slope_at(add(m, along), e1, e2, own, y, s)
-    above = dot(e, along) + crown
+    y, above = slope_along(m, e1, e2, made, high, s)
     if above <= 0.0:
         return high, y
     at = 0.0
     for _ in range(ROOTS):
-        at = (low * above - high * below) / (above - below)
-        here = axpy(at, along, m)
-        y = nearest_in_disc(here, e1, e2, radius, own, s)
-        _, e, _ = slope_at(here, e1, e2, own, y, s)
-        value = dot(e, along) + crown * at
-        if value == 0.0 or high - low <= CLOSE:
+        before, at = at, (low * above - high * below) / (above - below)
+        y, value = slope_along(m, e1, e2, made, at, s)
+        if value == 0.0 or abs(at - before) <= CLOSE:
             break
         if value < 0.0:
-            if abs(at - low) <= CLOSE:
-                break
             share = 1.0 - value / below
             above *= share if share > 0.0 else 0.5
             low, below = at, value
         else:
-            if abs(high - at) <= CLOSE:
-                break
             share = 1.0 - value / above
             below *= share if share > 0.0 else 0.5
             high, above = at, value
     return at, y
+
+
+@jit_inside
+def slope_along(m, e1, e2, made, at, s):
+    """Of a disc at this place of the axis: its deepest point, and the slope along the axis there."""
+    along, crown, radius = made
+    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), s)
+    _, e, _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, s)
+    return y, dot(e, along) + crown * norm(e) * at
 
 
 @lru_cache

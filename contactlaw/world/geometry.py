@@ -72,15 +72,15 @@ def meet_long(sa, a, sb, b):
         d = sub(axpy(s, u, d), scale(t, v))
         radius_a, radius_b = sa.radius * (1.0 - CROWN * s * s), sb.radius * (1.0 - CROWN * t * t)
         return round_on_round(radius_a, axpy(s, u, from_a), radius_b, axpy(t, v, from_b), d)
-    radius = sa.radius
+    radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = half_axis(sa, a)
-        s, radius = deepest_on_line(d, u, radius, sb, b)
+        s, radius = deepest_on_line(d, u, radius, sb, b, rounding)
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
         x, y, z, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
         d, from_a = add(d, (x, y, z)), add(from_a, (x, y, z))
-    far, n = nearest_on_core(d, sb, b)
+    far, n = nearest_on_core(d, sb, b, rounding)
     arm = axpy(-radius, n, from_a)
     return radius - far, n, arm, add(arm, sub(load(a.position), load(b.position)))
 

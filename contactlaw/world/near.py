@@ -222,11 +222,11 @@ def around(w, i, level, width, cells):
 def meets(kind_a, kind_b):
     """Whether shapes of two kinds can touch; kind_a <= kind_b."""
     if kind_a == SPHERE:
-        return kind_b == SPHERE or kind_b == SEGMENT or kind_b >= BOX
+        return kind_b in (SPHERE, SEGMENT) or kind_b >= BOX
     if kind_a < SEGMENT:
         return kind_b >= BOX
     if kind_a == SEGMENT:
-        return kind_b == SEGMENT or kind_b == BOX or kind_b == CYLINDER
+        return kind_b in (SEGMENT, BOX, CYLINDER)
     if kind_a == SIDE:
         return kind_b == CYLINDER
     return kind_a < SIDE and BOX <= kind_b <= (PLANE if kind_a == DISC else CYLINDER)

@@ -148,7 +148,8 @@ AXIS = record(
 SHAPE = record(
     kind="i8", body="i8",
     group="i8",  # row and column in the table that says which pair of materials two shapes make
-    radius="f8",  # of a sphere, or around a segment; of a tangent plane how far from the centre of mass it may come
+    radius="f8",  # of a sphere, or around a segment or a disc; of the edges of a box or a cylinder; of a tangent plane
+    # how far from the centre of mass it may come
     at=VECTOR,  # centre, or point of a plane, along the body's principal axes
     normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
     half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, or cylinder: half its lengths;
@@ -162,9 +163,9 @@ SHAPE = record(
 SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
 SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes, with its side. BOX, CYLINDER
 and PLANE, a half space, meet round shapes. What is flat meets what is flat by parts of it that are round, see
-`shapes.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which
-meets cylinders alone. TANGENT: a plane that is placed anew before each step, where an engine has found two
-shapes nearest; its pair is always looked at.
+`shapes.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long,
+which meets cylinders alone. TANGENT: a plane that is placed anew before each step, where an engine has found two shapes
+nearest; its pair is always looked at.
 """
 
 LEDGER = 6

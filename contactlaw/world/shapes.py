@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from contactlaw import checks
 from contactlaw.world.core import CROWN
 from contactlaw.world.disc import address_of_deepest
 from contactlaw.world.records import (
@@ -44,28 +45,33 @@ def capsule(row: int, turn: Array, radius: float, at: Array, half: Array) -> lis
     return [side, *(sphere(row, turn, radius, at + s * half) | {"kind": END} for s in (1.0, -1.0))]
 
 
-def box(row: int, turn: Array, half_lengths: Array, at: Array, axes: Array) -> Fields:
-    """Half lengths and centre [m]; axes: the box's own as columns (3, 3)."""
-    return {"kind": BOX, "body": row, "half": half_lengths, "at": turn @ at, "axes": (turn @ axes).ravel()}
+def box(row: int, turn: Array, half_lengths: Array, at: Array, axes: Array, rounding: float | None) -> Fields:
+    """Half lengths and centre [m]; axes: the box's own as columns (3, 3); rounding: see `ROUNDING`."""
+    least = float(half_lengths.min())
+    radius = ROUNDING * least if rounding is None else checks.positive("rounding", rounding)
+    if radius > 0.5 * least:
+        raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
+    return {"kind": BOX, "body": row, "half": half_lengths, "at": turn @ at, "axes": (turn @ axes).ravel(),
+            "radius": radius}  # fmt: skip
 
 
-def cylinder(row: int, turn: Array, radius: float, half_length: float, at: Array, axes: Array) -> Fields:
-    """Radius, half length and centre [m]; axes: its own as columns (3, 3), the third along it."""
-    return box(row, turn, np.array([radius, radius, half_length]), at, axes) | {"kind": CYLINDER}
+def cylinder(row: int, turn: Array, sizes: Array, at: Array, axes: Array, rounding: float | None) -> Fields:
+    """Radius and half length, and centre [m]; axes: its own as columns (3, 3), the third along it."""
+    return box(row, turn, sizes[[0, 0, 1]], at, axes, rounding) | {"kind": CYLINDER}
 
 
-def parts_of(core: Fields, r: float, others: set[int]) -> list[Fields]:
+def parts_of(core: Fields, others: set[int]) -> list[Fields]:
     """The round parts by which a box or a cylinder meets flat things; others: the kinds of shapes that it may meet.
 
-    Edges are rounded with a radius r [m]. All parts lie within the core. On a plane a box stands on its CORNERs alone,
-    spheres that touch its faces from within. With other cores its EDGEs are needed too: they are crowned, and set back
-    by a hundredth of r where corners carry. A cylinder lies on the rims, DISCs whose border reaches to its side, and
-    stands on four small feet: they keep off the ground once the rim is tilted by a hundredth of r.
+    Edges are rounded with the core's radius r, and all parts lie within the core. On a plane a box stands on its
+    CORNERs alone, spheres that touch its faces from within. With other cores its EDGEs are needed too: they are
+    crowned, and set back by a hundredth of r where corners carry. A cylinder lies on its rims, DISCs whose border
+    reaches to its side, and stands on four small feet, off the ground once the rim is lower by some hundredths of r.
     """
     flat, cores = others & {PLANE, BOX, CYLINDER}, others & {BOX, CYLINDER}
     if not flat:
         return []
-    half, own = core["half"], core["axes"].reshape(3, 3)
+    half, own, r = core["half"], core["axes"].reshape(3, 3), core["radius"]
     base = {"body": core["body"], "radius": r}
     if core["kind"] == BOX:
         h = half - r

@@ -76,7 +76,7 @@ class World:
         self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
         self._kinds: list[int] = []  # of each shape
         self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
-        self._solids: dict[int, tuple[shapes.Fields, float]] = {}  # boxes and cylinders, and the radii of their edges
+        self._solids: dict[int, shapes.Fields] = {}  # boxes and cylinders
         self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
         self._sets = 0
         self._new_bodies: list[dict[str, Any]] = []
@@ -222,7 +222,7 @@ class World:
         if not half.min() > 0.0:
             raise ValueError(f"half_lengths = {half.tolist()}: must be > 0")
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._solid(shapes.box(*self._turn(body), half, checks.vector("at", at), axes), rounding)
+        return self._solid(shapes.box(*self._turn(body), half, checks.vector("at", at), axes, rounding))
 
     def add_cylinder(
         self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
@@ -238,8 +238,8 @@ class World:
             axis: A unit vector along the same axes.
         """
         axes = turn_to(checks.unit_vector("axis", axis))
-        sizes = checks.positive("radius", radius), checks.positive("half_length", half_length)
-        return self._solid(shapes.cylinder(*self._turn(body), *sizes, checks.vector("at", at), axes), rounding)
+        sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
+        return self._solid(shapes.cylinder(*self._turn(body), sizes, checks.vector("at", at), axes, rounding))
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
@@ -341,8 +341,8 @@ class World:
     def contacts(self) -> Array:
         """Contacts that are closed, or were in the last step: an array with named fields, a row each.
 
-        shapes, bodies: numbers of A and B (body -1: the world); a box has several contacts with what is flat. closed. overlap [m]. point [m], normal from B to A,
-        force on A [N], shape (3,), moment on A about the normal [N m]. Since the touch: impulse on A [N s], normal_work
+        shapes, bodies: numbers of A and B (body -1: the world); a box or a cylinder has several contacts with what is
+        flat. closed. overlap [m]. point [m], normal from B to A, force on A [N], shape (3,), moment on A about the normal [N m]. Since the touch: impulse on A [N s], normal_work
         and friction_work done on the bodies [J], deepest [m], strongest normal force [N], duration [s],
         touches: how many.
         """
@@ -393,24 +393,19 @@ class World:
         self._regroup = True
         return number
 
-    def _solid(self, fields: shapes.Fields, rounding: float | None) -> int:
+    def _solid(self, fields: shapes.Fields) -> int:
         """A box or a cylinder."""
-        least = float(fields["half"].min())
-        radius = shapes.ROUNDING * least if rounding is None else checks.positive("rounding", rounding)
-        if radius > 0.5 * least:
-            raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
         number = self._shape(fields)
-        self._solids[number], self._met[number] = (fields, radius), set()
+        self._solids[number], self._met[number] = fields, set()
         return number
 
     def _give_parts(self, ones: list[int], others: list[int]) -> None:
         """Give boxes and cylinders of one set the parts by which they meet the other."""
         kinds = {self._kinds[number] for number in others} if self._solids else set()
         for number in sorted(self._solids.keys() & set(ones)):
-            fields, radius = self._solids[number]
-            had = shapes.parts_of(fields, radius, self._met[number])
+            had = shapes.parts_of(self._solids[number], self._met[number])
             self._met[number] |= kinds
-            for part in shapes.parts_of(fields, radius, self._met[number])[len(had) :]:
+            for part in shapes.parts_of(self._solids[number], self._met[number])[len(had) :]:
                 self._shape(part, number)
 
     def _groups(self) -> Array:
