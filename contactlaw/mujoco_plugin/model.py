@@ -21,18 +21,18 @@ from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, ELLIPSOID, PLANE
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.frames import matrix_of, product
-from contactlaw.world.records import BOX as BOX_SHAPE
-from contactlaw.world.records import Arrays
+from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
+from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
 from contactlaw.world.step import address_of_pressed, address_of_step
 from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
-# For each round shape: contacts that there is room for at once (balls of any sizes that do not overlap touch 7.5 times
-# their number at most, Kuperberg & Schramm 1994), and near pairs
-NEIGHBOURS, LISTED = 8, 40
-BASE, LISTED_VERTEX = 24, 8  # vertices of a hull that may touch at once, near pairs of each
+# For each round shape, by its kind: contacts that there is room for at once (balls of any sizes that do not overlap
+# touch 7.5 times their number at most, Kuperberg & Schramm 1994), a hull's with those of its parts; and near pairs
+NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID_SHAPE: 8, HULL: 32}
+LISTED, LISTED_PART = 40, 8
 
 
 class Pose(NamedTuple):
@@ -93,11 +93,11 @@ class Model:
         a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
         meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
         pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
-        vertices, hulls = int(made.shapes["count"].sum()), int((made.shapes["count"] > 0).sum())
-        ones = int((made.shapes["kind"] < BOX_SHAPE).sum()) - vertices + hulls
-        contacts, near = NEIGHBOURS * ones + BASE * hulls, LISTED * ones + LISTED_VERTEX * vertices
-        if hulls == 0:  # else MuJoCo asks for the size before it knows the vertices
-            contacts = max(min(pairs, contacts), 1)
+        parts = made.shapes["kind"][self._world.owners] == HULL  # of hulls, which MuJoCo does not know when it asks
+        parts &= made.shapes["kind"] != HULL
+        rooms = [NEIGHBOURS[kind] for kind in made.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
+        contacts, near = sum(rooms), LISTED * len(rooms) + LISTED_PART * int(parts.sum())
+        contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
         near = max(min(pairs, near), 1)
         return with_room(made, near, contacts)
 
@@ -158,8 +158,8 @@ class Model:
         }  # fmt: skip
 
     def _geom_of_shapes(self) -> NDArray[np.int64]:
-        owners = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
-        return np.array([owners[shape] for shape in range(len(owners))], np.int64)
+        geoms = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
+        return np.array([geoms[owner] for owner in self._world.owners.tolist()], np.int64)
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
         """The body that moves, is placed, or stands for good, and carries this one; where this one is in its frame."""
@@ -254,7 +254,7 @@ class Model:
         if shape.type == ELLIPSOID:
             return [self._world.add_ellipsoid(row, shape.size, pose.place, pose.turn)]
         if shape.is_convex:
-            return self._world.add_hull(row, self._vertices(geom), None, pose.place, pose.turn)
+            return [self._world.add_hull(row, self._vertices(geom), None, pose.place, pose.turn)]
         return []
 
     def _vertices(self, geom: int) -> Array:

@@ -12,6 +12,7 @@ from contactlaw.world.records import (
     BODY,
     BOX,
     CONTACT,
+    CYLINDER,
     ELLIPSOID,
     NEAR,
     PAIR,
@@ -27,6 +28,7 @@ from contactlaw.world.records import (
 )
 
 FAR = 1e3  # [m] that a plane on a body that moves may reach
+RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))
 LEAST = 64  # near pairs and contacts that there is room for from the start
 
 
@@ -94,22 +96,21 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
-    """The world and more shapes; the bodies that they are on know how far they reach.
-
-    vertices, of a hull: those of its core.
-    """
-    points = one.points
+    """The world and more shapes; the bodies that they are on know how far they reach."""
+    points, own = one.points, []
     for fields in rows:
-        if "vertices" in fields:
-            own = fields.pop("vertices")
-            fields["first"], fields["count"] = len(points), len(own)
-            points = np.concatenate([points, own])
-    shapes = with_rows(one.shapes, rows)
+        vertices = fields.get("vertices", NONE)
+        place = {"first": len(points), "count": len(vertices)} if len(vertices) else {}
+        own.append({name: value for name, value in fields.items() if name in RECORDED} | place)
+        points = np.concatenate([points, vertices])
+    shapes = with_rows(one.shapes, own)
     new, bodies = shapes[-len(rows) :], one.bodies
     flat = np.isin(new["kind"], (PLANE, TANGENT))
     far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
     far[new["kind"] == PLANE] = FAR
-    small = np.where(np.isin(new["kind"], (BOX, ELLIPSOID)), new["half"].min(1), np.where(flat, np.inf, new["radius"]))
+    small = np.where(
+        np.isin(new["kind"], (ELLIPSOID, BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"])
+    )
     np.bitwise_or.at(bodies["oriented"], new["body"], (far > 0.0).astype(np.int64))
     own = new["body"] != 0
     np.maximum.at(bodies["reach"], new["body"][own], far[own])

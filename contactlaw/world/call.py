@@ -1,4 +1,4 @@
-"""Functions called by their addresses: what moves trees, or finds where hulls meet, is compiled only where they are."""
+"""Functions called by their addresses: what moves trees, or meets discs or hulls, is compiled where they are."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numba.extending import intrinsic
 from contactlaw.world.records import BODY, SHAPE, TREE
 
 BODY_TYPE = numba.from_dtype(BODY)
-SHAPE_TYPE = numba.from_dtype(SHAPE)
 TREE_TYPE = numba.from_dtype(TREE)
+SHAPE_TYPE = numba.from_dtype(SHAPE)
 NUMBER = types.float64
 VECTOR = types.UniTuple(NUMBER, 3)
 
@@ -22,9 +22,10 @@ WITH_BODY = types.void(BODY_TYPE)
 WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
 WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
 PROBE = types.void(types.uint64, NUMBER)
-MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
+DEEPEST = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 RADIUS = NUMBER(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 MEETING = types.UniTuple(NUMBER, 10)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
+MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
 
 
 def _generate(signature: Any) -> Any:
@@ -60,6 +61,10 @@ def _ask_mobility(typing_context, address, a, arm_a, b, arm_b, direction):
     return _generate(MOBILITY)
 
 
+def _ask_deepest(typing_context, address, sa, a, sb, b, d):
+    return _generate(DEEPEST)
+
+
 def _ask_meeting(typing_context, address, sa, a, sb, b):
     return _generate(MEETING)
 
@@ -77,6 +82,7 @@ call_with_body: Any = intrinsic(_call_with_body)
 call_with_number: Any = intrinsic(_call_with_number)
 call_with_vectors: Any = intrinsic(_call_with_vectors)
 ask_mobility: Any = intrinsic(_ask_mobility)
+ask_deepest: Any = intrinsic(_ask_deepest)
 ask_meeting: Any = intrinsic(_ask_meeting)
 ask_radius: Any = intrinsic(_ask_radius)
 call_probe: Any = intrinsic(_call_probe)

@@ -6,11 +6,13 @@ when the vertex that is furthest towards the origin is one that it has: then the
 
 from __future__ import annotations
 
+from math import copysign, sqrt
+
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import numbers_at
-from contactlaw.world.records import BOX, HULL, SEGMENT
+from contactlaw.world.records import BOX, CYLINDER, HULL, SEGMENT
 from contactlaw.world.vec import add, axpy, dot, load, scale, sub, to_body, to_world
 
 STEPS = 100  # which none needs
@@ -40,9 +42,13 @@ def support(s, b, d):
         u = load(s.half)
         at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)
     elif s.kind == BOX:
-        own, h = to_body(s.axes, to_body(b.axes, d)), s.half
-        corner = h[0] if own[0] >= 0.0 else -h[0], h[1] if own[1] >= 0.0 else -h[1], h[2] if own[2] >= 0.0 else -h[2]
+        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        corner = copysign(h[0] - r, own[0]), copysign(h[1] - r, own[1]), copysign(h[2] - r, own[2])
         at = add(at, to_world(s.axes, corner))
+    elif s.kind == CYLINDER:
+        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        out = (h[0] - r) / max(sqrt(own[0] * own[0] + own[1] * own[1]), 1e-300)
+        at = add(at, to_world(s.axes, (out * own[0], out * own[1], copysign(h[2] - r, own[2]))))
     return to_world(b.axes, at) if b.oriented != 0 else NONE
 
 

@@ -15,6 +15,7 @@ FLAT = 1e-9  # of the size, a height that is none
 FINE = 5e-3  # of the size: what lies less far outside is left out
 MOST = 100  # vertices
 SHARE = 0.1  # of the least distance of a face from the middle: the radius where none is given
+SHARP = 0.9  # cosine of the angle by which an edge turns at least that is one
 BLUNT = 0.1  # least of the singular values of the normals at a vertex, over the greatest, that moves it
 
 
@@ -65,8 +66,8 @@ def _heights(points: Array, faces: Array) -> Array:
     return points @ n.T - (n * points[faces[:, 0]]).sum(1)
 
 
-def core(points: Array, radius: float | None = None) -> tuple[Array, float]:
-    """Vertices (n, 3) of the core of the hull of points (m, 3), and the radius [m] around it.
+def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tuple[int, int]], float]:
+    """Vertices (n, 3) of the core of the hull of points (m, 3), its sharp edges by both ends, and the radius [m].
 
     radius: None: a tenth of the least distance of a face from the middle of the vertices.
 
@@ -78,9 +79,11 @@ def core(points: Array, radius: float | None = None) -> tuple[Array, float]:
     depth = float(((vertices[faces[:, 0]] - vertices.mean(0)) * normals).sum(1).min())
     r = SHARE * depth if radius is None else radius
     if not 0.0 < r <= 0.5 * depth:
-        raise ValueError(f"radius = {radius}: must be > 0 and at most half the hull's least depth, {depth:.6g} m")
+        raise ValueError(f"rounding = {radius}: must be > 0 and at most half the hull's least depth, {depth:.6g} m")
     moved = [
         np.linalg.lstsq(own, np.full(len(own), -r), rcond=BLUNT)[0]
         for own in (normals[(faces == i).any(1)] for i in range(len(vertices)))
     ]
-    return vertices + np.array(moved), r
+    sides = {(f[i - 1], f[i]): n for f, n in zip(faces.tolist(), normals, strict=True) for i in range(3)}
+    edges = [(i, j) for (i, j), n in sides.items() if i < j and n @ sides[j, i] < SHARP]
+    return vertices + np.array(moved), edges, r

@@ -31,10 +31,12 @@ from contactlaw.world.access import (
     near_at,
     pair_at,
     row_at,
+    shape_at,
     tree_at,
     whole_at,
 )
 from contactlaw.world.call import call_with_body
+from contactlaw.world.core import CROWN
 from contactlaw.world.equations import (
     ACCELERATION,
     BEFORE,
@@ -51,16 +53,17 @@ from contactlaw.world.force import hardly_moves, rigid
 from contactlaw.world.motion import follow, settle, spin_rate
 from contactlaw.world.newton import begin_equations, enter, look_at
 from contactlaw.world.pace import closing_speed, contact_time
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import DISC, NEVER, SIDE
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, axpy, load, load4, norm, product, scale, store, sub
+from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub, to_world
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 LOOKS = 12  # steps of Newton's method at most
+WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
 
@@ -116,10 +119,22 @@ def strikes(w, p, crowd):
     c = contact_at(w.contacts, p.slot)
     if law_of(w, pair_at(w.pairs, p.pair)).zeta == 0.0 or rigid(w, c) or contact_time(w, c, a, b) * LONG > w.step:
         return True
+    if whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step):
+        return True
     speed, t = closing_speed(c, a, b), c.touch
     if crowd:
         return abs(speed) > slow
     return speed * speed * t.mass > SLOW * t.force * t.overlap or not hardly_moves(c, 1.0)
+
+
+@jit_inside
+def whirls(s, a, n, spin, time):
+    """Whether the deepest point of a disc runs round it: n', see `disc`, turns in a time by more than WHIRL."""
+    if s.kind != DISC and s.kind != SIDE:
+        return False
+    axis = to_world(a.axes, load(s.normal))
+    flat = 2.0 * CROWN * s.radius / norm(load(s.half))
+    return norm(cross(spin, axis)) * time > WHIRL * max(norm(cross(n, axis)), flat)
 
 
 @jit_inside

@@ -17,7 +17,7 @@ from contactlaw.laws.torsion import TORSION
 NEVER = np.inf
 
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
-SPHERE, END, SEGMENT, ELLIPSOID, BOX, HULL, PLANE, TANGENT = 0, 1, 2, 3, 4, 5, 6, 7
+SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
@@ -148,25 +148,26 @@ AXIS = record(
 SHAPE = record(
     kind="i8", body="i8",
     group="i8",  # row and column in the table that says which pair of materials two shapes make
-    # of a sphere, or around a segment or a core; of a tangent plane how far from the centre of mass it may come
-    radius="f8",
+    radius="f8",  # of a sphere, or around a segment or a disc; of the edges of a box, cylinder or hull; of a tangent
+    # plane how far from the centre of mass it may come
     at=VECTOR,  # centre, or point of a plane, along the body's principal axes
-    normal=VECTOR,  # of a plane, outward, along the same
-    # of a segment: from its middle to an end, along the same; half the lengths of a box or ellipsoid; reach of a hull
-    half=VECTOR,
-    axes=MATRIX,  # of a box or ellipsoid: its own axes to the principal ones
+    normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
+    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, cylinder or ellipsoid: half its
+    # lengths; of a disc: from its middle to a point of its border; of a hull: as long as it reaches
+    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones; the third is that of a cylinder
     partner="i8",  # of a tangent plane: the only shape that it meets
+    deepest="u8",  # address of what finds the deepest point of a disc
     first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
     points="u8",  # address of the first of them
-    # addresses of what finds where it meets others, and with what effective radius, see `convex`; zero: `geometry` does
-    meet="u8", curve="u8",
+    meet="u8", curve="u8",  # addresses of what finds where a hull or an ellipsoid meets others, and the radius there
 )  # fmt: skip
 """A shape fixed to a body.
 
-SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule or a vertex of a hull; it meets
-boxes, hulls and planes alone. SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes
-and hulls, with its side. BOX and PLANE, a half space, meet round shapes. HULL: a polyhedron that a ball sweeps; it
-meets round shapes, and with its edges boxes and others of its kind. ELLIPSOID: meets all but the ends of capsules.
+SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
+SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes and hulls, with its side. BOX,
+CYLINDER, HULL, a polyhedron that a ball sweeps, and PLANE, a half space, meet round shapes. ELLIPSOID: meets all but
+parts and cylinders. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
+small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which meets cylinders alone.
 TANGENT: a plane that is placed anew before each step, where an engine has found two shapes nearest; its pair is always
 looked at.
 """

@@ -75,7 +75,7 @@ def test_an_ellipsoid_meets_where_no_plane_parts_further(kind: str) -> None:
             second = ellipsoid(world, rng, place, (0, 0, 0))
         else:
             body, _ = cube(world, 0.02, place, quaternion=rng.normal(size=4))
-            second = world.add_hull(body, 0.02 * CUBE, 0.002)[0]
+            second = world.add_hull(body, 0.02 * CUBE, 0.002)
         one, two = (1, 0) if kind in ("sphere", "capsule") else (0, 1)
         shapes = (second, first) if one else (first, second)
         names = (kind, "ellipsoid") if one else ("ellipsoid", kind)
@@ -153,7 +153,7 @@ def test_elastic_ellipsoids_keep_their_energy(timestep: float) -> None:
         shapes = [world.add_plane(None, *wall) for wall in box_of_planes(0.1)]
         for x, y in ((-0.05, -0.05), (0.05, 0.05)):
             shapes.append(ellipsoid(world, rng, (x, y, 0.0), 0.4 * rng.normal(size=3)))
-        shapes += rock(world, rng, (-0.05, 0.05, 0.0), 0.4 * rng.normal(size=3), 0.03, 10.0)
+        shapes.append(rock(world, rng, (-0.05, 0.05, 0.0), 0.4 * rng.normal(size=3), 0.03, 10.0))
         shapes += capsule(world, rng, (0.05, -0.05, 0.0), 0.4 * rng.normal(size=3))
         shapes.append(sphere(world, (0.0, 0.0, 0.05), 0.4 * rng.normal(size=3)))
         world.add_contact(shapes, shapes, steel_pair(0.0))
