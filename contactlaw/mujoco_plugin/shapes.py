@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 _TYPE = mujoco.mjtGeom
-SPHERE, CAPSULE, PLANE, BOX, ELLIPSOID, MESH = (
+SPHERE, CAPSULE, PLANE, BOX, CYLINDER, ELLIPSOID, MESH = (
     int(kind) for kind in (
-        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_ELLIPSOID,
+        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_CYLINDER,
+        _TYPE.mjGEOM_ELLIPSOID,
         _TYPE.mjGEOM_MESH
     )
 )  # fmt: skip
@@ -125,7 +126,8 @@ def check_served(one: Shape, two: Shape, free: bool = False) -> None:
     Raises:
         ValueError: They are such.
     """
-    if (one.is_convex and two.has_closed_form) or (two.is_convex and one.has_closed_form):
+    both = {one.type, two.type}
+    if both & {MESH, ELLIPSOID} and one.has_closed_form and two.has_closed_form and both != {ELLIPSOID, CYLINDER}:
         return
     if one.is_spherical or two.is_spherical or (one.is_round and two.is_round):
         return

@@ -71,6 +71,9 @@ class Scene:
         measured: list[Measured] = []
         for contact in contacts.values():
             self._let_touch(contact, measured)
+        for part, owner in enumerate(self.world.owners.tolist()):
+            if part != owner:
+                self._enter(self._side_of[owner], [part])
         self._couples = {
             frozenset((c.a.key, c.b.key)): (handle, c) for handle, contact in contacts.items() for c in contact.couples
         }

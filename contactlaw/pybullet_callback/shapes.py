@@ -37,6 +37,7 @@ SHAPE_NAMES = {
 }
 FLAT = ("plane", "box")
 ROUND = ("sphere", "capsule")
+HULL = ("mesh",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,7 @@ class Side:
         position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3); a plane's normal
             is its third axis.
         reach: How far from the centre of mass what must be measured may be [m].
+        points: Of a mesh, whose convex hull it is: vertices (n, 3) in the body's inertial frame [m].
     """
 
     body: int
@@ -59,11 +61,12 @@ class Side:
     position: Array
     rotation: Array
     reach: float = 0.0
+    points: Array | None = None
 
     @property
     def measured(self) -> bool:
         """Whether PyBullet must say where it is nearest."""
-        return self.shape not in FLAT + ROUND
+        return self.shape not in FLAT + ROUND + HULL
 
     def add_to(self, world: World, body: int, offset: Array, turn: Array) -> list[int]:
         """Fix it to a body of the world, in which its body's inertial frame is so; returns the shapes that it makes."""
@@ -74,6 +77,8 @@ class Side:
             return list(world.add_capsule(body, self.size[0], self.size[1], at, own[:, 2]))
         if self.shape == "box":
             return [world.add_box(body, self.size, at, quaternion_of(own))]
+        if self.points is not None:
+            return [world.add_hull(body, self.points, None, offset, quaternion_of(turn))]
         return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []
 
     @property
@@ -154,6 +159,11 @@ def _side(client: int, body: int, link: int, name: str, size: Any, position: Arr
         return Side(body, link, name, (), position, turn @ turn_to(np.array(size)))
     if name == "box":  # full lengths
         return Side(body, link, name, tuple(0.5 * np.array(size)), position, turn)
+    if name == "mesh":
+        count, points = p.getMeshData(body, link, physicsClientId=client)
+        if count > 0:
+            return Side(body, link, name, (), position, turn, 0.0, np.array(points))
+        name = "concave mesh"
     centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
     corners = np.array(p.getAABB(body, link, client))
     reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
@@ -171,8 +181,8 @@ def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
 
 
 SERVED = (
-    "the law serves spheres on any shape, and capsules on planes, boxes, spheres and each other; let these two keep "
-    "Bullet's own contact, or give them spheres or capsules"
+    "the law serves spheres on any shape, and capsules and meshes on planes, boxes, spheres and each other; let these "
+    "two keep Bullet's own contact, or give them spheres or capsules"
 )
 
 
@@ -186,6 +196,8 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     Raises:
         ValueError: They are such.
     """
+    if {a.shape, b.shape} & {*HULL} and not (a.measured or b.measured):
+        return
     if "sphere" in (a.shape, b.shape) or (a.shape in ROUND and b.shape in ROUND):
         return
     what = f"{a} ({a.shape}) and {b} ({b.shape})"
@@ -207,7 +219,7 @@ def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
         ValueError: They are such.
     """
     for name, side in (("a", a), ("b", b)):
-        if pair.radius is None and side.shape not in FLAT + ROUND:
+        if pair.radius is None and side.measured:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
                 f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"

@@ -22,13 +22,14 @@ GEOMS = {
 }
 REFUSED = [
     ("box", "plane"), ("box", "box"), ("cylinder", "plane"), ("cylinder", "box"), ("cylinder", "cylinder"),
-    ("mesh", "plane"), ("mesh", "box"), ("mesh", "mesh"), ("mesh", "cylinder"), ("ellipsoid", "plane"),
-    ("ellipsoid", "box"), ("ellipsoid", "ellipsoid"), ("capsule", "mesh"), ("capsule", "cylinder"),
+    ("mesh", "cylinder"), ("ellipsoid", "cylinder"), ("capsule", "cylinder"),
 ]  # fmt: skip
 SERVED = [
     ("sphere", "plane"), ("sphere", "box"), ("sphere", "cylinder"), ("sphere", "mesh"), ("sphere", "ellipsoid"),
     ("sphere", "sphere"), ("sphere", "capsule"), ("capsule", "plane"), ("capsule", "box"), ("capsule", "capsule"),
     ("round ellipsoid", "plane"), ("round ellipsoid", "mesh"), ("box", "sphere"), ("mesh", "sphere"),
+    ("mesh", "plane"), ("mesh", "box"), ("mesh", "mesh"), ("capsule", "mesh"), ("ellipsoid", "plane"),
+    ("ellipsoid", "box"), ("ellipsoid", "ellipsoid"), ("ellipsoid", "mesh"), ("capsule", "ellipsoid"),
 ]  # fmt: skip
 
 
