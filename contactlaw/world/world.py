@@ -21,6 +21,8 @@ from contactlaw.world.step import step
 from contactlaw.world.tree import Tree
 from contactlaw.world.tree_rows import TreeRows
 
+NEAR_PART = 4  # shapes that a corner, an edge or a rim is near to, in the mean, while its solid tumbles along a wall
+
 
 class World:
     """Rigid bodies that fly, and touch with an elastic-frictional contact law.
@@ -92,6 +94,9 @@ class World:
         if self._new_shapes:
             self._arrays = with_shapes(self._arrays, self._new_shapes)
             self._new_shapes = []
+            parts = sum(number != owner for number, owner in enumerate(self._owners))
+            while self._arrays.near.size < NEAR_PART * parts:
+                self._arrays = with_more_room(self._arrays)
         if self._regroup:
             self._arrays = self._arrays._replace(groups=self._groups())
             self._regroup = False
