@@ -17,7 +17,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PROBE, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
 from contactlaw.mujoco_plugin.probes import address_of_probe
-from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, ELLIPSOID, PLANE
+from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.frames import matrix_of, product
@@ -250,12 +250,22 @@ class Model:
         if shape.type == CAPSULE:
             return list(self._world.add_capsule(row, float(shape.size[0]), float(shape.size[1]), pose.place, axis))
         if shape.type == BOX:
-            return [self._world.add_box(row, shape.size, pose.place, pose.turn)]
+            return [self._world.add_box(row, shape.size, pose.place, pose.turn, self._roundings.get(geom))]
+        if shape.type == CYLINDER:
+            sizes = float(shape.size[0]), float(shape.size[1])
+            return [self._world.add_cylinder(row, *sizes, pose.place, axis, self._roundings.get(geom))]
         if shape.type == ELLIPSOID:
             return [self._world.add_ellipsoid(row, shape.size, pose.place, pose.turn)]
         if shape.is_convex:
-            return [self._world.add_hull(row, self._vertices(geom), None, pose.place, pose.turn)]
+            points = self._vertices(geom)
+            return [self._world.add_hull(row, points, self._roundings.get(geom), pose.place, pose.turn)]
         return []
+
+    @cached_property
+    def _roundings(self) -> dict[int, float]:
+        """Of geoms whose edges have a radius of their own [m]."""
+        given = [(member.contact.rounding, member.geoms) for member in self._members]
+        return {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
 
     def _vertices(self, geom: int) -> Array:
         """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it.

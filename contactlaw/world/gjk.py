@@ -6,7 +6,7 @@ when the vertex that is furthest towards the origin is one that it has: then the
 
 from __future__ import annotations
 
-from math import copysign, sqrt
+from math import atan2, copysign, cos, floor, pi, sin
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
@@ -16,6 +16,7 @@ from contactlaw.world.records import BOX, CYLINDER, HULL, SEGMENT
 from contactlaw.world.vec import add, axpy, dot, load, scale, sub, to_body, to_world
 
 STEPS = 100  # which none needs
+STAVE = pi / 16.0  # [rad] of a cylinder, which counts as a prism: what is smooth has no last step
 NONE = (0.0, 0.0, 0.0)
 
 
@@ -47,8 +48,9 @@ def support(s, b, d):
         at = add(at, to_world(s.axes, corner))
     elif s.kind == CYLINDER:
         own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
-        out = (h[0] - r) / max(sqrt(own[0] * own[0] + own[1] * own[1]), 1e-300)
-        at = add(at, to_world(s.axes, (out * own[0], out * own[1], copysign(h[2] - r, own[2]))))
+        angle = floor(atan2(own[1], own[0]) / STAVE + 0.5) * STAVE
+        out = (h[0] - r) * (0.5 + 0.5 / cos(0.5 * STAVE))
+        at = add(at, to_world(s.axes, (out * cos(angle), out * sin(angle), copysign(h[2] - r, own[2]))))
     return to_world(b.axes, at) if b.oriented != 0 else NONE
 
 

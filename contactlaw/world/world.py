@@ -387,9 +387,8 @@ class World:
 
         shapes, bodies: numbers of A and B (body -1: the world); a box or a cylinder has several contacts with what is
         flat. closed. overlap [m]. point [m], normal from B to A, force on A [N], shape (3,), moment on A about the
-        normal [N m]. Since the touch: impulse on A [N s], normal_work
-        and friction_work done on the bodies [J], deepest [m], strongest normal force [N], duration [s],
-        touches: how many.
+        normal [N m]. Since the touch: impulse on A [N s], normal_work and friction_work done on the bodies [J], deepest
+        [m], strongest normal force [N], duration [s], touches: how many.
         """
         rows = readout.contacts(self.arrays)
         rows["shapes"] = np.array(self._owners, np.int64)[rows["shapes"]]
