@@ -115,9 +115,9 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
 
 
 SERVED = (
-    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules, boxes, cylinders and meshes on "
-    "planes, spheres and each other, ellipsoids on all but cylinders; let this pair keep the engine's own contact, or "
-    "put such shapes in its place"
+    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules, boxes, cylinders, meshes and "
+    "ellipsoids on planes, spheres and each other, but for cylinders on the last two; let this pair keep the engine's "
+    "own contact, or put such shapes in its place"
 )
 
 
@@ -133,7 +133,7 @@ def check_served(one: Shape, two: Shape, free: bool = False) -> None:
         ValueError: They are such.
     """
     both = {one.type, two.type}
-    if both & {MESH, ELLIPSOID} and one.has_closed_form and two.has_closed_form and both != {ELLIPSOID, CYLINDER}:
+    if (one.is_convex or two.is_convex) and one.has_closed_form and two.has_closed_form and CYLINDER not in both:
         return
     if one.is_spherical or two.is_spherical or (one.is_round and two.is_round):
         return

@@ -189,8 +189,8 @@ def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
 
 
 SERVED = (
-    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other; "
-    "let these two keep Bullet's own contact, or give them such shapes"
+    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other, "
+    "but for cylinders on meshes; let these two keep Bullet's own contact, or give them such shapes"
 )
 
 
@@ -204,7 +204,8 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     Raises:
         ValueError: They are such.
     """
-    if {a.shape, b.shape} & {*HULL} and not (a.measured or b.measured):
+    both = {a.shape, b.shape}
+    if both & {*HULL} and not (a.measured or b.measured or "cylinder" in both):
         return
     if "sphere" in (a.shape, b.shape) or (a.shape in ROUND and b.shape in ROUND):
         return

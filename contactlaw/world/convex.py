@@ -2,7 +2,7 @@
 
 While they overlap by less than both radii their cores are apart: the vector between the nearest points of these is
 unique, and moves continuously. Flat on flat, a hull lies on its corners and sharp edges, which are shapes of their own;
-two cores meet as such where neither are.
+two cores meet as such, in one point, where neither are. That is not enough for a cylinder that lies on a hull.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ GEOMS = {
     "sphere": 'type="sphere" size=".02"',
 }
 REFUSED = [
-    ("plane", "plane"), ("ellipsoid", "cylinder"),
+    ("plane", "plane"), ("ellipsoid", "cylinder"), ("mesh", "cylinder"),
 ]  # fmt: skip
 SERVED = [
     ("sphere", "plane"), ("sphere", "box"), ("sphere", "cylinder"), ("sphere", "mesh"), ("sphere", "ellipsoid"),
@@ -30,7 +30,7 @@ SERVED = [
     ("mesh", "plane"), ("mesh", "box"), ("mesh", "mesh"), ("capsule", "mesh"), ("ellipsoid", "plane"),
     ("ellipsoid", "box"), ("ellipsoid", "ellipsoid"), ("ellipsoid", "mesh"), ("capsule", "ellipsoid"),
     ("box", "plane"), ("box", "box"), ("cylinder", "plane"), ("cylinder", "box"), ("cylinder", "cylinder"),
-    ("capsule", "cylinder"), ("mesh", "cylinder"),
+    ("capsule", "cylinder"),
 ]  # fmt: skip
 
 
