@@ -23,7 +23,17 @@ CROWD_SUBSTEPS = 60
 STILLNESS = 1e-9  # of the overlap: what rests carries its weight to that
 NEW = 2.0  # in `Traffic.seen`
 NEAR_EDGE = 0.99  # of half a box's length
-JOINTED = ("left", "ahead", "lacks", "force", "push", "pressed")  # what a body with joints remembers
+JOINTED = (
+    "left",
+    "start",
+    "ahead",
+    "lacks",
+    "force",
+    "push",
+    "pressed",
+    "matrix",
+    "own",
+)  # of one with joints
 OWN = ("asleep", "held", "momentum", "position", "quaternion", "axes")  # what another does in the world
 
 
@@ -210,7 +220,7 @@ class Scene:
         before = {one.body: one for one in old.traffic.linked}
         for one in self.traffic.linked:
             if one.body in before and before[one.body].v_size == one.v_size:
-                vars(one).update({name: getattr(before[one.body], name) for name in (*JOINTED, "matrix")})
+                vars(one).update({name: getattr(before[one.body], name) for name in JOINTED})
         numbers: dict[int, int] = {}
         for key, shapes in old.shapes.items():
             if key not in self.shapes:

@@ -119,7 +119,7 @@ class Traffic:
         if self._found >= FLAGS:
             self._push(self._found // FLAGS)
         for one in self._pushed:
-            self._push_links(one)
+            one.apply_push()
 
     def take_step(self, dt: float, gravity: tuple[float, float, float]) -> int:
         """A step of PyBullet, then the same one of the world, which is handed back; returns as `foresee`."""
@@ -131,7 +131,7 @@ class Traffic:
             self._push(pushed)
         for one in self.linked:
             if one.pressed:
-                self._push_links(one)
+                one.apply_push()
             else:
                 one.push[:] = 0.0
         p.stepSimulation(self._client)
@@ -237,11 +237,6 @@ class Traffic:
             p.applyExternalForce(body, BASE, (fx, fy, fz), (x, y, z), p.WORLD_FRAME, self._client)
             if tx != 0.0 or ty != 0.0 or tz != 0.0:
                 p.applyExternalTorque(body, BASE, (tx, ty, tz), p.WORLD_FRAME, self._client)
-
-    def _push_links(self, one: Linked) -> None:
-        for link, force, moment, place in one.pushes(self.arrays):
-            p.applyExternalForce(one.body, link, force, place, p.WORLD_FRAME, self._client)
-            p.applyExternalTorque(one.body, link, moment, p.WORLD_FRAME, self._client)
 
     def _put(self, number: int) -> None:
         """Put bodies where the jobs say, moving as they say."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from ctypes import CFUNCTYPE, c_uint64
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from contactlaw.jit import address_of
 from contactlaw.world import tree_dynamics, tree_kinematics, tree_lasting, tree_motion, trees
 from contactlaw.world.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
-from contactlaw.world.records import AXIS, LINK, Array, Arrays, numbers_of
+from contactlaw.world.records import AXIS, Array, Arrays, numbers_of
 
 
 @lru_cache
@@ -48,34 +49,43 @@ def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
         if value.shape != own.shape:
             raise ValueError(f"{name}: shape {value.shape}; must be {own.shape}")
         own[:] = value
+    settle(world, number)
+
+
+def settle(world: Arrays, number: int) -> None:
+    """Find what follows from the coordinates and velocities of a tree, which have been written."""
     tree = world.trees[number]
     tree["stale"] = 1
     world.bodies["asleep"][int(tree["first"]) : int(tree["first"] + tree["count"])] = 0
-    CFUNCTYPE(None, c_uint64)(int(tree["settle"]))(int(tree["bodies"]))
+    _called(int(tree["settle"]))(int(tree["bodies"]))
+
+
+@lru_cache
+def _called(address: int) -> Any:
+    """What stands there, as Python calls it."""
+    return CFUNCTYPE(None, c_uint64)(address)
 
 
 def mass_matrix(world: Arrays, number: int) -> Array:
     """Of a tree, at the coordinates that its accelerations were last found for; shape (v_size, v_size)."""
     axes = numbers(world, number, "axes").view(AXIS)
-    rows = numbers(world, number, "factor").reshape(axes.size, axes.size)
-    lower = np.eye(axes.size)
+    return matrix_of_factor(axes, numbers(world, number, "factor"), carriers(axes))
+
+
+def carriers(axes: Array) -> tuple[list[int], list[int]]:
+    """Pairs of degrees of freedom of a tree: each, and one that carries it."""
+    rows, columns = [], []
     for k in range(axes.size):
-        i = axes["before"][k]
+        i = int(axes["before"][k])
         while i >= 0:
-            lower[k, i] = rows[k, axes["depth"][i]]
-            i = axes["before"][i]
-    return lower.T @ np.diag(1.0 / axes["inverse"]) @ lower
+            rows.append(k)
+            columns.append(i)
+            i = int(axes["before"][i])
+    return rows, columns
 
 
-def jacobian(world: Arrays, number: int, member: int) -> Array:
-    """Velocity of the centre of mass of a tree's body, and its spin, by the tree's velocities; shape (6, v_size)."""
-    axes, tree = numbers(world, number, "axes").view(AXIS), world.trees[number]
-    link = numbers(world, number, "links").view(LINK)[member]
-    arm = world.bodies["position"][int(tree["first"]) + member] - tree["origin"]
-    out = np.zeros((6, axes.size))
-    k = int(link["first_axis"] + link["axes"]) - 1
-    while k >= 0:
-        spin = axes["spin"][k]
-        out[:3, k], out[3:, k] = axes["velocity"][k] + np.cross(spin, arm), spin
-        k = int(axes["before"][k])
-    return out
+def matrix_of_factor(axes: Array, factor: Array, carried: tuple[list[int], list[int]]) -> Array:
+    """L^T D L, see `tree_dynamics`; carried: as `carriers` has it."""
+    lower, (rows, columns) = np.eye(axes.size), carried
+    lower[rows, columns] = factor.reshape(axes.size, axes.size)[rows, axes["depth"][columns]]
+    return (lower.T / axes["inverse"]) @ lower

@@ -23,7 +23,11 @@ def unit_quaternion(name: str, value: ArrayLike) -> Array:
 
 def product(p: Array, q: Array) -> Array:
     """The quaternion p q."""
-    return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
+    (s, x, y, z), (t, u, v, w) = p.tolist(), q.tolist()
+    return np.array([
+        s * t - (x * u + y * v + z * w), s * u + t * x + (y * w - z * v),
+        s * v + t * y + (z * u - x * w), s * w + t * z + (x * v - y * u),
+    ])  # fmt: skip
 
 
 def matrix_of(q: Array) -> Array:

@@ -10,8 +10,10 @@ import pytest
 
 p = pytest.importorskip("pybullet")
 
+import pybullet_data  # noqa: E402
 from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, step, velocities  # noqa: E402
 
+from contactlaw import ContactPair, Material  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 from contactlaw.pybullet_callback.linked import Linked  # noqa: E402
 from contactlaw.world import World  # noqa: E402
@@ -215,3 +217,29 @@ def test_a_restart_is_exact_with_joints(client: int, ahead: bool) -> None:
     callback.restore(saved)
     assert go(20) == first
     assert numbers(callback._scene.traffic.arrays, 0, "q").size == 8
+
+
+def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int) -> None:
+    p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
+    p.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+    p.setTimeStep(0.002, client)
+    floor = p.loadURDF("plane.urdf", physicsClientId=client)
+    robot = p.loadURDF("a1/a1.urdf", [0.0, 0.0, 0.28], physicsClientId=client)
+    names = {link: p.getJointInfo(robot, link, client) for link in range(p.getNumJoints(robot, client))}
+    joints = [link for link, info in names.items() if info[2] != p.JOINT_FIXED]
+    for link, place in zip(joints, [0.0, 0.9, -1.8] * 4, strict=True):
+        p.resetJointState(robot, link, place, physicsClientId=client)
+        p.setJointMotorControl2(robot, link, p.POSITION_CONTROL, place, force=40.0, physicsClientId=client)
+        p.changeDynamics(robot, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
+    feet = [(robot, link) for link, info in names.items() if b"toe" in info[12]]
+    stiff = Material(1e8, 0.4)
+    rubber = ContactPair(stiff, stiff, friction=0.8, restitution=0.5)
+    contact = ContactCallback(client)
+    handle = contact.add_contact(feet, [floor], rubber)
+    heights = []
+    for _ in range(1500):
+        contact.step()
+        heights.append(p.getBasePositionAndOrientation(robot, client)[0][2])
+    assert np.ptp(heights[1000:]) < 1e-4
+    weight = 9.81 * sum(p.getDynamicsInfo(robot, link, client)[0] for link in (-1, *names))
+    assert sum(state.normal_force for state in contact.states(handle)) == pytest.approx(weight, rel=1e-3)

@@ -21,8 +21,8 @@ GEOMS = {
     "sphere": 'type="sphere" size=".02"',
 }
 REFUSED = [
-    ("plane", "plane"), ("mesh", "plane"), ("mesh", "box"), ("mesh", "mesh"), ("mesh", "cylinder"), ("ellipsoid", "plane"),
-    ("ellipsoid", "box"), ("ellipsoid", "ellipsoid"), ("capsule", "mesh"),
+    ("plane", "plane"), ("mesh", "plane"), ("mesh", "box"), ("mesh", "mesh"), ("mesh", "cylinder"),
+    ("ellipsoid", "plane"), ("ellipsoid", "box"), ("ellipsoid", "ellipsoid"), ("capsule", "mesh"),
 ]  # fmt: skip
 SERVED = [
     ("sphere", "plane"), ("sphere", "box"), ("sphere", "cylinder"), ("sphere", "mesh"), ("sphere", "ellipsoid"),

@@ -6,13 +6,28 @@ import mujoco
 import numpy as np
 import pytest
 
-from contactlaw.world.coordinates import coordinates, jacobian, mass_matrix, numbers
+from contactlaw.world.coordinates import coordinates, mass_matrix, numbers
 from contactlaw.world.frames import matrix_of
+from contactlaw.world.records import AXIS, LINK, Array, Arrays
 from contactlaw.world.step import step
 from tests.world.jointed_models import made_of, random_model, random_state, tree_of
 
 pytestmark = pytest.mark.heavy
 SEEDS = range(40)
+
+
+def jacobian(world: Arrays, number: int, member: int) -> Array:
+    """Velocity of the centre of mass of a tree's body, and its spin, by the tree's velocities; shape (6, v_size)."""
+    axes, tree = numbers(world, number, "axes").view(AXIS), world.trees[number]
+    link = numbers(world, number, "links").view(LINK)[member]
+    arm = world.bodies["position"][int(tree["first"]) + member] - tree["origin"]
+    out = np.zeros((6, axes.size))
+    k = int(link["first_axis"] + link["axes"]) - 1
+    while k >= 0:
+        spin = axes["spin"][k]
+        out[:3, k], out[3:, k] = axes["velocity"][k] + np.cross(spin, arm), spin
+        k = int(axes["before"][k])
+    return out
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -1,0 +1,186 @@
+"""A body of PyBullet with joints: its coordinates, and the tree that it makes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pybullet as p
+
+from contactlaw.pybullet_callback.shapes import BASE, rotation
+from contactlaw.world.frames import matrix_of, product, quaternion_of
+from contactlaw.world.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
+from contactlaw.world.tree_rows import TreeRows
+
+KINDS = {p.JOINT_REVOLUTE: HINGE, p.JOINT_PRISMATIC: SLIDE, p.JOINT_SPHERICAL: BALL}
+SIZES = {FREE_JOINT: (7, 6), HINGE: (1, 1), SLIDE: (1, 1), BALL: (4, 3)}
+ONE = np.array([1.0, 0.0, 0.0, 0.0])
+LEAST_INERTIA = 1e-12  # [m^2] over the mass
+
+
+def scalar_first(quaternion: Any) -> Array:
+    """PyBullet's quaternions have the scalar last."""
+    x, y, z, w = quaternion
+    return np.array([w, x, y, z])
+
+
+def turned_by(turn: Array) -> Array:
+    """The quaternion of a rotation vector [rad]."""
+    angle = float(np.linalg.norm(turn))
+    return np.array([np.cos(0.5 * angle), *(0.5 * np.sinc(0.5 * angle / np.pi) * turn)])
+
+
+class Joints:
+    """The joints of a body of PyBullet, and the bodies that they hold.
+
+    Attributes:
+        joints: Kind and first places, among coordinates and velocities, of each joint; link -1: the free base.
+        rows: As the world keeps it.
+        links: PyBullet's links that are in the tree, in their order.
+    """
+
+    def __init__(self, client: int, body: int) -> None:
+        self._client, self.body = client, body
+        infos = [p.getJointInfo(body, link, client) for link in range(p.getNumJoints(body, client))]
+        dynamics = {link: p.getDynamicsInfo(body, link, client) for link in range(BASE, len(infos))}
+        self.free = dynamics[BASE][0] > 0.0
+        moves = {BASE: self.free}
+        for link, info in enumerate(infos):
+            moves[link] = moves[info[16]] or info[2] in KINDS
+        self.links = [link for link in moves if moves[link]]
+        kinds = {link: KINDS[infos[link][2]] for link in self.links if link != BASE and infos[link][2] in KINDS}
+        kinds = ({BASE: FREE_JOINT} if self.free else {}) | kinds
+        self.joints: list[tuple[int, int, int, int]] = []
+        self.q_size = self.v_size = 0
+        for link, kind in kinds.items():
+            self.joints.append((link, kind, self.q_size, self.v_size))
+            self.q_size, self.v_size = self.q_size + SIZES[kind][0], self.v_size + SIZES[kind][1]
+        scalars = [joint for joint in self.joints if joint[1] in (HINGE, SLIDE)]
+        self._scalars = [joint[0] for joint in scalars]
+        self.scalar_q, self.scalar_v = ([joint[i] for joint in scalars] for i in (2, 3))
+        self.driven = np.zeros(len(scalars), bool)
+        self._others = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
+        q = self.read()[0]
+        poses = {link: self._pose(link) for link in moves}
+        start = np.concatenate([np.zeros(SIZES[k][1]) if k in (HINGE, SLIDE) else [0.0] * 3 * (k == FREE_JOINT) + [*ONE]
+                                for k in kinds.values()])  # fmt: skip
+        count, places = len(self.links), []
+        joint_at, axes = np.zeros((len(self.joints), 3)), np.zeros((len(self.joints), 3))
+        for number, (link, kind, _, _) in enumerate(self.joints):
+            axes[number] = (0.0, 0.0, 1.0) if kind in (FREE_JOINT, BALL) else infos[link][13]
+            # the inertial frame, in which PyBullet tells poses, as seen from the joint's
+            joint_at[number] = 0.0 if kind == FREE_JOINT else -rotation(dynamics[link][4]).T @ dynamics[link][3]
+        index = {joint[0]: number for number, joint in enumerate(self.joints)}
+        for link in self.links:
+            x, turn = np.zeros(3), np.eye(3)
+            if link != BASE:
+                parent = infos[link][16]  # what does not move stands with the base
+                (x0, turn0), (x1, turn1) = poses[parent if parent in self.links else BASE], poses[link]
+                x, turn = turn0.T @ (x1 - x0), turn0.T @ turn1
+                if link in index:
+                    x, turn = self._at_zero(index[link], x, turn, q, joint_at, axes)
+            places.append((x, quaternion_of(turn)))
+        joint_count = [int(link in index) for link in self.links]
+        parents = {link: number for number, link in enumerate(self.links)}
+        self.rows = TreeRows(
+            SimpleNamespace(
+                body_parentid=[-1 if link == BASE else parents.get(infos[link][16], -1) for link in self.links],
+                body_jntnum=joint_count, body_jntadr=np.cumsum([0, *joint_count])[:-1],
+                body_pos=[place[0] for place in places], body_quat=[place[1] for place in places],
+                body_ipos=np.zeros((count, 3)), body_iquat=np.tile(ONE, (count, 1)),
+                body_mass=[dynamics[link][0] for link in self.links],
+                body_inertia=[np.maximum(dynamics[link][2], LEAST_INERTIA * dynamics[link][0]) for link in self.links],
+                jnt_type=[joint[1] for joint in self.joints], jnt_pos=joint_at, jnt_axis=axes,
+                jnt_qposadr=[joint[2] for joint in self.joints], jnt_dofadr=[joint[3] for joint in self.joints],
+                qpos0=start, dof_armature=np.zeros(self.v_size), dof_damping=np.zeros(self.v_size),
+            ),
+            range(count),
+        )  # fmt: skip
+        self.heads = [link for link in self.links if link in index]
+
+    def _at_zero(self, number: int, x: Array, turn: Array, q: Array, at: Array, axes: Array) -> tuple[Array, Array]:
+        """Where a link is in its parent when its joint is at zero, from where it is now."""
+        _, kind, first, _ = self.joints[number]
+        if kind == SLIDE:
+            return x - turn @ axes[number] * q[first], turn
+        own = matrix_of(q[first : first + 4] if kind == BALL else turned_by(q[first] * axes[number]))
+        turn = turn @ own.T
+        return x - turn @ (at[number] - own @ at[number]), turn
+
+    def _pose(self, link: int) -> tuple[Array, Array]:
+        if link == BASE:
+            x, q = p.getBasePositionAndOrientation(self.body, self._client)
+        else:
+            x, q = p.getLinkState(self.body, link, 0, 1, self._client)[:2]
+        return np.array(x), rotation(q)
+
+    def place_of(self, link: int) -> tuple[int, Array, Array]:
+        """Member of the tree that a link is part of, and where its inertial frame is in that one's principal axes."""
+        i = self.links.index(link)
+        return int(self.rows.row[i]), self.rows.at[i], matrix_of(self.rows.quaternion[i])
+
+    def read(self) -> tuple[Array, Array]:
+        """Coordinates and velocities as PyBullet has them; `driven`: which hinges and slides motors drive."""
+        q, v = np.zeros(self.q_size), np.zeros(self.v_size)
+        if self._scalars:
+            states = list(zip(*p.getJointStates(self.body, self._scalars, self._client), strict=True))
+            q[self.scalar_q], v[self.scalar_v] = states[0], states[1]
+            self.driven = np.array(states[3]) != 0.0
+        for link, kind, i, j in self._others:
+            if kind == FREE_JOINT:
+                (x, turn), (velocity, spin) = (
+                    p.getBasePositionAndOrientation(self.body, self._client), p.getBaseVelocity(self.body, self._client)
+                )  # fmt: skip
+                q[i : i + 3], q[i + 3 : i + 7] = x, scalar_first(turn)
+                v[j : j + 3], v[j + 3 : j + 6] = velocity, rotation(turn).T @ spin
+            else:
+                turn, spin = p.getJointStateMultiDof(self.body, link, self._client)[:2]
+                q[i : i + 4], v[j : j + 3] = scalar_first(turn), spin
+        return q, v
+
+    def write(self, q: Array, v: Array) -> None:
+        """Put it there, moving so."""
+        for link, place, speed in zip(self._scalars, q[self.scalar_q].tolist(), v[self.scalar_v].tolist(), strict=True):
+            p.resetJointState(self.body, link, place, speed, self._client)
+        for link, kind, i, j in self._others:
+            if kind == FREE_JOINT:
+                x, turn, spin = q[i : i + 3], q[i + 3 : i + 7], v[j + 3 : j + 6]
+                p.resetBasePositionAndOrientation(self.body, x.tolist(), [*turn[1:].tolist(), turn[0]], self._client)
+                p.resetBaseVelocity(self.body, v[j : j + 3].tolist(), (matrix_of(turn) @ spin).tolist(), self._client)
+            else:
+                turn = [*q[i + 1 : i + 4].tolist(), q[i]]
+                p.resetJointStateMultiDof(self.body, link, turn, v[j : j + 3].tolist(), self._client)
+
+    def moved(self, q: Array, x: Array) -> Array:
+        """Coordinates moved by x, shape (v_size,), spins along the bodies' axes."""
+        out = q.copy()
+        out[self.scalar_q] += x[self.scalar_v]
+        for _, kind, i, j in self._others:
+            if kind == FREE_JOINT:
+                out[i : i + 3] += x[j : j + 3]
+                i, j = i + 3, j + 3
+            turn = product(out[i : i + 4], turned_by(x[j : j + 3]))
+            out[i : i + 4] = turn / np.linalg.norm(turn)
+        return out
+
+    def between(self, q: Array, other: Array) -> Array:
+        """What moves q to other, shape (v_size,)."""
+        out = np.zeros(self.v_size)
+        out[self.scalar_v] = other[self.scalar_q] - q[self.scalar_q]
+        for _, kind, i, j in self._others:
+            if kind == FREE_JOINT:
+                out[j : j + 3] = other[i : i + 3] - q[i : i + 3]
+                i, j = i + 3, j + 3
+            turn = product(q[i : i + 4] * [1.0, -1.0, -1.0, -1.0], other[i : i + 4])
+            turn = turn if turn[0] >= 0.0 else -turn
+            sine = float(np.linalg.norm(turn[1:]))
+            out[j : j + 3] = 2.0 * (np.arctan2(sine, turn[0]) / sine if sine > 0.0 else 1.0) * turn[1:]
+        return out
+
+    def along(self, v: Array, q: Array, other: Array) -> Array:
+        """Velocities where the spin of the base, along its axes at q, is told along those at other coordinates."""
+        out = v.copy()
+        if self.free:
+            out[3:6] = matrix_of(other[3:7]).T @ matrix_of(q[3:7]) @ v[3:6]
+        return out
