@@ -12,11 +12,16 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
+from llvmlite import ir
+from llvmlite.binding import parse_assembly
 from numba.core import event
 from numba.core.ccallback import CFunc
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.sigutils import normalize_signature
 from numba.core.types import unliteral
 
@@ -48,24 +53,80 @@ def _cache(compiled: Any, key: str) -> None:
         compiled._cache.disable()
 
 
-def _take_any_value(dispatcher: Any) -> None:
-    """Let numba compile a function once for each type of its arguments, not anew for each literal that it is given."""
-    template_of = dispatcher.get_call_template
+class _Ingredient(JITCodeLibrary):
+    """Code that goes into that of others: it is optimised and made machine code of only there, and once."""
+
+    def _optimize_final_module(self) -> None:
+        """Left to who links it."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """There is none."""
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """Itself, for `set_env`."""
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """What only wrappers for Python use is not there."""
+
+    def serialize_using_object_code(self) -> Any:
+        """What the cache keeps: the code for linking, and an object that is empty but for what `set_env` looks for."""
+        code, module = self._get_module_for_linking(), self._codegen._create_empty_module(self.name)
+        for name in (one.name for one in code.global_variables if one.name.startswith("_ZN08NumbaEnv")):
+            place = ir.GlobalVariable(module, ir.IntType(64), name)
+            place.linkage, place.initializer = "common", ir.Constant(place.value_type, 0)
+        return self.name, "object", (self._codegen._tm.emit_object(parse_assembly(str(module))), code.as_bitcode())
+
+
+class _InsideCompiler(Compiler):
+    def compile_extra(self, func: Any) -> Any:
+        """Compile for compiled code alone."""
+        self.state.library = _Ingredient(self.state.targetctx.codegen(), func.__qualname__)
+        return super().compile_extra(func)
+
+
+INSIDE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _InsideCompiler}
+
+
+def _take_any_value(dispatcher: Any, inside: Any) -> None:
+    """Let compiled code call what is compiled for it, once for each type of arguments, not for each literal."""
+    template_of = inside.get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
         return template_of(tuple(map(unliteral, args)), {name: unliteral(kind) for name, kind in kws.items()})
 
     dispatcher.get_call_template = get_call_template
+    dispatcher.get_overload = inside.get_overload
+
+
+def _twin(function: Any) -> Any:
+    """The function by another name, by which numba keeps what it compiles of it."""
+    twin = FunctionType(
+        function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
+    )
+    twin.__qualname__ = function.__qualname__ + ".inside"
+    return twin
 
 
 def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
-    """`jit` for code that depends on something outside too, named by the key; options: numba's."""
+    """`jit` for code that depends on something outside too, named by the key; options: numba's.
+
+    What calls it from Python has it compiled on its own, with what numba wraps it in; what is compiled takes it in.
+    """
 
     def compile_lazily(function: Function) -> Function:
         dispatcher = numba.njit(error_model="numpy", **options)(function)
         if dispatcher is not function:
+            inside = numba.njit(error_model="numpy", **INSIDE, **options)(_twin(function))
             _cache(dispatcher, key)
-            _take_any_value(dispatcher)
+            _cache(inside, key)
+            _take_any_value(dispatcher, inside)
         return dispatcher  # type: ignore[return-value]
 
     return compile_lazily
@@ -114,8 +175,8 @@ jit = jit_for("")
 """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
 
 
-jit_inside = jit_for("", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""`jit` for what compiled code alone calls: without the wrappers for Python and C, a fifth faster to compile."""
+jit_inside = jit
+"""`jit` of what compiled code alone calls."""
 
 
 jit_inline = jit_for("", forceinline=True)

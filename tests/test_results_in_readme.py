@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from validation import readme, runner, store
+from validation import readme, report, runner, store
 from validation.case import Case, Limit, Outcome, Table, find_cases
 from validation.readme import BEGIN, END, Row
 
@@ -48,18 +48,20 @@ def shown(folder: Path) -> list[str]:
     ],
 )
 def test_of_several_limits_the_worst_is_shown(limits, expected, tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", limits)])
+    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", limits, front=True)])
     runner.run_case(Sample(), tmp_path)
     assert shown(tmp_path) == [expected]
 
 
 def test_a_figure_without_a_limit_is_shown_with_its_unit(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", data=("times", "one"), unit="us")])
+    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", data=("times", "one"), unit="us", front=True)])
     runner.run_case(Sample(), tmp_path)
     assert shown(tmp_path) == ["| row |  | 7.25 us | measured |"]
 
 
-@pytest.mark.parametrize("row", [Row("row", "sample", "^eror"), Row("row", "sample", data=("times", "two"))])
+@pytest.mark.parametrize(
+    "row", [Row("row", "sample", "^eror", front=True), Row("row", "sample", data=("times", "two"), front=True)]
+)
 def test_a_row_that_leads_nowhere_is_an_error(row, tmp_path, monkeypatch):
     monkeypatch.setattr(readme, "ROWS", [row])
     runner.run_case(Sample(), tmp_path)
@@ -67,8 +69,22 @@ def test_a_row_that_leads_nowhere_is_an_error(row, tmp_path, monkeypatch):
         readme.block(tmp_path)
 
 
+def test_rows_that_are_not_for_the_front_stand_in_the_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(readme, "ROWS", [Row("one", "sample", "^rate", front=True), Row("two", "sample", "near$")])
+    runner.run_case(Sample(), tmp_path)
+    assert shown(tmp_path) == ["| one | at least 4 | 5 | kept |"]
+    text = report.write([Sample()], tmp_path).read_text()
+    assert "| one | at least 4 | 5 | kept |\n| two | at most 10 | 9 | kept |" in text
+
+
+def test_what_is_missed_is_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
+    runner.run_case(Sample(), tmp_path)
+    assert "Of 6 limits 2 are\nmissed" in readme.block(tmp_path)
+
+
 def test_what_has_no_full_result_is_said_not_to_be_measured(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate")])
+    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
     assert shown(tmp_path) == ["| row |  |  | not measured |"]
     runner.run_case(Sample(), tmp_path, quick=True)
     assert shown(tmp_path) == ["| row |  |  | not measured |"]
@@ -79,13 +95,13 @@ def test_a_run_that_is_not_sane_has_no_figures(tmp_path, monkeypatch):
         def run(self, quick, progress):
             return Outcome([Limit("rate", 1.0, 2.0, at_least=True)], {}, ["the ball is gone"])
 
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate")])
+    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
     runner.run_case(Broken(), tmp_path)
     assert shown(tmp_path) == ["| row |  |  | NOT SANE |"]
 
 
 def test_a_run_into_the_projects_own_folder_writes_the_block_and_nothing_else(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate")])
+    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
     monkeypatch.setattr(runner, "find_cases", lambda: {"sample": Sample()})
     monkeypatch.setattr(runner, "README", tmp_path / "README.md")
     monkeypatch.setattr(store, "HERE", tmp_path / "validation")
@@ -112,6 +128,7 @@ def test_every_row_is_of_a_case_and_names_one_thing():
     for row in readme.ROWS:
         assert row.case in find_cases()
         assert bool(row.limits) != bool(row.data), row
+    assert 5 <= sum(row.front for row in readme.ROWS) <= 7
 
 
 def test_the_committed_readme_shows_the_committed_results():

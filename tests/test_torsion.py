@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, pi, sin, sqrt
+from math import asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
 from contactlaw.laws.step import advance, know
-from contactlaw.laws.torsion import FULL, TORSION, limit_point, limits, stored, twist
+from contactlaw.laws.torsion import FULL, TORSION, limit_point, limits, nearest, stored, twist
 
 PAIR = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.3, radius=0.01)
 DEEP = 1e-5  # [m]
@@ -117,10 +117,21 @@ def test_a_moment_outlives_a_load_that_swings() -> None:
     assert held[-1] == pytest.approx(held[9], rel=0.02)
 
 
-@pytest.mark.parametrize("k", [1e-3, 0.05, 0.0999, 0.1001, 0.5, 0.999, 1.001, 2.0, 30.0])
-def test_limit_curve_is_the_integral_over_a_slipping_contact(k: float) -> None:
+def closed_form(k: float) -> tuple[float, float]:
+    """F/(mu P) and M/(mu P a) of a contact that slips everywhere, k = omega a/v."""
+    s, s2 = 1.0 / k, 1.0 / (k * k)
+    if s <= 1.0:
+        return 3.0 * pi / 32.0 * s * (4.0 - s2), 3.0 * pi / 128.0 * (8.0 - s2 * (8.0 - 3.0 * s2))
+    q, angle = sqrt(s2 - 1.0), asin(k)
+    f = s * (4.0 - s2) * angle + (s2 + 2.0) * q / s
+    m = (8.0 - s2 * (8.0 - 3.0 * s2)) * angle + (6.0 - 3.0 * s2) * q
+    return 3.0 / 16.0 * f, 3.0 / 64.0 * m
+
+
+@pytest.mark.parametrize("k", [0.05, 0.0999, 0.1001, 0.5, 0.999, 1.001, 2.0, 30.0])
+def test_closed_form_is_the_integral_over_a_slipping_contact(k: float) -> None:
     """Chords through the pole, s = 1/k from the middle: pressure is sqrt(w^2 - m^2), w^2 = 1 - (s sin t)^2."""
-    s, size = 1.0 / k, sqrt(1.0 + k * k)
+    s = 1.0 / k
     # Only t up to asin(1/s): t = asin(min(1, 1/s) sin y) takes the root's end away.
     edge = min(1.0, k)
 
@@ -133,16 +144,32 @@ def test_limit_curve_is_the_integral_over_a_slipping_contact(k: float) -> None:
 
     force = 1.5 * s * over(lambda cosine2, w2: cosine2 * w2)
     moment = 0.375 * over(lambda cosine2, w2: w2 * w2)
-    f, m, bend = limit_point(1.0 / size, k / size)
-    # The series stop at k^6, 5e-4 of them at most.
-    assert (f, m) == (pytest.approx(force, abs=1e-9), pytest.approx(moment, abs=1e-9))
-    if not 0.09 < k < 0.11:
-        step = 1e-6
-        angle = atan2(k, 1.0)
-        one, other = (limit_point(cos(angle + d), sin(angle + d)) for d in (-step, step))
-        chord = (other[0] - one[0], other[1] - one[1])
-        assert hypot(*chord) / (2.0 * step) == pytest.approx(bend, rel=1e-3)
-        assert abs(chord[0] + k * chord[1]) < 1e-5 * hypot(*chord) * size
+    assert closed_form(k) == (pytest.approx(force, abs=1e-9), pytest.approx(moment, abs=1e-9))
+
+
+def test_limit_curve_is_the_closed_form() -> None:
+    """Also its normal and its curvature, for the curve between k = 0 and 1 is a polynomial."""
+    assert limit_point(1.0, 0.0)[:2] == (1.0, 0.0)
+    for k in (*np.linspace(0.03, 1.0, 60), 1.001, 1.5, 2.0, 30.0):
+        size, angle, step = sqrt(1.0 + k * k), atan2(k, 1.0), 1e-6
+        f, m, bend = limit_point(1.0 / size, k / size)
+        assert (f, m) == (pytest.approx(closed_form(k)[0], abs=1e-5), pytest.approx(closed_form(k)[1], abs=1e-5))
+        if abs(k - 1.0) > 1e-3:
+            one, other = (limit_point(cos(angle + d), sin(angle + d)) for d in (-step, step))
+            chord = (other[0] - one[0], other[1] - one[1])
+            assert hypot(*chord) / (2.0 * step) == pytest.approx(bend, rel=1e-3)
+            assert abs(chord[0] + k * chord[1]) < 1e-5 * hypot(*chord) * size
+    both = [limit_point(sqrt(0.5) + d, sqrt(0.5) - d)[:2] for d in (1e-12, -1e-12)]
+    assert both[0] == pytest.approx(both[1], abs=1e-7)
+
+
+def test_nearest_point_of_the_limit_curve() -> None:
+    for angle in np.linspace(0.0, pi / 2.0, 40):
+        v, w = cos(angle), sin(angle)
+        f, m, _ = limit_point(v, w)
+        for far in (1e-6, 0.01, 0.1, 1.0):
+            assert nearest(f + far * v, m + far * w) == (pytest.approx(f, abs=3e-5), pytest.approx(m, abs=3e-5), True)
+        assert not nearest(f - 0.01 * v, m - 0.01 * w)[2]
 
 
 @pytest.mark.parametrize("law", ["microslip", "mindlin", "coulomb"])
@@ -153,8 +180,7 @@ def test_steady_sliding_with_spin(law: str, k: float) -> None:
     step = 0.02 * contact.full / (contact.pair.g_star * contact.radius)
     for _ in range(2000):
         contact.move(DEEP, step, k * step / contact.radius)
-    size = sqrt(1.0 + k * k)
-    f, m, _ = limit_point(1.0 / size, k / size)
+    f, m = closed_form(k)
     assert contact.touch.f == pytest.approx(f * contact.full, abs=1e-3 * contact.full)
     assert contact.torsion.moment == pytest.approx(
         m * contact.full * contact.radius, abs=1e-3 * contact.full * contact.radius

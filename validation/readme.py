@@ -1,16 +1,17 @@
-"""The README's table of results, made from the saved results and nothing else."""
+"""The figures that matter most, for the README and the report, made from the saved results and nothing else."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
 from validation.case import Table
-from validation.report import asked, kept, markdown, with_unit
 from validation.store import Result, load
+from validation.words import asked, kept, markdown, with_unit
 
 BEGIN, END = "<!-- results -->", "<!-- /results -->"
 
@@ -25,6 +26,7 @@ class Row:
         limits: Regular expression for the names of limits; of several the worst is shown.
         data: Or, for a figure without a limit, the keys that lead to it in the data.
         unit: Of a figure from the data; a limit has its own.
+        front: Whether the README shows it; the report shows all.
     """
 
     text: str
@@ -32,19 +34,20 @@ class Row:
     limits: str = ""
     data: tuple[str, ...] = ()
     unit: str = ""
+    front: bool = False
 
 
 ROWS = (
     Row("An impact by `rebound`, chi 0.5 to 2: largest error in psi_2",
-        "law_accuracy", "^largest error of microslip, chi 0.5"),
+        "law_accuracy", "^largest error of microslip, chi 0.5", front=True),
     Row("The force at any instant of an impact, over mu P_max: largest difference from the annuli",
         "paper_figure_1", "^largest difference"),
     Row("The paper's two methods, chi = 1.256: largest difference in psi_2",
         "superposition", "^largest difference in psi_2"),
     Row("A ball's bounce in MuJoCo and PyBullet, steps from 4 ms to 1 us: largest error in psi_2",
-        "any_step", "^error in .* at any step"),
+        "any_step", "^error in .* at any step", front=True),
     Row("Energy that a random impact gains, at most",
-        "energy", "^largest gain of energy, microslip"),
+        "energy", "^largest gain of energy, microslip", front=True),
     Row("Energy at the top of an elastic ball's bounces, largest change, both engines",
         "bouncing", "^energy of the elastic ball"),
     Row("A ball at rest for a minute: jitter over the overlap, both engines",
@@ -58,7 +61,7 @@ ROWS = (
     Row("Alumina on glass (Kharaz and others), nothing fitted: rms difference of e_t",
         "alumina_on_glass", "^rms of microslip in e_t"),
     Row("A MuJoCo step with a bouncing ball, over the native contact",
-        "step_cost", "^bouncing, e = 1, over"),
+        "step_cost", "^bouncing, e = 1, over", front=True),
     Row("A MuJoCo step that resolves the contact, over the native contact",
         "step_cost", "^touching, microslip, over"),
     Row("A PyBullet step with a bouncing ball, over the native contact",
@@ -68,15 +71,15 @@ ROWS = (
     Row("A PyBullet step with a bouncing ball as time, callback and engine together",
         "step_cost", data=("microseconds", "PyBullet, bouncing, e = 1", "median"), unit="us"),
     Row("A box on a slope of 20 degrees for a minute in MuJoCo: creep",
-        "crowds", "^creep of a box"),
+        "crowds", "^creep of a box", front=True),
     Row("Heaps of 8 to 216 steel balls that drop in MuJoCo, over its own contact with CG",
-        "crowds", "^heap of .*, drop over CG"),
+        "crowds", "^heap of .*, drop over CG", front=True),
     Row("The same once they sleep",
         "crowds", "^heap of .*, asleep over CG"),
     Row("Force where a slide turns, `MicroslipTurning`, over mu P: largest difference from rings with local friction",
         "turning", "^force along"),
     Row("A bouncing ball that spins about the normal: largest error in psi_2, against a grid with local friction",
-        "any_step", "^error of psi_2 in .* spun"),
+        "any_step", "^error of psi_2 in .* spun", front=True),
     Row("A substep of one contact with 16 nodes, the law alone",
         "front_law", data=("substeps", "microslip, 16 nodes", "median"), unit="ns"),
     Row("A million impacts by `rebound` on two cores at most, error within 0.007",
@@ -84,30 +87,34 @@ ROWS = (
 )  # fmt: skip
 
 
-def block(folder: Path) -> str:
-    """The text between the markers, from the full results in a folder; what has none is said not to be measured.
+def table(rows: Iterable[Row], folder: Path) -> Table:
+    """Asked and reached, from the full results in a folder; what has none is said not to be measured.
 
     Raises:
         LookupError: A row names a limit or a figure that the result of its case does not have.
     """
-    table = Table(["what", "asked", "reached", ""])
-    days: set[str] = set()
-    machines: set[str] = set()
-    for row in ROWS:
+    out = Table(["what", "asked", "reached", ""])
+    for row in rows:
         result = load(row.case, folder)
-        if result is None or result["quick"]:
-            cells = ["", "", "not measured"]
-        else:
-            cells = _cells(row, result)
-            days.add(result["machine"]["date"])
-            machines.add(f"{result['machine']['cpu']}, {result['machine']['cores']} cores")
-        table.rows.append([row.text, *cells])
-    days_text = " to ".join(sorted({min(days), max(days)})) if days else ""
-    measured = f" Measured {days_text} on {'; '.join(sorted(machines))}." if days else ""
+        cells = ["", "", "not measured"] if result is None or result["quick"] else _cells(row, result)
+        out.rows.append([row.text, *cells])
+    return out
+
+
+def block(folder: Path) -> str:
+    """The text between the README's markers, from the results in a folder."""
+    rows = [row for row in ROWS if row.front]
+    shown = [result for row in rows if (result := load(row.case, folder)) is not None and not result["quick"]]
+    days = [result["machine"]["date"] for result in shown]
+    machines = sorted({f"{result['machine']['cpu']}, {result['machine']['cores']} cores" for result in shown})
+    measured = f" Measured {' to '.join(sorted({min(days), max(days)}))} on {'; '.join(machines)}." if days else ""
+    limits = [limit for path in sorted((folder / "results").glob("*.json"))
+              if (result := load(path.stem, folder)) is not None for limit in result["limits"]]  # fmt: skip
+    missed = sum(not limit["passed"] for limit in limits)
     return (
-        "## Results\n\nWhat is asked, and what `python -m validation` measured; of several figures the worst. The "
-        f"[report](validation/report.md)\nhas them all, with pictures, and begins with what is missed.{measured}\n\n"
-        f"{markdown(table)}"
+        f"Asked of it, and what `python -m validation` measured; of several figures the worst. Of {len(limits)} limits "
+        f"{missed} are\nmissed: the [report](validation/report.md) begins with them, and has all figures and pictures."
+        f"{measured}\n\n{markdown(table(rows, folder))}"
     )
 
 

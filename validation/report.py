@@ -7,8 +7,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from validation import readme
 from validation.case import Case, Table
 from validation.store import Result, load
+from validation.words import asked, kept, markdown, with_unit
 
 COVER = "law_accuracy"
 """The case whose picture stands at the head."""
@@ -45,7 +47,15 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     """Write report.md into a folder from its results; cases without a result are named as missing."""
     found = [(case, load(case.name, folder)) for case in cases]
     present = [(case, result) for case, result in found if result is not None]
-    parts = [HEAD, *_cover(present, folder), WORDS, _missed(present), _summary(present), REPEAT]
+    parts = [
+        HEAD,
+        *_cover(present, folder),
+        WORDS,
+        _missed(present),
+        *_in_short(present, folder),
+        _summary(present),
+        REPEAT,
+    ]
     parts += [_chapter(case, result, folder) for case, result in present]
     missing = [case.name for case, result in found if result is None]
     if missing:
@@ -54,26 +64,6 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     path = folder / "report.md"
     path.write_text("\n".join(parts))
     return path
-
-
-def number(value: float) -> str:
-    """A figure as the tables show it: four significant digits, so that a narrow miss shows."""
-    return f"{value:.4g}" if 1e-3 <= abs(value) < 1e5 or value == 0.0 else f"{value:.1e}"
-
-
-def with_unit(value: float, unit: str) -> str:
-    """A figure and its unit, if it has one."""
-    return f"{number(value)} {unit}" if unit else number(value)
-
-
-def asked(limit: dict[str, Any]) -> str:
-    """What a saved limit asks."""
-    return f"{'at least' if limit['at_least'] else 'at most'} {with_unit(limit['asked'], limit['unit'])}"
-
-
-def kept(limit: dict[str, Any]) -> str:
-    """Whether a saved limit is kept."""
-    return "kept" if limit["passed"] else "MISSED"
 
 
 def verdict(result: Result) -> str:
@@ -100,15 +90,16 @@ def link(case: Case, text: str = "") -> str:
     return f"[{text or case.title}](#{anchor})"
 
 
-def markdown(table: Table) -> str:
-    """The table in Markdown."""
-    rows = [table.heads, ["---"] * len(table.heads), *table.rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
-
-
 def _cover(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
     """The picture of the one case that says most."""
     return [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
+
+
+def _in_short(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
+    """The figures that matter most, of cases that there are."""
+    names = {case.name for case, _ in present}
+    rows = [row for row in readme.ROWS if row.case in names]
+    return [f"## In short\n\nOf several figures the worst.\n\n{markdown(readme.table(rows, folder))}\n"] if rows else []
 
 
 def _missed(present: list[tuple[Case, Result]]) -> str:

@@ -18,6 +18,9 @@ Sliding and spinning together, slipping everywhere, the velocity v of the middle
     s >= 1: F/(mu P) = 3/16 [(4 s - s^3) asin(1/s) + (s^2 + 2) q/s]
             M/(mu P a) = 3/64 [(8 - 8 s^2 + 3 s^4) asin(1/s) + (6 - 3 s^2) q]
 
+With k = 1/s a polynomial stands for the second pair, M/(mu P a) = k Q(k^2) within 1e-5, Q fitted such that it begins
+like the series and meets the first pair at k = 1; F follows from dF = -k dM (`tests.test_torsion` compares both).
+
 This limit curve bounds all F and M, and (v, omega a) is along its normal (Goyal, Ruina & Papadopoulos, Wear 143, 1991).
 So the law of the tangential force and the rings have their friction lowered to the point of the curve nearest to where
 F and M would go if the contact hardly slipped; inside the curve they are not coupled. Friction that is lowered only
@@ -28,7 +31,7 @@ spin does to psi_2, -0.03, three quarters are missed.
 
 from __future__ import annotations
 
-from math import asin, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 
@@ -43,7 +46,8 @@ TORSION = np.dtype([("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,))
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
 LEAST = 1e-9  # of its friction, what spin leaves a contact
-ITERATIONS, CLOSE = 6, 1e-5  # steps to a point of the limit curve; [rad] by which its normal may be off
+CURVE = (0.2, 0.0148535, -0.0024586, 0.0214635, -0.0263972, 0.013432)  # Q, lowest power first
+ITERATIONS, CLOSE = 6, 5e-3  # steps to a point of the limit curve; [rad] of the last, whose square is left as error
 
 
 @jit_inline
@@ -67,7 +71,8 @@ def twist(state, contact, modulus, angle, friction):
         angle *= contact.overlap / (contact.overlap - contact.before)
     hold = 16.0 / 3.0 * modulus * radius**3
     cap = FULL * friction * min(contact.force, contact.elastic) * radius
-    state.moment = turn_rings(state, state.span / radius, old / radius, angle, cap / hold) * hold
+    one = 1.0 / radius
+    state.moment = turn_rings(state, state.span * one, old * one, angle, cap / hold) * hold
 
 
 @jit_of_sums
@@ -135,10 +140,11 @@ def limits(state, contact, friction, du, dv, angle):
         return 1.0, 1.0
     grown, radius = contact.overlap / contact.before, sqrt(contact.radius * contact.overlap)
     old = friction * contact.force
-    full = old * grown * sqrt(grown)
-    stretch = contact.g_star * radius / full  # half of what a stuck contact has: by the limit, much of it slips
-    force = sqrt((contact.f / full + stretch * du) ** 2 + (contact.g / full + stretch * dv) ** 2)
-    moment = abs(state.moment / (full * radius) + stretch * radius * angle)
+    full = 1.0 / (old * grown * sqrt(grown))
+    stretch = contact.g_star * radius  # half of what a stuck contact has: by the limit, much of it slips
+    u, v = contact.f + stretch * du, contact.g + stretch * dv
+    force = full * sqrt(u * u + v * v)
+    moment = full * abs(state.moment / radius + stretch * radius * angle)
     kept = 1.0
     if contact.state == SLIDING:  # its law takes what friction there is for its springs when it sticks
         kept = min(max(sqrt(contact.f * contact.f + contact.g * contact.g) / old, LEAST), 1.0)
@@ -150,45 +156,47 @@ def limits(state, contact, friction, du, dv, angle):
     return max(f, LEAST), m / FULL
 
 
-@jit
+@jit_of_sums
 def nearest(force, moment):
     """Point of the limit curve nearest to a force over mu P and a moment over mu P a; whether these are outside."""
-    v, w = force, moment / (FULL * FULL)  # across an ellipse
-    f, m = 0.0, 0.0
+    v, w = force, moment * (1.0 / (FULL * FULL))  # across an ellipse
+    one = 1.0 / sqrt(v * v + w * w)
+    f, m, bend, turn = 0.0, 0.0, 0.0, 0.0
     for _ in range(ITERATIONS):
-        size = sqrt(v * v + w * w)
-        v, w = v / size, w / size
+        v, w = one * v, one * w
         f, m, bend = limit_point(v, w)
         x, y = force - f, moment - m
         turn = (y * v - x * w) / (max(x * v + y * w, 0.0) + bend)
         if turn * turn < CLOSE * CLOSE:
             break
         v, w = max(v - turn * w, 0.0), max(w + turn * v, 0.0)
-    return f, m, (force - f) * v + (moment - m) * w > 0.0
+        one = 1.0 - turn * turn * (0.5 - 0.375 * turn * turn)  # of a length that hardly matters
+    along = bend * turn
+    f, m = f - along * (w + 0.5 * turn * v), m + along * (v - 0.5 * turn * w)
+    return f, m, (force - f) * (v - turn * w) + (moment - m) * (w + turn * v) > 0.0
 
 
-@jit
+@jit_of_sums
 def limit_point(v, w):
     """Of a contact that slips everywhere, F/(mu P), M/(mu P a), and the limit curve's radius of curvature there.
 
     v, w: velocity of its middle and spin times a, both not negative, over the root of the sum of their squares.
     """
-    if w < 0.1 * v:  # the first terms of the series: the closed form would lose digits
-        k = w / v
-        k2 = k * k
-        f = 1.0 - k2 * (0.1 + k2 * (3.0 / 280.0 + k2 / 336.0))
-        return f, 0.2 * k * (1.0 + k2 * (1.0 / 14.0 + k2 / 56.0)), (0.2 + k2 * 3.0 / 70.0) / v**3
-    s = v / w
+    if w <= v:
+        one = 1.0 / v
+        k = w * one
+        x = k * k
+        a, b, c, d, e, g = CURVE
+        m = k * (a + x * (b + x * (c + x * (d + x * (e + x * g)))))
+        rate = a + x * (3.0 * b + x * (5.0 * c + x * (7.0 * d + x * (9.0 * e + x * 11.0 * g))))  # dm/dk
+        f = 0.5 * a + x * (0.75 * b + x * (5.0 / 6.0 * c + x * (0.875 * d + x * (0.9 * e + x * (11.0 / 12.0 * g)))))
+        return 1.0 - x * f, m, rate * one * one * one
+    one = 1.0 / w
+    s = v * one
     s2 = s * s
-    if s <= 1.0:
-        f, m = pi / 2.0 * s * (4.0 - s2), pi / 2.0 * (8.0 - s2 * (8.0 - 3.0 * s2))
-        slope = pi / 2.0 * (4.0 - 3.0 * s2)
-    else:
-        q, angle = sqrt(s2 - 1.0), asin(1.0 / s)
-        f = s * (4.0 - s2) * angle + (s2 + 2.0) * q / s
-        m = (8.0 - s2 * (8.0 - 3.0 * s2)) * angle + (6.0 - 3.0 * s2) * q
-        slope = (4.0 - 3.0 * s2) * angle + (3.0 - 2.0 / s2) * q
-    return 3.0 / 16.0 * f, 3.0 / 64.0 * m, 3.0 / 16.0 * slope / w**3
+    slope = 3.0 * pi / 32.0 * (4.0 - 3.0 * s2)
+    f, m = 3.0 * pi / 32.0 * s * (4.0 - s2), 3.0 * pi / 128.0 * (8.0 - s2 * (8.0 - 3.0 * s2))
+    return f, m, slope * one * one * one
 
 
 @jit

@@ -19,7 +19,7 @@ STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four ti
 
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
-    world="u8", pressed="u8", step="u8",  # addresses of its `records.WORLD`, of `step.find_pressed` and `step_once`
+    world="u8", pressed="u8",  # addresses of its `records.WORLD` and of `step.find_pressed`
     report="u8",  # address of what tells Python
     state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
     nq="i8", nv="i8",

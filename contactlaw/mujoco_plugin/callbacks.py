@@ -26,11 +26,13 @@ from contactlaw.mujoco_plugin.jointed import (
     read_jointed,
     write_jointed,
 )
-from contactlaw.mujoco_plugin.memory import call_on_world, call_step, field, floats, inside, place
+from contactlaw.mujoco_plugin.memory import call_on_world, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
 from contactlaw.mujoco_plugin.probes import exchange
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
+from contactlaw.world.call import address, call_step
+from contactlaw.world.demand import STEP
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.state import hole, read, write
 from contactlaw.world.vec import load, scale, store
@@ -71,7 +73,7 @@ def move(m, d, head, w, state):
     if head.probe_count > 0:
         head.model, head.data = m, d
         exchange(head)
-    call_step(head.step, head.world, head.step_size)
+    call_step(address(w, STEP), w, head.step_size, False)
     if head.probe_count > 0:
         exchange(head)
     call_on_world(head.pressed, head.world)

@@ -18,7 +18,7 @@ from contactlaw.world.access import body_at, world_at
 from contactlaw.world.motion import give, set_axes, spin_rate
 from contactlaw.world.vec import add, axpy, cross, load, norm, product, store, sub, turn_by
 
-jit = jit_for(layout.KEY, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+jit = jit_for(layout.KEY)
 
 APPLIED, ACTUATED, PASSIVE, CONSTRAINED, XFRC, QPOS, QVEL = (
     layout.DATA[name]

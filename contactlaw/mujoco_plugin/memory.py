@@ -42,19 +42,6 @@ def inside(base, offset, size):
     return carray(doubles_at(types.uintp(base) + types.uintp(offset)), size)
 
 
-def _call_step(typing_context, function, world, dt):
-    def generate(context, builder, signature, arguments):
-        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64), ir.DoubleType()])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
-        return context.get_dummy_value()
-
-    return types.none(types.uint64, types.uint64, types.float64), generate
-
-
-call_step: Any = intrinsic(_call_step)
-"""Call void (*function)(uint64 world, double dt) at an address."""
-
-
 def _call_on_world(typing_context, function, world):
     def generate(context, builder, signature, arguments):
         kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)])

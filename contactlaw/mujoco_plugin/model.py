@@ -20,11 +20,12 @@ from contactlaw.mujoco_plugin.probes import address_of_probe
 from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
+from contactlaw.world.demand import STEP, supply
 from contactlaw.world.frames import matrix_of, product
 from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
-from contactlaw.world.step import address_of_pressed, address_of_step
+from contactlaw.world.step import address_of_pressed
 from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
@@ -133,13 +134,14 @@ class Model:
         head = np.zeros(1, HEAD)
         addresses = self._view.ints("plugin_stateadr", self._view.size("nplugin"))
         fields = {
-            "leads": 1, "own_size": self.state_size, "step": address_of_step(), "pressed": address_of_pressed(),
+            "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
             "report": report, "state": addresses[self._members[0].number], "state_size": self._world_size,
             "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
             "placed_count": len(self._placed), "probe_count": len(self._probes), "tree_count": len(self._trees),
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value
+        supply(STEP)
         if self._probes:
             self.arrays.world["probe"] = address_of_probe()
         fill(memory, head, self.arrays, **self._tables)

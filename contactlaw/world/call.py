@@ -9,11 +9,14 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from contactlaw.world.records import BODY, SHAPE, TREE
+from contactlaw.jit import jit_inside
+from contactlaw.world.records import BODY, CONTACT, SHAPE, TREE, WORLD
 
 BODY_TYPE = numba.from_dtype(BODY)
-TREE_TYPE = numba.from_dtype(TREE)
 SHAPE_TYPE = numba.from_dtype(SHAPE)
+TREE_TYPE = numba.from_dtype(TREE)
+CONTACT_TYPE = numba.from_dtype(CONTACT)
+WORLD_TYPE = numba.from_dtype(WORLD)
 NUMBER = types.float64
 VECTOR = types.UniTuple(NUMBER, 3)
 
@@ -25,6 +28,11 @@ PROBE = types.void(types.uint64, NUMBER)
 DEEPEST = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 RADIUS = NUMBER(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 MEETING = types.UniTuple(NUMBER, 10)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
+ON_WORLD = types.boolean(WORLD_TYPE)
+A_STEP = types.boolean(WORLD_TYPE, NUMBER, types.boolean)
+LIMIT = NUMBER(CONTACT_TYPE, NUMBER, VECTOR)
+TWIST = types.void(CONTACT_TYPE, NUMBER, NUMBER, NUMBER, types.UniTuple(NUMBER, 2))
+DEMAND = types.uint64(types.int64)
 MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
 
 
@@ -77,6 +85,26 @@ def _call_probe(typing_context, address, host, now):
     return _generate(PROBE)
 
 
+def _call_on_world(typing_context, address, world):
+    return _generate(ON_WORLD)
+
+
+def _call_step(typing_context, address, world, dt, grows):
+    return _generate(A_STEP)
+
+
+def _call_limit(typing_context, address, contact, friction, moved):
+    return _generate(LIMIT)
+
+
+def _call_twist(typing_context, address, contact, modulus, angle, left, dashpot):
+    return _generate(TWIST)
+
+
+def _ask_address(typing_context, address, what):
+    return _generate(DEMAND)
+
+
 call_on_tree: Any = intrinsic(_call_on_tree)
 call_with_body: Any = intrinsic(_call_with_body)
 call_with_number: Any = intrinsic(_call_with_number)
@@ -86,3 +114,16 @@ ask_deepest: Any = intrinsic(_ask_deepest)
 ask_meeting: Any = intrinsic(_ask_meeting)
 ask_radius: Any = intrinsic(_ask_radius)
 call_probe: Any = intrinsic(_call_probe)
+call_on_world: Any = intrinsic(_call_on_world)
+call_step: Any = intrinsic(_call_step)
+call_limit: Any = intrinsic(_call_limit)
+call_twist: Any = intrinsic(_call_twist)
+ask_address: Any = intrinsic(_ask_address)
+
+
+@jit_inside
+def address(w, what):
+    """Where a function is that only some scenes need, by its number, see `demand`."""
+    if w.found[what] == 0:
+        w.found[what] = ask_address(w.demand, what)
+    return w.found[what]

@@ -10,6 +10,8 @@ from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
 from contactlaw.world.access import body_at, bring_back_touch, law_numbers, law_of, memory_of, pair_at
+from contactlaw.world.call import address, call_limit, call_twist
+from contactlaw.world.demand import LIMIT, TWIST
 from contactlaw.world.motion import give
 from contactlaw.world.vec import dot, load, sub
 
@@ -34,18 +36,17 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     spun = (angle != 0.0 or c.torsion.span > 0.0) and law.friction > 0.0
     left = 0.0
     if spun:
-        share, left = torsion.limits(c.torsion, t, law.friction, du, dv, angle)
-        t.friction = share * law.friction
-        left *= law.friction
+        left = call_limit(address(w, LIMIT), c, law.friction, moved)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    if spun:
-        torsion.twist(c.torsion, t, law.g_t, angle, left)
+    inertia = 0.0
     if t.course == LASTING and t.friction > 0.0 and law.zeta > 0.0 and hardly_moves(c, 1.0):
         calm(t, slide[0], slide[1])
         if spun:
             n = load(c.normal)
             turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
-            torsion.damp(c.torsion, t, law.g_t, left, slide[2], 1.0 / turn)
+            inertia = 1.0 / turn
+    if spun:
+        call_twist(address(w, TWIST), c, law.g_t, angle, left, (slide[2], inertia))
 
 
 @jit_inside

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from math import isfinite, sqrt
 
-from contactlaw.jit import jit_inside
+from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.access import (
     body_at,
     body_kept,
@@ -27,15 +27,13 @@ from contactlaw.world.access import (
     copy_numbers,
     keep_body,
     keep_contact,
-    law_of,
     near_at,
-    pair_at,
     row_at,
     shape_at,
     tree_at,
     whole_at,
 )
-from contactlaw.world.call import call_with_body
+from contactlaw.world.call import ON_WORLD, call_with_body
 from contactlaw.world.core import CROWN
 from contactlaw.world.equations import (
     ACCELERATION,
@@ -49,22 +47,42 @@ from contactlaw.world.equations import (
     part,
     substitute,
 )
-from contactlaw.world.force import hardly_moves, rigid
+from contactlaw.world.force import rigid
+from contactlaw.world.island import members
 from contactlaw.world.motion import follow, settle, spin_rate
 from contactlaw.world.newton import begin_equations, enter, look_at
-from contactlaw.world.pace import closing_speed, contact_time
+from contactlaw.world.pace import loaded, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
+from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub, to_world
+from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
-SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
-LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 LOOKS = 12  # steps of Newton's method at most
 WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
+
+
+def let_last(w):
+    """Take islands of contacts that last through the step; returns whether there are any."""
+    while activate(w, 0.0, w.step):
+        wake(w, 0.0)
+    link(w)
+    some = False
+    for k in range(w.islands):
+        bodies, pairs = members(w, whole_at(w.roots, k))
+        if lasts(w, bodies, pairs) and last(w, bodies, pairs):
+            fall_asleep(w, bodies, pairs)
+            some = True
+    return some
+
+
+def address() -> int:
+    """Where `let_last` is, compiled."""
+    return address_of(let_last, ON_WORLD)
 
 
 @jit_inside
@@ -111,20 +129,15 @@ def strikes(w, p, crowd):
     is shorter than that.
     """
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    slow = w.step * max(norm(load(a.acceleration)), norm(load(b.acceleration))) if crowd else 0.0
+    slow = loaded(w, a, b) if crowd else 0.0
     if p.closed == 0:
         closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
         falls = a.active == 0 or (b.active == 0 and b.still == 0)
         return closing * closing + (2.0 * max(p.acceleration, 0.0) * gap if falls else 0.0) > slow * slow
     c = contact_at(w.contacts, p.slot)
-    if law_of(w, pair_at(w.pairs, p.pair)).zeta == 0.0 or rigid(w, c) or contact_time(w, c, a, b) * LONG > w.step:
+    if rigid(w, c) or not rests(w, c, a, b, slow):
         return True
-    if whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step):
-        return True
-    speed, t = closing_speed(c, a, b), c.touch
-    if crowd:
-        return abs(speed) > slow
-    return speed * speed * t.mass > SLOW * t.force * t.overlap or not hardly_moves(c, 1.0)
+    return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
 
 
 @jit_inside

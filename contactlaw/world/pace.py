@@ -16,6 +16,8 @@ from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
+SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
+LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 
 
@@ -116,6 +118,23 @@ def contact_time(w, c, a, b):
 def closing_speed(c, a, b):
     """Closing speed [m/s] of a closed contact; `touch.closing` is rounding alone if its substep was as short."""
     return -dot(sub(velocity_at(a, load(c.arm_a)), velocity_at(b, load(c.arm_b))), load(c.normal))
+
+
+@jit_inside
+def rests(w, c, a, b, slow):
+    """Whether a closed contact does not strike within the step; slow: speed [m/s] that is none, zero: see `SLOW`."""
+    if law_of(w, pair_at(w.pairs, c.pair)).zeta == 0.0 or contact_time(w, c, a, b) * LONG > w.step:
+        return False
+    speed, t = closing_speed(c, a, b), c.touch
+    if slow > 0.0:
+        return abs(speed) <= slow
+    return speed * speed * t.mass <= SLOW * t.force * t.overlap and hardly_moves(c, 1.0)
+
+
+@jit_inside
+def loaded(w, a, b):
+    """Speed [m/s] that loads make of two bodies within the step."""
+    return w.step * max(norm(load(a.acceleration)), norm(load(b.acceleration)))
 
 
 @jit_inside

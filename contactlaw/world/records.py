@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from contactlaw.laws.record import CONTACT as TOUCH
 from contactlaw.laws.torsion import TORSION
+from contactlaw.world.demand import DEMAND, FOUND
 
 NEVER = np.inf
 
@@ -248,6 +249,8 @@ WORLD = record(
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
     lost="i8",  # contacts and pairs that there was no room for
     probe="u8", host="u8",  # address of what places tangent planes anew at a time [s] of the step, and of its own data
+    demand="u8",  # address of what compiles what is needed, see `demand`
+    found=("u8", FOUND.shape),  # addresses of that, by its numbers
     slept="f8",  # energy of motion of bodies when they fell asleep [J]
 )  # fmt: skip
 """A world as a whole: what compiled code is given."""
@@ -324,6 +327,7 @@ class Arrays(NamedTuple):
         one["unknown_room"] = self.equations.shape[1]
         one["cells"] = self.grid.size - 4 * self.shapes.size
         self.shapes["points"] = self.points.ctypes.data + 24 * self.shapes["first"]
+        one["demand"], one["found"] = DEMAND, FOUND
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])
             tree["bodies"] = self.bodies[first:].ctypes.data

@@ -16,14 +16,15 @@ from numba import types
 
 from contactlaw.jit import address_of, jit, jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
-from contactlaw.world.call import call_probe
+from contactlaw.world.call import A_STEP, address, call_on_world, call_probe, call_step
+from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet
-from contactlaw.world.island import integrate, members
-from contactlaw.world.lasting import last, lasts
+from contactlaw.world.island import integrate
 from contactlaw.world.motion import fly, follow, settle
 from contactlaw.world.near import count_slots, list_near, strayed
+from contactlaw.world.pace import loaded, rests
 from contactlaw.world.records import NEVER, PARTED, TANGENT
-from contactlaw.world.sleep import disturbed, fall_asleep, wake, wake_body
+from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
@@ -42,19 +43,19 @@ def step(world, dt, count):
     """
     w = world[0]
     for i in range(count):
-        begin(w, dt)
-        if 2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0:
-            w.stale = 1
+        if not call_step(address(w, STEP), w, dt, True):
             return i
-        finish(w, dt)
     return count
 
 
-def step_once(world, dt):
-    """The same for one step with the room that there is, by the address of the world."""
-    w = world_at(world, 0)
+def step_once(w, dt, grows):
+    """Move a world by one step; grows: there can be more room for it. Returns False if there may have to be."""
     begin(w, dt)
+    if grows and (2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0):
+        w.stale = 1
+        return False
     finish(w, dt)
+    return True
 
 
 def find_pressed(world):
@@ -82,10 +83,9 @@ def address_of_pressed() -> int:
     return address_of(find_pressed, types.void(types.uint64))
 
 
-@lru_cache
 def address_of_step() -> int:
-    """Address of `step_once`, for code that is compiled without it."""
-    return address_of(step_once, types.void(types.uint64, types.float64))
+    """Where `step_once` is, compiled: once for all that move worlds."""
+    return address_of(step_once, A_STEP)
 
 
 @jit_inside
@@ -99,7 +99,7 @@ def finish(w, dt):
             call_probe(w.probe, w.host, now)
             follow_tangents(w)
         first, shortest = look_ahead(w, now, dt)
-        if now == 0.0 and shortest < dt and let_last(w, dt):
+        if now == 0.0 and shortest < dt and some_last(w) and call_on_world(address(w, LAST), w):
             first, shortest = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
@@ -127,18 +127,16 @@ def finish(w, dt):
 
 
 @jit_inside
-def let_last(w, dt):
-    """Take islands of contacts that last through the step; returns whether there are any."""
-    while activate(w, 0.0, dt):
-        wake(w, 0.0)
-    link(w)
-    some = False
-    for k in range(w.islands):
-        bodies, pairs = members(w, whole_at(w.roots, k))
-        if lasts(w, bodies, pairs) and last(w, bodies, pairs):
-            fall_asleep(w, bodies, pairs)
-            some = True
-    return some
+def some_last(w):
+    """Whether a contact does not strike, so that its island may be one that lasts."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        if p.closed != 0 and (a.still == 0 or b.still == 0):
+            c = contact_at(w.contacts, p.slot)
+            if rests(w, c, a, b, loaded(w, a, b)) or rests(w, c, a, b, 0.0):
+                return True
+    return False
 
 
 @jit_inside

@@ -1,0 +1,44 @@
+"""What only some scenes come to need: called by address, and compiled when a scene first needs it.
+
+A step asks Python for the address, once in a process (`call.address`); there is nothing else that it calls Python for.
+"""
+
+from __future__ import annotations
+
+from ctypes import CFUNCTYPE, c_int64, c_uint64, c_void_p, cast
+from functools import lru_cache
+
+import numpy as np
+
+from contactlaw.jit import compiling
+
+STEP, LAST, LIMIT, TWIST = range(4)
+"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`."""
+
+FOUND = np.zeros(4, np.uint64)
+"""Addresses of those that have been asked for."""
+
+
+@lru_cache
+def supply(what: int) -> int:
+    """The address of one of them."""
+    from contactlaw.world import lasting, spinning, step  # which need the records that need this
+
+    if what == STEP:
+        FOUND[what] = step.address_of_step()
+    elif what == LAST:
+        with compiling("contacts that last", 8):
+            FOUND[what] = lasting.address()
+    else:
+        with compiling("contacts that spin", 2):
+            FOUND[what] = (spinning.address_of_limit if what == LIMIT else spinning.address_of_twist)()
+    return int(FOUND[what])
+
+
+@CFUNCTYPE(c_uint64, c_int64)
+def _supply(what: int) -> int:
+    return supply(what)
+
+
+DEMAND = int(cast(_supply, c_void_p).value or 0)
+"""Address of what is asked for them."""

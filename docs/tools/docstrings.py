@@ -1,0 +1,21 @@
+"""Docstrings are plain text: what Markdown and the reference's parser would misread is put so that they do not."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import griffe
+
+STAR = re.compile(r"(?<=[A-Za-z])\*(?![*\w])")  # E*, G*: no emphasis
+SEVERAL = re.compile(r"^( +)(\w+(?:, \w+)+): ", re.M)  # "a, b: ...", two of one kind: no type of the first
+
+
+class PlainText(griffe.Extension):
+    """Applied to every docstring that is read."""
+
+    def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
+        """Put one docstring right."""
+        if obj.docstring:
+            text = STAR.sub("\N{ASTERISK OPERATOR}", obj.docstring.value)
+            obj.docstring.value = SEVERAL.sub(lambda found: f"{found[1]}{found[2].replace(', ', ',')}: ", text)

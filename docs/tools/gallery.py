@@ -1,0 +1,103 @@
+"""The gallery: each scene with its picture, what to see, its moving picture and its code."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any, NamedTuple
+
+ROOT = Path(__file__).parents[2]
+COMMITTED = ROOT / "sims" / "figures"
+CACHE = ROOT / ".cache" / "pictures"
+HEAD = """# Gallery
+
+Every scene is one file in `sims/scenes`, runs in a second or a few, checks itself against what is known, and is an
+example of how the package is used. `python -m sims NAME --help` has its options; `--plot x.png` and `--gif x.gif` make
+the pictures shown here, `--law native` the engine's own contact, `--json` prints the figures. Numbers under a ball
+count its bounces.
+"""
+
+
+class Gallery(NamedTuple):
+    """The page in Markdown, and its pictures by their place in the site."""
+
+    page: str
+    pictures: dict[str, Path]
+
+
+def make(draw: bool) -> Gallery:
+    """All scenes; draw: make the pictures that there are not yet, which takes some minutes the first time."""
+    if str(ROOT) not in sys.path:
+        sys.path.insert(0, str(ROOT))
+    from sims.scene import find_scenes
+
+    scenes, parts, pictures = find_scenes(), [HEAD], {}
+    parts.append("\n".join(f"- [{name}](#{name}): {scene.title}" for name, scene in scenes.items()) + "\n")
+    for name, scene in scenes.items():
+        shown = _pictures(name, draw)
+        pictures |= {f"sims/figures/{path.name}": path for path in shown}
+        parts.append(_chapter(name, scene, [path.suffix for path in shown]))
+    return Gallery("\n".join(parts), pictures)
+
+
+def _chapter(name: str, scene: Any, suffixes: list[str]) -> str:
+    """One scene."""
+    first, _, rest = (inspect.getdoc(sys.modules[type(scene).__module__]) or "").partition("\n\n")
+    lines = [f"## {name}", ""]
+    if ".png" in suffixes:
+        lines += [f"![{scene.title}](../sims/figures/{name}.png)", "", f"*{_sentence(scene.title)}*", ""]
+    lines += [first, "", *_paragraphs(rest)]
+    lines += ["```sh", f"python -m sims {name}", "```", ""]
+    if ".gif" in suffixes:
+        lines += [f'??? example "Moving picture, {scene.slow:g} times slower than life"', ""]
+        lines += [f"    ![{scene.title}, moving](../sims/figures/{name}.gif)", ""]
+    code = textwrap.dedent(inspect.getsource(type(scene).run))
+    lines += [f'??? example "Code: {code.count(chr(10))} lines of sims/scenes/{name}.py"', "", "    ```python"]
+    lines += [f"    {line}".rstrip() for line in code.rstrip().splitlines()]
+    return "\n".join([*lines, "    ```", ""])
+
+
+def _paragraphs(text: str) -> list[str]:
+    """Of a docstring: indented ones are formulas."""
+    lines = []
+    for part in filter(str.strip, text.split("\n\n")):
+        formula = all(line.startswith("    ") for line in part.splitlines())
+        lines += ["```text", textwrap.dedent(part), "```", ""] if formula else [part, ""]
+    return lines
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _pictures(name: str, draw: bool) -> list[Path]:
+    """A scene's pictures: committed ones, else those made for this state of the sources."""
+    folder = CACHE / _state()
+    wanted = {suffix: COMMITTED / f"{name}{suffix}" for suffix in (".png", ".gif")}
+    missing = {suffix: folder / f"{name}{suffix}" for suffix, path in wanted.items() if not path.exists()}
+    if draw and any(not path.exists() for path in missing.values()):
+        print(f"picture of {name}", file=sys.stderr, flush=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        options = [word for suffix, path in missing.items() for word in (_option(suffix), str(path))]
+        # A scene that misses a limit ends with 1 and has its pictures all the same.
+        subprocess.run([sys.executable, "-m", "sims", name, *options], cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
+        lost = [str(path) for path in missing.values() if not path.exists()]
+        if lost:
+            raise RuntimeError(f"{name}: no picture was made at {', '.join(lost)}")
+    return [path for path in (wanted | missing).values() if path.exists()]
+
+
+def _option(suffix: str) -> str:
+    return "--plot" if suffix == ".png" else "--gif"
+
+
+def _state() -> str:
+    """A name for the sources that the pictures are made with."""
+    digest = hashlib.sha256()
+    for path in sorted((ROOT / "sims").rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
