@@ -81,7 +81,7 @@ class Side:
         if self.shape == "box":
             return [world.add_box(body, self.size, at, quaternion_of(own), rounding)]
         if self.shape == "cylinder":
-            return [world.add_cylinder(body, *self.size, at, own[:, 2], rounding)]
+            return [world.add_cylinder(body, self.size[0], self.size[1], at, own[:, 2], rounding)]
         if self.points is not None:
             return [world.add_hull(body, self.points, rounding, offset, quaternion_of(turn))]
         return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []
