@@ -13,7 +13,7 @@ from contactlaw.pair import ContactPair
 PLUGIN_NAME = "contactlaw.contact"
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
-    "rolling_resistance", "substeps",
+    "rolling_resistance", "substeps", "rounding",
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
@@ -21,6 +21,7 @@ geom1 and geom2 are names of geoms, or several with spaces between: then each of
 material is a name in `MATERIALS` or "E nu" in SI units. friction, restitution: a number, or one of `contactlaw.losses`
 with its fields, "plastic yield_speed=0.1" say. law: as for `laws.law_of`, "microslip node_count=32" say.
 substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
+rounding: radius of the edges of boxes and cylinders [m]; a tenth of their smallest half length, where it is not given.
 """
 
 SUBSTEPS = 100
@@ -45,12 +46,14 @@ class Contact:
         geoms1, geoms2: As the configuration has them; `resolve` splits what is no name by itself.
         pair: The contact.
         substeps: Least number of the law's steps in a contact.
+        rounding: Radius of the edges of boxes and cylinders [m]; None: see `world.shapes.ROUNDING`.
     """
 
     geoms1: tuple[str, ...]
     geoms2: tuple[str, ...]
     pair: ContactPair
     substeps: int = SUBSTEPS
+    rounding: float | None = None
 
 
 def write(contact: Contact) -> dict[str, str]:
@@ -72,6 +75,8 @@ def write(contact: Contact) -> dict[str, str]:
         config["rolling_resistance"] = repr(pair.rolling_resistance)
     if contact.substeps != SUBSTEPS:
         config["substeps"] = str(contact.substeps)
+    if contact.rounding is not None:
+        config["rounding"] = repr(contact.rounding)
     return config
 
 
@@ -103,6 +108,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
     return Contact(
         (config["geom1"],), (config["geom2"],), pair,
         checks.count("substeps", int(_floats("substeps", config.get("substeps", str(SUBSTEPS)), 1)[0]), LEAST_SUBSTEPS),
+        optional("rounding"),
     )  # fmt: skip
 
 

@@ -73,7 +73,7 @@ def report(number: int, code: int, value: float) -> None:
         text = f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right"
     elif code == notices.UNCLEAR_RADIUS:
         text = (
-            f"touching at an edge or the side of a capsule, with R = {value:.3g} m taken from the ball or capsule; "
+            f"touching at the edge of a box, with R = {value:.3g} m taken from the ball or capsule; "
             "give the pair its radius"
         )
     elif code == notices.DAMAGED:

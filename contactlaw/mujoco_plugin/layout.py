@@ -38,7 +38,7 @@ DATA_FIELDS = (
 )  # fmt: skip
 MODEL_FIELDS = (
     "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat",
-    "geom_rbound",
+    "geom_rbound", "geom_dataid", "mesh_vertadr", "mesh_vertnum", "mesh_vert", "mesh_graphadr", "mesh_graph",
     "geom_contype", "geom_conaffinity", "body_parentid", "body_rootid", "body_pos", "body_quat", "body_ipos",
     "body_iquat", "body_mass", "body_subtreemass", "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum",
     "body_dofadr", "body_dofnum", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0",
@@ -123,6 +123,10 @@ class ModelView:
     def doubles(self, field: str, count: int) -> NDArray[np.float64]:
         """The entries of an mjtNum array, so many."""
         return self._array(field, count, ctypes.c_double)
+
+    def floats(self, field: str, count: int) -> NDArray[np.float32]:
+        """The entries of a float array, so many."""
+        return self._array(field, count, ctypes.c_float)
 
     def _array(self, field: str, count: int, kind: Any) -> NDArray[Any]:
         if count == 0:

@@ -17,22 +17,23 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PROBE, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
 from contactlaw.mujoco_plugin.probes import address_of_probe
-from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, PLANE
+from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.demand import STEP, supply
 from contactlaw.world.frames import matrix_of, product
-from contactlaw.world.records import BOX as BOX_SHAPE
-from contactlaw.world.records import Arrays
+from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
+from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
 from contactlaw.world.step import address_of_pressed
 from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
-# For each round shape: contacts that there is room for at once (balls of any sizes that do not overlap touch 7.5 times
-# their number at most, Kuperberg & Schramm 1994), and near pairs
-NEIGHBOURS, LISTED = 8, 40
+# For each round shape, by its kind: contacts that there is room for at once (balls of any sizes that do not overlap
+# touch 7.5 times their number at most, Kuperberg & Schramm 1994), a hull's with those of its parts; and near pairs
+NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID_SHAPE: 8, HULL: 32}
+LISTED, LISTED_PART = 40, 8
 
 
 class Pose(NamedTuple):
@@ -93,8 +94,12 @@ class Model:
         a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
         meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
         pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
-        round_ones = int((made.shapes["kind"] < BOX_SHAPE).sum())
-        contacts, near = (max(min(pairs, most * round_ones), 1) for most in (NEIGHBOURS, LISTED))
+        parts = made.shapes["kind"][self._world.owners] == HULL  # of hulls, which MuJoCo does not know when it asks
+        parts &= made.shapes["kind"] != HULL
+        rooms = [NEIGHBOURS[kind] for kind in made.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
+        contacts, near = sum(rooms), LISTED * len(rooms) + LISTED_PART * int(parts.sum())
+        contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
+        near = max(min(pairs, near), 1)
         return with_room(made, near, contacts)
 
     @property
@@ -155,8 +160,8 @@ class Model:
         }  # fmt: skip
 
     def _geom_of_shapes(self) -> NDArray[np.int64]:
-        owners = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
-        return np.array([owners[shape] for shape in range(len(owners))], np.int64)
+        geoms = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
+        return np.array([geoms[owner] for owner in self._world.owners.tolist()], np.int64)
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
         """The body that moves, is placed, or stands for good, and carries this one; where this one is in its frame."""
@@ -247,8 +252,40 @@ class Model:
         if shape.type == CAPSULE:
             return list(self._world.add_capsule(row, float(shape.size[0]), float(shape.size[1]), pose.place, axis))
         if shape.type == BOX:
-            return [self._world.add_box(row, shape.size, pose.place, pose.turn)]
+            return [self._world.add_box(row, shape.size, pose.place, pose.turn, self._roundings.get(geom))]
+        if shape.type == CYLINDER:
+            sizes = float(shape.size[0]), float(shape.size[1])
+            return [self._world.add_cylinder(row, *sizes, pose.place, axis, self._roundings.get(geom))]
+        if shape.type == ELLIPSOID:
+            return [self._world.add_ellipsoid(row, shape.size, pose.place, pose.turn)]
+        if shape.is_convex:
+            points = self._vertices(geom)
+            return [self._world.add_hull(row, points, self._roundings.get(geom), pose.place, pose.turn)]
         return []
+
+    @cached_property
+    def _roundings(self) -> dict[int, float]:
+        """Of geoms whose edges have a radius of their own [m]."""
+        given = [(member.contact.rounding, member.geoms) for member in self._members]
+        return {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
+
+    def _vertices(self, geom: int) -> Array:
+        """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it.
+
+        While the model is compiled there are none yet, and those of something stand for them.
+        """
+        view = self._view
+        mesh = int(view.ints("geom_dataid", view.size("ngeom"))[geom])
+        first, count, graph = (
+            int(view.ints(f"mesh_{name}", view.size("nmesh"))[mesh]) for name in ("vertadr", "vertnum", "graphadr")
+        )
+        if count == 0:
+            return np.eye(4, 3)
+        own = view.floats("mesh_vert", 3 * view.size("nmeshvert")).reshape(-1, 3)[first : first + count]
+        if graph >= 0:
+            numbers = view.ints("mesh_graph", view.size("nmeshgraph"))[graph:]
+            own = own[numbers[2 + numbers[0] : 2 + 2 * numbers[0]]]
+        return own.astype(np.float64)
 
     def _measured(self) -> list[tuple[int, int, int]]:
         """Instances, and round shapes of theirs each with one that the engine must measure."""

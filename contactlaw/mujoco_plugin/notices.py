@@ -6,7 +6,7 @@ from contactlaw.memory import call_report
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.pair import DEEPEST
 from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
-from contactlaw.world.records import BOX, SEGMENT
+from contactlaw.world.records import BOX, CORNER, CYLINDER, EDGE, SEGMENT
 from contactlaw.world.vec import load, to_body
 
 DEEP, FULL, DAMAGED, UNCLEAR_RADIUS = 1, 2, 4, 8
@@ -41,12 +41,15 @@ def look_over(head, w):
 
 @jit
 def is_clear(w, c):
-    """Whether two shapes touch where they have one radius: not at the side of a capsule or the edge of a box."""
+    """Whether two shapes touch where they have one radius: not at the edge of a box, nor with a capsule's side there.
+
+    The parts of boxes and cylinders have radii by their definition.
+    """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    if sa.kind == SEGMENT or sb.kind == SEGMENT:
-        return False
-    if sb.kind != BOX:
+    if sa.kind == CORNER or EDGE <= sa.kind < BOX or (sb.kind != BOX and sb.kind != CYLINDER):
         return True
+    if sa.kind == SEGMENT or sb.kind == CYLINDER:
+        return False
     n, clear = to_body(body_at(w.bodies, c.body_b).axes, load(c.normal)), False
     for i in range(3):
         clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALONG

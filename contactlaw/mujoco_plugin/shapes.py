@@ -12,10 +12,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlaw.world.shapes import ROUNDING
+
 _TYPE = mujoco.mjtGeom
-SPHERE, CAPSULE, PLANE, BOX, ELLIPSOID = (
+SPHERE, CAPSULE, PLANE, BOX, CYLINDER, ELLIPSOID, MESH = (
     int(kind) for kind in (
-        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_ELLIPSOID
+        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_CYLINDER,
+        _TYPE.mjGEOM_ELLIPSOID, _TYPE.mjGEOM_MESH,
     )
 )  # fmt: skip
 UNMEASURED = (int(_TYPE.mjGEOM_HFIELD), int(_TYPE.mjGEOM_SDF))
@@ -41,13 +44,18 @@ class Shape:
 
     @property
     def is_flat(self) -> bool:
-        """A plane or a box."""
-        return self.type in (PLANE, BOX)
+        """A plane, or what meets one with corners or a rim: a box or a cylinder."""
+        return self.type in (PLANE, BOX, CYLINDER)
+
+    @property
+    def is_convex(self) -> bool:
+        """An ellipsoid, or a mesh, which is its convex hull."""
+        return self.type in (MESH, ELLIPSOID) and not self.is_spherical
 
     @property
     def has_closed_form(self) -> bool:
         """Whether the world knows it."""
-        return self.is_round or self.is_flat
+        return self.is_round or self.is_flat or self.is_convex
 
     @property
     def curvature(self) -> float:
@@ -56,11 +64,13 @@ class Shape:
 
     @property
     def bound(self) -> float:
-        """Radius of a sphere around a round shape or box [m]; infinite otherwise."""
+        """Radius of a sphere around a round shape, a box or a cylinder [m]; infinite otherwise."""
         if self.is_spherical:
             return float(self.size[0])
         if self.type == CAPSULE:
             return float(self.size[0] + self.size[1])
+        if self.type == CYLINDER:
+            return float(np.hypot(self.size[0], self.size[1]))
         return float(np.linalg.norm(self.size)) if self.type == BOX else inf
 
     @property
@@ -85,14 +95,18 @@ def shape_of(geom: mujoco.MjsGeom) -> Shape:
 
 
 def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
-    """Effective radius [m] of a contact: as given, or from the shapes.
+    """Effective radius [m] of a contact: as given, or from the shapes; of flat ones that of their edges by default.
 
     Raises:
         ValueError: They have no clear radius of curvature where they touch and none is given.
     """
     if radius is not None:
         return radius
-    if (one.is_round or two.is_round) and one.has_closed_form and two.has_closed_form:
+    if one.is_convex or two.is_convex:
+        return inf  # found at the touch
+    if one.is_flat and two.is_flat:
+        return ROUNDING * min(float(shape.size[shape.size > 0.0].min()) for shape in (one, two) if shape.type != PLANE)
+    if (one.is_round or two.is_round) and all(shape.has_closed_form and shape.type != CYLINDER for shape in (one, two)):
         return 1.0 / (one.curvature + two.curvature)
     raise ValueError(
         f"radius = None: {one.label} on {two.label} has no one clear radius of curvature; give the pair its effective "
@@ -101,22 +115,29 @@ def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
 
 
 SERVED = (
-    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules on planes, boxes, spheres and "
-    "each other; let this pair keep the engine's own contact, or put spheres or capsules in its place"
+    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules, boxes, cylinders, meshes and "
+    "ellipsoids on planes, spheres and each other, but for cylinders on the last two; let this pair keep the engine's "
+    "own contact, or put such shapes in its place"
 )
 
 
 def check_served(one: Shape, two: Shape, free: bool = False) -> None:
     """Refuse two shapes that do not touch as a ball does, in one point each, whatever radius they are given.
 
-    A flat face, a cylinder or an edge would be taken for a ball and sink in, or be thrown up by forces at one corner
-    that the others do not know of. free: whether one of them is free to turn every way; a capsule then strikes what the
-    engine measures with one end after the other, and at a time only one is seen.
+    Boxes and cylinders have round parts for what is flat; a face or an edge that the engine measures would be taken for
+    a ball and sink in, or be thrown up by forces at one corner that the others do not know of. free: whether one of
+    them is free to turn every way; a capsule then strikes what the engine measures with one end after the other, and at
+    a time only one is seen.
 
     Raises:
         ValueError: They are such.
     """
+    both = {one.type, two.type}
+    if (one.is_convex or two.is_convex) and one.has_closed_form and two.has_closed_form and CYLINDER not in both:
+        return
     if one.is_spherical or two.is_spherical or (one.is_round and two.is_round):
+        return
+    if one.is_flat and two.is_flat and not one.type == two.type == PLANE:
         return
     if one.is_round or two.is_round:
         other = two if one.is_round else one

@@ -29,12 +29,13 @@ def add_contact(
     *,
     others: bool = True,
     substeps: int = config.SUBSTEPS,
+    rounding: float | None = None,
 ) -> str:
     """Let geoms touch by the law; then `spec.compile()` and plain `mj_step`, at any time step.
 
     The native contact of these pairs is turned off, that of each geom with every other one stays unless told otherwise.
-    Balls and the ends of capsules may touch planes, the faces of boxes and each other. With `pair.radius` a ball may
-    touch any shape, and so may a capsule if neither has a free joint. Two others, a box on a plane say, are refused:
+    Balls, capsules, boxes, cylinders and planes may touch each other, see docs/shapes.md. With `pair.radius` a ball may
+    touch any shape, and so may a capsule if neither has a free joint. Two others, a box on a mesh say, are refused:
     they touch in more than one point. Contacts that share bodies are integrated together, whichever call added them.
 
     What the plugin notices while a model runs (an overlap too deep, an edge) is said once for each `MjData` as a
@@ -51,6 +52,8 @@ def add_contact(
             further contacts of the law. Not with a compiler that discards visual geoms: it would discard these.
         substeps: Least number of the law's own steps in a contact, however long the engine's: the error of an impact
             falls with its square.
+        rounding: Radius of the edges of boxes and cylinders among the geoms [m], and so of their contacts with what is
+            flat; None: a tenth of the smallest half length of each.
 
     Returns:
         The name of the plugin instance, for `contacts_of` and `ledger_of`.
@@ -63,6 +66,7 @@ def add_contact(
     if not isinstance(pair, ContactPair):
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
     substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
+    rounding = None if rounding is None else checks.positive("rounding", rounding)
     known = list(spec.geoms)  # which takes MuJoCo a time that grows with their square
     ones, twos = _geoms(known, "geom1", geom1), _geoms(known, "geom2", geom2)
     parents = {geom: geom.parent for geom in known}
@@ -83,7 +87,7 @@ def add_contact(
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
-    contact = config.Contact(ids[0], ids[1], pair, substeps)
+    contact = config.Contact(ids[0], ids[1], pair, substeps, rounding)
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(contact)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
+from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import DEEPEST, ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
@@ -92,6 +93,7 @@ class ContactCallback:
         *,
         substeps: int = 100,
         ledger: bool = False,
+        rounding: float | None = None,
     ) -> int:
         """Let the law act between two bodies, or those of two sets, in place of the native response.
 
@@ -103,6 +105,8 @@ class ContactCallback:
             substeps: Least number of steps that an impact is resolved by, >= 10; the error falls with its square. The
                 most that any contact asks for hold for all.
             ledger: Whether to keep account, see `ledger`.
+            rounding: Radius of the edges of boxes and cylinders [m], and so of their contacts with what is flat, see
+                docs/shapes.md; None: a tenth of the smallest half length of each.
 
         Returns:
             A handle for the other methods.
@@ -118,7 +122,8 @@ class ContactCallback:
         if not isinstance(ledger, bool):
             raise ValueError(f"ledger = {ledger!r}: must be True or False")
         couples = couples_of(self._client, a, b, pair, self._contacts)
-        contact = Contact(pair, _substeps(substeps), couples, Ledger() if ledger else None)
+        radius = None if rounding is None else checks.positive("rounding", rounding)
+        contact = Contact(pair, _substeps(substeps), couples, Ledger() if ledger else None, radius)
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})

@@ -119,12 +119,14 @@ class Contact:
         substeps: Least number in a contact.
         couples: Who may touch whom.
         ledger: None: not asked for.
+        rounding: Radius of edges [m]; None: see `world.shapes.ROUNDING`.
     """
 
     pair: ContactPair
     substeps: int
     couples: list[Couple]
     ledger: Ledger | None
+    rounding: float | None = None
 
 
 def state_of(couple: Couple, contacts: Iterable[tuple[Any, Array, float, bool]], dt: float) -> ContactState:

@@ -16,7 +16,7 @@ from contactlaw.pybullet_callback.shapes import Key, Side, coordinates
 from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.records import BOX, CLOSED, FREE, SEGMENT, Arrays
+from contactlaw.world.records import BOX, CLOSED, CORNER, DISC, EDGE, FREE, SEGMENT, SIDE, Arrays
 from contactlaw.world.shapes import tangent
 
 CROWD_SUBSTEPS = 60
@@ -76,11 +76,16 @@ class Scene:
         bodies: list[Key] = []
         linked: dict[int, Linked] = {}
         there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
+        given = [(one.rounding, c.ends) for one in contacts.values() for c in one.couples if one.rounding is not None]
+        self._roundings = {side.key: radius for radius, ends in given for side in ends}
         for key in order:
             self._add(sides[key], bodies, linked, there)
         measured: list[Measured] = []
         for contact in contacts.values():
             self._let_touch(contact, measured)
+        for part, owner in enumerate(self.world.owners.tolist()):
+            if part != owner:
+                self._enter(self._side_of[owner], [part])
         self._couples = {
             frozenset((c.a.key, c.b.key)): (handle, c) for handle, contact in contacts.items() for c in contact.couples
         }
@@ -103,7 +108,7 @@ class Scene:
             row = self.world.add_body(np.inf, 1.0)
             bodies.append(side.key)
         self._row[side.key] = row
-        self._enter(side.key, side.add_to(self.world, row, at, turn))
+        self._enter(side.key, side.add_to(self.world, row, at, turn, self._roundings.get(side.key)))
 
     def _enter(self, key: Key, shapes: list[int]) -> None:
         self.shapes.setdefault(key, []).extend(shapes)
@@ -145,6 +150,8 @@ class Scene:
                 self.traffic.arrays.shapes[record[f"shape_{end}"]],
             )
             axes = body["axes"].reshape(3, 3)
+            if end == "a" and shape["kind"] in (CORNER, EDGE, DISC, SIDE):
+                return
             if shape["kind"] == SEGMENT:
                 along = (record[f"arm_{end}"] @ axes - shape["at"]) @ shape["half"]
                 side = side or abs(along) < shape["half"] @ shape["half"]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
 from contactlaw.world import World
-from contactlaw.world.frames import quaternion_of
+from contactlaw.world.frames import quaternion_of, turn_to
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]
@@ -35,8 +35,9 @@ SHAPE_NAMES = {
     p.GEOM_CAPSULE: "capsule",
     p.GEOM_HEIGHTFIELD: "heightfield",
 }
-FLAT = ("plane", "box")
+FLAT = ("plane", "box", "cylinder")
 ROUND = ("sphere", "capsule")
+HULL = ("mesh",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +47,11 @@ class Side:
     Attributes:
         body, link: PyBullet's ids.
         shape: "sphere", "box", ...; "compound" where the link has several shapes.
-        size: Radius [m] of a sphere; radius and half length of a capsule.
+        size: Radius [m] of a sphere; radius and half length of a capsule or a cylinder; half lengths of a box.
         position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3); a plane's normal
             is its third axis.
         reach: How far from the centre of mass what must be measured may be [m].
+        points: Of a mesh, whose convex hull it is: vertices (n, 3) in the body's inertial frame [m].
     """
 
     body: int
@@ -59,21 +61,29 @@ class Side:
     position: Array
     rotation: Array
     reach: float = 0.0
+    points: Array | None = None
 
     @property
     def measured(self) -> bool:
         """Whether PyBullet must say where it is nearest."""
-        return self.shape not in FLAT + ROUND
+        return self.shape not in FLAT + ROUND + HULL
 
-    def add_to(self, world: World, body: int, offset: Array, turn: Array) -> list[int]:
-        """Fix it to a body of the world, in which its body's inertial frame is so; returns the shapes that it makes."""
+    def add_to(self, world: World, body: int, offset: Array, turn: Array, rounding: float | None) -> list[int]:
+        """Fix it to a body of the world, in which its body's inertial frame is so; returns the shapes that it makes.
+
+        rounding: radius [m] of edges.
+        """
         at, own = offset + turn @ self.position, turn @ self.rotation
         if self.shape == "sphere":
             return [world.add_sphere(body, self.size[0], at)]
         if self.shape == "capsule":
             return list(world.add_capsule(body, self.size[0], self.size[1], at, own[:, 2]))
         if self.shape == "box":
-            return [world.add_box(body, self.size, at, quaternion_of(own))]
+            return [world.add_box(body, self.size, at, quaternion_of(own), rounding)]
+        if self.shape == "cylinder":
+            return [world.add_cylinder(body, self.size[0], self.size[1], at, own[:, 2], rounding)]
+        if self.points is not None:
+            return [world.add_hull(body, self.points, rounding, offset, quaternion_of(turn))]
         return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []
 
     @property
@@ -150,10 +160,18 @@ def _side(client: int, body: int, link: int, name: str, size: Any, position: Arr
         return Side(body, link, name, (size[0],), position, turn)
     if name == "capsule":  # (length without the caps, radius)
         return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
+    if name == "cylinder":  # (length, radius)
+        return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
     if name == "plane":  # its normal, in the shape's frame
-        return Side(body, link, name, (), position, turn @ turn_to(np.array(size)))
+        normal = np.array(size)
+        return Side(body, link, name, (), position, turn @ turn_to(normal / np.linalg.norm(normal)))
     if name == "box":  # full lengths
         return Side(body, link, name, tuple(0.5 * np.array(size)), position, turn)
+    if name == "mesh":
+        count, points = p.getMeshData(body, link, physicsClientId=client)
+        if count > 0:
+            return Side(body, link, name, (), position, turn, 0.0, np.array(points))
+        name = "concave mesh"
     centre = p.getBasePositionAndOrientation(body, client)[0] if link == BASE else p.getLinkState(body, link, 0, 1)[0]
     corners = np.array(p.getAABB(body, link, client))
     reach = float(np.linalg.norm(np.abs(corners - np.array(centre)).max(axis=0)))
@@ -171,22 +189,27 @@ def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
 
 
 SERVED = (
-    "the law serves spheres on any shape, and capsules on planes, boxes, spheres and each other; let these two keep "
-    "Bullet's own contact, or give them spheres or capsules"
+    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other, "
+    "but for cylinders on meshes; let these two keep Bullet's own contact, or give them such shapes"
 )
 
 
 def check_served(a: Side, b: Side, free: bool) -> None:
     """Refuse two shapes that do not touch as a ball does, in one point each, whatever radius they are given.
 
-    A flat face, a cylinder or an edge would be thrown up by forces at one corner that the others do not know of. free:
-    whether one of them is free to turn every way; a capsule then strikes what Bullet measures with one end after the
-    other, and within a step only one is seen.
+    Boxes and cylinders have round parts for what is flat; a face or an edge that Bullet measures would be thrown up by
+    forces at one corner that the others do not know of. free: whether one of them is free to turn every way; a capsule
+    then strikes what Bullet measures with one end after the other, and within a step only one is seen.
 
     Raises:
         ValueError: They are such.
     """
+    both = {a.shape, b.shape}
+    if both & {*HULL} and not (a.measured or b.measured or "cylinder" in both):
+        return
     if "sphere" in (a.shape, b.shape) or (a.shape in ROUND and b.shape in ROUND):
+        return
+    if a.shape in FLAT and b.shape in FLAT and not a.shape == b.shape == "plane":
         return
     what = f"{a} ({a.shape}) and {b} ({b.shape})"
     if a.shape in ROUND or b.shape in ROUND:
@@ -207,10 +230,11 @@ def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
         ValueError: They are such.
     """
     for name, side in (("a", a), ("b", b)):
-        if pair.radius is None and side.shape not in FLAT + ROUND:
+        measured = side.measured or (side.shape == "cylinder" and (a.shape in ROUND or b.shape in ROUND))
+        if pair.radius is None and measured:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
-                f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
+                f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT[:2])}"
             )
 
 
@@ -226,11 +250,3 @@ def coordinates(client: int, body: int) -> int:
 def rotation(quaternion: tuple[float, ...]) -> Array:
     """Rotation matrix, shape (3, 3)."""
     return np.array(p.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
-
-
-def turn_to(normal: Array) -> Array:
-    """A rotation matrix whose third column is the direction of a vector (3)."""
-    z = normal / np.linalg.norm(normal)
-    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.6 else [0.0, 0.0, 1.0], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])

@@ -12,6 +12,8 @@ from contactlaw.world.records import (
     BODY,
     BOX,
     CONTACT,
+    CYLINDER,
+    ELLIPSOID,
     NEAR,
     PAIR,
     PLANE,
@@ -26,6 +28,7 @@ from contactlaw.world.records import (
 )
 
 FAR = 1e3  # [m] that a plane on a body that moves may reach
+RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))
 LEAST = 64  # near pairs and contacts that there is room for from the start
 
 
@@ -37,7 +40,8 @@ def empty() -> Arrays:
 
     made = Arrays(
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
-        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), groups=np.full((1, 1), -1),
+        contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), points=np.zeros((0, 3)),
+        groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
         island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
         joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
@@ -93,12 +97,20 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """The world and more shapes; the bodies that they are on know how far they reach."""
-    shapes = with_rows(one.shapes, rows)
+    points, own = one.points, []
+    for fields in rows:
+        vertices = fields.get("vertices", NONE)
+        place = {"first": len(points), "count": len(vertices)} if len(vertices) else {}
+        own.append({name: value for name, value in fields.items() if name in RECORDED} | place)
+        points = np.concatenate([points, vertices])
+    shapes = with_rows(one.shapes, own)
     new, bodies = shapes[-len(rows) :], one.bodies
     flat = np.isin(new["kind"], (PLANE, TANGENT))
     far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
     far[new["kind"] == PLANE] = FAR
-    small = np.where(new["kind"] == BOX, new["half"].min(1), np.where(flat, np.inf, new["radius"]))
+    small = np.where(
+        np.isin(new["kind"], (ELLIPSOID, BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"])
+    )
     np.bitwise_or.at(bodies["oriented"], new["body"], (far > 0.0).astype(np.int64))
     own = new["body"] != 0
     np.maximum.at(bodies["reach"], new["body"][own], far[own])
@@ -107,7 +119,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
-    return one._replace(shapes=shapes, grid=np.zeros(cells + 4 * shapes.size, np.int64))
+    return one._replace(shapes=shapes, points=points, grid=np.zeros(cells + 4 * shapes.size, np.int64))
 
 
 def _lengths(vectors: Array) -> Array:

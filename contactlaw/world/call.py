@@ -1,4 +1,4 @@
-"""Functions called by their addresses: what moves trees is compiled only where there are trees."""
+"""Functions called by their addresses: what moves trees, or meets discs or hulls, is compiled where they are."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from numba import types
 from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.records import BODY, CONTACT, TREE, WORLD
+from contactlaw.world.records import BODY, CONTACT, SHAPE, TREE, WORLD
 
 BODY_TYPE = numba.from_dtype(BODY)
+SHAPE_TYPE = numba.from_dtype(SHAPE)
 TREE_TYPE = numba.from_dtype(TREE)
 CONTACT_TYPE = numba.from_dtype(CONTACT)
 WORLD_TYPE = numba.from_dtype(WORLD)
@@ -24,6 +25,9 @@ WITH_BODY = types.void(BODY_TYPE)
 WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
 WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
 PROBE = types.void(types.uint64, NUMBER)
+DEEPEST = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
+RADIUS = NUMBER(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
+MEETING = types.UniTuple(NUMBER, 10)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 ON_WORLD = types.boolean(WORLD_TYPE)
 A_STEP = types.boolean(WORLD_TYPE, NUMBER, types.boolean)
 LIMIT = NUMBER(CONTACT_TYPE, NUMBER, VECTOR)
@@ -65,6 +69,18 @@ def _ask_mobility(typing_context, address, a, arm_a, b, arm_b, direction):
     return _generate(MOBILITY)
 
 
+def _ask_deepest(typing_context, address, sa, a, sb, b, d):
+    return _generate(DEEPEST)
+
+
+def _ask_meeting(typing_context, address, sa, a, sb, b):
+    return _generate(MEETING)
+
+
+def _ask_radius(typing_context, address, sa, a, sb, b):
+    return _generate(RADIUS)
+
+
 def _call_probe(typing_context, address, host, now):
     return _generate(PROBE)
 
@@ -94,6 +110,9 @@ call_with_body: Any = intrinsic(_call_with_body)
 call_with_number: Any = intrinsic(_call_with_number)
 call_with_vectors: Any = intrinsic(_call_with_vectors)
 ask_mobility: Any = intrinsic(_ask_mobility)
+ask_deepest: Any = intrinsic(_ask_deepest)
+ask_meeting: Any = intrinsic(_ask_meeting)
+ask_radius: Any = intrinsic(_ask_radius)
 call_probe: Any = intrinsic(_call_probe)
 call_on_world: Any = intrinsic(_call_on_world)
 call_step: Any = intrinsic(_call_step)

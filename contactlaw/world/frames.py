@@ -50,6 +50,13 @@ def quaternion_of(m: Array) -> Array:
     return row / np.linalg.norm(row)
 
 
+def turn_to(axis: Array) -> Array:
+    """A rotation matrix (3, 3) whose third column is a unit vector."""
+    x = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < 0.6 else [0.0, 0.0, 1.0], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
 def principal(inertia: ArrayLike) -> tuple[Array, Array]:
     """Principal moments of inertia [kg m^2], and the quaternion of their axes in the body's.
 

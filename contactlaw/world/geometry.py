@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 from contactlaw.jit import jit_inside
-from contactlaw.world.box import deepest_on_box, nearest_on_box
-from contactlaw.world.records import BOX, SEGMENT, SPHERE
+from contactlaw.world.call import ask_deepest, ask_meeting, ask_radius
+from contactlaw.world.core import deepest_on_line, nearest_on_core
+from contactlaw.world.curvature import radius_between, side_at
+from contactlaw.world.records import BOX, DISC, EDGE, PLANE, SEGMENT, SIDE, SPHERE
 from contactlaw.world.segments import CROWN, nearest_on_segments
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 
 @jit_inside
 def centre(s, b):
-    """Of a round shape or a box, or point of a plane: from its body's centre of mass [m]."""
+    """Of a shape, or point of a plane: from its body's centre of mass [m]."""
     if b.oriented == 0:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.at))
@@ -22,18 +26,25 @@ def meet(sa, a, sb, b):
     """Overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass.
 
     The forces on both bodies act at one point, on the line of centres, so that they have no moment together: the point
-    divides the distance of two round shapes as their radii do; on a plane or a box it is the sphere's lowest. A box or
-    a segment is met by the sphere around the nearest point of A's middle line.
+    divides the distance of two round shapes as their radii do; on a plane or a core, a box or a cylinder, it is the
+    sphere's lowest. A core or a segment is met by the sphere around the nearest point of A's middle line, and a disc
+    meets what it meets by the sphere around its deepest point.
     """
-    if sb.kind == BOX or sb.kind == SEGMENT:
+    if sa.meet != 0 or sb.meet != 0:
+        o = ask_meeting(sa.meet if sa.meet != 0 else sb.meet, sa, a, sb, b)
+        return o[0], (o[1], o[2], o[3]), (o[4], o[5], o[6]), (o[7], o[8], o[9])
+    if sb.kind < PLANE and sb.kind != SPHERE:
         return meet_long(sa, a, sb, b)
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SPHERE:
         return round_on_round(sa.radius, from_a, sb.radius, from_b, d)
-    n = to_world(b.axes, load(sb.normal))
-    arm = axpy(-sa.radius, n, from_a)
-    return sa.radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
+    n, radius = to_world(b.axes, load(sb.normal)), sa.radius
+    if sa.kind == DISC:
+        x, y, z, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, (x, y, z)), add(from_a, (x, y, z))
+    arm = axpy(-radius, n, from_a)
+    return radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
 @jit_inside
@@ -48,35 +59,56 @@ def round_on_round(radius_a, from_a, radius_b, from_b, d):
 
 @jit_inside
 def half_axis(s, b):
-    """From the middle of a segment to its end, in the world [m]; zero for a sphere."""
-    if s.kind != SEGMENT:
+    """From the middle of a segment to its end, or of a disc to its border, in the world [m]; zero for a sphere."""
+    if s.kind < SEGMENT:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.half))
 
 
 @jit_inside
 def meet_long(sa, a, sb, b):
-    """`meet` of a sphere or a segment with a segment or a box."""
+    """`meet` of a shape with a segment or a core."""
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
-    u = half_axis(sa, a)
     if sb.kind == SEGMENT:
-        v = half_axis(sb, b)
+        u, v = half_axis(sa, a), half_axis(sb, b)
         s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
         d = sub(axpy(s, u, d), scale(t, v))
         radius_a, radius_b = sa.radius * (1.0 - CROWN * s * s), sb.radius * (1.0 - CROWN * t * t)
         return round_on_round(radius_a, axpy(s, u, from_a), radius_b, axpy(t, v, from_b), d)
-    radius = sa.radius
-    if sa.kind == SEGMENT:
-        s, radius = deepest_on_box(d, u, radius, sb, b)
+    radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
+    if sa.kind == SEGMENT or sa.kind == EDGE:
+        u = half_axis(sa, a)
+        s, radius = deepest_on_line(d, u, radius, sb, b, rounding)
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
-    far, n = nearest_on_box(d, sb, b)
+    elif sa.kind == DISC or sa.kind == SIDE:
+        x, y, z, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, (x, y, z)), add(from_a, (x, y, z))
+    far, n = nearest_on_core(d, sb, b, rounding)
     arm = axpy(-radius, n, from_a)
     return radius - far, n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
 @jit_inside
-def effective_radius(sa, sb):
-    """R [m], 1/R = 1/R_A + 1/R_B; the side of a capsule counts as a sphere."""
-    flat = sb.kind >= BOX
-    return sa.radius if flat else sa.radius * sb.radius / (sa.radius + sb.radius)
+def effective_radius(sa, a, sb, b):
+    """R [m] where two shapes are nearest: 1/R = 1/R_A + 1/R_B of spheres; see `curvature`.
+
+    At the rim of a cylinder, or where the sides of two cross, R is the root of the product of both radii of curvature,
+    by which Hertz's approach is right to first order in their difference. Boxes and cylinders count as flat.
+    """
+    if sa.meet != 0 or sb.meet != 0:
+        return ask_radius(sa.curve if sa.meet != 0 else sb.curve, sa, a, sb, b)
+    if sa.kind == DISC:
+        return sqrt(sa.radius * (sa.radius + norm(load(sa.half))))
+    if sa.kind == SIDE:
+        along = dot(load(sa.half), load(sa.normal))
+        across = sqrt(dot(load(sa.half), load(sa.half)) - along * along)
+        return sqrt((sa.radius + across) * sb.half[0])
+    if sb.kind >= BOX:
+        return sa.radius
+    if sb.kind != SEGMENT:
+        return sa.radius * sb.radius / (sa.radius + sb.radius)
+    u, v = half_axis(sa, a), half_axis(sb, b)
+    d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
+    s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
+    return radius_between(side_at(sa, u, s, CROWN), side_at(sb, v, t, CROWN))

@@ -29,10 +29,12 @@ from contactlaw.world.access import (
     keep_contact,
     near_at,
     row_at,
+    shape_at,
     tree_at,
     whole_at,
 )
 from contactlaw.world.call import ON_WORLD, call_with_body
+from contactlaw.world.core import CROWN
 from contactlaw.world.equations import (
     ACCELERATION,
     BEFORE,
@@ -50,17 +52,18 @@ from contactlaw.world.island import members
 from contactlaw.world.motion import follow, settle, spin_rate
 from contactlaw.world.newton import begin_equations, enter, look_at
 from contactlaw.world.pace import loaded, rests
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import DISC, NEVER, SIDE
 from contactlaw.world.rolling import add_rolling_work
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, axpy, load, load4, norm, product, scale, store, sub
+from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub, to_world
 from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 LOOKS, STALLED = 12, 3  # steps of Newton's method at most, and those in a row that do not halve what is missing
+WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
 
@@ -133,7 +136,19 @@ def strikes(w, p, crowd):
         falls = a.active == 0 or (b.active == 0 and b.still == 0)
         return closing * closing + (2.0 * max(p.acceleration, 0.0) * gap if falls else 0.0) > slow * slow
     c = contact_at(w.contacts, p.slot)
-    return rigid(w, c) or not rests(w, c, a, b, slow)
+    if rigid(w, c) or not rests(w, c, a, b, slow):
+        return True
+    return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
+
+
+@jit_inside
+def whirls(s, a, n, spin, time):
+    """Whether the deepest point of a disc runs round it: n', see `disc`, turns in a time by more than WHIRL."""
+    if s.kind != DISC and s.kind != SIDE:
+        return False
+    axis = to_world(a.axes, load(s.normal))
+    flat = 2.0 * CROWN * s.radius / norm(load(s.half))
+    return norm(cross(spin, axis)) * time > WHIRL * max(norm(cross(n, axis)), flat)
 
 
 @jit_inside

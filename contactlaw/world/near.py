@@ -17,7 +17,22 @@ from contactlaw.world.access import body_at, contact_at, near_at, set_whole, sha
 from contactlaw.world.geometry import centre, meet
 from contactlaw.world.motion import jerk
 from contactlaw.world.order import sort_near
-from contactlaw.world.records import BOX, CLOSED, END, FREE, NEVER, PLANE, SEGMENT, SPHERE, TANGENT
+from contactlaw.world.records import (
+    BOX,
+    CLOSED,
+    CYLINDER,
+    DISC,
+    EDGE,
+    ELLIPSOID,
+    FREE,
+    HULL,
+    NEVER,
+    PLANE,
+    SEGMENT,
+    SIDE,
+    SPHERE,
+    TANGENT,
+)
 from contactlaw.world.touch import release
 from contactlaw.world.vec import add, dot, load, norm, store, sub
 
@@ -73,7 +88,7 @@ def list_near(w):
             continue
         if s.kind == PLANE:
             for j in range(shapes):
-                if shape_at(w.shapes, j).kind < SEGMENT:
+                if shape_at(w.shapes, j).kind <= ELLIPSOID:
                     consider(w, j, i)
             continue
         own = whole_at(w.grid, cells + shapes + i)
@@ -141,7 +156,7 @@ def size(s):
     """Radius [m] of the sphere around a shape that is not a plane."""
     if s.kind < SEGMENT:
         return s.radius
-    return (s.radius if s.kind == SEGMENT else 0.0) + norm(load(s.half))
+    return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
 
 
 @jit_inside
@@ -210,10 +225,20 @@ def around(w, i, level, width, cells):
 def meets(kind_a, kind_b):
     """Whether shapes of two kinds can touch; kind_a <= kind_b."""
     if kind_a == SPHERE:
-        return kind_b != END
-    if kind_a == END:
+        return kind_b in (SPHERE, SEGMENT) or kind_b >= ELLIPSOID
+    if kind_a < SEGMENT:
         return kind_b >= BOX
-    return kind_a == SEGMENT and kind_b <= BOX
+    if kind_a == SEGMENT:
+        return kind_b == SEGMENT or ELLIPSOID <= kind_b <= HULL
+    if kind_a == EDGE:
+        return BOX <= kind_b <= HULL
+    if kind_a == DISC:
+        return kind_b in (BOX, CYLINDER, PLANE)
+    if kind_a == SIDE:
+        return kind_b == CYLINDER
+    if kind_a == ELLIPSOID:
+        return kind_b != CYLINDER and kind_b <= PLANE
+    return kind_b == HULL
 
 
 @jit_inside

@@ -58,7 +58,7 @@ def predict(w, p, a, b, now, left):
     p.toi = now
     if overlap > 0.0:
         return
-    if sa.kind == SEGMENT:
+    if sa.kind >= SEGMENT:
         predict_side(p, sa, a, sb, b, n, arm_a, left)
         return
     slack, horizon = 0.0, left
@@ -84,9 +84,12 @@ def predict(w, p, a, b, now, left):
 
 @jit_inside
 def radius_of(w, p):
-    """Effective radius [m] of a near pair."""
+    """Effective radius [m] of a near pair, where its bodies are."""
     own = pair_at(w.pairs, p.pair).radius
-    return own if own > 0.0 else effective_radius(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
+    if own > 0.0:
+        return own
+    sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    return effective_radius(sa, body_at(w.bodies, p.body_a), sb, body_at(w.bodies, p.body_b))
 
 
 @jit_inside

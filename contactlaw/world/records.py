@@ -18,7 +18,7 @@ from contactlaw.world.demand import DEMAND, FOUND
 NEVER = np.inf
 
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
-SPHERE, END, SEGMENT, BOX, PLANE, TANGENT = 0, 1, 2, 3, 4, 5
+SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
@@ -149,19 +149,28 @@ AXIS = record(
 SHAPE = record(
     kind="i8", body="i8",
     group="i8",  # row and column in the table that says which pair of materials two shapes make
-    radius="f8",  # of a sphere, or around a segment; of a tangent plane how far from the centre of mass it may come
+    radius="f8",  # of a sphere, or around a segment or a disc; of the edges of a box, cylinder or hull; of a tangent
+    # plane how far from the centre of mass it may come
     at=VECTOR,  # centre, or point of a plane, along the body's principal axes
-    normal=VECTOR,  # of a plane, outward, along the same
-    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box: half its lengths
-    axes=MATRIX,  # of a box: its own axes to the principal ones
+    normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
+    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, cylinder or ellipsoid: half its
+    # lengths; of a disc: from its middle to a point of its border; of a hull: as long as it reaches
+    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones; the third is that of a cylinder
     partner="i8",  # of a tangent plane: the only shape that it meets
+    deepest="u8",  # address of what finds the deepest point of a disc
+    first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
+    points="u8",  # address of the first of them
+    meet="u8", curve="u8",  # addresses of what finds where a hull or an ellipsoid meets others, and the radius there
 )  # fmt: skip
 """A shape fixed to a body.
 
 SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
-SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes, with its side. BOX and PLANE, a
-half space, meet round shapes. TANGENT: a plane that is placed anew before each step, where an engine has found two
-shapes nearest; its pair is always looked at.
+SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes and hulls, with its side. BOX,
+CYLINDER, HULL, a polyhedron that a ball sweeps, and PLANE, a half space, meet round shapes. ELLIPSOID: meets all but
+parts and cylinders. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
+small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which meets cylinders alone.
+TANGENT: a plane that is placed anew before each step, where an engine has found two shapes nearest; its pair is always
+looked at.
 """
 
 LEDGER = 6
@@ -222,6 +231,7 @@ ROW = record(
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
+    points="u8",
     near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
     rows="u8", contacts_aside="u8", memory_aside="u8", equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
@@ -268,6 +278,7 @@ class Arrays(NamedTuple):
             `world` says how much is used.
         memory: What the laws remember of each contact, shape (contacts, size).
         numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
+        points: Vertices of the cores of hulls [m], shape (points, 3).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
         near_bodies: Numbers of the bodies that are near something, or of a tree, in their order.
@@ -290,6 +301,7 @@ class Arrays(NamedTuple):
     contacts: Array
     memory: Array
     numbers: Array
+    points: Array
     groups: Array
     spare: Array
     near_bodies: Array
@@ -316,6 +328,7 @@ class Arrays(NamedTuple):
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["unknown_room"] = self.equations.shape[1]
         one["cells"] = self.grid.size - 4 * self.shapes.size
+        self.shapes["points"] = self.points.ctypes.data + 24 * self.shapes["first"]
         one["demand"], one["found"] = DEMAND, FOUND
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])

@@ -1,4 +1,4 @@
-"""When the side of a capsule could touch: of all points of its middle line, the first."""
+"""When the side of a capsule, a disc or a hull could touch: of all points of its middle line, or of it, the first."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.geometry import centre, half_axis
 from contactlaw.world.motion import jerk, rate, velocity_at
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import DISC, NEVER
 from contactlaw.world.segments import clip
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
@@ -15,12 +15,13 @@ GROWN = 1.5  # what accelerations by turning may grow to, within LARGEST_TURN, o
 
 @jit_inside
 def predict_side(p, sa, a, sb, b, n, arm_a, left):
-    """`pace.predict` where A is a segment; the record knows gap, time, and acceleration without turning.
+    """`pace.predict` where A is a segment, or wider; the record knows gap, time, and acceleration without turning.
 
     Two convex shapes are at least as far apart as along any direction that one of them holds (a separating axis): here
     along the normal that there is, as B turns. Along it the middle line of A is x(s) = m + s c, and the gap of each
     point at least the gap that there is, and at least x(s) - R; both move at speeds that are linear in s. So the
-    first is one of both ends, or the point where both bounds meet. Accelerations as B sees them are bounded.
+    first is one of both ends, or the point where both bounds meet. Of a disc and of what
+    is wider only the gap and the greatest speed of all points count. Accelerations as B sees them are bounded.
     """
     from_a, u = centre(sa, a), half_axis(sa, a)
     from_b = add(from_a, sub(load(a.position), load(b.position)))
@@ -28,6 +29,8 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
     moving = sub(velocity_at(a, from_a), velocity_at(b, from_b))
     turning = sub(load(a.spin), load(b.spin))
     middle, along = -dot(moving, n), -dot(cross(turning, u), n)
+    if sa.kind >= DISC:
+        along = norm(cross(turning, n)) * half
     reach_a, reach_b = norm(from_a) + half, norm(from_b) + half
     rate_a, rate_b = rate(a), rate(b)
     speed = norm(moving) + (rate_a + rate_b) * half
@@ -39,8 +42,8 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
         horizon = LARGEST_TURN / (rate_a + rate_b)
     p.acceleration += GROWN * swing + horizon * (jerk(a, reach_a) + jerk(b, reach_b))
     p.closing = middle + abs(along)
-    rises = dot(u, n)
-    height = dot(sub(from_a, arm_a), n) - sa.radius
+    rises = dot(u, n) if sa.kind < DISC else 0.0
+    height = dot(sub(from_a, arm_a), n) - sa.radius if sa.kind < DISC else p.gap
     shared = clip((p.gap - height) / rises) if rises != 0.0 else 1.0
     wait = NEVER
     for s in (-1.0, 1.0, shared):

@@ -31,7 +31,6 @@ from contactlaw.world.access import (
     shape_at,
     whole_at,
 )
-from contactlaw.world.geometry import effective_radius
 from contactlaw.world.near import count_slots, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
 from contactlaw.world.touch import enter
@@ -231,7 +230,7 @@ def admit(w, c, a, b):
     if law.speeds == 0.0:
         t.mu, t.zeta = law.friction, law.zeta
     t.friction = t.mu
-    t.radius = own if own > 0.0 else effective_radius(sa, sb)
+    t.radius = own if own > 0.0 else t.radius
     both = sa.radius + sb.radius
     arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
     arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
@@ -253,7 +252,8 @@ def sound_touch(t):
     phases = (t.state == OPEN or 1.0 <= t.state <= SPRUNG) and PRESSED <= t.course <= LASTING
     overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
-    positive = min(min(t.mass, t.tangential_mass), t.stiffness) > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
+    least = min(min(t.mass, t.tangential_mass), min(t.stiffness, t.radius))
+    positive = least > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
     positive = positive and min(t.mu, t.zeta) >= 0.0
     return phases and overlaps and forces and positive and whole

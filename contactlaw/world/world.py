@@ -15,19 +15,21 @@ from contactlaw.pair import ContactPair
 from contactlaw.world import readout, shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.coordinates import coordinates, write_coordinates
-from contactlaw.world.frames import UNTURNED, matrix_of, principal, product, unit_quaternion
+from contactlaw.world.frames import UNTURNED, matrix_of, principal, product, turn_to, unit_quaternion
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
 from contactlaw.world.tree import Tree
 from contactlaw.world.tree_rows import TreeRows
+
+NEAR_PART = 4  # shapes that a corner, an edge or a rim is near to, in the mean, while its solid tumbles along a wall
 
 
 class World:
     """Rigid bodies that fly, and touch with an elastic-frictional contact law.
 
     Bodies are moved inside each step, and kicked by their contacts in substeps that resolve them: what comes out does
-    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules, boxes and
-    planes fixed to bodies; two boxes, or a box and a plane, do not touch: a box on ball feet is eight spheres.
+    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules,
+    ellipsoids, boxes, cylinders, convex hulls and planes fixed to bodies; ellipsoids and cylinders do not touch.
 
         from contactlaw import MATERIALS, ContactPair
         from contactlaw.world import World
@@ -74,6 +76,10 @@ class World:
         state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
         self._frames: list[Array] = []  # of the principal axes, in that of each body
         self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
+        self._kinds: list[int] = []  # of each shape
+        self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
+        self._solids: dict[int, shapes.Fields] = {}  # boxes, cylinders and hulls
+        self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
         self._sets = 0
         self._new_bodies: list[dict[str, Any]] = []
         self._new_shapes: list[dict[str, Any]] = []
@@ -88,6 +94,9 @@ class World:
         if self._new_shapes:
             self._arrays = with_shapes(self._arrays, self._new_shapes)
             self._new_shapes = []
+            parts = sum(number != owner for number, owner in enumerate(self._owners))
+            while self._arrays.near.size < NEAR_PART * parts:
+                self._arrays = with_more_room(self._arrays)
         if self._regroup:
             self._arrays = self._arrays._replace(groups=self._groups())
             self._regroup = False
@@ -202,21 +211,79 @@ class World:
 
     def add_box(
         self, body: int | None, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
-        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0), rounding: float | None = None,
     ) -> int:  # fmt: skip
-        """Fix a box to a body, or to the world: None; returns the shape's number. It meets round shapes alone.
+        """Fix a box to a body, or to the world: None; returns the shape's number.
 
         Args:
             body: Number of the body.
             half_lengths: Half of its lengths [m], shape (3,).
             at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
             quaternion: Of its own axes in the body's, scalar first, shape (4,).
+            rounding: Radius of its edges [m], and so of its contacts with what is flat, see docs/shapes.md; None: a
+                tenth of the smallest half length.
         """
         half = checks.vector("half_lengths", half_lengths)
         if not half.min() > 0.0:
             raise ValueError(f"half_lengths = {half.tolist()}: must be > 0")
         axes = matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._shape(shapes.box(*self._turn(body), half, checks.vector("at", at), axes))
+        return self._solid(shapes.box(*self._turn(body), half, checks.vector("at", at), axes, rounding))
+
+    def add_cylinder(
+        self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0), rounding: float | None = None,
+    ) -> int:  # fmt: skip
+        """Fix a cylinder to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to an end [m].
+            at, rounding: As for a box.
+            axis: A unit vector along the same axes.
+        """
+        axes = turn_to(checks.unit_vector("axis", axis))
+        sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
+        return self._solid(shapes.cylinder(*self._turn(body), sizes, checks.vector("at", at), axes, rounding))
+
+    def add_ellipsoid(
+        self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix an ellipsoid to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            half_axes: Half of its lengths [m], shape (3,).
+            at, quaternion: As for a box.
+        """
+        half = checks.vector("half_axes", half_axes)
+        if not half.min() > 0.0:
+            raise ValueError(f"half_axes = {half.tolist()}: must be > 0")
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._shape(shapes.ellipsoid_of(*self._turn(body), half, checks.vector("at", at), axes))
+
+    def add_hull(
+        self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix the convex hull of points to a body, or to the world: None; returns the shape's number.
+
+        Points that change it by less than 5 thousandths of its size are left out, and all but a hundred of them.
+
+        Args:
+            body: Number of the body.
+            points: [m], shape (n, 3), along their own axes.
+            rounding: Radius of its edges [m]; None: a tenth of the least distance of a face from its middle.
+            at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of their axes in the body's, scalar first, shape (4,).
+        """
+        own = checks.finite_array("points", points)
+        if own.ndim != 2 or own.shape[1] != 3:
+            raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
+        radius = None if rounding is None else checks.positive("rounding", rounding)
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._solid(shapes.hull(*self._turn(body), own, checks.vector("at", at), axes, radius))
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
@@ -237,14 +304,16 @@ class World:
         """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
 
         Args:
-            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor do planes and boxes each other.
+            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor do planes each other.
             pair: Materials, friction, restitution and law; its radius, where it has one, holds for all.
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
+        sets: list[list[int]] = []
         for side, named in enumerate((shapes1, shapes2)):
             name = f"shapes{side + 1}"
             numbers = [named] if isinstance(named, int | np.integer) else list(named)
+            sets.append(numbers)
             if not numbers:
                 raise ValueError(f"{name}: is empty; name at least one shape")
             for number in numbers:
@@ -252,6 +321,8 @@ class World:
                     raise ValueError(f"{name} = {number}: there are {len(self._memberships)} shapes, counted from 0")
                 self._memberships[number] += (2 * self._sets + side,)
         self._sets += 1
+        self._give_parts(*sets)
+        self._give_parts(*sets[::-1])
         self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
         self._regroup = True
 
@@ -314,12 +385,19 @@ class World:
     def contacts(self) -> Array:
         """Contacts that are closed, or were in the last step: an array with named fields, a row each.
 
-        shapes, bodies: numbers of A and B (body -1: the world). closed. overlap [m]. point [m], normal from B to A,
-        force on A [N], shape (3,), moment on A about the normal [N m]. Since the touch: impulse on A [N s], normal_work
-        and friction_work done on the bodies [J], deepest [m], strongest normal force [N], duration [s],
-        touches: how many.
+        shapes, bodies: numbers of A and B (body -1: the world); a box or a cylinder has several contacts with what is
+        flat. closed. overlap [m]. point [m], normal from B to A, force on A [N], shape (3,), moment on A about the
+        normal [N m]. Since the touch: impulse on A [N s], normal_work and friction_work done on the bodies [J], deepest
+        [m], strongest normal force [N], duration [s], touches: how many.
         """
-        return readout.contacts(self.arrays)
+        rows = readout.contacts(self.arrays)
+        rows["shapes"] = np.array(self._owners, np.int64)[rows["shapes"]]
+        return rows
+
+    @property
+    def owners(self) -> Array:
+        """Of each shape its own number, or that of the box or cylinder that it is a corner, edge or rim of."""
+        return np.array(self._owners, np.int64)
 
     def save(self) -> Arrays:
         """A copy of all that the world knows; what follows from it is the same to the bit."""
@@ -350,16 +428,35 @@ class World:
         """Row of a body, and the matrix from its axes to the principal ones; of the world: None."""
         return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
 
-    def _shape(self, fields: shapes.Fields) -> int:
+    def _shape(self, fields: shapes.Fields, owner: int | None = None) -> int:
+        number = len(self._kinds)
         self._new_shapes.append(fields)
+        self._kinds.append(fields["kind"])
+        self._owners.append(number if owner is None else owner)
         self._memberships.append(())
         self._regroup = True
-        return len(self._memberships) - 1
+        return number
+
+    def _solid(self, fields: shapes.Fields) -> int:
+        """A box, a cylinder or a hull."""
+        number = self._shape(fields)
+        self._solids[number], self._met[number] = fields, set()
+        return number
+
+    def _give_parts(self, ones: list[int], others: list[int]) -> None:
+        """Give boxes, cylinders and hulls of one set the parts by which they meet the other."""
+        kinds = {self._kinds[number] for number in others} if self._solids else set()
+        for number in sorted(self._solids.keys() & set(ones)):
+            had = shapes.parts_of(self._solids[number], self._met[number])
+            self._met[number] |= kinds
+            for part in shapes.parts_of(self._solids[number], self._met[number])[len(had) :]:
+                self._shape(part, number)
 
     def _groups(self) -> Array:
         """Sort the shapes into groups that are in the same sets; the table of which pair each two groups make."""
-        kinds = {kind: number for number, kind in enumerate(dict.fromkeys(self._memberships))}
-        self._arrays.shapes["group"] = [kinds[kind] for kind in self._memberships]
+        sets = [self._memberships[owner] for owner in self._owners]
+        kinds = {kind: number for number, kind in enumerate(dict.fromkeys(sets))}
+        self._arrays.shapes["group"] = [kinds[kind] for kind in sets]
         table = np.full((len(kinds), len(kinds)), -1)
         for first, i in kinds.items():
             for second, j in kinds.items():

@@ -143,9 +143,6 @@ def test_a_wrong_choice_of_geoms_is_told_with_the_nearest_names(geoms, message):
 HILLS = """<mujoco><asset><hfield name="hills" nrow="4" ncol="4" size="1 1 .1 .1"/></asset><worldbody>
 <geom name="hills" type="hfield" hfield="hills"/><body name="b c"><freejoint/><geom name="my ball" size=".1"/>
 <geom name="other" size=".1"/></body></worldbody></mujoco>"""
-ROCKS = """<mujoco><asset><mesh name="rock" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>
-<geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 2"><freejoint/><geom name="rock" type="mesh" mesh="rock"/>
-</body></worldbody></mujoco>"""
 STILL = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 2">
 <geom name="still" size=".1"/></body></worldbody></mujoco>"""
 OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
@@ -161,7 +158,6 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
         (SCENE, ("upper", "floor", "steel"), {}, r"contacts\[0\] = .* pair a contactlaw.ContactPair"),
         (SCENE, ("upper", "floor", PAIR), {"substeps": 1}, "substeps = 1"),
         (STILL, ("floor", "still", steel_pair(radius=1.0)), {}, "none of these geoms can move"),
-        (ROCKS, ("rock", "floor", PAIR), {}, "mesh 'rock' on plane 'floor': they touch along a face"),
         (HILLS, ("other", "hills", PAIR), {}, "hfield .hills.: MuJoCo computes no reliable distance"),
         (HILLS, (["my ball", "other"], "hills", PAIR), {}, "sphere 'my ball' has a space in its name"),
         (SCENE.replace(OPTION, '<compiler discardvisual="true"/>'), ("upper", "floor", PAIR), {"others": False},

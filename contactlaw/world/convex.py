@@ -1,0 +1,96 @@
+"""Convex bodies: a core, and the small radius that sweeps it. Where two of them are nearest.
+
+While they overlap by less than both radii their cores are apart: the vector between the nearest points of these is
+unique, and moves continuously. Flat on flat, a hull lies on its corners and sharp edges, which are shapes of their own;
+two cores meet as such, in one point, where neither are. That is not enough for a cylinder that lies on a hull.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import sqrt
+
+from contactlaw.jit import address_of, jit_inside
+from contactlaw.world.call import MEETING, RADIUS
+from contactlaw.world.core import CROWN, LEAST
+from contactlaw.world.curvature import feature, radius_between, side_at
+from contactlaw.world.gjk import NONE, middle, nearest
+from contactlaw.world.records import BOX, EDGE, SEGMENT
+from contactlaw.world.segments import clip
+from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
+
+BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
+STEPS = 30  # of Newton's method, which is done when it comes to the right piece; bisection guards it
+SAME = 1e-10  # of a half length, a place that is another's
+DEEP = 1e-6  # of both radii: a distance of cores that is none
+
+
+@jit_inside
+def deepest_on_hull(sa, a, sb, b):
+    """`nearest` of the point of a capsule's middle line, or an edge, that is the deepest; as `core.deepest_on_line`.
+
+    Returns its place along the half axis, its radius [m], and what `nearest` does.
+    """
+    u = to_world(a.axes, load(sa.half))
+    crown = 2.0 * CROWN * sa.radius
+    low, high, at = -2.0, 2.0, 0.0
+    v, y, count, e = nearest(sa, a, sb, b, NONE)
+    for _ in range(STEPS):
+        k = crown * max(norm(v), LEAST)
+        value, slope = k * at + dot(v, u), k + dot(u, u)
+        if count == 2:
+            slope -= dot(u, e) ** 2 / dot(e, e)
+        elif count == 3:
+            slope = k + dot(u, v) ** 2 / max(dot(v, v), LEAST * LEAST)
+        if value > 0.0:
+            high = at
+        else:
+            low = at
+        new = clip(at - value / slope)
+        if not low < new < high:
+            new = clip(0.5 * (low + high))
+        if abs(new - at) <= SAME:
+            break
+        at = new
+        v, y, count, e = nearest(sa, a, sb, b, scale(at, u))
+    return at, sa.radius * (1.0 - CROWN * (1.0 + at * at)), v, y
+
+
+def radius(sa, a, sb, b):
+    """`geometry.effective_radius` of the same. Of two edges the angle is taken for a right one."""
+    if sa.kind >= BOX:
+        return sqrt(sa.radius * sb.radius)
+    at, u = 0.0, NONE
+    if sa.kind == SEGMENT or sa.kind == EDGE:
+        u = to_world(a.axes, load(sa.half))
+        at, _, _, _ = deepest_on_hull(sa, a, sb, b)
+    _, _, count, e = nearest(sa, a, sb, b, scale(at, u))
+    return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
+
+
+def meet(sa, a, sb, b):
+    """`geometry.meet` of two shapes of which one is convex without a closed form."""
+    radius_a, radius_b, from_a = sa.radius, sb.radius, middle(sa, a)
+    if sa.kind == SEGMENT or sa.kind == EDGE:
+        _, radius_a, v, y = deepest_on_hull(sa, a, sb, b)
+    else:
+        v, y, _, _ = nearest(sa, a, sb, b, NONE)
+    both = radius_a + radius_b
+    far = norm(v)
+    if far > DEEP * both:
+        n = scale(1.0 / far, v)
+    else:  # as between two balls
+        n = sub(add(load(a.position), from_a), add(load(b.position), middle(sb, b)))
+        n = scale(1.0 / max(norm(n), 1e-300), n)
+    overlap = both - far
+    if sa.kind >= BOX:
+        overlap -= BACK * both
+    arm_b = axpy(far / both * radius_b, n, y)
+    arm_a = add(arm_b, sub(load(b.position), load(a.position)))
+    return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
+
+
+@lru_cache
+def addresses() -> dict[str, int]:
+    """Of both, compiled where there are hulls."""
+    return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}

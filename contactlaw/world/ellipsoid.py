@@ -1,0 +1,179 @@
+"""Where an ellipsoid is nearest to a plane, a ball, a segment, a polyhedron or another ellipsoid.
+
+With Q = R diag(a^2, b^2, c^2) R^T its support function is h(n) = sqrt(n Q n), the point there Q n/h. Along a normal n
+from another convex body the gap is s(n) = n (x - y), of the points x and y that face each other; the distance is its
+maximum, where x - y has no part across n. Newton's method climbs there: the slope of x - y across n is
+
+    -(Q/h - (Q n)(Q n)^T/h^3)
+
+and that of a polyhedron none, while n stays across the edge that it is on. Which vertex, edge or face that is, the
+ball tells that touches the ellipsoid there from inside: where it is nearest to the polyhedron, so is the ellipsoid.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import atan2, cos, sin, sqrt
+
+from contactlaw.jit import address_of, jit_inside
+from contactlaw.world.call import MEETING, RADIUS
+from contactlaw.world.curvature import feature, radius_between
+from contactlaw.world.gjk import NONE, middle, nearest
+from contactlaw.world.records import ELLIPSOID, PLANE
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
+
+STEPS, TRIES = 30, 12  # of Newton's method, which needs some; of the polyhedron's features
+WIDEST = 0.5  # [rad] of a step
+SAME = 1e-9  # [rad], a normal that is another's
+INSIDE = 0.9  # of the least radius of curvature, a ball that touches it from inside
+
+
+@jit_inside
+def swell(s, b, n):
+    """Q n, in the world."""
+    m, h = to_body(s.axes, to_body(b.axes, n)), s.half
+    return to_world(b.axes, to_world(s.axes, (m[0] * h[0] * h[0], m[1] * h[1] * h[1], m[2] * h[2] * h[2])))
+
+
+@jit_inside
+def shrink(s, b, n):
+    """The product of the inverse of Q and n, in the world."""
+    m, h = to_body(s.axes, to_body(b.axes, n)), s.half
+    return to_world(b.axes, to_world(s.axes, (m[0] / (h[0] * h[0]), m[1] / (h[1] * h[1]), m[2] / (h[2] * h[2]))))
+
+
+@jit_inside
+def facing(s, b, n):
+    """The point of an ellipsoid that is furthest along n: from its body's centre of mass [m]."""
+    q = swell(s, b, n)
+    return axpy(1.0 / sqrt(dot(n, q)), q, middle(s, b))
+
+
+@jit_inside
+def bend(s, b, n, t, u):
+    """How the point that is furthest along n moves along u as n turns along t [m/rad]; both across n."""
+    q = swell(s, b, n)
+    h = sqrt(dot(n, q))
+    return dot(t, swell(s, b, u)) / h - dot(t, q) * dot(u, q) / (h * h * h)
+
+
+@jit_inside
+def climb(sa, a, sb, b, y, edge, n):
+    """The normal between an ellipsoid A and another one, or a point y of B whose edge, if there is one, it is across.
+
+    y: from the centre of mass of B. Returns the normal and the gap [m].
+    """
+    d = sub(load(a.position), load(b.position))
+    two, along = sb.kind == ELLIPSOID, norm(edge)
+    for _ in range(STEPS):
+        if two:
+            y = facing(sb, b, n)
+        p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
+        gap = max(dot(p, n), 0.0)
+        t = scale(1.0 / along, cross(edge, n)) if along > 0.0 else tangent(n)
+        u = cross(n, t)
+        tt, tu, uu = bend(sa, a, n, t, t), bend(sa, a, n, t, u), bend(sa, a, n, u, u)
+        if two:
+            tt, tu, uu = tt + bend(sb, b, n, t, t), tu + bend(sb, b, n, t, u), uu + bend(sb, b, n, u, u)
+        tt, uu = tt + gap, uu + gap
+        x, z = dot(p, t), dot(p, u)
+        if along > 0.0:
+            step = scale(x / tt, t)
+        else:
+            step = scale(1.0 / (tt * uu - tu * tu), add(scale(uu * x - tu * z, t), scale(tt * z - tu * x, u)))
+        wide = norm(step)
+        n = axpy(min(1.0, WIDEST / max(wide, 1e-300)), step, n)
+        n = scale(1.0 / norm(n), n)
+        if wide <= SAME:
+            break
+    if two:
+        y = facing(sb, b, n)
+    return n, dot(sub(add(d, facing(sa, a, scale(-1.0, n))), y), n), y
+
+
+@jit_inside
+def nearest_to_ellipsoid(sa, a, sb, b):
+    """Where an ellipsoid A is nearest to B, which is anything but a plane.
+
+    Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and its feature there, see
+    `gjk.nearest`.
+    """
+    between = sub(load(a.position), load(b.position))
+    to_b = sub(middle(sb, b), add(between, middle(sa, a)))  # from A's middle to B's
+    if sb.kind == ELLIPSOID:
+        n = add(shrink(sa, a, to_b), shrink(sb, b, to_b))
+        n, gap, y = climb(sa, a, sb, b, NONE, NONE, scale(-1.0 / max(norm(n), 1e-300), n))
+        return n, gap, y, 3, NONE
+    h = sa.half
+    ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
+    v, y, count, e = nearest(sa, a, sb, b, NONE)
+    n = shrink(sa, a, v)
+    n = scale(1.0 / max(norm(n), 1e-300), n)
+    gap = 0.0
+    for _ in range(TRIES):
+        before = n
+        v, y, count, e = nearest(sa, a, sb, b, axpy(ball, n, sub(facing(sa, a, scale(-1.0, n)), middle(sa, a))))
+        far = norm(v)
+        if far == 0.0:
+            break
+        if count == 3:
+            n = scale(1.0 / far, v)
+            gap = dot(sub(add(between, facing(sa, a, scale(-1.0, n))), y), n)
+        else:
+            edge, start = (e, scale(1.0 / far, v)) if count == 2 else (NONE, n)
+            n, gap, y = climb(sa, a, sb, b, y, edge, start)
+        if norm(sub(n, before)) <= 10.0 * SAME:
+            break
+    return n, gap, y, count, e
+
+
+def meet(sa, a, sb, b):
+    """`geometry.meet` of two shapes of which one is an ellipsoid; the point of contact is in the middle of both."""
+    d = sub(load(a.position), load(b.position))
+    if sb.kind == PLANE:
+        n = to_world(b.axes, load(sb.normal))
+        arm_a = facing(sa, a, scale(-1.0, n))
+        arm_b = add(arm_a, d)
+        overlap = dot(sub(middle(sb, b), arm_b), n)
+    elif sa.kind == ELLIPSOID:
+        n, gap, y, _, _ = nearest_to_ellipsoid(sa, a, sb, b)
+        overlap = sb.radius - gap
+        arm_b = axpy(0.5 * (sb.radius + gap), n, y)
+        arm_a = sub(arm_b, d)
+    else:
+        n, gap, y, _, _ = nearest_to_ellipsoid(sb, b, sa, a)
+        overlap = sa.radius - gap
+        arm_a = axpy(0.5 * (sa.radius + gap), n, y)
+        arm_b, n = add(arm_a, d), scale(-1.0, n)
+    return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
+
+
+@jit_inside
+def curved(s, b, n):
+    """Curvatures of an ellipsoid, see `radius_between`, where n is its normal: h times those of the inverse of Q."""
+    t = tangent(n)
+    u = cross(n, t)
+    h, q = sqrt(dot(n, swell(s, b, n))), shrink(s, b, t)
+    tt, tu, uu = h * dot(t, q), h * dot(u, q), h * dot(u, shrink(s, b, u))
+    mean, differ = 0.5 * (tt + uu), sqrt(0.25 * (tt - uu) ** 2 + tu * tu)
+    angle = 0.5 * atan2(2.0 * tu, tt - uu)
+    return mean + differ, mean - differ, add(scale(cos(angle), t), scale(sin(angle), u))
+
+
+def radius(sa, a, sb, b):
+    """`geometry.effective_radius` of the same."""
+    if sb.kind == PLANE:
+        return radius_between(curved(sa, a, to_world(b.axes, load(sb.normal))), feature(0.0, 3, NONE))
+    if sa.kind != ELLIPSOID:
+        n, _, _, count, e = nearest_to_ellipsoid(sb, b, sa, a)
+        return radius_between(curved(sb, b, n), feature(sa.radius, count, e))
+    n, _, _, count, e = nearest_to_ellipsoid(sa, a, sb, b)
+    if sb.kind == ELLIPSOID:
+        return radius_between(curved(sa, a, n), curved(sb, b, n))
+    return radius_between(curved(sa, a, n), feature(sb.radius, count, e))
+
+
+@lru_cache
+def addresses() -> dict[str, int]:
+    """Of both, compiled where there are ellipsoids."""
+    return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}

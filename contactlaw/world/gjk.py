@@ -1,0 +1,152 @@
+"""Where two convex polyhedra are nearest, of which one may be a point: Gilbert, Johnson & Keerthi (1988).
+
+The nearest points are those of the difference of both to the origin. A simplex of its vertices is led there; it is done
+when the vertex that is furthest towards the origin is one that it has: then the result is exact.
+"""
+
+from __future__ import annotations
+
+from math import atan2, copysign, cos, floor, pi, sin
+
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import numbers_at
+from contactlaw.world.records import BOX, CYLINDER, HULL, SEGMENT
+from contactlaw.world.vec import add, axpy, dot, load, scale, sub, to_body, to_world
+
+STEPS = 100  # which none needs
+STAVE = pi / 16.0  # [rad] of a cylinder, which counts as a prism: what is smooth has no last step
+NONE = (0.0, 0.0, 0.0)
+
+
+@jit_inside
+def middle(s, b):
+    """Of a core: from its body's centre of mass [m]."""
+    return to_world(b.axes, load(s.at)) if b.oriented != 0 else NONE
+
+
+@jit_inside
+def support(s, b, d):
+    """The point of a core that is furthest along d: from its body's centre of mass [m]."""
+    at = load(s.at)
+    if s.kind == HULL:
+        own = to_body(b.axes, d)
+        points = carray(numbers_at(s.points), 3 * s.count)
+        best, most = 0, -1e300
+        for i in range(s.count):
+            far = points[3 * i] * own[0] + points[3 * i + 1] * own[1] + points[3 * i + 2] * own[2]
+            if far > most:
+                best, most = i, far
+        at = add(at, (points[3 * best], points[3 * best + 1], points[3 * best + 2]))
+    elif s.kind == SEGMENT:
+        u = load(s.half)
+        at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)
+    elif s.kind == BOX:
+        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        corner = copysign(h[0] - r, own[0]), copysign(h[1] - r, own[1]), copysign(h[2] - r, own[2])
+        at = add(at, to_world(s.axes, corner))
+    elif s.kind == CYLINDER:
+        own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
+        angle = floor(atan2(own[1], own[0]) / STAVE + 0.5) * STAVE
+        out = (h[0] - r) * (0.5 + 0.5 / cos(0.5 * STAVE))
+        at = add(at, to_world(s.axes, (out * cos(angle), out * sin(angle), copysign(h[2] - r, own[2]))))
+    return to_world(b.axes, at) if b.oriented != 0 else NONE
+
+
+@jit_inside
+def on_triangle(p, q, r):
+    """Barycentric coordinates of the point of a triangle nearest to the origin (Ericson 2005, section 5.1.5)."""
+    e, f = sub(q, p), sub(r, p)
+    ep, fp, eq, fq, er, fr = -dot(e, p), -dot(f, p), -dot(e, q), -dot(f, q), -dot(e, r), -dot(f, r)
+    if ep <= 0.0 and fp <= 0.0:
+        return 1.0, 0.0, 0.0
+    if eq >= 0.0 and fq <= eq:
+        return 0.0, 1.0, 0.0
+    c = ep * fq - eq * fp
+    if c <= 0.0 and ep >= 0.0 and eq <= 0.0:
+        return 1.0 - ep / (ep - eq), ep / (ep - eq), 0.0
+    if fr >= 0.0 and er <= fr:
+        return 0.0, 0.0, 1.0
+    b = er * fp - ep * fr
+    if b <= 0.0 and fp >= 0.0 and fr <= 0.0:
+        return 1.0 - fp / (fp - fr), 0.0, fp / (fp - fr)
+    a = eq * fr - er * fq
+    one, two = fq - eq, er - fr
+    if a <= 0.0 and one >= 0.0 and two >= 0.0:
+        return 0.0, two / (one + two), one / (one + two)
+    return a / (a + b + c), b / (a + b + c), c / (a + b + c)
+
+
+@jit_inside
+def mean(k, p, q, r):
+    """The sum of three vectors, weighted."""
+    return axpy(k[0], p, axpy(k[1], q, scale(k[2], r)))
+
+
+@jit_inside
+def on_tetrahedron(p, q, r, new):
+    """The triangle of three with a new vertex that is nearest to the origin: which vertex it lacks, and where on it."""
+    best, lacks, found = 1e300, 0, (0.0, 0.0, 1.0)
+    for i in range(3):
+        one, two = (q, r) if i == 0 else ((r, p) if i == 1 else (p, q))
+        k = on_triangle(one, two, new)
+        v = mean(k, one, two, new)
+        if dot(v, v) < best:
+            best, lacks, found = dot(v, v), i, k
+    return lacks, found
+
+
+@jit_inside
+def nearest(sa, a, sb, b, shift):
+    """Where two cores are nearest: from there on B to there on A, and there on B from its body's centre of mass.
+
+    A is a box or a hull, else a point, its middle. shift: added to A [m]. The third result is how many vertices span
+    the place, on B where A is a point, and the last one the edge where they are two. Cores that overlap are zero apart.
+    """
+    d = add(sub(load(a.position), load(b.position)), shift)
+    to_a = middle(sa, a)
+    v = add(d, sub(to_a, middle(sb, b)))
+    p, q, r, x, y, z = NONE, NONE, NONE, NONE, NONE, NONE  # vertices of the simplex, and their points on B
+    count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), NONE
+    for _ in range(STEPS):
+        to_b = support(sb, b, v)
+        if sa.kind >= BOX:
+            to_a = support(sa, a, scale(-1.0, v))
+        new = sub(add(d, to_a), to_b)
+        known = (count > 0 and new == p) or (count > 1 and new == q) or (count > 2 and new == r)
+        if known:
+            break
+        if count < 2:
+            p1, q1, r1, x1, y1, z1 = p, new, new, x, to_b, to_b
+            if count == 0:
+                m = 0.0, 1.0, 0.0
+            else:
+                e = sub(new, p)
+                t = min(max(-dot(p, e) / dot(e, e), 0.0), 1.0)
+                m = 1.0 - t, t, 0.0
+        elif count == 2:
+            p1, q1, r1, x1, y1, z1 = p, q, new, x, y, to_b
+            m = on_triangle(p, q, new)
+        else:
+            lacks, m = on_tetrahedron(p, q, r, new)
+            p1, x1 = (q, y) if lacks == 0 else ((r, z) if lacks == 1 else (p, x))
+            q1, y1 = (r, z) if lacks == 0 else ((p, x) if lacks == 1 else (q, y))
+            r1, z1 = new, to_b
+        w = mean(m, p1, q1, r1)
+        if not dot(w, w) < square:
+            break
+        v, square, k = w, dot(w, w), m
+        p, q, r, x, y, z = p1, q1, r1, x1, y1, z1
+        if k[0] == 0.0:
+            p, x, q, y, k = q, y, r, z, (k[1], k[2], 0.0)
+            if k[0] == 0.0:
+                p, x, k = q, y, (k[1], 0.0, 0.0)
+        elif k[1] == 0.0:
+            q, y, k = r, z, (k[0], k[2], 0.0)
+        count = 3 if k[2] > 0.0 else (2 if k[1] > 0.0 else 1)
+        if square == 0.0:
+            break
+    if dot(v, new) <= 0.0:
+        v = NONE
+    return v, mean(k, x, y, z), count, sub(x, y)

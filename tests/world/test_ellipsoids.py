@@ -1,0 +1,181 @@
+"""Ellipsoids: where they are nearest to all else, energy, rest; elliptic contacts against Hertz."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+from contactlaw.world import World
+from contactlaw.world.curvature import equivalent_radius
+from contactlaw.world.frames import matrix_of
+from tests.world.long_shapes import HALF, RADIUS, capsule, sphere
+from tests.world.test_hulls import CUBE, DENSITY, cube, meeting, rock
+from validation.world_scenes import FLOOR, box_of_planes, steel_pair
+
+HALF_AXES = np.array([0.03, 0.02, 0.012])
+
+
+def ellipsoid(world: World, rng: np.random.Generator, place, velocity, half=HALF_AXES, spin: float = 10.0) -> int:
+    """One of steel that tumbles."""
+    mass = DENSITY * 4.0 / 3.0 * np.pi * np.prod(half)
+    inertia = mass / 5.0 * (half @ half - half * half)
+    body = world.add_body(mass, inertia, place, velocity, rng.normal(size=4), spin * rng.normal(size=3))
+    return world.add_ellipsoid(body, half)
+
+
+def hertz_radius(p: float, q: float) -> float:
+    """R [m] of 4/3 E* sqrt(R) delta^1.5 for curvatures p < q [1/m] (Johnson 1985, section 4.2), by root finding."""
+
+    def mismatch(t: float) -> float:
+        m = -np.expm1(-2.0 * t)  # t = ln(a/b), m = k^2
+        return np.log((np.exp(2.0 * t) * ellipe(m) - ellipk(m)) / (ellipk(m) - ellipe(m))) - np.log(q / p)
+
+    if q < p * (1.0 + 1e-9):
+        return 1.0 / p
+    m = -np.expm1(-2.0 * brentq(mismatch, 1e-7, 12.0))
+    return np.pi**2 * (ellipk(m) - ellipe(m)) / m / (2.0 * p * ellipk(m) ** 3)
+
+
+def test_the_equivalent_radius_is_that_of_the_elliptic_integrals() -> None:
+    found = getattr(equivalent_radius, "py_func", equivalent_radius)
+    for ratio in np.geomspace(1.001, 9e4, 60):
+        assert found(3.0, 3.0 * ratio) == pytest.approx(hertz_radius(3.0, 3.0 * ratio), rel=6e-4)
+    assert found(4.0, 4.0) == pytest.approx(0.25, rel=1e-12)
+
+
+def reach(world: World, body: int, kind: str, n: np.ndarray) -> float:
+    """How far a shape around a body's centre reaches along n."""
+    own = matrix_of(world.quaternion[body]).T @ n
+    out = world.position[body] @ n
+    if kind == "ellipsoid":
+        return out + np.linalg.norm(HALF_AXES * own)
+    if kind == "capsule":
+        return out + HALF * abs(own[2]) + RADIUS
+    return out + (RADIUS if kind == "sphere" else 0.018 * np.abs(own).sum() + 0.002)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("kind", ["sphere", "capsule", "ellipsoid", "hull"])
+def test_an_ellipsoid_meets_where_no_plane_parts_further(kind: str) -> None:
+    """Along the normal found the gap is that of both supports, and along others near to it less (separating axis)."""
+    found = 0
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        world = World(gravity=0.0)
+        first = ellipsoid(world, rng, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        place = rng.normal(size=3)
+        place *= rng.uniform(0.03, 0.06) / np.linalg.norm(place)
+        if kind == "sphere":
+            second = sphere(world, place, (0, 0, 0))
+        elif kind == "capsule":
+            second = capsule(world, rng, place, (0, 0, 0))[0]
+        elif kind == "ellipsoid":
+            second = ellipsoid(world, rng, place, (0, 0, 0))
+        else:
+            body, _ = cube(world, 0.02, place, quaternion=rng.normal(size=4))
+            second = world.add_hull(body, 0.02 * CUBE, 0.002)
+        one, two = (1, 0) if kind in ("sphere", "capsule") else (0, 1)
+        shapes = (second, first) if one else (first, second)
+        names = (kind, "ellipsoid") if one else ("ellipsoid", kind)
+        (overlap, normal, arm_a, arm_b), radius = meeting(world.arrays.bound().world, *shapes)
+
+        def gap(n, world=world, one=one, two=two, names=names):
+            n = n / np.linalg.norm(n)
+            return -reach(world, one, names[0], -n) - reach(world, two, names[1], n)
+
+        n = np.array(normal)
+        if gap(place * (1.0 if two == 0 else -1.0)) < -0.01 or overlap > 1e-3:
+            continue
+        found += 1
+        assert overlap == pytest.approx(-gap(n), abs=1e-13)
+        assert all(gap(n + size * t) < gap(n) + 1e-15 for size in (1e-2, 1e-4) for t in rng.normal(size=(20, 3)))
+        np.testing.assert_allclose(world.position[one] + arm_a, world.position[two] + arm_b, rtol=0, atol=1e-14)
+        assert 0.0 < radius < 0.1
+    assert found > 40
+
+
+def press(world: World, shapes: list, pair, mass: float, speed: float, radius: float) -> None:
+    """An elastic impact head on: approach and duration are Hertz's for this effective radius, to 1 %."""
+    world.add_contact(*shapes, pair)
+    parted = None
+    for _ in range(200):
+        world.step()
+        rows = world.contacts
+        if rows.size and not rows["closed"].any():
+            parted = rows[0]
+            break
+    assert parted is not None
+    k = 4.0 / 3.0 * pair.parameters(radius=1.0)[0] * np.sqrt(radius)
+    deepest = (1.25 * mass * speed**2 / k) ** 0.4
+    assert parted["deepest"] == pytest.approx(deepest, rel=1e-2)
+    assert parted["duration"] == pytest.approx(2.9432752 * deepest / speed, rel=1e-2)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_an_ellipsoid_strikes_a_plane_as_hertz_says(axis: int) -> None:
+    half = np.roll(HALF_AXES, axis)
+    world = World(gravity=0.0, timestep=1e-4)
+    mass = 0.3
+    body = world.add_body(mass, 1e-4, (0.0, 0.0, half[2] + 1e-5), (0.0, 0.0, -0.2))
+    floor = world.add_plane(None, *FLOOR)
+    p, q = sorted(half[2] / half[:2] ** 2)
+    press(world, [world.add_ellipsoid(body, half), floor], steel_pair(0.0), mass, 0.2, hertz_radius(p, q))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("angle", [30.0, 60.0, 90.0])
+@pytest.mark.parametrize("second", [0.01, 0.03])
+def test_crossed_cylinders_strike_as_hertz_says(angle: float, second: float) -> None:
+    """The sides of two capsules; relative curvatures by Johnson (1985), equation 4.6."""
+    world = World(gravity=0.0, timestep=1e-4)
+    turn, mass = np.radians(angle), 0.3
+    body = world.add_body(mass, 1e-4, (0.0, 0.0, 0.01 + second + 1e-5), (0.0, 0.0, -0.2))
+    moving = world.add_capsule(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0))[0]
+    held = world.add_body(np.inf, 1.0)
+    still = world.add_capsule(held, second, 0.05, axis=(np.cos(turn), np.sin(turn), 0.0))[0]
+    one, two = 1.0 / 0.01, 1.0 / second
+    differ = np.sqrt(one**2 + two**2 + 2.0 * one * two * np.cos(2.0 * turn))
+    radius = hertz_radius(0.5 * (one + two - differ), 0.5 * (one + two + differ))
+    press(world, [moving, still], steel_pair(0.0), mass, 0.2, radius)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
+def test_elastic_ellipsoids_keep_their_energy(timestep: float) -> None:
+    """Among each other, a hull, a capsule and a ball, between walls."""
+    impacts = 0
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        world = World(gravity=0.0, timestep=timestep)
+        shapes = [world.add_plane(None, *wall) for wall in box_of_planes(0.1)]
+        for x, y in ((-0.05, -0.05), (0.05, 0.05)):
+            shapes.append(ellipsoid(world, rng, (x, y, 0.0), 0.4 * rng.normal(size=3)))
+        shapes.append(rock(world, rng, (-0.05, 0.05, 0.0), 0.4 * rng.normal(size=3), 0.03, 10.0))
+        shapes += capsule(world, rng, (0.05, -0.05, 0.0), 0.4 * rng.normal(size=3))
+        shapes.append(sphere(world, (0.0, 0.0, 0.05), 0.4 * rng.normal(size=3)))
+        world.add_contact(shapes, shapes, steel_pair(0.0))
+        start = world.energy.total
+        for _ in range(round(1.0 / timestep)):
+            world.step()
+            rows = world.contacts
+            impacts += int((rows["touches"] * ~rows["closed"]).sum())
+        assert world.energy.total == pytest.approx(start, rel=1e-3)
+        assert np.abs(world.position).max() < 0.1
+    assert impacts > 50
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [1e-3, 1e-2])
+def test_an_ellipsoid_comes_to_rest_on_its_flat_side(timestep: float) -> None:
+    world = World(timestep=timestep)
+    shape = ellipsoid(world, np.random.default_rng(3), (0.0, 0.0, 0.05), (0.1, 0.0, 0.0), spin=1.0)
+    world.add_contact(shape, world.add_plane(None, *FLOOR), steel_pair(0.4, 0.5))
+    energy = scale = world.energy.total
+    for _ in range(round(5.0 / timestep)):
+        world.step()
+        assert world.energy.total <= energy + 1e-6 * scale
+        energy = world.energy.total
+    assert world.position[0, 2] < 0.021

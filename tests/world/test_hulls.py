@@ -1,0 +1,243 @@
+"""Hulls: their cores, where two are nearest, energy and rest; a cube is a cube."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from contactlaw.jit import jit
+from contactlaw.world import World
+from contactlaw.world.access import body_at, shape_at
+from contactlaw.world.frames import matrix_of
+from contactlaw.world.geometry import effective_radius, meet
+from contactlaw.world.hulls import convex_hull, core_of
+from tests.world.long_shapes import sphere
+from validation.world_scenes import FLOOR, box_of_planes, steel_pair
+
+DENSITY = 7800.0
+CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
+
+
+def solid(points: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Points from the centre of mass of their hull, its mass and inertia."""
+    v, faces = convex_hull(points)
+    volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+    for face in faces:
+        corners = v[face]
+        own = np.linalg.det(corners) / 6.0
+        volume, first = volume + own, first + own * corners.sum(0) / 4.0
+        second += own / 20.0 * (np.outer(corners.sum(0), corners.sum(0)) + corners.T @ corners)
+    middle = first / volume
+    second -= volume * np.outer(middle, middle)
+    return points - middle, DENSITY * volume, DENSITY * (np.trace(second) * np.eye(3) - second)
+
+
+def rock(world: World, rng: np.random.Generator, place, velocity, size: float, turn: float) -> int:
+    """A body that is the hull of random points."""
+    points = rng.normal(size=(rng.integers(5, 20), 3))
+    points *= size * rng.uniform(0.5, 1.0, 3) / np.linalg.norm(points, axis=1)[:, None]
+    own, mass, inertia = solid(points)
+    return world.add_hull(
+        world.add_body(mass, inertia, place, velocity, rng.normal(size=4), turn * rng.normal(size=3)), own
+    )
+
+
+def cube(world: World, half: float, place, **motion) -> tuple[int, float]:
+    """A body as heavy as a cube of steel."""
+    mass = DENSITY * 8.0 * half**3
+    return world.add_body(mass, mass * 2.0 / 3.0 * half**2, place, **motion), mass
+
+
+@jit
+def meeting(world, i, j):
+    """`meet` of two shapes of a world, and their effective radius."""
+    w = world[0]
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
+    return meet(sa, a, sb, b), effective_radius(sa, a, sb, b)
+
+
+def test_a_hull_reaches_as_far_as_its_points_and_its_core_a_radius_less() -> None:
+    rng = np.random.default_rng(0)
+    for number in range(60):
+        points = rng.normal(size=(rng.integers(5, 40), 3)) * rng.uniform(0.3, 1.0, 3)
+        if number % 3 == 0:
+            points = np.round(2.0 * points)
+            if np.linalg.matrix_rank(points - points[0]) < 3:
+                continue
+        vertices, faces = convex_hull(points, fine=1e-9, most=1000)
+        directions = rng.normal(size=(500, 3))
+        np.testing.assert_allclose((vertices @ directions.T).max(0), (points @ directions.T).max(0), rtol=0, atol=1e-12)
+        assert len(faces) == 2 * len(vertices) - 4
+    points, edges, radius = core_of(0.02 * CUBE)
+    assert len(edges) == 12
+    assert radius == pytest.approx(0.002)
+    np.testing.assert_allclose(np.sort(points, axis=0), np.sort(0.018 * CUBE, axis=0), rtol=0, atol=1e-15)
+    assert len(convex_hull(rng.normal(size=(2000, 3)))[0]) <= 100
+
+
+@pytest.mark.heavy
+def test_a_ball_meets_a_cube_as_its_core_within_a_radius() -> None:
+    """And with the curvatures of its faces, edges and corners."""
+    rng = np.random.default_rng(1)
+    seen = set()
+    for _ in range(200):
+        world = World(gravity=0.0)
+        place = 0.05 * rng.uniform(-1.0, 1.0, 3)
+        ball = sphere(world, place, (0, 0, 0))
+        turn = rng.normal(size=4)
+        hull = world.add_hull(world.add_body(1.0, 1.0, quaternion=turn), 0.02 * CUBE, 0.002)
+        own = matrix_of(world.quaternion[1]).T @ place
+        out = own - np.clip(own, -0.018, 0.018)
+        far = np.linalg.norm(out)
+        if far < 1e-3:
+            continue
+        (overlap, normal, arm_a, arm_b), radius = meeting(world.arrays.bound().world, ball, hull)
+        assert overlap == pytest.approx(0.012 - far, abs=1e-15)
+        np.testing.assert_allclose(normal, matrix_of(world.quaternion[1]) @ out / far, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(place + arm_a, arm_b, rtol=0, atol=1e-15)
+        beyond = int((np.abs(own) > 0.018).sum())
+        seen.add(beyond)
+        if beyond != 2:
+            assert radius == pytest.approx(0.01 if beyond == 1 else 0.002 / 1.2, rel=1e-12)
+        else:
+            assert 0.002 / 1.2 < radius < 0.01
+    assert seen == {1, 2, 3}
+
+
+@pytest.mark.heavy
+def test_two_hulls_meet_where_no_plane_parts_them_further() -> None:
+    """The gap is that of a plane across the normal, on which one vertex of each core lies (separating axis)."""
+    rng = np.random.default_rng(2)
+    found = 0
+    for number in range(200):
+        world = World(gravity=0.0)
+        cores, hulls = [], []
+        for k in range(2):
+            points = rng.normal(size=(rng.integers(4, 30), 3))
+            if number % 4 == 0:
+                points = np.round(points)
+            try:
+                cores.append(core_of(points, 0.01)[0])
+            except ValueError:
+                break
+            turn = (1.0, 0.0, 0.0, 0.0) if number % 8 == 0 else rng.normal(size=4)
+            place = k * rng.normal(size=3) * 3.0
+            hulls.append(world.add_hull(world.add_body(1.0, 1.0, place, quaternion=turn), points, 0.01))
+        if len(hulls) < 2:
+            continue
+        (overlap, normal, arm_a, arm_b), radius = meeting(world.arrays.bound().world, hulls[1], hulls[0])
+        first, second = (world.position[k] + cores[k] @ matrix_of(world.quaternion[k]).T for k in range(2))
+        gap = (second @ normal).min() - (first @ normal).max()
+        if gap > 1e-3:
+            found += 1
+            assert overlap == pytest.approx(0.02 * 0.98 - gap, abs=1e-12)
+            assert radius == pytest.approx(0.01)
+            np.testing.assert_allclose(world.position[1] + arm_a, world.position[0] + arm_b, rtol=0, atol=1e-14)
+    assert found > 60
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
+def test_elastic_hulls_keep_their_energy(timestep: float) -> None:
+    impacts = 0
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        world = World(gravity=0.0, timestep=timestep)
+        shapes = [world.add_plane(None, *wall) for wall in box_of_planes(0.08)]
+        for x in (-0.04, 0.04):
+            shapes.append(rock(world, rng, (x, 0.0, 0.0), 0.4 * rng.normal(size=3), 0.03, 10.0))
+        shapes.append(sphere(world, (0.0, 0.05, 0.0), 0.4 * rng.normal(size=3)))
+        world.add_contact(shapes, shapes, steel_pair(0.0))
+        start = world.energy.total
+        for _ in range(round(1.0 / timestep)):
+            world.step()
+            rows = world.contacts
+            impacts += int((rows["touches"] * ~rows["closed"]).sum())
+        assert world.energy.total == pytest.approx(start, rel=1e-3)
+        assert np.abs(world.position).max() < 0.08
+    assert impacts > 50
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
+def test_hulls_fall_and_come_to_rest(timestep: float) -> None:
+    """Two on each other in a pit: no energy from nothing, nobody sinks, all sleep; weight is what the floor carries."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        world = World(timestep=timestep)
+        shapes = [world.add_plane(None, *FLOOR)]
+        for angle in np.arange(4) * np.pi / 2.0:
+            inward = -np.array([np.cos(angle), np.sin(angle), 0.0])
+            shapes.append(world.add_plane(None, -0.04 * inward, inward))
+        for z in (0.03, 0.08):
+            shapes.append(rock(world, rng, (0.0, 0.0, z), 0.2 * rng.normal(size=3), 0.02, 5.0))
+        world.add_contact(shapes, shapes, steel_pair(0.4, 0.5))
+        energy, scale = world.energy.total, world.energy.total
+        for _ in range(round(4.0 / timestep)):
+            world.step()
+            assert world.energy.total <= energy + 1e-6 * scale
+            energy = world.energy.total
+            if world.asleep.all():
+                break
+        assert world.asleep.all()
+        rows = world.contacts[world.contacts["closed"]]
+        assert rows["overlap"].max() < 1e-6
+        weight = 9.81 / world.arrays.bodies["inverse_mass"][1:].astype(float)
+        from_walls = rows[(rows["bodies"][:, 1] == -1)]
+        assert from_walls["force"][:, 2].sum() == pytest.approx(weight.sum(), rel=1e-6)
+
+
+@pytest.mark.heavy
+def test_a_cube_is_a_body_on_eight_balls() -> None:
+    """On a plane it moves as this does; and one on another lies on four corners or more, square or not."""
+    places = []
+    for as_hull in (True, False):
+        world = World(timestep=1e-3)
+        body, _ = cube(world, 0.02, (0.0, 0.0, 0.05), quaternion=(0.9, 0.2, 0.3, 0.1), spin=(3.0, 1.0, 2.0))
+        if as_hull:
+            shapes = world.add_hull(body, 0.02 * CUBE, 0.003)
+        else:
+            shapes = [world.add_sphere(body, 0.003, corner) for corner in 0.017 * CUBE]
+        world.add_contact(shapes, world.add_plane(None, *FLOOR), steel_pair(0.3, 0.5))
+        world.step(300)
+        places.append(np.concatenate([world.position[0], world.quaternion[0]]))
+    np.testing.assert_allclose(places[0], places[1], rtol=0, atol=1e-9)
+    for angle in (0.0, 0.4):
+        world = World(timestep=2e-3)
+        shapes = [world.add_plane(None, *FLOOR)]
+        weight = 0.0
+        for z, turn in ((0.0201, 0.0), (0.0603, angle)):
+            body, mass = cube(world, 0.02, (0.0, 0.0, z), quaternion=(np.cos(turn), 0.0, 0.0, np.sin(turn)))
+            weight = 9.81 * mass
+            shapes.append(world.add_hull(body, 0.02 * CUBE))
+        world.add_contact(shapes, shapes, steel_pair(0.3, 0.5))
+        world.step(1000)
+        assert world.asleep.all()
+        back = 0.02 * 0.002 if angle > 0.0 else 0.0  # edges, on which alone the turned one lies, are set back
+        assert world.position[0, 2] == pytest.approx(0.02, abs=2e-6)
+        assert 0.06 - back - 2e-6 < world.position[1, 2] < 0.06 + 2e-6
+        rows = world.contacts[world.contacts["closed"]]
+        between = rows[(rows["bodies"] >= 0).all(1)]
+        assert len(between) >= 4
+        assert np.abs(between["force"][:, 2]).sum() == pytest.approx(weight, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda w: w.add_hull(0, np.zeros((4, 2))), "points: shape (4, 2); must be (n, 3)"),
+        (lambda w: w.add_hull(0, np.eye(3)), "points: lie in a plane"),
+        (lambda w: w.add_hull(0, CUBE, 0.6), "rounding = 0.6: must be > 0 and at most half"),
+        (lambda w: w.add_hull(3, CUBE), "body = 3: there are 1 bodies, counted from 0"),
+        (lambda w: w.add_hull(0, np.full((4, 3), np.nan)), "points: holds nan"),
+        (lambda w: w.add_ellipsoid(0, (1.0, 0.0, 1.0)), "half_axes = [1.0, 0.0, 1.0]: must be > 0"),
+    ],
+)
+def test_bad_hulls_are_named(call, message: str) -> None:
+    world = World()
+    world.add_body(1.0, 1.0)
+    with pytest.raises(ValueError, match=re.escape(message)):
+        call(world)
