@@ -78,7 +78,7 @@ class Side:
         if self.shape == "box":
             return [world.add_box(body, self.size, at, quaternion_of(own), rounding)]
         if self.shape == "cylinder":
-            return [world.add_cylinder(body, *self.size, at, own[:, 2], rounding)]
+            return [world.add_cylinder(body, self.size[0], self.size[1], at, own[:, 2], rounding)]
         return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []
 
     @property
