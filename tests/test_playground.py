@@ -41,11 +41,15 @@ def run(script: str) -> object:
 
 @pytest.mark.heavy
 def test_psi_2_is_that_of_the_package() -> None:
+    """As finely as the page has it."""
+    page = (PLAY / "play.js").read_text(encoding="utf-8")
+    steps, springs = (re.findall(pattern, page) for pattern in (r"STEPS = (\d+)", r"springs\((\d+)\)"))
+    assert len(steps) == len(springs) == 1
     got = np.array(
         run(
             f"""const psi = {PSI.tolist()}, chi = {list(CHI)}, e = {list(E)};
             console.log(JSON.stringify(e.map((one) => {{
-              const motion = law.normalMotion(one, 400), line = law.springs(64);
+              const motion = law.normalMotion(one, {steps[0]}), line = law.springs({springs[0]});
               return chi.map((c) => psi.map((p) => law.impact(p, c, motion, line)));
             }})));"""
         )
