@@ -168,11 +168,11 @@ def drop(seed: int, restitution: float | None = None) -> World:
     for i in range(1 + seed % 3):
         sizes = np.exp(rng.uniform(np.log(0.005), np.log(0.04), 3))
         place, turn = (0.02 * rng.normal(), 0.02 * rng.normal(), 0.08 + 0.11 * i), rng.normal(size=4)
-        motion = 0.3 * rng.normal(size=3), rng.choice([0.0, 5.0, 30.0]) * rng.normal(size=3)
+        velocity, spin = 0.3 * rng.normal(size=3), rng.choice([0.0, 5.0, 30.0]) * rng.normal(size=3)
         if rng.random() < 0.5:
-            shapes.append(box(world, sizes, place, turn, *motion))
+            shapes.append(box(world, sizes, place, turn, velocity, spin))
         else:
-            shapes.append(cylinder(world, *sizes[:2], place, turn, *motion))
+            shapes.append(cylinder(world, sizes[0], sizes[1], place, turn, velocity, spin))
     material = (SOFT, Material(2e11, 0.3), Material(3e9, 0.35))[rng.integers(3)]
     pair = ContactPair(material, material, rng.uniform(0.0, 0.8), restitution or rng.uniform(0.2, 0.9))
     world.add_contact(shapes, [ground, *shapes], pair)
@@ -205,8 +205,16 @@ def test_elastic_impacts_without_friction_keep_energy(kind: str, timestep: float
         walls += [world.add_box(None, (0.05, 0.2, 0.2), (0.15 * s, 0.0, 0.0)) for s in (1.0, -1.0)]
         made = []
         for x in (-0.045, 0.045):
-            motion = (x, 0.0, 0.0), rng.normal(size=4), rng.normal(size=3), 5.0 * rng.normal(size=3)
-            made.append(box(world, HALF, *motion) if kind == "box" else cylinder(world, 0.03, 0.02, *motion))
+            place, turn, velocity, spin = (
+                (x, 0.0, 0.0),
+                rng.normal(size=4),
+                rng.normal(size=3),
+                5.0 * rng.normal(size=3),
+            )
+            if kind == "box":
+                made.append(box(world, HALF, place, turn, velocity, spin))
+            else:
+                made.append(cylinder(world, 0.03, 0.02, place, turn, velocity, spin))
         world.add_contact(made, [*walls, *made], steel_pair(0.0, 1.0))
         start = world.energy.total
         world.step(round(1.0 / timestep))
