@@ -72,10 +72,10 @@ def move(m, d, head, w, state):
         lead_jointed(head, jointed_at(head.trees, i))
     if head.probe_count > 0:
         head.model, head.data = m, d
-        exchange(head)
+        exchange(head, False)
     call_step(address(w, STEP), w, head.step_size, False)
     if head.probe_count > 0:
-        exchange(head)
+        exchange(head, True)
     call_on_world(head.pressed, head.world)
     if head.lag > 0.0:
         keep_near(w)

@@ -9,7 +9,6 @@ import ctypes
 import sys
 import warnings
 
-import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import layout, notices
@@ -20,8 +19,6 @@ from contactlaw.pair import DEEPEST, ContactWarning
 
 LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
 LIBRARY.mju_malloc.restype = ctypes.c_void_p
-
-_NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 
 
 def _complain(number: int, error: Exception) -> None:
@@ -44,9 +41,9 @@ def init(model: int, data: int, number: int) -> int:
     """Make the block of an instance, called when an mjData is made."""
     try:
         view = layout.ModelView(model)
-        if view.option("enableflags") & int(mujoco.mjtEnableBit.mjENBL_SLEEP):
+        if view.option("enableflags") & layout.SLEEP:
             raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
-        if view.option("disableflags") & _NO_PASSIVE == _NO_PASSIVE:
+        if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         leads = number == members(view)[0]
         made = Model(view) if leads else None
