@@ -93,7 +93,7 @@ def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] 
             spec.compiler.savecompiled = spec.compiler.savecanonical = not exact
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)  # said already, when it was compiled
-            text = spec.to_xml()
+            text = spec.to_xml() if choice else _written(spec)
             try:
                 again = mujoco.MjModel.from_xml_string(text, None if assets is None else dict(assets))
             except ValueError as error:
@@ -167,6 +167,17 @@ def _read(
     if overlaps != "keep":
         warn_of_start(compiled, overlaps == "raise")
     return spec, compiled
+
+
+def _written(spec: mujoco.MjSpec) -> str:
+    """A specification as XML with all digits, where MuJoCo (up to 3.15) writes six."""
+    library = layout.library()
+    before = library._mjPRIVATE__get_xml_precision()
+    library._mjPRIVATE__set_xml_precision(17)
+    try:
+        return spec.to_xml()
+    finally:
+        library._mjPRIVATE__set_xml_precision(before)
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:

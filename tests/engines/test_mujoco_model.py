@@ -179,7 +179,10 @@ def test_a_deep_contact_is_warned_of():
     model = spec.compile()
     data = mujoco.MjData(model)
     data.qpos[2] = 0.8 * RADIUS
-    with pytest.warns(ContactWarning, match="overlap over radius is 0.2"):
+    with pytest.warns(
+        ContactWarning,
+        match="'ball' of body 'body' on 'floor' of body 'world' at 1e-05 s: overlap .* is 0.2",
+    ):
         mujoco.mj_step(model, data)
 
 

@@ -47,8 +47,9 @@ def test_the_structs_are_where_the_description_says():
         assert view.size(size) == getattr(model, size)
 
 
-def test_balls_bounce_as_one_impact_does():
-    model = load_model(BALLS, CONTACTS)
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast"])
+def test_balls_bounce_as_one_impact_does(integrator):
+    model = load_model(BALLS.replace("<option", f'<option integrator="{integrator}"'), CONTACTS)
     data = thrown(model)
     impact = collide(PAIR, Body(mass=float(model.body_mass[1]), radius=0.025, velocity=(0.2, 0.0, -1.0)))
     np.testing.assert_allclose(data.qvel[:3], impact.velocity_a, atol=2e-4)
