@@ -49,7 +49,12 @@ def test_the_structs_are_where_the_description_says():
 
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast"])
 def test_balls_bounce_as_one_impact_does(integrator):
-    model = load_model(BALLS.replace("<option", f'<option integrator="{integrator}"'), CONTACTS)
+    scene = BALLS.replace("<option", f'<option integrator="{integrator}"')
+    if layout.LOSES_SPIN and integrator == "implicitfast":
+        with pytest.raises(ValueError, match="loses the spin of impacts"):
+            load_model(scene, CONTACTS)
+        return
+    model = load_model(scene, CONTACTS)
     data = thrown(model)
     impact = collide(PAIR, Body(mass=float(model.body_mass[1]), radius=0.025, velocity=(0.2, 0.0, -1.0)))
     np.testing.assert_allclose(data.qvel[:3], impact.velocity_a, atol=2e-4)
@@ -77,6 +82,8 @@ def test_the_same_from_xml_and_from_a_saved_state():
 
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast"])
 def test_a_leg_stands_on_its_foot_and_its_weight_is_on_it(integrator):
+    if layout.LOSES_SPIN and integrator == "implicitfast":
+        pytest.skip("refused, see above")
     rubber = MATERIALS["rubber"]
     scene = LEG.replace("<option", f'<option integrator="{integrator}"')
     model = load_model(scene, [("leg", "floor", ContactPair(rubber, rubber, friction=0.8, restitution=0.5))])
