@@ -95,7 +95,7 @@ GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-LOSES_SPIN = (3, 9) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 11)
+LOSES_SPIN = (3, 9) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
 """These let `implicitfast` undo what a plugin writes to the angular velocity of free bodies."""
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
 NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
