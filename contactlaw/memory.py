@@ -26,7 +26,7 @@ def _doubles_at(typing_context, address):
     return types.CPointer(types.float64)(types.uintp), generate
 
 
-def _call_report(typing_context, function, instance, code, value):
+def _call_report(typing_context, function, who, code, value):
     def generate(context, builder, signature, arguments):
         long, double = ir.IntType(64), ir.DoubleType()
         kind = ir.FunctionType(ir.VoidType(), [long, long, double])
@@ -49,4 +49,4 @@ doubles_at: Any = intrinsic(_doubles_at)
 """An address as a pointer to float64, for `numba.carray`."""
 
 call_report: Any = intrinsic(_call_report)
-"""Call void (*function)(int64 instance, int64 code, double value) at an address."""
+"""Call void (*function)(int64 who, int64 code, double value) at an address."""

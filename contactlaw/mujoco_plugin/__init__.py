@@ -20,12 +20,14 @@ from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402  (needs the registe
     instances_of,
     load_model,
     model_xml,
-    overlaps_of,
     save_model,
 )
+from contactlaw.mujoco_plugin.edit import reread, set_friction  # noqa: E402
+from contactlaw.mujoco_plugin.overlaps import overlaps_of, relax  # noqa: E402
 from contactlaw.mujoco_plugin.readout import (  # noqa: E402
     ContactState,
     Ledger,
+    contact_wrenches,
     contacts_of,
     ledger_of,
 )
@@ -33,6 +35,6 @@ from contactlaw.mujoco_plugin.selection import geoms_of  # noqa: E402
 from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402
 
 __all__ = [
-    "ContactState", "Ledger", "add_contact", "contacts_of", "geoms_of", "instances_of", "ledger_of", "load_model",
-    "model_xml", "overlaps_of", "save_model",
+    "ContactState", "Ledger", "add_contact", "contact_wrenches", "contacts_of", "geoms_of", "instances_of", "ledger_of",
+    "load_model", "model_xml", "overlaps_of", "relax", "reread", "save_model", "set_friction",
 ]  # fmt: skip

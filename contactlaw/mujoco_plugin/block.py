@@ -20,7 +20,7 @@ STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four ti
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
     world="u8", pressed="u8",  # addresses of its `records.WORLD` and of `step.find_pressed`
-    report="u8",  # address of what tells Python
+    report="u8", own="u8",  # addresses of what tells Python, and of this
     state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
     nq="i8", nv="i8",
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
@@ -30,6 +30,7 @@ HEAD = record(
     token="f8",  # of the state that the world is in
     geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each instance
+    told="i8", told_a="i8", told_b="i8",  # instance and geoms that something is reported of; -1: of none
     instances="u8",  # address of the instance that each pair of the world belongs to
     # within a step
     model="u8", data="u8",
@@ -97,7 +98,7 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
 
     arrays = Arrays(*map(moved, world)).bound()
     arrays.world["host"] = memory.ctypes.data
-    head["world"] = arrays.world.ctypes.data
+    head["world"], head["own"] = arrays.world.ctypes.data, memory.ctypes.data
     places = {name: moved(array) for name, array in more.items()}
     for name, array in places.items():
         head[name] = array.ctypes.data

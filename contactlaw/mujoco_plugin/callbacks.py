@@ -71,11 +71,10 @@ def move(m, d, head, w, state):
     for i in range(head.tree_count):
         lead_jointed(head, jointed_at(head.trees, i))
     if head.probe_count > 0:
-        head.model, head.data = m, d
-        exchange(head)
+        exchange(head, False)
     call_step(address(w, STEP), w, head.step_size, False)
     if head.probe_count > 0:
-        exchange(head)
+        exchange(head, True)
     call_on_world(head.pressed, head.world)
     if head.lag > 0.0:
         keep_near(w)
@@ -125,7 +124,7 @@ def take_over(head, w, state):
     dropped = read(w, state[PUSH + head.nv :])
     head.token = state[TOKEN]
     if dropped > 0:
-        notice(head, 0, DAMAGED, float(dropped))
+        notice(head, DAMAGED, float(dropped))
 
 
 @jit
@@ -152,7 +151,7 @@ def leave(head, w, state):
             press(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
     lost = write(w, state[PUSH + head.nv :])
     if lost > 0:
-        notice(head, 0, FULL, float(w.contact_room))
+        notice(head, FULL, float(w.contact_room))
     first, last = hole(w, state[PUSH + head.nv :])
     head.token = token_of(state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
@@ -229,6 +228,7 @@ def advance(m, d, instance):
     if head.leads == 0:
         return
     w = world_at(head.world, 0)
+    head.model, head.data = m, d
     find_start(m, d, head)
     state = field(d, STATE, head.state, PUSH + head.nv + head.state_size)
     if state[TOKEN] != head.token:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cache
+from itertools import groupby
 
 from contactlaw import checks, losses
 from contactlaw.laws import law_of, text_of
@@ -13,11 +15,13 @@ from contactlaw.pair import ContactPair
 PLUGIN_NAME = "contactlaw.contact"
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
-    "rolling_resistance", "substeps", "rounding",
+    "rolling_resistance", "substeps", "rounding", "native",
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
-geom1 and geom2 are names of geoms, or several with spaces between: then each of the first with each of the second. A
+geom1 and geom2 are names of geoms, or several with spaces, or with bars "|", between: then each of the first with each
+of the second. native: of these only those that the engine would make by itself, if each geom had the contype and
+conaffinity that are written here: "1/1", or "1/1x20 0/1x3" for runs of them, the geoms of the first set first. A
 material is a name in `MATERIALS` or "E nu" in SI units. friction, restitution: a number, or one of `contactlaw.losses`
 with its fields, "plastic yield_speed=0.1" say. law: as for `laws.law_of`, "microslip node_count=32" say.
 substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
@@ -47,6 +51,8 @@ class Contact:
         pair: The contact.
         substeps: Least number of the law's steps in a contact.
         rounding: Radius of the edges of boxes and cylinders [m]; None: see `world.shapes.ROUNDING`.
+        native: Contype and conaffinity that each of the geoms had, the first ones first, if only those touch that would
+            do so natively; else empty.
     """
 
     geoms1: tuple[str, ...]
@@ -54,14 +60,15 @@ class Contact:
     pair: ContactPair
     substeps: int = SUBSTEPS
     rounding: float | None = None
+    native: tuple[tuple[int, int], ...] = ()
 
 
 def write(contact: Contact) -> dict[str, str]:
     """The configuration that `read` turns back into this contact, digit for digit."""
     pair = contact.pair
     config = {
-        "geom1": " ".join(contact.geoms1),
-        "geom2": " ".join(contact.geoms2),
+        "geom1": _joined(contact.geoms1),
+        "geom2": _joined(contact.geoms2),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
         "friction": losses.text_of(pair.friction),
@@ -77,7 +84,19 @@ def write(contact: Contact) -> dict[str, str]:
         config["substeps"] = str(contact.substeps)
     if contact.rounding is not None:
         config["rounding"] = repr(contact.rounding)
+    if contact.native:
+        runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
+        config["native"] = " ".join(f"{bits}x{count}" for bits, count in runs)
     return config
+
+
+def _joined(names: tuple[str, ...]) -> str:
+    return ("|" if any(" " in name for name in names) else " ").join(names)
+
+
+def split(text: str) -> list[str]:
+    """Names of geoms, as a configuration has several."""
+    return text.split("|") if "|" in text else text.split()
 
 
 @cache  # read for each mjData made; a pair should warn of its coupling once
@@ -109,7 +128,15 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         (config["geom1"],), (config["geom2"],), pair,
         checks.count("substeps", int(_floats("substeps", config.get("substeps", str(SUBSTEPS)), 1)[0]), LEAST_SUBSTEPS),
         optional("rounding"),
+        tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
     )  # fmt: skip
+
+
+def _bits(run: str) -> list[tuple[int, int]]:
+    found = re.fullmatch(r"(\d+)/(\d+)(?:x(\d+))?", run)
+    if not found:
+        raise ValueError(f"native = {run!r}: must be 'CONTYPE/CONAFFINITY' or 'CONTYPE/CONAFFINITYxCOUNT'")
+    return int(found[3] or 1) * [(int(found[1]), int(found[2]))]
 
 
 def _material(key: str, text: str) -> Material:

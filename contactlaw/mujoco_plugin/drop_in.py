@@ -25,7 +25,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -34,19 +34,19 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.members import Member, members
-from contactlaw.mujoco_plugin.selection import Selector, geoms_of, label
+from contactlaw.mujoco_plugin.choose import Contacts, chosen, entry_of, skipped
+from contactlaw.mujoco_plugin.members import members
+from contactlaw.mujoco_plugin.overlaps import warn_of_start
+from contactlaw.mujoco_plugin.selection import label
 from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.spec import add_contact
-from contactlaw.pair import ContactPair, ContactWarning
+from contactlaw.mujoco_plugin.whole import put_natives
+from contactlaw.pair import ContactWarning
 
 Source = str | bytes | os.PathLike[str]
-Which = Selector | Sequence[Selector]
-Contacts = Sequence[tuple[Which, Which, ContactPair] | tuple[Which, Which, ContactPair, Mapping[str, Any]]]
-
-_SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-_NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+OVERLAPS = ("warn", "keep", "raise")
 
 
 def load_model(
@@ -58,8 +58,18 @@ def load_model(
         model: Path of an MJCF or URDF file, what it includes is found beside it; or MJCF as text.
         contacts: Each (geoms1, geoms2, pair), as for `add_contact`; geoms are chosen by name, pattern, body or id, see
             `geoms_of`. A fourth entry, a dict, holds settings of this contact alone.
+            "*" alone stands for every geom, and means those contacts that the model would make by itself: as contype
+            and conaffinity, <exclude> and <pair> (whose friction and solver numbers are not used) say, and not
+            between parent and child. What the law cannot serve then keeps the engine's own contact, with a warning.
+            Where several entries fit two geoms, the one with fewer "*" has them, of two alike the later one.
+            Or a table {geoms: Material} for every such contact; a geom is of the last entry that fits.
         assets: Included files and assets by name, where the model is text that refers to some.
-        settings: Of `add_contact`, for all contacts: others, substeps.
+        settings: Of `add_contact`, for all contacts: others, substeps, rounding. Besides,
+            skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
+            friction, restitution: Of a table, a number, or a function of two materials. Without one the friction is
+                that of the geoms, by the engine's rule; the restitution is 1.
+            overlaps: "warn" of geoms that lie in each other by more than a tenth of their radius where the model
+                begins, "raise", or "keep" silent. See `relax`.
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
@@ -77,11 +87,13 @@ def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] 
         ValueError: As `load_model`; or MuJoCo cannot write this model so that it reads the same again.
     """
     spec, compiled = _read(model, contacts, assets, settings)
-    for exact in (True, False):  # what is repeated (replicate, composite) can be named only once it is written out
-        spec.compiler.savecompiled = spec.compiler.savecanonical = not exact
+    choice = hasattr(spec.compiler, "savecompiled")  # from 3.16 on
+    for exact in (True, False) if choice else (True,):  # what is repeated can be named only once it is written out
+        if choice:
+            spec.compiler.savecompiled = spec.compiler.savecanonical = not exact
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)  # said already, when it was compiled
-            text = spec.to_xml()
+            text = spec.to_xml() if choice else _written(spec)
             try:
                 again = mujoco.MjModel.from_xml_string(text, None if assets is None else dict(assets))
             except ValueError as error:
@@ -121,27 +133,51 @@ def instances_of(model: mujoco.MjModel) -> list[str]:
 
 
 def _read(
-    model: Source, contacts: Contacts, assets: Mapping[str, bytes] | None, settings: Mapping[str, Any]
+    model: Source, contacts: Contacts, assets: Mapping[str, bytes] | None, asked: dict[str, Any]
 ) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     spec = _spec_of(model, assets)
     plain = spec.compile()
     _check_options(plain)
-    chosen = [_contact(spec, number, entry, settings) for number, entry in enumerate(_listed(contacts))]
-    for number, (ones, twos, _, own) in enumerate(chosen):
+    friction, restitution = asked.pop("friction", None), asked.pop("restitution", 1.0)
+    overlaps = checks.one_of("overlaps", asked.pop("overlaps", "warn"), OVERLAPS)
+    left = skipped(spec, asked.pop("skip", ()))
+    every = chosen(spec, contacts, asked, friction, restitution)
+    for number, ones, twos, _, native, own in every:
+        if native:
+            continue
         if not own.get("others", True) and spec.compiler.discardvisual:
             raise ValueError(
                 "others = False: must be True in a model whose compiler discards visual geoms (discardvisual; a URDF "
                 "always does), as these geoms would become such"
             )
         _check_relatives(plain, f"contacts[{number}]", ones, twos)
-    for ones, twos, _, _ in chosen:
-        _name(spec, (*ones, *twos))
-    for number, (ones, twos, pair, own) in enumerate(chosen):
+    for entry in every:
+        _name(spec, (*entry.ones, *entry.twos))
+    natives = [entry_of(entry) for entry in every if entry.native]
+    if natives:
+        put_natives(spec, plain, [*natives, *left])
+    for number, ones, twos, pair, native, own in every:
+        if native:
+            continue
         try:
             add_contact(spec, ones, twos, pair, **own)
         except ValueError as error:
             raise ValueError(f"contacts[{number}]: {error}") from None
-    return spec, _compiled(spec)
+    compiled = _compiled(spec)
+    if overlaps != "keep":
+        warn_of_start(compiled, overlaps == "raise")
+    return spec, compiled
+
+
+def _written(spec: mujoco.MjSpec) -> str:
+    """A specification as XML with all digits, where MuJoCo (up to 3.15) writes six."""
+    library = layout.library()
+    before = library._mjPRIVATE__get_xml_precision()
+    library._mjPRIVATE__set_xml_precision(17)
+    try:
+        return spec.to_xml()
+    finally:
+        library._mjPRIVATE__set_xml_precision(before)
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
@@ -157,27 +193,6 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
         raise ValueError("; ".join(dict.fromkeys(reasons)).replace("contactlaw: ", "")) from error
     sys.stderr.write(printed.getvalue())
     return model
-
-
-def overlaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[tuple[int, int, float]]:
-    """Geoms of the law that lie in each other where `data` has them: two ids and the depth [m], deepest first.
-
-    An environment that draws starting places until `data.ncon` is zero does not see these contacts. Where `data.qpos`
-    has been set, mj_kinematics (or mj_forward) must have been called since.
-    """
-    view = layout.ModelView(model._address)
-    pairs = {tuple(sorted(pair)) for number in members(view) for pair in _close(model, data, Member(view, number))}
-    depths = [(one, two, -mujoco.mj_geomDistance(model, data, one, two, 0.0, None)) for one, two in pairs]
-    return sorted((entry for entry in depths if entry[2] > 0.0), key=lambda entry: -entry[2])
-
-
-def _close(model: mujoco.MjModel, data: mujoco.MjData, member: Member) -> Iterator[tuple[int, int]]:
-    """Pairs of an instance whose bounding spheres overlap; what has none is infinite."""
-    twos = np.array(member.sets.twos)
-    reach = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)
-    for one in member.sets.ones:
-        near = np.linalg.norm(data.geom_xpos[twos] - data.geom_xpos[one], axis=1) < reach[twos] + reach[one]
-        yield from ((one, two) for two in twos[near].tolist() if member.sets.hold(one, two))
 
 
 def _is_path(model: str | os.PathLike[str]) -> bool:
@@ -204,33 +219,10 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
     return spec
 
 
-def _listed(contacts: Any) -> list[Any]:
-    if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
-        raise ValueError(f"contacts = {contacts!r}: must be a sequence of (geoms1, geoms2, pair), not empty")
-    return list(contacts)
-
-
-def _contact(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> tuple[Any, Any, Any, Any]:
-    """Geoms, pair and settings of one entry."""
-    if not isinstance(entry, Sequence) or len(entry) not in (3, 4) or not isinstance(entry[2], ContactPair):
-        raise ValueError(
-            f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
-            "maybe a dict of settings"
-        )
-    ones, twos = (geoms_of(spec, entry[i], argument=f"contacts[{number}], geoms{i + 1}") for i in range(2))
-    for geom in (*ones, *twos):
-        if " " in geom.name and len(ones) + len(twos) > 2:
-            raise ValueError(
-                f"contacts[{number}]: {label(geom)} has a space in its name; such a geom can be one of two only, "
-                "not one of a set"
-            )
-    return ones, twos, entry[2], {**settings, **(entry[3] if len(entry) == 4 else {})}
-
-
 def _check_options(model: mujoco.MjModel) -> None:
-    if model.opt.enableflags & _SLEEP:
+    if model.opt.enableflags & layout.SLEEP:
         raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
-    if model.opt.disableflags & _NO_PASSIVE == _NO_PASSIVE:
+    if model.opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:
         raise ValueError('model: <flag spring="disable" damper="disable"/> turns the law off; one of them must be on')
 
 

@@ -20,8 +20,7 @@ from contactlaw.pair import DEEPEST, ContactWarning
 
 LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
 LIBRARY.mju_malloc.restype = ctypes.c_void_p
-
-_NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+LIBRARY.mju_free.argtypes = [ctypes.c_void_p]
 
 
 def _complain(number: int, error: Exception) -> None:
@@ -44,31 +43,56 @@ def init(model: int, data: int, number: int) -> int:
     """Make the block of an instance, called when an mjData is made."""
     try:
         view = layout.ModelView(model)
-        if view.option("enableflags") & int(mujoco.mjtEnableBit.mjENBL_SLEEP):
+        if view.option("enableflags") & layout.SLEEP:
             raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
-        if view.option("disableflags") & _NO_PASSIVE == _NO_PASSIVE:
+        if layout.LOSES_SPIN and view.option("integrator") == layout.IMPLICITFAST:
+            raise ValueError("integrator: implicitfast of MuJoCo 3.9 and 3.10 loses the spin of impacts; take implicit")
+        if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
-        leads = number == members(view)[0]
-        made = Model(view) if leads else None
-        if made:
-            made.check()
-        size = made.block_size() if made else HEAD.itemsize
-        memory = LIBRARY.mju_malloc(size)
-        here = np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory))
-        here[:] = 0
-        if made:
-            made.fill(here, _REPORT_ADDRESS)
-        blocks = ctypes.c_size_t.from_address(data + layout.DATA["plugin_data"]).value
-        ctypes.c_size_t.from_address(blocks + 8 * number).value = memory
+        _place(data, number).value = _block(view, number == members(view)[0])
     except Exception as error:
         _complain(number, error)
         return -1
     return 0
 
 
+def _place(data: int, number: int) -> ctypes.c_size_t:
+    """Where an mjData keeps the address of an instance's block."""
+    blocks = ctypes.c_size_t.from_address(data + layout.DATA["plugin_data"]).value
+    return ctypes.c_size_t.from_address(blocks + 8 * number)
+
+
+def _block(view: layout.ModelView, leads: bool) -> int:
+    """Address of a new block.
+
+    Raises:
+        ValueError: The law cannot serve the model.
+    """
+    made = Model(view) if leads else None
+    if made:
+        made.check()
+    size = made.block_size() if made else HEAD.itemsize
+    memory = LIBRARY.mju_malloc(size)
+    here = np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory))
+    here[:] = 0
+    if made:
+        made.fill(here, _REPORT_ADDRESS)
+    return int(memory)
+
+
+def renew(model: int, data: int) -> None:
+    """Make the leading block of an mjData anew, of the model as it is now; errors as for `_block`."""
+    view = layout.ModelView(model)
+    known = members(view)
+    if known:
+        place, made = _place(data, known[0]), _block(view, True)
+        LIBRARY.mju_free(place.value)
+        place.value = made
+
+
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
-def report(number: int, code: int, value: float) -> None:
-    """Something that a compiled callback noticed, once for each instance and mjData."""
+def report(address: int, code: int, value: float) -> None:
+    """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
     if code == notices.DEEP:
         text = f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right"
     elif code == notices.UNCLEAR_RADIUS:
@@ -83,7 +107,24 @@ def report(number: int, code: int, value: float) -> None:
         )
     else:
         text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten"
-    warnings.warn(f"contact {number} of the model: {text}", ContactWarning, stacklevel=2)
+    warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=2)
 
 
+def _whereabouts(address: int) -> str:
+    """Which geoms a notice is of, and when."""
+    head = np.ctypeslib.as_array((ctypes.c_uint8 * HEAD.itemsize).from_address(address)).view(HEAD)[0]
+    time = ctypes.c_double.from_address(int(head["data"]) + layout.DATA["time"]).value
+    view = layout.ModelView(int(head["model"]))
+    geoms = [int(head[name]) for name in ("told_a", "told_b") if head[name] >= 0]
+    bodies = view.ints("geom_bodyid", view.size("ngeom"))
+    named = [f"{_name(view, _GEOM, geom)} of body {_name(view, _BODY, int(bodies[geom]))}" for geom in geoms]
+    return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"
+
+
+def _name(view: layout.ModelView, kind: int, number: int) -> str:
+    name = (LIBRARY.mj_id2name(view.address, kind, number) or b"").decode()
+    return repr(name) if name else str(number)
+
+
+_GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0

@@ -39,11 +39,11 @@ DATA_FIELDS = (
 MODEL_FIELDS = (
     "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat",
     "geom_rbound", "geom_dataid", "mesh_vertadr", "mesh_vertnum", "mesh_vert", "mesh_graphadr", "mesh_graph",
-    "geom_contype", "geom_conaffinity", "body_parentid", "body_rootid", "body_pos", "body_quat", "body_ipos",
-    "body_iquat", "body_mass", "body_subtreemass", "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum",
-    "body_dofadr", "body_dofnum", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0",
-    "pair_geom1", "pair_geom2", "pair_margin", "exclude_signature", "plugin", "plugin_stateadr",
-    "D_rowadr", "D_diag", "jnt_range",
+    "geom_contype", "geom_conaffinity", "body_parentid", "body_weldid", "body_treeid", "body_plugin",
+    "body_rootid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_subtreemass",
+    "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum", "body_dofadr", "body_dofnum", "jnt_type",
+    "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0", "pair_geom1", "pair_geom2", "pair_margin",
+    "exclude_signature", "plugin", "plugin_stateadr", "D_rowadr", "D_diag", "jnt_range",
 )  # fmt: skip
 
 
@@ -95,6 +95,11 @@ INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
+IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+LOSES_SPIN = (3, 9) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
+"""These let `implicitfast` undo what a plugin writes to the angular velocity of free bodies."""
+SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
+NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 _OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, MODEL, EQUALITIES, FRICTIONS, LIMITS
 KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 """What compiled code that knows the offsets depends on."""
@@ -109,7 +114,7 @@ class ModelView:
 
     def size(self, field: str) -> int:
         """An integer size, such as nv."""
-        return ctypes.c_int64.from_address(self.address + offset("mjModel", field)).value
+        return int(getattr(structure("mjModel").from_address(self.address), field))
 
     def option(self, field: str) -> int:
         """An integer option, such as disableflags."""

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from math import inf
 
@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
+from contactlaw.mujoco_plugin.native import Bits, Rules, touch
 from contactlaw.mujoco_plugin.sets import Sets
 from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius, native_margin
-from contactlaw.mujoco_plugin.silence import touch
 
 LIBRARY = layout.library()
 LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
@@ -27,7 +27,7 @@ LIBRARY.mj_id2name.restype = ctypes.c_char_p
 LIBRARY.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 LIBRARY.mjp_getPlugin.restype = ctypes.c_void_p
 
-_GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
+_GEOM, _PLUGIN = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_PLUGIN)
 
 
 def contact_of(model: int, number: int) -> config.Contact:
@@ -50,42 +50,63 @@ class Member:
         self.view = view
         self.number = number
         self.contact = contact_of(view.address, number)
-        sets = self.contact.geoms1, self.contact.geoms2
-        own = LIBRARY.mj_id2name(view.address, int(mujoco.mjtObj.mjOBJ_PLUGIN), number)
-        self._ids = [self._geoms(key, names, own or b"") for key, names in zip(("geom1", "geom2"), sets, strict=True)]
+        self._ids = self._geoms()
         self.geoms = list(dict.fromkeys(self._ids[0] + self._ids[1]))
+        if self.contact.native and len(self.contact.native) != len(self.geoms):
+            raise ValueError(f"native: tells of {len(self.contact.native)} geoms; must tell of all {len(self.geoms)}")
+        self.native: dict[int, Bits] = dict(zip(self.geoms, self.contact.native, strict=False))
 
-    def _geoms(self, key: str, names: tuple[str, ...], own: bytes) -> list[int]:
-        """Ids of geoms; attaching a model to another puts a prefix and suffix to all names, the instance's too."""
-        text = " ".join(names)
-        start, end = own.decode(), ""
-        for candidate in (config.instance_name(*self._split(False)), config.instance_name(*self._split(True))):
-            before, found, after = own.decode().partition(candidate)
-            if found:
-                start, end = before, after
-                break
-        else:
-            start = ""
-        whole = self._id(start + text + end)
-        ids = [whole] if whole >= 0 else [self._id(start + name + end) for name in text.split()]
-        if not ids or min(ids) < 0:
-            raise ValueError(f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between")
-        return ids
+    def _geoms(self) -> list[list[int]]:
+        """Ids of geoms.
 
-    def _split(self, apart: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        one, two = " ".join(self.contact.geoms1), " ".join(self.contact.geoms2)
-        return (tuple(one.split()), tuple(two.split())) if apart else ((one,), (two,))
+        Attaching a model to another puts a prefix and suffix to all its names, the instance's too. Only what a body
+        refers to is attached; the geoms are those whose names have some beginning and end of the instance's own, the
+        shortest, that leads to a geom of such a body.
+        """
+        view, texts = self.view, {"geom1": self.contact.geoms1[0], "geom2": self.contact.geoms2[0]}
+        own = (LIBRARY.mj_id2name(view.address, _PLUGIN, self.number) or b"").decode()
+        owner = view.ints("geom_bodyid", view.size("ngeom"))
+        refer = set(np.flatnonzero(view.ints("body_plugin", view.size("nbody")) == self.number).tolist())
+        plain = [self._named(text, "", "") for text in texts.values()]
+        if all(plain) and (not refer or any(int(owner[geom]) in refer for ids in plain for geom in ids)):
+            return plain
+        for start, end in _affixes(own) if refer else ():
+            found = [self._named(text, start, end) for text in texts.values()]
+            if all(found) and any(int(owner[geom]) in refer for ids in found for geom in ids):
+                return found
+        for (key, text), ids in zip(texts.items(), plain, strict=True):
+            if not ids:
+                raise ValueError(
+                    f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"
+                )
+        return plain
+
+    def _named(self, text: str, start: str, end: str) -> list[int]:
+        """Ids of the geoms of such names; none, if one of them there is not."""
+        out = []
+        for name in dict.fromkeys((text,)) if self._id(start + text + end) >= 0 else config.split(text):
+            out.append(self._id(start + name + end))
+            if out[-1] < 0:
+                return []
+        return out
 
     def _id(self, name: str) -> int:
         return LIBRARY.mj_name2id(self.view.address, _GEOM, name.encode())
 
     @cached_property
-    def sets(self) -> Sets:
-        """The geoms that may touch."""
+    def product(self) -> Sets:
+        """The geoms that are named: each of the first with each of the second."""
         ones, twos = self._ids
         if len(ones) == len(twos) == 1 and ones == twos:
             raise ValueError(f"geom2 = {' '.join(self.contact.geoms2)!r}: must be another geom than geom1")
         return Sets(ones, twos, self.view.ints("geom_bodyid", self.view.size("ngeom")).tolist().__getitem__)
+
+    @cached_property
+    def sets(self) -> Sets:
+        """The geoms that may touch."""
+        if not self.native:
+            return self.product
+        return self.product.among(Rules(self.view, self.native).allow)
 
     @cached_property
     def shapes(self) -> dict[int, Shape]:
@@ -112,8 +133,12 @@ def check(
     native = _Native(view)
     for number, member in enumerate(known):
         shapes = member.shapes
+        if not any(moves(geom) for geom in member.geoms):
+            raise ValueError("geom1, geom2: none of these geoms can move")
+        if member.native:
+            continue
         for other in known[:number]:
-            twice = member.sets.common(other.sets)
+            twice = None if other.native else member.sets.common(other.sets)
             if twice:
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
         for shape in shapes.values():
@@ -121,8 +146,6 @@ def check(
         for one, two in member.sets.by_kinds(lambda geom: (shapes[geom].kind, is_free(geom))):  # noqa: B023  (used at once)
             check_served(shapes[one], shapes[two], is_free(one) or is_free(two))
             effective_radius(shapes[one], shapes[two], member.contact.pair.radius)
-        if not any(moves(geom) for geom in member.geoms):
-            raise ValueError("geom1, geom2: none of these geoms can move")
         on = native.example(member.sets)
         if on:
             one, two = (shapes[geom] for geom in on)
@@ -130,6 +153,12 @@ def check(
                 f"{_names(shapes, on)}: the engine's own contact of this pair is on; turn it off by <contact><pair "
                 f'geom1="{one.name}" geom2="{two.name}" margin="{-native_margin(one, two):g}"/></contact>'
             )
+
+
+def _affixes(name: str) -> Iterator[tuple[str, str]]:
+    """Beginnings and ends of a name, the shortest first."""
+    for length in range(1, len(name)):
+        yield from ((name[:first], name[len(name) - length + first :]) for first in range(length, -1, -1))
 
 
 def _names(shapes: dict[int, Shape], pair: tuple[int, int]) -> str:

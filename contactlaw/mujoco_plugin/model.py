@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PROBE, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
+from contactlaw.mujoco_plugin.native import Rules
 from contactlaw.mujoco_plugin.probes import address_of_probe
 from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world import World
@@ -78,29 +80,71 @@ class Model:
         self._add_bodies()
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         self._instances: list[int] = []  # of each pair of the world
-        for number, member in enumerate(self._members):
-            sets = member.sets.ones, member.sets.twos
-            ones, twos = ([shape for geom in geoms for shape in self._shapes[geom]] for geoms in sets)
-            if ones and twos:
-                self._world.add_contact(ones, twos, member.contact.pair)
-                self._instances.append(number)
+        self._pairs: dict[int, int] = {}  # and the other way round
+        natives = [number for number, member in enumerate(self._members) if member.native]
+        self._order = natives + [number for number in range(len(self._members)) if number not in natives]
+        for number in self._order:
+            self._touch(number, self._members[number].sets.ones, self._members[number].sets.twos)
+        self._rooms = self._rooms_for()
+        if natives:
+            self._keep_rules(natives)
         self._probes = [self._add_probe(*entry) for entry in self._measured()]
 
     @cached_property
     def arrays(self) -> Arrays:
         """Its world, with room for as many contacts as there may be."""
+        contacts, near = self._rooms
+        return with_room(self._world.arrays, near, contacts)
+
+    def _rooms_for(self) -> tuple[int, int]:
+        """How many contacts, and near pairs, there is to be room for.
+
+        While a model is compiled, when the size of its state is asked for, it has no explicit pairs and exclusions yet:
+        the engine's rules are left out here.
+        """
         made = self._world.arrays
         kinds, counts = np.unique(made.shapes[["kind", "group"]], return_counts=True)
         a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
         meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
-        pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
+        probes = len(self._measured(rules=False))
+        pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum()) + probes
         parts = made.shapes["kind"][self._world.owners] == HULL  # of hulls, which MuJoCo does not know when it asks
         parts &= made.shapes["kind"] != HULL
         rooms = [NEIGHBOURS[kind] for kind in made.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
+        rooms += probes * [NEIGHBOURS[SPHERE]]
         contacts, near = sum(rooms), LISTED * len(rooms) + LISTED_PART * int(parts.sum())
         contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
-        near = max(min(pairs, near), 1)
-        return with_room(made, near, contacts)
+        return contacts, max(min(pairs, near), 1)
+
+    def _touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
+        """Let geoms of an instance touch."""
+        self._meet(number, self._shapes_of(ones), self._shapes_of(twos))
+
+    def _shapes_of(self, geoms: Iterable[int]) -> list[int]:
+        return [shape for geom in geoms for shape in self._shapes[geom]]
+
+    def _meet(self, number: int, ones: list[int], twos: list[int]) -> None:
+        if not (ones and twos):
+            return
+        if number in self._pairs:
+            self._world.add_rule(ones, twos, self._pairs[number])
+        else:
+            self._world.add_contact(ones, twos, self._members[number].contact.pair)
+            self._pairs[number] = len(self._instances)
+            self._instances.append(number)
+
+    def _keep_rules(self, natives: list[int]) -> None:
+        """Take from instances that touch as they would natively what the engine does not let touch, or others have."""
+        bits = {geom: own for number in natives for geom, own in self._members[number].native.items()}
+        for rule in Rules(self._view, bits).known:
+            ones, twos = self._shapes_of(rule.ones), self._shapes_of(rule.twos)
+            if not rule.allowed and ones and twos:
+                self._world.add_rule(ones, twos)
+            for number in natives if rule.allowed else ():
+                if all(self._members[number].sets.hold(one, two) for one in rule.ones for two in rule.twos):
+                    self._meet(number, ones, twos)
+        for number in self._order[len(natives) :]:
+            self._touch(number, self._members[number].sets.ones, self._members[number].sets.twos)
 
     @property
     def state_size(self) -> int:
@@ -287,14 +331,19 @@ class Model:
             own = own[numbers[2 + numbers[0] : 2 + 2 * numbers[0]]]
         return own.astype(np.float64)
 
-    def _measured(self) -> list[tuple[int, int, int]]:
+    def _measured(self, rules: bool = True) -> list[tuple[int, int, int]]:
         """Instances, and round shapes of theirs each with one that the engine must measure."""
 
         def measured(geom: int) -> bool:
             return not self._kinds[geom].has_closed_form
 
-        pairs = [(number, *pair) for number, member in enumerate(self._members) for pair in member.sets.every(measured)]
-        return [(k, a, b) if self._kinds[a].is_round else (k, b, a) for k, a, b in pairs]
+        found: dict[frozenset[int], tuple[int, int, int]] = {}
+        for number in self._order:
+            member = self._members[number]
+            for a, b in (member.sets if rules else member.product).every(measured):
+                if self._kinds[a].is_round or self._kinds[b].is_round:
+                    found[frozenset((a, b))] = (number, a, b) if self._kinds[a].is_round else (number, b, a)
+        return list(found.values())
 
     def _add_probe(self, instance: int, one: int, other: int) -> dict[str, Any]:
         """Let a sphere, that of a capsule at its nearest point, touch a plane that is to be placed on another shape."""
@@ -303,8 +352,7 @@ class Model:
         sphere = self._world.add_sphere(self._rows[self._carriers[one][0]], float(shape.size[0]), own.place)
         row, reach = self._rows[self._carriers[other][0]], float(np.linalg.norm(pose.place)) + around
         plane = self._world.add_tangent(row, sphere, reach)
-        self._world.add_contact(sphere, plane, self._members[instance].contact.pair)
-        self._instances.append(instance)
+        self._meet(instance, [sphere], [plane])
         self._shapes[one].append(sphere)
         self._shapes[other].append(plane)
         half = 0.0 if shape.is_spherical else float(shape.size[1])

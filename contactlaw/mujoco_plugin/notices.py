@@ -14,12 +14,27 @@ ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box
 
 
 @jit
-def notice(head, instance, code, value):
-    """Tell Python of an instance, the first time."""
-    said = whole_at(head.said, instance)
+def notice(head, code, value):
+    """Tell Python, the first time."""
+    head.told, head.told_a, head.told_b = 0, -1, -1
+    tell(head, code, value)
+
+
+@jit
+def notice_of(head, c, code, value):
+    """Tell Python of a contact, of each instance the first time."""
+    head.told, head.told_a = whole_at(head.instances, c.pair), whole_at(head.geoms, c.shape_a)
+    head.told_b = whole_at(head.geoms, c.shape_b)
+    tell(head, code, value)
+
+
+@jit
+def tell(head, code, value):
+    """The same of what the head holds."""
+    said = whole_at(head.said, head.told)
     if said & code == 0:
-        set_whole(head.said, instance, said | code)
-        call_report(head.report, instance, code, value)
+        set_whole(head.said, head.told, said | code)
+        call_report(head.report, head.own, code, value)
 
 
 @jit
@@ -31,11 +46,11 @@ def look_over(head, w):
             continue
         c = contact_at(w.contacts, p.slot)
         if c.deepest > DEEPEST * c.touch.radius:
-            notice(head, whole_at(head.instances, c.pair), DEEP, c.deepest / c.touch.radius)
+            notice_of(head, c, DEEP, c.deepest / c.touch.radius)
         if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
-            notice(head, whole_at(head.instances, c.pair), UNCLEAR_RADIUS, c.touch.radius)
+            notice_of(head, c, UNCLEAR_RADIUS, c.touch.radius)
     if w.lost > 0:
-        notice(head, 0, FULL, float(w.contact_room))
+        notice(head, FULL, float(w.contact_room))
         w.lost = 0
 
 

@@ -96,11 +96,13 @@ def turn(head, p, b):
 
 
 @jit
-def exchange(head):
-    """Exchange where the engine has these geoms with what was noted, or the other way round."""
-    kept, at = floats(head.kept, 0, 24 * head.probe_count), 0
-    for i in range(head.probe_count):
-        p = probe_at(head.probes, i)
+def exchange(head, back):
+    """Exchange where the engine has these geoms with what was noted, or back: the last one first, as one may be in
+    several probes."""
+    kept, n = floats(head.kept, 0, 24 * head.probe_count), head.probe_count
+    for i in range(n):
+        k = n - 1 - i if back else i
+        p, at = probe_at(head.probes, k), 24 * k
         at = swap(field(head.data, XPOS, 3 * p.geom_a, 3), kept, at)
         at = swap(field(head.data, XPOS, 3 * p.geom_b, 3), kept, at)
         at = swap(field(head.data, XMAT, 9 * p.geom_a, 9), kept, at)

@@ -17,12 +17,12 @@ from contactlaw.jit import jit
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
 from contactlaw.mujoco_plugin.members import Member, members
-from contactlaw.mujoco_plugin.sets import Sets
 from contactlaw.world.access import world_at
 from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 from contactlaw.world.state import read
 
 Array = NDArray[np.float64]
+STUCK, FULL = 0.01, 1e-6  # shares of mu P
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +38,11 @@ class ContactState:
         tangential_force: On geom1 at the end of the step, world frame [N], shape (3,).
         impulse: On geom1 over the last step, world frame [N s], shape (3,).
         force: Its mean over the step [N], shape (3,): what a force sensor would read.
+        point: Where they touch, world frame [m], shape (3,).
+        contact_radius: Of the patch, sqrt(R overlap) [m].
+        slip: Of the patch at the end of the step: "stuck" (less than 1 % of mu P is across), "partly" or "sliding".
+        stick_radius: Inside of which nothing slips [m]: a (1 - F/(mu P))^(1/3) after Cattaneo and Mindlin, that of a
+            force that has grown in one direction; after other histories it is greater.
     """
 
     geom1: int
@@ -49,6 +54,10 @@ class ContactState:
     tangential_force: Array
     impulse: Array
     force: Array
+    point: Array
+    contact_radius: float
+    slip: str
+    stick_radius: float
 
 
 @dataclass(frozen=True)
@@ -85,23 +94,26 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     Raises:
         ValueError: The model has no such contact.
     """
-    number, world = _world(model, data, name)
+    number, head = world_of(model, data, name)
+    world = _View(head)
+    sets = Member(layout.ModelView(model._address), mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)).product
     dt = float(model.opt.timestep)
     out = []
     rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
-    for row in rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]:
+    rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]
+    for row, force in zip(rows, world.mean_forces(rows, dt), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal = 1.0, row["normal"].copy()
-        if world.sets.reversed(one, two):
+        if sets.reversed(one, two):
             one, two, sign = two, one, -1.0
-        sleeps = world.asleep[row["body_a"]] or world.asleep[row["body_b"]]
-        impulse = sign * (dt * row["force"] if sleeps else row["impulse"] - row["earlier"])
+        force = sign * force
         across = row["force"] - (row["force"] @ normal) * normal
         touching = bool(row["phase"] == CLOSED)
         out.append(
             ContactState(
                 one, two, touching, float(row["touch"]["overlap"]), sign * normal,
-                float(row["touch"]["force"]), sign * across, impulse, impulse / dt,
+                float(row["touch"]["force"]), sign * across, dt * force, force,
+                world.positions[row["body_a"]] + row["arm_a"], *_patch(row["touch"], float(np.linalg.norm(across))),
             )
         )  # fmt: skip
     return out
@@ -109,7 +121,8 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
 
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """The account of an instance; arguments and errors as for `contacts_of`."""
-    number, world = _world(model, data, name)
+    number, head = world_of(model, data, name)
+    world = _View(head)
     own = world.ledgers[world.instances == number]
     (touches, _, _, duration, normal, across), (_, deepest, strongest, *_) = own.sum(0), own.max(0)
     rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
@@ -120,6 +133,39 @@ def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     )  # fmt: skip
 
 
+def _patch(touch: Any, across: float) -> tuple[float, str, float]:
+    """Radius of a patch [m], whether it slips, and radius of what does not; across: tangential force [N]."""
+    radius = float(np.sqrt(max(touch["radius"] * touch["overlap"], 0.0)))
+    most = float(touch["friction"] * touch["force"])
+    share = min(across / most, 1.0) if most > 0.0 else 1.0
+    slip = "stuck" if share < STUCK else "partly" if share < 1.0 - FULL else "sliding"
+    return radius, slip, radius * float(1.0 - share) ** (1.0 / 3.0)
+
+
+def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """What the contacts of the law do to each body, in the mean over the last step: shaped like `data.cfrc_ext`.
+
+    Shape (nbody, 6): moment [N m] and force [N] along the world's axes, about the centre of mass of the kinematic tree
+    (`data.subtree_com[model.body_rootid]`); zero for the world. Add it to `cfrc_ext`, which has the engine's own
+    contacts and what is applied, for observations that are made of that.
+    """
+    out = np.zeros((model.nbody, 6))
+    known = members(layout.ModelView(model._address))
+    if not known:
+        return out
+    world = _View(_head(data, known))
+    rows = world.contacts[world.contacts["phase"] != FREE]
+    points = world.positions[rows["body_a"]] + rows["arm_a"]
+    forces = world.mean_forces(rows, float(model.opt.timestep))
+    moments = -rows["torsion"]["moment"][:, None] * rows["normal"]
+    for shape, sign in (("shape_a", 1.0), ("shape_b", -1.0)):
+        bodies = model.geom_bodyid[world.geoms[rows[shape]]]
+        arms = points - data.subtree_com[model.body_rootid[bodies]]
+        np.add.at(out, bodies, sign * np.hstack([np.cross(arms, forces) + moments, forces]))
+    out[0] = 0.0
+    return out
+
+
 @jit
 def _take_over(address, row):
     """Bring a world to a state that its own last step did not leave."""
@@ -127,33 +173,48 @@ def _take_over(address, row):
 
 
 class _View:
-    """The world of an mjData; sets: the geoms of one instance that may touch."""
+    """The world of an mjData."""
 
-    def __init__(self, head: Any, sets: Sets) -> None:
-        self.sets = sets
-        world = _at(int(head["world"]), WORLD, 1)[0]
-        self.contacts = _at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
-        self.asleep = _at(int(world["bodies"]), BODY, int(world["body_count"]))["asleep"]
-        self.ledgers = _at(int(world["pairs"]), PAIR, int(world["pair_count"]))["ledger"]
-        self.instances = _at(int(head["instances"]), np.dtype(np.int64), len(self.ledgers))
-        self.geoms = _at(int(head["geoms"]), np.dtype(np.int64), int(world["shape_count"]))
+    def __init__(self, head: Any) -> None:
+        world = record_at(int(head["world"]), WORLD, 1)[0]
+        self.contacts = record_at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
+        bodies = record_at(int(world["bodies"]), BODY, int(world["body_count"]))
+        self.asleep, self.positions = bodies["asleep"], bodies["position"]
+        self.ledgers = record_at(int(world["pairs"]), PAIR, int(world["pair_count"]))["ledger"]
+        self.instances = record_at(int(head["instances"]), np.dtype(np.int64), len(self.ledgers))
+        self.geoms = record_at(int(head["geoms"]), np.dtype(np.int64), int(world["shape_count"]))
+
+    def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:
+        """On A over the last step [N]; those of contacts that sleep are what they were."""
+        sleeps = (self.asleep[rows["body_a"]] != 0) | (self.asleep[rows["body_b"]] != 0)
+        return np.where(sleeps[:, None], rows["force"], (rows["impulse"] - rows["earlier"]) / dt)
 
 
-def _at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:
+def record_at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:
+    """So many records at an address, a view."""
     size = dtype.itemsize * count
     return np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(address)).view(dtype)
 
 
-def _world(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int, _View]:
-    """Which contact of the model an instance is, and the world."""
+def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int, Any]:
+    """Which contact of the model an instance is, and the head of the block with the world of an mjData.
+
+    Raises:
+        ValueError: The model has no such contact.
+    """
     known = members(layout.ModelView(model._address))
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
-    head = _at(int(data.plugin_data[known[0]]), HEAD, 1)[0]
+    return known.index(number), _head(data, known)
+
+
+def _head(data: mujoco.MjData, known: list[int]) -> Any:
+    """The head; its world is brought to the state of the mjData."""
+    head = record_at(int(data.plugin_data[known[0]]), HEAD, 1)[0]
     start = int(head["state"])
     state = data.plugin_state[start : start + int(head["own_size"])]
     if state[TOKEN] != head["token"]:
         _take_over(head["world"], state[PUSH + int(head["nv"]) :])
         head["token"] = state[TOKEN]
-    return known.index(number), _View(head, Member(layout.ModelView(model._address), number).sets)
+    return head

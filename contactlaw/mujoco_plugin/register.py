@@ -17,7 +17,7 @@ from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout
 
 COMPILE_TIME = 30  # [s]
-OLDEST, NEWEST = (4, 0), (4, 99)
+OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",
     "actuator_act_dot", "sdf_distance", "sdf_gradient", "sdf_staticdistance", "sdf_attribute", "sdf_aabb",
@@ -41,10 +41,10 @@ class _Plugin(ctypes.Structure):
 
 
 def _check_version() -> None:
-    version = tuple(int(part) for part in mujoco.__version__.split(".")[:2])
+    version = tuple(int(part) for part in mujoco.__version__.split(".")[:3])
     if not OLDEST <= version <= NEWEST:
         raise ImportError(
-            f"contactlaw works with MuJoCo {OLDEST[0]}.{OLDEST[1]} and later 4.x, not {mujoco.__version__}"
+            f"contactlaw works with MuJoCo {'.'.join(map(str, OLDEST))} to {NEWEST[0]}.x, not {mujoco.__version__}"
         )
     if numba_config.DISABLE_JIT:
         raise ImportError("contactlaw.mujoco_plugin needs compiled callbacks, and NUMBA_DISABLE_JIT is set")

@@ -23,6 +23,13 @@ class Sets:
         self.ones, self.twos = (list(ranks) for ranks in self._ranks)
         self.geoms = list(dict.fromkeys((*self.ones, *self.twos)))
         self._body_of, self._single = body_of, len(self.ones) == len(self.twos) == 1
+        self._allow: Callable[[Any, Any], bool] = lambda one, two: True
+
+    def among(self, allow: Callable[[Any, Any], bool]) -> Sets:
+        """These, but for what is not allowed of two geoms."""
+        out = Sets(self.ones, self.twos, self._body_of)
+        out._allow = allow
+        return out
 
     def hold(self, one: Any, two: Any) -> bool:
         """Whether two geoms may touch."""
@@ -70,7 +77,7 @@ class Sets:
                     yield one, two
 
     def _may_touch(self, one: Any, two: Any) -> bool:
-        return one != two and (self._single or self._body_of(one) != self._body_of(two))
+        return one != two and (self._single or self._body_of(one) != self._body_of(two)) and self._allow(one, two)
 
 
 def groups(geoms: Iterable[Any], kind_of: Callable[[Any], Hashable]) -> dict[Any, list[Any]]:

@@ -163,6 +163,19 @@ def check_measurable(shape: Shape) -> None:
         )
 
 
+def why_not_served(one: Shape, two: Shape, radius: float | None, free: bool) -> str | None:
+    """Why the law cannot have the contact of two shapes; None: it can. Arguments as above."""
+    try:
+        check_measurable(one)
+        check_measurable(two)
+        check_served(one, two, free)
+        if one.size.any() and two.size.any():  # a mesh has its sizes once compiled
+            effective_radius(one, two, radius)
+    except ValueError as error:
+        return str(error)
+    return None
+
+
 def native_margin(one: Shape, two: Shape) -> float:
     """Margin, to be negated, of an explicit pair that the engine's bounding test always rejects."""
     bounds = [shape.bound for shape in (one, two)]

@@ -16,16 +16,11 @@ from typing import Any
 
 import mujoco
 
+from contactlaw.mujoco_plugin.native import Bits, touch
 from contactlaw.mujoco_plugin.sets import Sets, groups
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of
 
 FEW = 256  # pairs that are written down one by one
-Bits = tuple[int, int]
-
-
-def touch(one: Bits, two: Bits) -> bool:
-    """Whether geoms with this contype and conaffinity touch natively."""
-    return bool(one[0] & two[1] or two[0] & one[1])
 
 
 def silence(spec: mujoco.MjSpec, geoms: list[Any], sets: Sets) -> None:

@@ -81,13 +81,18 @@ def add_contact(
     for geom in sets.geoms:
         geom.name = geom.name or next(free)
     ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
-    name = config.instance_name(*ids)
     if others:
         silence(spec, known, sets)
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
-    contact = config.Contact(ids[0], ids[1], pair, substeps, rounding)
+    return put(spec, ones, twos, config.Contact(ids[0], ids[1], pair, substeps, rounding))
+
+
+def put(spec: mujoco.MjSpec, ones: Sequence[Any], twos: Sequence[Any], contact: config.Contact) -> str:
+    """Write the plugin instance of a contact of these geoms; returns its name."""
+    name, taken = config.instance_name(contact.geoms1, contact.geoms2), {plugin.name for plugin in spec.plugins}
+    name = next(free for free in (f"{name}#{i}" if i else name for i in count()) if free not in taken)
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(contact)

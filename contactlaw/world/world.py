@@ -80,7 +80,7 @@ class World:
         self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
         self._solids: dict[int, shapes.Fields] = {}  # boxes, cylinders and hulls
         self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
-        self._sets = 0
+        self._rules: list[int] = []  # the pair that the shapes of two sets make; -1: they do not touch
         self._new_bodies: list[dict[str, Any]] = []
         self._new_shapes: list[dict[str, Any]] = []
         self._regroup = False
@@ -309,21 +309,25 @@ class World:
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
-        sets: list[list[int]] = []
-        for side, named in enumerate((shapes1, shapes2)):
-            name = f"shapes{side + 1}"
-            numbers = [named] if isinstance(named, int | np.integer) else list(named)
-            sets.append(numbers)
+        self.add_rule(shapes1, shapes2, self._arrays.pairs.size)
+        self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
+
+    def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:
+        """The same with a pair that is there already: the number of its `add_contact`; -1: they touch no more."""
+        sets = [[named] if isinstance(named, int | np.integer) else list(named) for named in (shapes1, shapes2)]
+        for name, numbers in zip(("shapes1", "shapes2"), sets, strict=True):
             if not numbers:
                 raise ValueError(f"{name}: is empty; name at least one shape")
             for number in numbers:
                 if checks.count(name, number, 0) >= len(self._memberships):
                     raise ValueError(f"{name} = {number}: there are {len(self._memberships)} shapes, counted from 0")
-                self._memberships[number] += (2 * self._sets + side,)
-        self._sets += 1
-        self._give_parts(*sets)
-        self._give_parts(*sets[::-1])
-        self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
+        for side, numbers in enumerate(sets):
+            for number in numbers:
+                self._memberships[number] += (2 * len(self._rules) + side,)
+        self._rules.append(pair)
+        if pair >= 0:
+            self._give_parts(*sets)
+            self._give_parts(*sets[::-1])
         self._regroup = True
 
     def step(self, n: int = 1) -> None:
@@ -457,9 +461,9 @@ class World:
         sets = [self._memberships[owner] for owner in self._owners]
         kinds = {kind: number for number, kind in enumerate(dict.fromkeys(sets))}
         self._arrays.shapes["group"] = [kinds[kind] for kind in sets]
-        table = np.full((len(kinds), len(kinds)), -1)
+        table, rules = np.full((len(kinds), len(kinds)), -1), [*self._rules, -1]
         for first, i in kinds.items():
             for second, j in kinds.items():
-                table[i, j] = max((one // 2 for one in first if one ^ 1 in second), default=-1)
+                table[i, j] = rules[max((one // 2 for one in first if one ^ 1 in second), default=-1)]
         self._arrays.world["stale"] = 1
         return table

@@ -1,0 +1,123 @@
+"""What `load_model` is asked for: a list of contacts, or a table of materials, as geoms of a specification."""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import combinations_with_replacement
+from typing import Any, NamedTuple
+
+import mujoco
+
+from contactlaw import checks
+from contactlaw.material import Material
+from contactlaw.mujoco_plugin import config
+from contactlaw.mujoco_plugin.selection import Selector, geoms_of
+from contactlaw.mujoco_plugin.sets import groups
+from contactlaw.mujoco_plugin.whole import Entry, is_every, solid
+from contactlaw.pair import ContactPair
+
+Which = Selector | Sequence[Selector]
+Contacts = (
+    Sequence[tuple[Which, Which, ContactPair] | tuple[Which, Which, ContactPair, Mapping[str, Any]]]
+    | Mapping[str, Material]
+)
+Value = float | Callable[[Material, Material], float]
+
+
+class Chosen(NamedTuple):
+    """One entry. number: its place in the list; native: whether it means contacts that the model makes natively."""
+
+    number: int
+    ones: list[Any]
+    twos: list[Any]
+    pair: ContactPair
+    native: bool
+    settings: dict[str, Any]
+
+
+def chosen(
+    spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value
+) -> list[Chosen]:
+    """All entries, those for every contact of a geom before those for two sets.
+
+    Raises:
+        ValueError: An entry is none, or means no geoms.
+    """
+    if isinstance(contacts, Mapping):
+        listed: list[Any] = list(_of_materials(spec, contacts, friction, restitution))
+    elif isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
+        raise ValueError(
+            f"contacts = {contacts!r}: must be a sequence of (geoms1, geoms2, pair), or a table of materials, not empty"
+        )
+    else:
+        listed = list(contacts)
+    found = [_entry(spec, number, entry, settings) for number, entry in enumerate(listed)]
+
+    def stars(entry: Chosen) -> int:
+        return 0 if isinstance(contacts, Mapping) else sum(is_every(what) for what in listed[entry.number][:2])
+
+    return sorted(found, key=stars, reverse=True)
+
+
+def entry_of(entry: Chosen) -> Entry:
+    """One for contacts that the model makes natively."""
+    substeps = checks.count("substeps", entry.settings.get("substeps", config.SUBSTEPS), config.LEAST_SUBSTEPS)
+    others = entry.settings.get("others", True)
+    rounding = entry.settings.get("rounding")
+    rounding = None if rounding is None else checks.positive("rounding", rounding)
+    unknown = set(entry.settings) - {"substeps", "others", "rounding"}
+    if unknown:
+        raise TypeError(f"contacts[{entry.number}]: there is no setting {sorted(unknown)[0]!r}")
+    return Entry(entry.ones, entry.twos, entry.pair, substeps, others, rounding)
+
+
+def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Entry]:
+    """What is to keep the engine's own contact: geoms, or pairs of choices of geoms."""
+    if isinstance(skip, str) or not isinstance(skip, Sequence):
+        raise ValueError(
+            f"skip = {skip!r}: must be a sequence of choices of geoms, or of pairs (geoms1, geoms2) of them"
+        )
+    out = []
+    for what in skip:
+        ones, twos = what if isinstance(what, tuple) and len(what) == 2 else (what, "*")
+        out.append(Entry(_geoms(spec, ones, "skip"), _geoms(spec, twos, "skip"), None))
+    return out
+
+
+def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
+    return solid(spec) if is_every(what) else geoms_of(spec, what, argument=argument)
+
+
+def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Chosen:
+    if not isinstance(entry, Sequence) or len(entry) not in (3, 4) or not isinstance(entry[2], ContactPair):
+        raise ValueError(
+            f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
+            "maybe a dict of settings"
+        )
+    ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
+    own = {**settings, **(entry[3] if len(entry) == 4 else {})}
+    native = own.pop("native", is_every(entry[0]) or is_every(entry[1]))
+    return Chosen(number, ones, twos, entry[2], native, own)
+
+
+def _of_materials(
+    spec: mujoco.MjSpec, table: Mapping[Any, Any], friction: Value | None, restitution: Value
+) -> Iterator[tuple[Any, ...]]:
+    """Entries for geoms of each two materials, and of each two frictions where those of the geoms hold."""
+    owner: dict[Any, Material] = {}
+    for what, material in table.items():
+        if not isinstance(material, Material):
+            raise ValueError(f"contacts[{what!r}] = {material!r}: must be a contactlaw.Material")
+        owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), material)
+    alike = groups(owner, lambda g: (owner[g], *((float(g.friction[0]), g.priority) if friction is None else ())))
+    for a, b in combinations_with_replacement(alike, 2):
+        one, two = a[0], b[0]
+        if friction is None:  # the engine's own rule
+            mu = max(a[1], b[1]) if a[2] == b[2] else (a if a[2] > b[2] else b)[1]
+        else:
+            mu = friction(one, two) if callable(friction) else friction
+        e = restitution(one, two) if callable(restitution) else restitution
+        yield alike[a], alike[b], ContactPair(one, two, mu, e), {"native": True}

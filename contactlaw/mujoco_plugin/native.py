@@ -1,0 +1,83 @@
+"""Which contacts the engine makes by itself, and which of them it would make, had the law not taken them.
+
+The engine's rules (MuJoCo documentation, Computation, "Collision detection", Selection): two geoms are tested if
+`<contact><pair>` names them; else if the `contype` of one has a bit in common with the `conaffinity` of the other, and
+their bodies are not excluded, nor both without a joint, nor parent and child, unless the parent is welded to the world.
+Bodies that are welded together count as one.
+"""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import combinations_with_replacement
+from typing import NamedTuple
+
+import mujoco
+
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.sets import groups
+
+Bits = tuple[int, int]
+FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+
+
+def touch(one: Bits, two: Bits) -> bool:
+    """Whether geoms with this contype and conaffinity touch natively."""
+    return bool(one[0] & two[1] or two[0] & one[1])
+
+
+class Rule(NamedTuple):
+    """Each geom of the first touches each of the second, or none does."""
+
+    ones: frozenset[int]
+    twos: frozenset[int]
+    allowed: bool
+
+    def fits(self, one: int, two: int) -> bool:
+        """Whether it is about two geoms."""
+        return (one in self.ones and two in self.twos) or (two in self.ones and one in self.twos)
+
+
+class Rules:
+    """Of geoms that may touch each other natively, those that do not; of two rules that fit, the later one holds.
+
+    Args:
+        view: The compiled model.
+        bits: Contype and conaffinity that geoms had before the law took their contacts. What the engine still does with
+            those that they have now is the engine's, and so are pairs of `<contact>` but for those with a negative
+            margin, by which a contact is turned off.
+    """
+
+    def __init__(self, view: layout.ModelView, bits: Mapping[int, Bits]) -> None:
+        count, bodies = view.size("ngeom"), view.size("nbody")
+        contype, affinity, owner = (view.ints(f"geom_{name}", count) for name in ("contype", "conaffinity", "bodyid"))
+        weld, parent, tree = (view.ints(f"body_{name}", bodies) for name in ("weldid", "parentid", "treeid"))
+        known: list[tuple[Iterable[int], Iterable[int], bool]] = []
+        kinds = groups(bits, lambda geom: (bits[geom], (int(contype[geom]), int(affinity[geom]))))
+        for one, two in combinations_with_replacement(kinds, 2):
+            if not touch(one[0], two[0]) or touch(one[1], two[1]):
+                known.append((kinds[one], kinds[two], False))
+        carried = groups(bits, lambda geom: int(weld[owner[geom]]))
+        still = groups(bits, lambda geom: bool(tree[owner[geom]] < 0)).get(True, ())
+        known += [(geoms, geoms, False) for geoms in (*carried.values(), still) if len(geoms) > 1]
+        if not view.option("disableflags") & FILTER_PARENT:
+            above = {body: int(weld[parent[body]]) for body in carried if body}
+            known += [(carried[body], carried[up], False) for body, up in above.items() if up and up in carried]
+        of_body = groups(bits, lambda geom: int(owner[geom]))
+        for signature in view.ints("exclude_signature", view.size("nexclude")).tolist():
+            one, two = signature >> 16, signature & 0xFFFF
+            if one in of_body and two in of_body:
+                known.append((of_body[one], of_body[two], False))
+        pairs = view.size("npair")
+        ends = zip(view.ints("pair_geom1", pairs).tolist(), view.ints("pair_geom2", pairs).tolist(), strict=True)
+        for (one, two), margin in zip(ends, view.doubles("pair_margin", pairs).tolist(), strict=True):
+            if one in bits and two in bits:
+                known.append(([one], [two], margin < 0.0))
+        self.known = [Rule(frozenset(ones), frozenset(twos), allowed) for ones, twos, allowed in known]
+
+    def allow(self, one: int, two: int) -> bool:
+        """Whether the law has the contact of two geoms."""
+        return next((rule.allowed for rule in reversed(self.known) if rule.fits(one, two)), True)

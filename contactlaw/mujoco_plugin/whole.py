@@ -1,0 +1,168 @@
+"""The law for every contact that a model would make by itself: `load_model(file, [("*", "*", pair)])`.
+
+What the law cannot serve keeps the engine's own contact. Both are told apart by bits: a geom of which the law has all
+contacts gets contype = conaffinity = 0, which also spares the engine's broad phase. Of the others those of one kind
+(shape, bits, entries) get a bit of their own as contype, and as conaffinity those of the kinds that they go on
+touching. Flexes are never served and get theirs in the same way. The engine's filter of parent and child and
+`<exclude>` hold for both; pairs of `<contact>` that the law has get a margin so negative that the engine never makes
+them. What the bits were stands in the plugin's configuration.
+"""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Hashable, Iterable, Sequence
+from itertools import combinations_with_replacement
+from typing import Any, NamedTuple
+
+import mujoco
+
+from contactlaw.mujoco_plugin import config
+from contactlaw.mujoco_plugin.native import touch
+from contactlaw.mujoco_plugin.sets import groups
+from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, why_not_served
+from contactlaw.mujoco_plugin.spec import put
+from contactlaw.pair import ContactPair, ContactWarning
+
+EVERY = "*"
+MOST_KINDS = 30
+NAMED = 4  # kinds of contacts that a warning names
+UNTOUCHED = 1 << 30  # a conaffinity that no contype has
+
+
+class Entry(NamedTuple):
+    """Geoms that touch those others that they would touch natively; pair None: they go on doing so by the engine."""
+
+    ones: Sequence[Any]
+    twos: Sequence[Any]
+    pair: ContactPair | None
+    substeps: int = config.SUBSTEPS
+    others: bool = True
+    rounding: float | None = None
+
+
+def is_every(what: Any) -> bool:
+    """Whether a choice of geoms is "*" alone."""
+    return what == EVERY or (isinstance(what, list | tuple) and len(what) == 1 and what[0] == EVERY)
+
+
+def solid(spec: mujoco.MjSpec) -> list[Any]:
+    """The geoms of a model that touch something natively."""
+    named = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
+    return [geom for geom in spec.geoms if geom.contype or geom.conaffinity or (geom.name and geom.name in named)]
+
+
+def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Entry]) -> None:
+    """Give the law what entries say; of two that fit a pair of geoms the later one has it. All geoms have names.
+
+    plain: the model as it is, compiled.
+    """
+    geoms = list(dict.fromkeys(geom for entry in entries for geom in (*entry.ones, *entry.twos)))
+    members = [(set(entry.ones), set(entry.twos)) for entry in entries]
+    shapes = {geom: shape_of(geom) for geom in geoms}
+    free = {geom: _is_free(plain, geom.id) for geom in geoms}
+    belongs = {geom: tuple((geom in ones, geom in twos) for ones, twos in members) for geom in geoms}
+    before = {item: (item.contype, item.conaffinity) for item in (*solid(spec), *spec.flexes)}
+
+    def kind_of(item: Any) -> Hashable:
+        if item not in belongs:
+            return before[item]
+        shape = shapes[item]
+        return before[item], shape.kind, shape.size.any(), free[item], belongs[item]
+
+    def left(one: Any, two: Any) -> str | None:
+        """Why the law does not have a pair; None: it has."""
+        if one not in belongs or two not in belongs:
+            return ""
+        fits = [(a[0] and b[1]) or (b[0] and a[1]) for a, b in zip(belongs[one], belongs[two], strict=True)]
+        entry = next((entry for entry, own in zip(entries[::-1], fits[::-1], strict=True) if own), None)
+        if entry is None or entry.pair is None:
+            return ""
+        why = why_not_served(shapes[one], shapes[two], entry.pair.radius, free[one] or free[two])
+        return why if entry.others else None
+
+    kinds = groups(before, kind_of)
+    kept: dict[Any, list[Any]] = {kind: [] for kind in kinds}
+    said: dict[tuple[str, str], str] = {}
+    for first, second in combinations_with_replacement(kinds, 2):
+        one, two = kinds[first][0], kinds[second][-1]
+        if not touch(before[one], before[two]):
+            continue
+        why = left(one, two)
+        if why is not None:
+            kept[first].append(second)
+            kept[second].append(first)
+        if why and _can_meet(plain, kinds[first], kinds[second]):
+            types = sorted((shapes[one].type_name, shapes[two].type_name))
+            said.setdefault((types[0], types[1]), f"{shapes[one].label} on {shapes[two].label}")
+    served: set[Any] = set()
+    for pair in spec.pairs:
+        ends = [next((geom for geom in geoms if geom.name == name), None) for name in (pair.geomname1, pair.geomname2)]
+        if None not in ends and left(*ends) is None:
+            pair.margin, pair.gap = -native_margin(*(shapes[geom] for geom in ends)), 0.0
+            served.update(ends)
+    for kind, partners in kept.items():
+        if len(set(partners)) < sum(touch(before[kinds[kind][0]], before[kinds[other][0]]) for other in kinds):
+            served.update(kinds[kind])
+    _write_bits(spec, kinds, kept)
+    for entry in entries:
+        ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
+        if entry.pair is not None and ones and twos and len({*ones, *twos}) > 1:
+            native = tuple(before[geom] for geom in dict.fromkeys((*ones, *twos)))
+            put(
+                spec,
+                ones,
+                twos,
+                config.Contact(_names(ones), _names(twos), entry.pair, entry.substeps, entry.rounding, native),
+            )
+    if said:
+        some = [*said.values()][:NAMED]
+        more = f" and {len(said) - NAMED} more kinds" if len(said) > NAMED else ""
+        warnings.warn(
+            f"the law does not serve {', '.join(some)}{more}: such pairs keep the engine's own contact",
+            ContactWarning,
+            stacklevel=5,
+        )
+
+
+def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, list[Any]]) -> None:
+    """Let geoms of kinds go on touching those of the kinds that are kept for them, and nothing else."""
+    rows = {kind: frozenset(partners) for kind, partners in kept.items()}
+    own = {row: 1 << number for number, row in enumerate(dict.fromkeys(row for row in rows.values() if row))}
+    if len(own) > MOST_KINDS:
+        raise ValueError(f'"*": the engine\'s own contacts that stay are of {len(own)} kinds; at most {MOST_KINDS}')
+    for kind, items in kinds.items():
+        contype = own.get(rows[kind], 0)
+        affinity = 0
+        for partner in rows[kind]:
+            affinity |= own[rows[partner]]
+        for item in items:
+            item.contype, item.conaffinity = contype, affinity
+            if not contype and spec.compiler.discardvisual:
+                item.conaffinity = UNTOUCHED
+
+
+def _names(geoms: Iterable[Any]) -> tuple[str, ...]:
+    return tuple(geom.name for geom in geoms)
+
+
+def _is_free(model: mujoco.MjModel, geom: int) -> bool:
+    """Whether a free joint moves a geom."""
+    body = int(model.body_weldid[model.geom_bodyid[geom]])
+    first = int(model.body_jntadr[body])
+    return first >= 0 and int(model.jnt_type[first]) == int(mujoco.mjtJoint.mjJNT_FREE)
+
+
+def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -> bool:
+    """Whether any two of these geoms move against each other and are no neighbours in a chain."""
+    weld, parent = model.body_weldid, model.body_parentid
+    first, second = (dict.fromkeys(int(weld[model.geom_bodyid[geom.id]]) for geom in own) for own in (ones, twos))
+
+    def apart(a: int, b: int) -> bool:
+        above = [int(weld[parent[body]]) for body in (a, b)]
+        return a != b and not (a and b and (above[0] == b or above[1] == a))
+
+    return any(apart(a, b) for a in first for b in second)

@@ -1,0 +1,192 @@
+"""What a user reads of contacts and changes while a model runs."""
+
+import warnings
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import steel_pair  # noqa: E402
+
+from contactlaw import MATERIALS, ContactPair  # noqa: E402
+from contactlaw.mujoco_plugin import (  # noqa: E402
+    contact_wrenches,
+    contacts_of,
+    load_model,
+    reread,
+    save_model,
+    set_friction,
+)
+
+BALL = """<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="b" pos="0 0 .025"><freejoint/><geom name="ball" size=".025" density="7833"/></body></worldbody></mujoco>"""
+NAME = "contactlaw:ball:floor"
+FEET = "".join(f'<geom name="foot{i}" size=".02" pos="{x} {y} -.05"/>' for i, (x, y) in enumerate(
+    [(-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1), (0.1, 0.1)]))  # fmt: skip
+SLED = f"""<mujoco><option timestep=".002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="sled" pos="0 0 .07"><freejoint/><inertial pos="0 0 0" mass="2" diaginertia=".02 .02 .02"/>{FEET}</body>
+</worldbody></mujoco>"""
+RUBBER = MATERIALS["rubber"]
+
+
+def sliding(friction, change=None):
+    """Decelerations of a sled, before and after a change [m/s^2]."""
+    pair = ContactPair(RUBBER, RUBBER, friction=friction, restitution=0.5)
+    model = load_model(SLED, [("foot*", "floor", pair)])
+    data = mujoco.MjData(model)
+    data.qvel[0] = 2.0
+    speeds = []
+    for step in range(200):
+        if step == 100 and change:
+            change(model, data)
+        mujoco.mj_step(model, data)
+        speeds.append(data.qvel[0])
+    return [(speeds[i] - speeds[i + 40]) / 0.08 for i in (50, 150)]
+
+
+def test_friction_changes_while_a_sled_slides():
+    name = "contactlaw:foot0..foot3(4):floor"
+    before, after = sliding(0.2, lambda model, data: set_friction(model, data, name, 0.05))
+    assert before == pytest.approx(0.2 * 9.81, rel=0.01)
+    assert after == pytest.approx(0.05 * 9.81, rel=0.01)
+
+
+def test_friction_is_kept_through_resets_and_wakes_what_sleeps_on_a_slope():
+    pair = ContactPair(RUBBER, RUBBER, friction=0.8, restitution=0.5)
+    model = load_model(SLED, [("foot*", "floor", pair)])
+    data = mujoco.MjData(model)
+    model.opt.gravity[:] = 9.81 * np.array([np.sin(0.3), 0.0, -np.cos(0.3)])
+    mujoco.mj_step(model, data, 1000)
+    assert abs(data.qvel[0]) < 1e-6
+    set_friction(model, data, "contactlaw:foot0..foot3(4):floor", 0.1)
+    mujoco.mj_step(model, data, 100)
+    assert data.qvel[0] == pytest.approx(0.2 * 9.81 * (np.sin(0.3) - 0.1 * np.cos(0.3)), rel=0.05)
+    mujoco.mj_resetData(model, data)
+    mujoco.mj_step(model, data, 200)
+    assert data.qvel[0] > 0.5
+    with pytest.raises(ValueError, match=r"friction = -1.0: must be"):
+        set_friction(model, data, "contactlaw:foot0..foot3(4):floor", -1.0)
+    with pytest.raises(ValueError, match=r"name = 'x': must be the name of a plugin instance"):
+        set_friction(model, data, "x", 0.1)
+
+
+def lighter(model):
+    model.body_mass[1] *= 0.1
+    model.body_inertia[1] *= 0.1
+
+
+def larger(model):
+    model.geom_size[1, 0] *= 2.0
+
+
+def slower(model):
+    model.body_inertia[1] *= 2.0
+
+
+@pytest.mark.parametrize("change", [lighter, slower, larger])
+def test_a_model_that_was_changed_is_read_again(change):
+    """As an MjData that is made after the change, which leaves at the speed that it came with."""
+    after = []
+    for late in (False, True):
+        model = load_model(BALL, [("ball", "floor", steel_pair(restitution=1.0))])
+        model.opt.gravity[:] = 0.0
+        data = mujoco.MjData(model)
+        change(model)
+        mujoco.mj_setConst(model, data)
+        if late:
+            reread(model, data)
+        else:
+            data = mujoco.MjData(model)
+        data.qpos[2] = 0.1
+        data.qvel[:] = [0.3, 0.0, -1.0, 0.0, 0.0, 0.0]
+        mujoco.mj_step(model, data, 200)
+        after.append(data.qvel.copy())
+    assert after[0][2] == pytest.approx(1.0, abs=1e-3)
+    assert np.array_equal(*after)
+
+
+def test_a_contact_goes_on_when_the_model_is_read_again():
+    model = load_model(BALL, [("ball", "floor", ContactPair(RUBBER, RUBBER, 0.8, 0.5))])
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    [before] = contacts_of(model, data, NAME)
+    model.body_mass[1] *= 1.5
+    reread(model, data)
+    [held] = contacts_of(model, data, NAME)
+    assert held.overlap == before.overlap
+    mujoco.mj_step(model, data, 1000)
+    [after] = contacts_of(model, data, NAME)
+    assert after.normal_force == pytest.approx(1.5 * before.normal_force, rel=1e-3)
+
+
+def test_wrenches_are_those_that_the_engine_reads_of_its_own_contacts():
+    """A sled at rest that is pulled and twisted: what holds it is all that is applied, about its centre of mass."""
+    push = np.array([1.0, 0.5, -2.0, 0.1, 0.05, -0.02])  # force, moment
+    pair = ContactPair(RUBBER, RUBBER, friction=1.0, restitution=0.5)
+    model = load_model(SLED, [("foot*", "floor", pair)])
+    found = []
+    for m in (mujoco.MjModel.from_xml_string(SLED), model):
+        data = mujoco.MjData(m)
+        data.xfrc_applied[1] = push
+        mujoco.mj_step(m, data, 2000)
+        mujoco.mj_subtreeVel(m, data)
+        mujoco.mj_rnePostConstraint(m, data)
+        found.append(contact_wrenches(m, data) if m is model else data.cfrc_ext - [[0] * 6, [*push[3:], *push[:3]]])
+    expected = [*-push[3:], -push[0], -push[1], 2 * 9.81 - push[2]]
+    assert found[1].shape == (2, 6) and not found[1][0].any()
+    np.testing.assert_allclose(found[1][1], expected, atol=2e-3)
+    np.testing.assert_allclose(found[0][1], expected, atol=0.02)  # whose own contact creeps
+
+
+def test_slip_is_told():
+    pair = ContactPair(RUBBER, RUBBER, friction=0.5, restitution=0.5)
+    model = load_model(SLED, [("foot*", "floor", pair)])
+    name = "contactlaw:foot0..foot3(4):floor"
+    states = []
+    for push in (0.0, 0.5, 1.5):
+        data = mujoco.MjData(model)
+        data.qpos[2] -= 1e-4
+        mujoco.mj_step(model, data, 500)
+        data.xfrc_applied[1, 0] = push * 0.5 * 2 * 9.81
+        mujoco.mj_step(model, data, 100)
+        contact = contacts_of(model, data, name)[0]
+        states.append(contact.slip)
+        assert contact.point[2] == pytest.approx(0.0, abs=1e-3)
+        assert contact.contact_radius == pytest.approx(np.sqrt(0.02 * contact.overlap), rel=1e-6)
+        share = np.linalg.norm(contact.tangential_force) / (0.5 * contact.normal_force)
+        if push < 1.0:
+            expected = contact.contact_radius * (1 - share) ** (1 / 3)
+            assert contact.stick_radius == pytest.approx(expected, rel=1e-9)
+    assert states == ["stuck", "partly", "sliding"]
+
+
+def test_the_ant_of_gymnasium_has_its_observations_back(tmp_path):
+    """Standing on its feet it is lifted by its weight, by the law as by the engine."""
+    ant = pytest.importorskip("gymnasium.envs.mujoco.ant_v5")
+    pytest.importorskip("imageio")
+
+    class Ant(ant.AntEnv):
+        @property
+        def contact_forces(self):
+            own = self.data.cfrc_ext + contact_wrenches(self.model, self.data)
+            return np.clip(own, *self._contact_force_range)
+
+    lifted = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # what gymnasium's own files are warned of, deep overlaps of soft feet
+        file = Ant().fullpath
+        sole = ContactPair(RUBBER, MATERIALS["steel"], friction=0.8, restitution=0.5)
+        ours = save_model(file, tmp_path / "ant.xml", [("*", "*", sole)])
+        for xml in (file, str(ours)):
+            env = Ant(xml_file=xml, contact_force_range=(-1e3, 1e3), reset_noise_scale=0.0)
+            observed = env.reset(seed=1)[0]
+            for _ in range(60):
+                observed = env.step(np.zeros(8))[0]
+            assert observed.shape == (105,) and np.array_equal(observed[27:].reshape(13, 6), env.contact_forces[1:])
+            lifted.append(env.contact_forces[:, 5].sum() / (9.81 * env.model.body_subtreemass[0]))
+            env.close()
+    assert lifted == pytest.approx([1.0, 1.0], abs=0.05)

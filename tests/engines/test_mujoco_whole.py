@@ -1,0 +1,194 @@
+"""The law for every contact that a model makes by itself: which these are, who has them, and that the model runs."""
+
+import warnings
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from mujoco_scenes import steel_pair  # noqa: E402
+
+from contactlaw import MATERIALS, ContactPair, ContactWarning  # noqa: E402
+from contactlaw.mujoco_plugin import (  # noqa: E402
+    contacts_of,
+    instances_of,
+    load_model,
+    model_xml,
+    overlaps_of,
+    relax,
+)
+
+STEEL, RUBBER = MATERIALS["steel"], MATERIALS["rubber"]
+SOFT, HARD = ContactPair(STEEL, STEEL, 0.8, 0.5), steel_pair()
+# All lie in each other: whatever may touch does.
+HEAP = """<mujoco><option timestep="1e-9"/><worldbody>
+<geom name="floor" type="plane" size="1 1 1"/><geom name="table" size=".1"/>
+<body name="free"><freejoint/><geom name="ball" size=".1"/><geom name="twin" size=".09"/></body>
+<body name="bits"><freejoint/><geom name="only sends" size=".08" contype="2" conaffinity="0"/></body>
+<body name="takes"><freejoint/><geom name="takes" size=".07" contype="0" conaffinity="2"/></body>
+<body name="seen"><freejoint/><geom name="seen" size=".07" contype="0" conaffinity="0"/></body>
+<body name="hidden"><freejoint/><geom name="hidden" size=".06" contype="0" conaffinity="0"/></body>
+<body name="base"><geom name="base" size=".11"/><body name="arm"><joint axis="1 0 0"/><geom name="arm" size=".12"/>
+<body name="plate"><geom name="plate" size=".13"/></body>
+<body name="hand" pos=".001 0 0"><joint axis="0 1 0"/><geom name="hand" type="capsule" size=".05 .05"/>
+<body name="finger"><joint axis="1 0 0"/><geom name="finger" size=".04"/></body></body></body></body>
+<body name="pedal" mocap="true"><geom name="pedal" size=".05"/></body>
+</worldbody><contact><exclude body1="free" body2="hand"/><pair geom1="hidden" geom2="floor" friction=".1 .1 .1 .1 .1"/>
+<pair geom1="arm" geom2="hand"/></contact></mujoco>"""
+
+
+def native(model):
+    """Names of all two geoms that the engine has in contact."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return {frozenset((model.geom(a).name, model.geom(b).name)) for a, b in data.contact.geom}
+
+
+def by_law(model, name=None):
+    """Names of all two geoms that the law has in contact, of one instance or all."""
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    found = [contact for one in ([name] if name else instances_of(model)) for contact in contacts_of(model, data, one)]
+    pairs = {frozenset((model.geom(contact.geom1).name, model.geom(contact.geom2).name)) for contact in found}
+    assert name or pairs == {
+        frozenset((model.geom(a).name, model.geom(b).name)) for a, b, _ in overlaps_of(model, data)
+    }, "what is counted beside the world is what it does"
+    return pairs
+
+
+@pytest.fixture(autouse=True)
+def quiet():
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*(overlap over|geoms lie|at an edge)")
+        yield
+
+
+@pytest.mark.parametrize("flag", ["", '<option><flag filterparent="disable"/></option>'])
+def test_every_contact_that_the_engine_would_make_is_the_laws(flag):
+    scene = HEAP.replace("<worldbody>", f"{flag}<worldbody>", 1)
+    expected = native(mujoco.MjModel.from_xml_string(scene))
+    assert len(expected) > 25 and {frozenset(("arm", "hand")), frozenset(("hidden", "floor"))} <= expected
+    model = load_model(scene, [("*", "*", SOFT)])
+    assert native(model) == set()
+    assert by_law(model) == expected
+    again = mujoco.MjModel.from_xml_string(model_xml(scene, [("*", "*", SOFT)]))
+    assert native(again) == set() and by_law(again) == expected
+
+
+def test_what_it_does_not_serve_stays_the_engines_and_is_said():
+    scene = HEAP.replace("<worldbody>", """<asset><hfield name="hills" nrow="3" ncol="3" size="1 1 .1 .1"
+      elevation="1 1 1 1 1 1 1 1 1"/></asset><worldbody><geom name="hills" type="hfield" hfield="hills" pos="0 0 -.05"/>
+      <body name="crate" pos=".105 .001 0"><freejoint/><geom name="crate" type="mesh" mesh="m"/></body>""", 1).replace(
+        "<asset>", '<asset><mesh name="m" vertex="0 0 -.1 .1 0 -.1 0 .1 -.1 0 0 .1"/>'
+    )  # fmt: skip
+    expected = native(mujoco.MjModel.from_xml_string(scene))
+    with pytest.warns(ContactWarning, match=r"does not serve .*hfield 'hills'.*keep the engine's own contact"):
+        model = load_model(scene, [("*", "*", SOFT)])
+    left, taken = native(model), by_law(model)
+    assert left and taken and not left & taken
+    assert all("hills" in pair for pair in left if "crate" not in pair)
+    assert {pair for pair in expected if "hills" in pair} <= left
+    assert taken == expected - left and left <= expected
+
+
+def test_the_entry_with_fewer_stars_has_a_pair_and_of_two_alike_the_later_one():
+    contacts = [("hand", "table", HARD), ("ba*", "*", HARD), ("*", "*", SOFT), (["arm", "ball"], "*", SOFT)]
+    model = load_model(HEAP, contacts)
+    every = {}
+    for name in instances_of(model):
+        for pair in by_law(model, name):
+            assert pair not in every, "each pair belongs to one instance"
+            every[pair] = name
+    assert set(every) == native(mujoco.MjModel.from_xml_string(HEAP))
+    owners = {"hand table": 3, "base ball": 2, "base twin": 1, "arm table": 2, "twin table": 0, "arm hand": 2}
+    names = instances_of(model)
+    assert {pair: names.index(every[frozenset(pair.split())]) for pair in owners} == owners
+
+
+def test_skip_leaves_geoms_and_pairs_to_the_engine():
+    expected = native(mujoco.MjModel.from_xml_string(HEAP))
+    model = load_model(HEAP, [("*", "*", SOFT)], skip=["takes", ("ta*", "ball")])
+    kept = {pair for pair in expected if "takes" in pair or pair == {"table", "ball"}}
+    assert len(kept) > 1 and native(model) == kept and by_law(model) == expected - kept
+    with pytest.raises(ValueError, match="skip = 'takes': must be a sequence"):
+        load_model(HEAP, [("*", "*", SOFT)], skip="takes")
+    with pytest.raises(ValueError, match="skip = 'tales': is the name of no geom"):
+        load_model(HEAP, [("*", "*", SOFT)], skip=["tales"])
+
+
+def test_others_false_leaves_nothing_to_the_engine():
+    model = load_model(HEAP, [("table", "*", SOFT)], others=False)
+    assert native(model) == {pair for pair in native(mujoco.MjModel.from_xml_string(HEAP)) if "table" not in pair}
+    assert all("table" in pair for pair in by_law(model))
+
+
+def test_a_table_of_materials_and_frictions():
+    scene = HEAP.replace('name="ball"', 'name="ball" friction=".3"').replace(
+        'geom name="arm"', 'geom name="arm" priority="1"'
+    )
+    model = load_model(scene, {"*": STEEL, "ba*": RUBBER}, restitution=0.9)
+    expected = native(mujoco.MjModel.from_xml_string(scene))
+    assert by_law(model) == expected
+    assert len(instances_of(model)) == 7, "steel, one of priority, rubber of .3 and of 1: each with each, and steel"
+    few = load_model(scene, {"*": STEEL, "ba*": RUBBER}, friction=lambda a, b: 0.1 + (a is b), restitution=0.9)
+    assert by_law(few) == expected and len(instances_of(few)) == 3
+    with pytest.raises(ValueError, match=r"contacts\['ba\*'\] = 3: must be a contactlaw.Material"):
+        load_model(scene, {"ba*": 3})
+
+
+def test_a_ball_bounces_by_its_own_entry():
+    scene = """<mujoco><option gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+    <body pos="0 0 .03"><freejoint/><geom name="one" size=".025" density="7833"/></body>
+    <body pos="1 0 .03"><freejoint/><geom name="two" size=".025" density="7833"/></body></worldbody></mujoco>"""
+    model = load_model(scene, [("two", "*", steel_pair(restitution=0.6)), ("*", "*", HARD)])
+    data = mujoco.MjData(model)
+    data.qvel[[2, 8]] = -1.0
+    mujoco.mj_step(model, data, 10)
+    assert data.qvel[[2, 8]] == pytest.approx([0.93, 0.6], abs=1e-3)
+
+
+def test_large_models_stay_small():
+    """A thousand balls: half a million pairs, none of which is written down."""
+    balls = "".join(
+        f'<body pos="{i % 10} {i // 10 % 10} {i // 100 + 1}"><freejoint/><geom size=".1"/></body>' for i in range(1000)
+    )
+    scene = f'<mujoco><worldbody><geom type="plane" size="1 1 1"/>{balls}</worldbody></mujoco>'
+    model = load_model(scene, [("*", "*", SOFT)])
+    assert model.npair == 0 and model.npluginattr < 100_000
+    mujoco.mj_step(model, mujoco.MjData(model))
+
+
+START = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="leg" pos="0 0 .3"><joint name="slide" type="slide" axis="0 0 1"/><joint name="hip" axis="0 1 0"/>
+<geom name="leg" type="capsule" fromto="0 0 0 0 0 -.35" size=".03"/></body>
+<body pos="1 0 .08"><freejoint/><geom name="one" size=".1"/></body>
+<body pos="1.15 0 .1"><freejoint/><geom name="two" size=".1"/></body></worldbody></mujoco>"""
+
+
+def test_overlaps_at_the_start_are_said_with_their_geoms():
+    text = "'leg' by 80 mm, 'one' and 'two' by 48.7 mm, 'floor' and 'one' by 20 mm"
+    with pytest.warns(ContactWarning, match=text):
+        load_model(START, [("*", "*", SOFT)])
+    with pytest.raises(ValueError, match=f"overlaps = 'raise': .*{text}"):
+        load_model(START, [("*", "*", SOFT)], overlaps="raise")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "geoms lie")
+        load_model(START, [("*", "*", SOFT)], overlaps="keep")
+    with pytest.raises(ValueError, match=r"overlaps = 'kep': must be one of .*did you mean 'keep'"):
+        load_model(START, [("*", "*", SOFT)], overlaps="kep")
+
+
+def test_relax_moves_things_apart_until_they_touch():
+    model = load_model(START, [("*", "*", SOFT)], overlaps="keep")
+    data = mujoco.MjData(model)
+    before = data.qpos.copy()
+    assert relax(model, data) <= 1e-6
+    assert all(depth <= 1e-6 for *_, depth in overlaps_of(model, data))
+    moved = np.abs(data.qpos - before)
+    assert 0.01 < moved.max() < 0.1, "no further than they lay in each other"
+    mujoco.mj_step(model, data, 50)
+    assert np.abs(data.qvel[2:]).max() < 5.0 and data.qpos[0] < 0.2, "nothing is thrown"

@@ -1,0 +1,147 @@
+"""Every MJCF model of installed packages with the law for all its contacts: does it load, last, and what does it cost.
+
+    python -m validation.census gymnasium dm_control gymnasium_robotics --seconds 10 > census.md
+
+Run it in an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
+actions; then it falls without any, and its energy is looked at. Files that MuJoCo does not load by themselves are parts
+of other models and are left out. Each file has a process of its own and a limit of time.
+"""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+LIMIT = 600  # [s] of a model
+HOLD = 10  # steps that an action is held for
+
+
+def files(package: str) -> Iterator[Path]:
+    """The MJCF files of an installed package."""
+    spec = importlib.util.find_spec(package)
+    for folder in (spec.submodule_search_locations or ()) if spec else ():
+        for path in sorted(Path(folder).rglob("*.xml")):
+            if "<mujoco" in path.read_text(errors="ignore"):
+                yield path
+
+
+def examine(path: str, seconds: float) -> dict[str, Any]:
+    """One model: how it lasts and what it costs, beside the engine's own contact."""
+    import mujoco
+
+    from contactlaw import MATERIALS, ContactPair
+    from contactlaw.mujoco_plugin import instances_of, load_model
+
+    try:
+        native = mujoco.MjModel.from_xml_path(path)
+    except ValueError as error:
+        return {"left_out": str(error).strip().splitlines()[0][:80]}
+    if native.ngeom == 0 or native.nv == 0:
+        return {"left_out": "nothing moves"}
+    rubber = MATERIALS["rubber"]
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        law = load_model(path, [("*", "*", ContactPair(rubber, MATERIALS["steel"], friction=0.8, restitution=0.5))])
+    out: dict[str, Any] = {
+        "geoms": native.ngeom, "dofs": native.nv, "instances": len(instances_of(law)), "numbers": law.npluginstate,
+        "said": [str(entry.message)[:160] for entry in said],
+    }  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for name, model in (("native", native), ("law", law)):
+            out[name] = driven(mujoco, model, seconds) | fallen(mujoco, model)
+    out["cost"] = out["law"]["us"] / out["native"]["us"]
+    return out
+
+
+def start(mujoco: Any, model: Any) -> Any:
+    """A state to begin with: the model's first key, where there is one."""
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    return data
+
+
+def driven(mujoco: Any, model: Any, seconds: float) -> dict[str, Any]:
+    """Random actions: processor time of a step [us], and how often the engine found the state unstable."""
+    import numpy as np
+
+    data, rng = start(mujoco, model), np.random.default_rng(0)
+    low, high = np.where(model.actuator_ctrllimited[:, None], model.actuator_ctrlrange, [-1.0, 1.0]).T
+    steps = int(seconds / model.opt.timestep)
+    begin = time.process_time()
+    for step in range(steps):
+        if step % HOLD == 0 and model.nu:
+            data.ctrl[:] = rng.uniform(np.minimum(low, high), np.maximum(low, high))
+        mujoco.mj_step(model, data)
+    spent = time.process_time() - begin
+    bad = [mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC]
+    return {"us": 1e6 * spent / steps, "unstable": int(sum(data.warning[kind].number for kind in bad))}
+
+
+def fallen(mujoco: Any, model: Any) -> dict[str, float]:
+    """A passive fall of 2 s: greatest energy over that of the start, over the weight times 1 m."""
+    data = start(mujoco, model)
+    before = model.opt.disableflags, model.opt.enableflags
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    mujoco.mj_forward(model, data)
+    first, greatest = float(data.energy.sum()), -float("inf")
+    for _ in range(int(2.0 / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        greatest = max(greatest, float(data.energy.sum()))
+    model.opt.disableflags, model.opt.enableflags = before
+    return {"gain": (greatest - first) / (9.81 * float(model.body_subtreemass[0]) + 1e-9)}
+
+
+def line(package: str, path: Path, found: dict[str, Any]) -> str:
+    """A row of the table."""
+    name = f"{package}/{path.name}"
+    if "failed" in found:
+        return f"| {name} | | | | | | | failed: {found['failed']} |"
+    law, native = found["law"], found["native"]
+    return (
+        f"| {name} | {found['geoms']} | {found['dofs']} | {law['unstable']} / {native['unstable']} | "
+        f"{law['gain']:.3f} / {native['gain']:.3f} | {native['us']:.0f} | {found['cost']:.2f} | "
+        f"{'; '.join(found['said'])} |"
+    )
+
+
+def main() -> None:
+    """The table of all models of packages, on stdout."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("packages", nargs="*")
+    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--one", help="a single file, as JSON")
+    asked = parser.parse_args()
+    if asked.one:
+        print(json.dumps(examine(asked.one, asked.seconds)))
+        return
+    print("| model | geoms | dofs | unstable, law / native | energy gained, law / native | native us | cost | said |")
+    print("|---|---|---|---|---|---|---|---|", flush=True)
+    for package in asked.packages:
+        for path in files(package):
+            command = [sys.executable, "-m", "validation.census", "--one", str(path), "--seconds", str(asked.seconds)]
+            try:
+                run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LIMIT)
+                last = (run.stderr.strip().splitlines() or ["no word"])[-1][:120]
+                found = json.loads(run.stdout.splitlines()[-1]) if run.returncode == 0 else {"failed": last}
+            except subprocess.TimeoutExpired:
+                found = {"failed": f"took longer than {LIMIT} s"}
+            if "left_out" not in found:
+                print(line(package, path, found), flush=True)
+
+
+if __name__ == "__main__":
+    main()
