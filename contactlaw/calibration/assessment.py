@@ -10,9 +10,10 @@ from scipy import stats
 from contactlaw.calibration.curve import sliding_from
 from contactlaw.calibration.fit import pose
 from contactlaw.calibration.outliers import far_limit, middle
-from contactlaw.calibration.ranges import NORMAL, Evidence, weigh, widening
+from contactlaw.calibration.ranges import NORMAL, Evidence, widening
 from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN, Calibration, Estimate
 from contactlaw.calibration.table import Array, Impacts, Mask
+from contactlaw.calibration.thinning import evidence_of
 
 USUAL_KAPPA = 0.85  # of like materials with nu = 0.26
 
@@ -41,7 +42,7 @@ def assess(impacts: Impacts, restitution: float | None, kappa: float | None, *, 
             residual_rms=0.0, degrees_of_freedom=0, chi_squared=None, scatter=None, curve_parameters=None, **table,
         )  # fmt: skip
     whole = pose(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
-    evidence = weigh(whole)
+    evidence = evidence_of(whole)
     residuals, _ = whole.residuals(np.log(evidence.best))
     regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
     return Calibration(
@@ -108,11 +109,14 @@ def _regimes(impacts: Impacts, evidence: Evidence, restitution: float) -> list[s
         if evidence.scatter is None:
             return [UNKNOWN] * impacts.size
         cells = np.concatenate([cells, evidence.allowed])
-    psi = cells[:, 1:] / cells[:, :1] * np.abs(impacts.velocities[1] / impacts.velocities[0])
-    ends = sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
-    tests = {SLIDES: psi >= ends, STICKS_FIRST: psi <= 1.0, SLIDES_FIRST: (psi > 1.0) & (psi < ends)}
-    sure = {name: test.all(axis=0) for name, test in tests.items()}
-    return [next((name for name in sure if sure[name][row]), UNKNOWN) for row in range(impacts.size)]
+    unit = cells[:, :1] / cells[:, 1:]  # V_x1/V_z1 over psi_1
+    ends = unit * sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
+    t = np.abs(impacts.velocities[1] / impacts.velocities[0])
+    sure = np.select(
+        [t >= ends.max(), t <= unit.min(), (t > unit.max()) & (t < ends.min())],
+        [SLIDES, STICKS_FIRST, SLIDES_FIRST], UNKNOWN,
+    )  # fmt: skip
+    return sure.tolist()
 
 
 def _sliding(impacts: Impacts, sliding: Mask) -> Estimate:

@@ -18,6 +18,8 @@ REGIMES = SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = (
     "slides throughout", "slides, then sticks", "starts stuck", "not told",
 )  # fmt: skip
 
+NAMED = 10  # outliers, at most
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -132,7 +134,8 @@ class Calibration:
         """In plain words: what the table tells, and what it cannot."""
         parts = [one.note for one in (self.friction, self.stiffness_ratio, self.restitution) if one.note]
         if self.outliers:
-            named = ", ".join(str(index) for index in self.outliers)
+            named, more = ", ".join(str(index) for index in self.outliers[:NAMED]), len(self.outliers) - NAMED
+            named += f" and {more} more" if more > 0 else ""
             parts.append(f"Left out as too far off to be scatter: impact {named} (counted from 0); look at it again.")
         if self.chi_squared is not None and self.degrees_of_freedom > 0:
             allowed = 2.0 * np.sqrt(2.0 / self.degrees_of_freedom)
