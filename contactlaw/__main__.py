@@ -97,7 +97,9 @@ def _rebound(given: argparse.Namespace) -> None:
 
 def _material(text: str) -> Material | str:
     words = text.split()
-    return Material(*map(float, words), name=text) if len(words) == 2 and text not in MATERIALS else text
+    if len(words) != 2 or text in MATERIALS:
+        return text
+    return Material(float(words[0]), float(words[1]), name=text)
 
 
 def _pair(given: argparse.Namespace) -> None:

@@ -232,6 +232,8 @@ INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (what nu
 class _Compiled(CFunc):
     """A C function that says when it is compiled rather than read from the cache."""
 
+    _cache: Any
+
     def _compile_uncached(self) -> Any:
         if len(_say.doing) == 1 and not isinstance(self._cache, Cache):  # a law of the user's, in a second or less
             return super()._compile_uncached()  # type: ignore[misc]

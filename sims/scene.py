@@ -23,8 +23,11 @@ EVERYWHERE = (*ENGINES, NONE)
 """Where a scene of balls and planes runs."""
 OWN_STEP = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0, NONE: 2e-3}
 """The step [s] that an engine has unless told otherwise."""
-NATIVE = "native"
-"""Name of the engine's own contact, where a law is asked for."""
+NATIVE, NATIVE_DAMPED = NATIVES = ("native", "native_damped")
+"""Names of the engine's own contact, where a law is asked for: set for its restitution; for its friction (MuJoCo)."""
+LEAST_STEP, LONGEST_STEP = 1e-7, 0.05  # [s]
+BOUNDS = {"speed": (1e-3, 1e3), "down": (1e-3, 1e3), "landing": (1e-3, 1e3), "drop": (1e-3, 1e3), "psi1": (-1e3, 1e3)}
+"""Of options that many scenes have [m/s], [m], [-]."""
 Measured = dict[str, Any]
 """What a scene measured, as --json prints it: JSON types only."""
 
@@ -35,7 +38,7 @@ def _no_progress(_: float) -> None:
 
 def check_law(law: str) -> None:
     """Refuse what is neither a law, with its fields, nor the engine's own contact."""
-    if law != NATIVE:
+    if law not in NATIVES:
         law_of(law)
 
 
@@ -71,7 +74,8 @@ class Settings:
         if self.material is not None:
             checks.one_of("material", self.material, MATERIALS)
         if self.timestep is not None:
-            checks.positive("timestep", self.timestep)
+            low, high = LEAST_STEP, LONGEST_STEP
+            checks.number("timestep", self.timestep, f"in [{low:g}, {high:g}] s", low=low, high=high)
         checks.not_negative("watch", self.watch)
         for name, value in self.options.items():
             checks.number(name, value, "finite", low=-1e300, high=1e300)
@@ -110,6 +114,10 @@ class Scene(ABC):
     """Time between two exposures of the stroboscope [s]; None: so that there are 16."""
     beside_native: ClassVar[bool] = True
     """Whether its pictures show the engine's own contact beside the law."""
+    beside_damped: ClassVar[bool] = False
+    """Whether they show it as MuJoCo has it with the best settings for friction, too."""
+    apart: ClassVar[bool] = False
+    """Whether exposures stand side by side, for bodies that hide each other."""
     slow: ClassVar[float] = 1.0
     """How many times slower than life its moving picture is."""
 
@@ -154,8 +162,14 @@ class Scene(ABC):
         checks.one_of("engine", settings.engine, [*self.engines, *self.unable])
         if settings.engine in self.unable:
             raise ValueError(f"engine = {settings.engine!r}: cannot do {self.name}: {self.unable[settings.engine]}")
-        for name in settings.options:
+        if settings.law == NATIVE_DAMPED and (settings.engine != "mujoco" or not self.beside_damped):
+            able = ", ".join(name for name, one in SCENES.items() if one.beside_damped)
+            raise ValueError(f"law = {settings.law!r}: is for {able} in mujoco")
+        for name, value in settings.options.items():
             checks.one_of("option", name, self.options)
+            if name in BOUNDS:
+                low, high = BOUNDS[name]
+                checks.number(name, value, f"in [{low:g}, {high:g}]", low=low, high=high)
 
 
 _REGISTRY: Registry[Scene] = Registry("sims.scenes", "scene")

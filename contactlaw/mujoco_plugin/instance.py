@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import ctypes
 import sys
+import threading
+import time
 import warnings
+from collections.abc import Iterator
+from types import FrameType
 
 import mujoco
 import numpy as np
@@ -20,8 +24,6 @@ from contactlaw.pair import DEEPEST, ContactWarning
 
 LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
 LIBRARY.mju_malloc.restype = ctypes.c_void_p
-
-_NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 
 
 def _complain(number: int, error: Exception) -> None:
@@ -46,7 +48,7 @@ def init(model: int, data: int, number: int) -> int:
         view = layout.ModelView(model)
         if view.option("enableflags") & int(mujoco.mjtEnableBit.mjENBL_SLEEP):
             raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
-        if view.option("disableflags") & _NO_PASSIVE == _NO_PASSIVE:
+        if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         leads = number == members(view)[0]
         made = Model(view) if leads else None
@@ -78,12 +80,40 @@ def report(number: int, code: int, value: float) -> None:
         )
     elif code == notices.DAMAGED:
         text = (
-            f"the part of plugin_state that is the law's is not what a step of this model leaves: {value:.0f} "
-            "contact(s) dropped, these start anew"
+            "the part of plugin_state that is the law's is not what a step of this model leaves: it is of another "
+            "model, or damaged; contacts start anew"
         )
+    elif code == notices.SWITCHED_OFF:
+        text = "disableflags: spring and damper are both disabled, and with them all passive forces: nothing touches"
     else:
         text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten"
-    warnings.warn(f"contact {number} of the model: {text}", ContactWarning, stacklevel=2)
+    try:
+        warnings.warn(f"contact {number} of the model: {text}", ContactWarning, stacklevel=2)
+    except ContactWarning as warning:
+        _raise_in_caller(warning)
+
+
+def _raise_in_caller(error: Exception) -> None:
+    """Raise what cannot cross MuJoCo's C frames in the thread that called it, once it is out of them."""
+    kind = type(type(error).__name__, (type(error),), {"__str__": lambda _: str(error)})
+    known = {thread.ident for thread in threading.enumerate() if not isinstance(thread, threading._DummyThread)}
+    here = threading.get_ident()
+    caller = here if here in known else threading.main_thread().ident or here
+
+    def later() -> None:
+        while any(frame.f_code.co_filename == __file__ for frame in _frames(here)):
+            time.sleep(1e-4)
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(caller), ctypes.py_object(kind))
+
+    threading.Thread(target=later).start()
+
+
+def _frames(thread: int) -> Iterator[FrameType]:
+    """What a thread is in, innermost first."""
+    frame = sys._current_frames().get(thread)
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
 
 
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0

@@ -146,6 +146,8 @@ def _at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:
 
 def _world(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int, _View]:
     """Which contact of the model an instance is, and the world."""
+    if data.signature != model.signature:
+        raise ValueError("data: is of another model")
     known = members(layout.ModelView(model._address))
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair, mujoco_plugin
-from sims.scene import Settings
+from sims.scene import NATIVE_DAMPED, Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
 from sims.worlds.world import World
 
@@ -95,7 +95,8 @@ class EngineWorld(World):
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """MuJoCo's own contact: as stiff as the law's where the step allows, damped to the restitution.
 
-        Damping by the formula for a linear spring. This is the kind of setting with which it bounces at all.
+        Damping by the formula for a linear spring. This is the kind of setting with which it bounces at all. With an
+        elliptic cone and critical damping across the normal friction is right, and restitution is not.
         """
         rate = -log(pair.restitution)
         mu = pair.friction
@@ -109,10 +110,13 @@ class EngineWorld(World):
             duration = max(sized.contact_duration(1.0 / inverse, speed), STEPS_A_NATIVE_CONTACT * self.timestep)
             stiffness = (pi / duration) ** 2
             damping = 2.0 * sqrt(stiffness) * rate / sqrt(rate**2 + pi**2)
-            self.spec.add_pair(
+            made = self.spec.add_pair(
                 geomname1=one, geomname2=two, condim=3, friction=[mu, mu, 0.005, 1e-4, 1e-4],
                 solref=[-stiffness, -damping], solimp=[0.9999, 0.9999, 1e-3, 0.5, 2.0],
             )  # fmt: skip
+            if self.settings.law == NATIVE_DAMPED:
+                self.spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+                made.solreffriction = [-stiffness, -2.0 * sqrt(stiffness)]
 
     def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
         if self.model is None:

@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike
 from contactlaw import ContactPair, checks
 from contactlaw.laws import law_of
 from sims.recording import Outline, Recording, Track, block, plane
-from sims.scene import NATIVE, Settings
+from sims.scene import NATIVES, Settings
 from sims.worlds.parts import Array, Body, Path, State, Tuning
+
+MOST_STEPS = 10**7  # of a recording
 
 
 class World(ABC):
@@ -122,7 +124,7 @@ class World(ABC):
         known = [body.name for body in self.bodies] + self._fixed
         for name in (*first, *second):
             checks.one_of("name", name, known)
-        if self.settings.law == NATIVE:
+        if self.settings.law in NATIVES:
             self._touch_natively(first, second, pair, speed)
         else:
             told = self.settings.by_law(pair)
@@ -196,6 +198,11 @@ class World(ABC):
         """
         stride = max(1, round((every or 0.0) / self.timestep))
         count = max(1, round(duration / (stride * self.timestep)))
+        if stride * count > MOST_STEPS:
+            raise ValueError(
+                f"timestep = {self.timestep:g}: {duration:.3g} s would take {stride * count:.1g} steps, more than "
+                f"{MOST_STEPS:.0g}; ask for a longer one"
+            )
         self.start()
         places = np.empty((count + 1, len(self.bodies), 3))
         turns = np.empty((count + 1, len(self.bodies), 3, 3))
