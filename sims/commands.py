@@ -15,7 +15,7 @@ import typer
 from contactlaw import MATERIALS
 from contactlaw.laws import choices
 from sims import show
-from sims.scene import ENGINES, NATIVES, OWN_STEP, Scene, Settings
+from sims.scene import ENGINES, NATIVES, OWN_STEP, Scene, Settings, check_step
 
 BOTH = ("both",)
 PLOT, GIF, MP4, VIEW = (
@@ -104,6 +104,7 @@ def settings_of(
     """
     if view and not _has_display():
         raise ValueError("view: there is no display to open a window on; --gif makes a moving picture")
+    check_step(timestep)
     settings = Settings(engine, law, material, timestep, options, watch=scene.slow if view else 0.0)
     scene.demand(settings)
     return settings

@@ -75,6 +75,7 @@ def extent(panels: Sequence[Panel], until: float) -> Array:
             reach = track.size[0] if track.shape in ("ball", "disc") else float(np.linalg.norm(track.size))
             flat = track.positions[here][:, list(recording.view)]
             bounds.append([*(flat.min(axis=0) - reach), *(flat.max(axis=0) + reach)])
+        bounds += [[x, y, x, y] for x, y, _ in panel.marks if np.isfinite([x, y]).all()]
     low, high = np.min(bounds, axis=0)[:2], np.max(bounds, axis=0)[2:]
     margin = np.maximum(MARGIN * (high - low), 0.03 * float(np.max(high - low)))
     return np.array([low[0], high[0], low[1], high[1]]) + np.array([-1.0, 1.0, -1.0, 1.0]) * np.repeat(margin, 2)

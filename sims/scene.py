@@ -25,7 +25,7 @@ OWN_STEP = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0, NONE: 2e-3}
 """The step [s] that an engine has unless told otherwise."""
 NATIVE, NATIVE_DAMPED = NATIVES = ("native", "native_damped")
 """Names of the engine's own contact, where a law is asked for: set for its restitution; for its friction (MuJoCo)."""
-LEAST_STEP, LONGEST_STEP = 1e-7, 0.05  # [s]
+LEAST_STEP, LONGEST_STEP = 1e-8, 0.05  # [s], on the command line
 BOUNDS = {"speed": (1e-3, 1e3), "down": (1e-3, 1e3), "landing": (1e-3, 1e3), "drop": (1e-3, 1e3), "psi1": (-1e3, 1e3)}
 """Of options that many scenes have [m/s], [m], [-]."""
 Measured = dict[str, Any]
@@ -40,6 +40,13 @@ def check_law(law: str) -> None:
     """Refuse what is neither a law, with its fields, nor the engine's own contact."""
     if law not in NATIVES:
         law_of(law)
+
+
+def check_step(timestep: float | None) -> None:
+    """Refuse a step [s] that no scene is to be seen with."""
+    if timestep is not None:
+        low, high = LEAST_STEP, LONGEST_STEP
+        checks.number("timestep", timestep, f"in [{low:g}, {high:g}] s", low=low, high=high)
 
 
 @dataclass(frozen=True)
@@ -74,8 +81,7 @@ class Settings:
         if self.material is not None:
             checks.one_of("material", self.material, MATERIALS)
         if self.timestep is not None:
-            low, high = LEAST_STEP, LONGEST_STEP
-            checks.number("timestep", self.timestep, f"in [{low:g}, {high:g}] s", low=low, high=high)
+            checks.positive("timestep", self.timestep)
         checks.not_negative("watch", self.watch)
         for name, value in self.options.items():
             checks.number(name, value, "finite", low=-1e300, high=1e300)

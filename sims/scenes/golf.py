@@ -73,7 +73,7 @@ class Golf(Scene):
             way = np.array([ahead, up]) / max(float(np.hypot(ahead, up)), 1e-12)
             launch, spin = degrees(np.arctan2(up, ahead)), -ball.spins[-1, 1]
             text = f"{loft}°: {launch:.0f}°, {spin:.0f}"
-            out.append((float(x + 3.2 * RADIUS * way[0]), float(z + 2.0 * RADIUS * way[1]), text))
+            out.append((float(x + 3.2 * RADIUS * way[0]), float(z + 2.0 * RADIUS * way[1] + 0.6 * RADIUS), text))
         return out
 
     def caption(self, recording: Recording) -> str:

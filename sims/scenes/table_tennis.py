@@ -70,7 +70,7 @@ class TableTennis(Scene):
             track = recording.track(name)
             (x, _, z), spins = track.positions[-1], (float(track.spins[i, 1]) for i in (0, -1))
             told = " \N{RIGHTWARDS ARROW} ".join(f"{spin:+.0f}".replace("-", "\N{MINUS SIGN}") for spin in spins)
-            out.append((float(x), float(z) - RADIUS, f"{name}\n{told}"))
+            out.append((float(x), float(z) + 2.9 * RADIUS, f"{name}\n{told}"))
         return out
 
     def caption(self, recording: Recording) -> str:

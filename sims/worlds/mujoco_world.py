@@ -17,6 +17,7 @@ from sims.scene import NATIVE_DAMPED, Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
 from sims.worlds.world import World
 
+FAR_OFF = 8.0  # distance of the camera, over how far the bodies reach
 GEOMS = {
     "ball": mujoco.mjtGeom.mjGEOM_SPHERE,
     "disc": mujoco.mjtGeom.mjGEOM_SPHERE,  # round where it touches
@@ -120,6 +121,8 @@ class EngineWorld(World):
 
     def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
         if self.model is None:
+            if self.settings.watch:
+                self._dress()
             self.model = self.spec.compile()
             self.data = mujoco.MjData(self.model)
             self._ids = np.array([self.model.body(body.name).id for body in self.bodies], dtype=int)
@@ -171,12 +174,30 @@ class EngineWorld(World):
         ]
         return State(data.xpos[self._ids].copy(), turns.copy(), linear, np.array(spins).reshape(-1, 3))
 
-    def _show(self) -> None:
+    def _show(self, middle: Array, reach: float) -> None:
         if self._window is None:
             import mujoco.viewer
 
-            self._window = mujoco.viewer.launch_passive(self.model, self.data)
+            self._window = mujoco.viewer.launch_passive(self.model, self.data, show_left_ui=False, show_right_ui=False)
+            camera = self._window.cam
+            camera.distance, camera.azimuth, camera.elevation = FAR_OFF * reach, 90.0, -15.0
+        self._window.cam.lookat[:] = middle
         self._window.sync()
+
+    def _dress(self) -> None:
+        """Light, and chequers on what is round, so that its turning is seen."""
+        self.spec.worldbody.add_light(
+            pos=[0.0, -1.0, 3.0], dir=[0.2, 0.4, -1.0], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+        )
+        self.spec.add_texture(
+            name="chequers", type=mujoco.mjtTexture.mjTEXTURE_CUBE, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+            rgb1=[0.1, 0.25, 0.5], rgb2=[0.95, 0.95, 0.9], width=64, height=64,
+        )  # fmt: skip
+        material = self.spec.add_material(name="chequers")
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "chequers"
+        for geom in self.spec.geoms:
+            if geom.type in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE):
+                geom.material = "chequers"
 
     def _close(self) -> None:
         if self._window is not None:

@@ -207,7 +207,8 @@ class World(ABC):
         places = np.empty((count + 1, len(self.bodies), 3))
         turns = np.empty((count + 1, len(self.bodies), 3, 3))
         speeds, spins = np.empty_like(places), np.empty_like(places)
-        wall_time, ended = 0.0, False
+        wall_time, ended, opened = 0.0, False, perf_counter()
+        reach = max([np.ptp([body.position for body in self.bodies], axis=0).max(), *(b.size[0] for b in self.bodies)])
         try:
             for number in range(count + 1):
                 for _ in range(0 if number == 0 else 1 if look is None else stride):
@@ -218,8 +219,8 @@ class World(ABC):
                 places[number], turns[number], speeds[number], spins[number] = self._read()
                 self.settings.progress(number / count)
                 if self.settings.watch:
-                    self._show()
-                    sleep(stride * self.timestep * self.settings.watch)
+                    self._show(places[number].mean(axis=0), float(reach))
+                    sleep(max(number * stride * self.timestep * self.settings.watch - (perf_counter() - opened), 0.0))
                 if ended:
                     count = number
                     break
@@ -293,8 +294,8 @@ class World(ABC):
     @abstractmethod
     def _read(self) -> State: ...
 
-    def _show(self) -> None:  # noqa: B027  (an engine may have nothing to do)
-        """Bring the engine's window up to date; the first time open it."""
+    def _show(self, middle: Array, reach: float) -> None:  # noqa: B027  (an engine may have nothing to do)
+        """Bring the engine's window up to date, the first time open it; look at a place [m] from some reaches away."""
 
     def _close(self) -> None:  # noqa: B027
         """Let go of the engine."""
