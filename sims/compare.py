@@ -96,7 +96,7 @@ def _table(material: str, results: list[Result]) -> Table:
     )
     for name in ("engine", "law"):
         table.add_column(name)
-    for name in ("psi_1", "psi_2", "reference", "error", "energy", escape("time [ms]")):
+    for name in ("psi_1", "psi_2", "refer-\nence", "error", "energy", escape("time\n[ms]")):
         table.add_column(name, justify="right")
     last = ("", "")
     for r in results:

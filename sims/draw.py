@@ -21,7 +21,7 @@ MARKERS = {
     ("mujoco", "microslip"): ("o", BLUE, "contactlaw in MuJoCo"),
     ("pybullet", "microslip"): ("x", BLUE, "contactlaw in PyBullet"),
     ("mujoco", "native"): ("^", ORANGE, "MuJoCo's own, set for restitution"),
-    ("mujoco", "native_damped"): ("v", ORANGE, "MuJoCo's own, set for friction: elliptic, damped"),
+    ("mujoco", "native_damped"): ("v", ORANGE, "MuJoCo's own, set for friction"),
     ("pybullet", "native"): ("+", ORANGE, "PyBullet's own, set for both"),
 }
 

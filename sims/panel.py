@@ -26,10 +26,11 @@ TONES = {
 """Colours of bodies by what moves them; dark and light differ in grey too."""
 GROUND, TABLE, FLOOR, NOTES = "#8c8c8c", "#cfcfcf", "#ececec", "#444444"
 NARROWEST, ALONE = 2.4, 5.6  # [in], of a panel beside others, or with the whole width
+BELOW = 0.1  # room for a mark, of the height
 TITLES = 0.55  # [in], over a panel
 MARGIN = np.array([0.03, 0.1])  # around what is shown, of its width and height
 LARGER = 0.6  # share of the width that a panel must do with, to be drawn larger
-MOST_WIDTH, MOST_HEIGHT = 9.0, 8.0  # of a figure [in]
+MOST_WIDTH, MOST_HEIGHT = 9.0, 9.0  # of a figure [in]
 ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
 
 
@@ -77,6 +78,8 @@ def extent(panels: Sequence[Panel], until: float) -> Array:
             bounds.append([*(flat.min(axis=0) - reach), *(flat.max(axis=0) + reach)])
         bounds += [[x, y, x, y] for x, y, _ in panel.marks if np.isfinite([x, y]).all()]
     low, high = np.min(bounds, axis=0)[:2], np.max(bounds, axis=0)[2:]
+    lowest = min((y for panel in panels for _, y, _ in panel.marks), default=np.inf)
+    low[1] = min(low[1], lowest - BELOW * (high[1] - low[1]))
     margin = np.maximum(MARGIN * (high - low), 0.03 * float(np.max(high - low)))
     return np.array([low[0], high[0], low[1], high[1]]) + np.array([-1.0, 1.0, -1.0, 1.0]) * np.repeat(margin, 2)
 
@@ -202,8 +205,9 @@ def marks(axes: Axes, panel: Panel) -> None:
     for x, y, text in panel.marks:
         for number, (near, level, before) in enumerate(placed):
             if abs(x - near) < 0.025 * (right - left) and y == level:
-                first = before.split(" to ")[0] if " to " in before else before
-                placed[number] = (near, level, f"{first} to {text}" if text.isdecimal() else f"{before}, {text}")
+                many = text.isdecimal() and (" to " in before or ", " in before)
+                first = before.split(" to ")[0].split(", ")[0]
+                placed[number] = (near, level, f"{first} to {text}" if many else f"{before}, {text}")
                 break
         else:
             placed.append((x, y, text))

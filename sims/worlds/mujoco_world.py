@@ -185,19 +185,23 @@ class EngineWorld(World):
         self._window.sync()
 
     def _dress(self) -> None:
-        """Light, and chequers on what is round, so that its turning is seen."""
+        """Light, and chequers on floors and on what is round, so that motion is seen."""
         self.spec.worldbody.add_light(
             pos=[0.0, -1.0, 3.0], dir=[0.2, 0.4, -1.0], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
         )
-        self.spec.add_texture(
-            name="chequers", type=mujoco.mjtTexture.mjTEXTURE_CUBE, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-            rgb1=[0.1, 0.25, 0.5], rgb2=[0.95, 0.95, 0.9], width=64, height=64,
-        )  # fmt: skip
-        material = self.spec.add_material(name="chequers")
-        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "chequers"
+        kinds = mujoco.mjtTexture
+        for name, kind, dark, light in (("round", kinds.mjTEXTURE_CUBE, [0.1, 0.25, 0.5], [0.95, 0.95, 0.9]),
+                                        ("floor", kinds.mjTEXTURE_2D, [0.6, 0.6, 0.6], [0.7, 0.7, 0.7])):  # fmt: skip
+            self.spec.add_texture(
+                name=f"chequers of {name}", type=kind, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER, rgb1=dark,
+                rgb2=light, width=64, height=64,
+            )  # fmt: skip
+            material = self.spec.add_material(name=name, texuniform=True, texrepeat=[5.0, 5.0])
+            material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = f"chequers of {name}"
+        shapes = mujoco.mjtGeom
         for geom in self.spec.geoms:
-            if geom.type in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE):
-                geom.material = "chequers"
+            if geom.type in (shapes.mjGEOM_SPHERE, shapes.mjGEOM_CAPSULE, shapes.mjGEOM_PLANE):
+                geom.material = "floor" if geom.type == shapes.mjGEOM_PLANE else "round"
 
     def _close(self) -> None:
         if self._window is not None:

@@ -208,7 +208,9 @@ class World(ABC):
         turns = np.empty((count + 1, len(self.bodies), 3, 3))
         speeds, spins = np.empty_like(places), np.empty_like(places)
         wall_time, ended, opened = 0.0, False, perf_counter()
-        reach = max([np.ptp([body.position for body in self.bodies], axis=0).max(), *(b.size[0] for b in self.bodies)])
+        reach = max(
+            [np.ptp([body.position for body in self.bodies], axis=0).max(), *(4.0 * b.size[0] for b in self.bodies)]
+        )
         try:
             for number in range(count + 1):
                 for _ in range(0 if number == 0 else 1 if look is None else stride):
