@@ -198,7 +198,8 @@ class EngineWorld(World):
         chequers = p.loadTexture(file, physicsClientId=self.client)
         for body in self.bodies:
             if body.shape != "box":
-                p.changeVisualShape(self.ids[body.name], -1, textureUniqueId=chequers, physicsClientId=self.client)
+                p.changeVisualShape(self.ids[body.name], -1, rgbaColor=[1, 1, 1, 1], textureUniqueId=chequers,
+                                    physicsClientId=self.client)  # fmt: skip
 
     def _close(self) -> None:
         p.disconnect(self.client)
