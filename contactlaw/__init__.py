@@ -28,4 +28,4 @@ __all__ = [
     "force_along_path",
     "rebound",
 ]
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -6,18 +6,22 @@ import difflib
 import operator
 import re
 from collections.abc import Iterable
+from decimal import Decimal
+from importlib import import_module
+from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LARGEST = float(np.finfo(float).max)
+NUMBERS = "iufO"  # kinds of arrays; objects may be numbers of some other kind
 
 
 def number(name: str, value: Any, allowed: str, *, low: float, high: float, open_low: bool = False) -> float:
     """Return value as a float inside [low, high] (or (low, high]); infinities pass only where a bound is infinite."""
     try:
-        if isinstance(value, str | bytes | bool):
+        if np.asarray(value).dtype.kind not in NUMBERS or np.ndim(value):
             raise TypeError
         result = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -43,11 +47,21 @@ def restitution(name: str, value: Any) -> float:
 
 
 def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Return value as a float64 array without NaN or infinity."""
+    """Return value as a float64 array without NaN or infinity; nothing is taken that is a number only in some sense."""
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name}: has masked values; leave them out first, by compressed() say")
     try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r}: must be numbers") from None
+        given = np.asarray(value)
+        whole = given.dtype.kind != "O" or all(
+            isinstance(one, Real | Decimal) and not isinstance(one, bool) for one in given.flat
+        )
+        if given.dtype.kind not in NUMBERS or not whole:
+            raise TypeError
+        with np.errstate(over="ignore"):
+            array = given.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        kind = f"of kind {value.dtype}" if isinstance(value, np.ndarray) else f"= {value!r}"
+        raise ValueError(f"{name} {kind}: must be real numbers") from None
     if not np.isfinite(array).all():
         bad = array[~np.isfinite(array)].flat[0]
         raise ValueError(f"{name}: holds {bad}; every value must be finite")
@@ -76,9 +90,14 @@ def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
     names = list(allowed)
     if value in names:
         return value
-    near = difflib.get_close_matches(str(value), names, n=1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
-    raise ValueError(f"{name} = {value!r}: must be one of {', '.join(names)}{hint}")
+    raise ValueError(f"{name} = {value!r}: must be one of {', '.join(names)}{hint(value, names)}")
+
+
+def hint(value: Any, names: Iterable[str]) -> str:
+    """The nearest name as a question, whatever the case of letters; or nothing."""
+    known = {name.lower(): name for name in names}
+    near = difflib.get_close_matches(str(value).lower(), known, n=1)
+    return f" (did you mean {known[near[0]]!r}?)" if near else ""
 
 
 def count(name: str, value: Any, least: int) -> int:
@@ -92,6 +111,16 @@ def count(name: str, value: Any, least: int) -> int:
     if result < least:
         raise ValueError(f"{name} = {value!r}: must be an integer >= {least}")
     return result
+
+
+def need(module: str, what: str, extra: str) -> None:
+    """Import a module of an extra, or say which extra brings it."""
+    try:
+        import_module(module)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != module:
+            raise
+        raise ModuleNotFoundError(f"{what} needs {module}: pip install 'contactlaw[{extra}]'", name=module) from error
 
 
 def nearest(text: str, names: Iterable[str], rest: str) -> str:

@@ -2,13 +2,15 @@
 
 numba's on-disk cache is stamped with the time and size of the *one* file a function stands in. A helper or a constant
 changed in another file would leave stale machine code behind and give silently wrong physics. Here the stamp is a hash
-of every kernel source together, so an edit anywhere recompiles everything that could depend on it.
+of every kernel source together, so an edit anywhere recompiles everything that could depend on it (`cache`).
 """
 
 from __future__ import annotations
 
 import hashlib
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +26,8 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.sigutils import normalize_signature
 from numba.core.types import unliteral
+
+from contactlaw.cache import Cache, lament
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -41,16 +45,11 @@ SOURCE_STAMP = _hash_of_sources()
 
 
 def _cache(compiled: Any, key: str) -> None:
-    """Turn the cache on and key it on all sources; leave it off where numba's internals no longer fit."""
+    """Keep the machine code, by all sources and the key."""
     try:
-        compiled.enable_caching()
-    except RuntimeError:  # nowhere to keep a cache, a package inside a zip file say
-        return
-    index = getattr(compiled._cache, "_cache_file", None)
-    if index is not None and hasattr(index, "_source_stamp"):
-        index._source_stamp = SOURCE_STAMP + key
-    else:  # an unknown numba: compile afresh each time, slow but never stale
-        compiled._cache.disable()
+        compiled._cache = Cache(compiled.__wrapped__, SOURCE_STAMP + key)
+    except RuntimeError:  # nowhere to keep it
+        _say.kept = False
 
 
 class _Ingredient(JITCodeLibrary):
@@ -134,29 +133,61 @@ def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
 
 
 class _Said:
-    """Says on stderr that something is compiled: what, for how long, and that it happens once; each thing once."""
+    """Says on stderr that something is compiled: what, for how long, and that it happens once; and that it goes on."""
 
     def __init__(self) -> None:
         self.doing = ["kernels: some seconds"]
         self.told: set[str] = set()
+        self.depth = 0  # compilations within one another
+        self.clock = threading.Thread()
+        self.kept = True
 
     def __call__(self) -> None:
         what = self.doing[-1]
-        if what not in self.told:
-            self.told |= {what, self.doing[0]}
+        if what in self.told:
+            return
+        self.told |= {what, self.doing[0]}
+        if self.kept:
             print(f"contactlaw: compiling {what}, once; later runs read it from numba's cache", file=sys.stderr)
+        else:
+            print(f"contactlaw: compiling {what}", file=sys.stderr)
+            lament("no folder for numba's cache")
+
+    def begin(self) -> None:
+        """Something is being compiled from now on."""
+        self()
+        self.depth += 1
+        if not self.clock.is_alive():
+            self.clock = threading.Thread(target=self.tick, args=(time.monotonic(),), daemon=True)
+            self.clock.start()
+
+    def end(self) -> None:
+        """It has been compiled."""
+        self.depth -= 1
+
+    def tick(self, begun: float) -> None:
+        """Say every other second how long it has taken."""
+        while time.sleep(TICK) is None and self.depth > 0:
+            end = "\r" if sys.stderr.isatty() else "\n"
+            print(f"contactlaw: compiling, {time.monotonic() - begun:.0f} s", end=end, file=sys.stderr, flush=True)
 
 
+TICK = 2.5  # [s]
 _say = _Said()
 
 
 class _Listener(event.Listener):
+    @staticmethod
+    def ours(event: Any) -> bool:
+        return event.data["dispatcher"].py_func.__module__.startswith("contactlaw.")
+
     def on_start(self, event: Any) -> None:
-        if event.data["dispatcher"].py_func.__module__.startswith("contactlaw."):
-            _say()
+        if self.ours(event):
+            _say.begin()
 
     def on_end(self, event: Any) -> None:
-        """Nothing is said when it is done."""
+        if self.ours(event):
+            _say.end()
 
 
 event.register("numba:compile", _Listener())
@@ -202,10 +233,16 @@ INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (what nu
 class _Compiled(CFunc):
     """A C function that says when it is compiled rather than read from the cache."""
 
+    _cache: Any
+
     def _compile_uncached(self) -> Any:
-        if len(_say.doing) > 1:
-            _say()
-        return super()._compile_uncached()  # type: ignore[misc]  (numba has no types)
+        if len(_say.doing) == 1 and not isinstance(self._cache, Cache):  # a law of the user's, in a second or less
+            return super()._compile_uncached()  # type: ignore[misc]
+        _say.begin()
+        try:
+            return super()._compile_uncached()  # type: ignore[misc]  (numba has no types)
+        finally:
+            _say.end()
 
 
 def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours: bool = True) -> int:

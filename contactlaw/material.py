@@ -71,10 +71,25 @@ class Material:
 
 RIGID = Material(inf, 0.5, name="rigid", source="no deformation: E infinite in both effective moduli")
 
+
+class UnknownMaterial(KeyError):
+    """No material of this name; the message has the nearest ones."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Materials(dict[str, Material]):
+    """Materials by their names."""
+
+    def __missing__(self, name: object) -> Material:
+        raise UnknownMaterial(f"no material {name!r}: must be one of {', '.join(self)}{checks.hint(name, self)}")
+
+
 _KHARAZ = "as used for Kharaz, Gorham & Salman, Powder Technol. 120 (2001) 281, by the Lethe and MFIX examples"
 
-MATERIALS: dict[str, Material] = {
-    material.name: material
+MATERIALS = Materials(
+    (material.name, material)
     for material in (
         Material(
             2.034e11, 0.28, 7833.0, "steel",
@@ -102,7 +117,52 @@ MATERIALS: dict[str, Material] = {
             "attributed to Mullier, Tuzun & Walton, Powder Technol. 65 (1991) 61, not checked against the original; "
             "handbooks give E from 1 to 3 GPa",
         ),
+        Material(
+            1.83e9, 0.42, 706.0, "wood",
+            "sugar maple at 12 % moisture met across the grain, radially: 1.1 times E_L = 12.6 GPa in bending, "
+            "E_R/E_L = 0.132, nu the mean of nu_RL = 0.065 and nu_RT = 0.774, specific gravity 0.63 dry: Wood "
+            "Handbook, USDA FPL-GTR-282, tables 5-1 to 5-3. Along the grain it is seven times as stiff",
+        ),
+        Material(
+            3.3e10, 0.2, 2400.0, "concrete",
+            "C30/37: E_cm = 22 GPa (f_cm/10 MPa)^0.3 at f_cm = 38 MPa, nu uncracked: Eurocode 2, EN 1992-1-1, 3.1.3 "
+            "and table 3.1; rho: normal-weight concrete, EN 206, 2000 to 2600 kg/m^3",
+        ),
+        Material(
+            2.9e9, 0.39, 1130.0, "nylon",
+            "polyamide, dry: E (2.62 to 3.2 GPa) and rho: M. F. Ashby, Materials and the Environment; nu: W. D. "
+            "Callister, Materials Science and Engineering, table B.3, nylon 6,6. Moist nylon 6,6 has half the E",
+        ),
+        Material(
+            3.2e9, 0.39, 1180.0, "PMMA",
+            "E: MakeItFrom.com property sheet 'Polymethylmethacrylate (PMMA, Acrylic)'; rho, and nu from the speeds of "
+            "longitudinal and shear waves, 2670 and 1120 m/s: acrylic resin in ASTM E494, table X3.1",
+        ),
+        Material(
+            9.2e9, 0.328, 917.0, "ice",
+            "polycrystalline, -16 C: Hill's mean of the constants of the crystal, c11, c12, c13, c33, c44 = 13.929, "
+            "7.082, 5.765, 15.010, 3.014 GPa, of P. H. Gammon and others, J. Glaciol. 29 (1983) 433",
+        ),
+        Material(
+            2.0e7, 0.05, 170.0, "cork",
+            "met radially: L. J. Gibson, K. E. Easterling & M. F. Ashby, Proc. R. Soc. A 377 (1981) 99, E 20 MPa "
+            "(13 MPa across), nu 0 to 0.1; not checked against the original. Elastic up to 5 % strain: O. Anjos, "
+            "H. Pereira & M. E. Rosa, Holz Roh Werkst. 66 (2008) 295",
+        ),
         RIGID,
     )
-}  # fmt: skip
+)  # fmt: skip
 """Named materials; each carries the source of its numbers."""
+
+
+def material_of(argument: str, value: Material | str) -> Material:
+    """The material that is meant: itself, or by its name.
+
+    Raises:
+        ValueError: Neither; the message names the argument.
+    """
+    if isinstance(value, str):
+        return MATERIALS[checks.one_of(argument, value, MATERIALS)]
+    if not isinstance(value, Material):
+        raise ValueError(f"{argument} = {value!r}: must be a contactlaw.Material or the name of one")
+    return value

@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from contactlaw import checks, losses
 from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator
 from contactlaw.losses import OverSpeed
-from contactlaw.material import Material
+from contactlaw.material import Material, material_of
 
 COUPLING_TO_MENTION = 0.2
 DEEPEST = 0.1  # overlap over radius up to which a Hertz contact is small
@@ -29,7 +29,7 @@ class ContactPair:
     """Two materials, how they rub and bounce, and the law of their contact.
 
     Attributes:
-        a, b: The materials; at most one rigid.
+        a, b: The materials, or their names in `MATERIALS`; at most one rigid.
         friction: Coulomb coefficient mu, >= 0; or one over the sliding speed, from `contactlaw.losses`.
         restitution: e, in (0, 1], the same at any speed; or one over the approach speed, from `contactlaw.losses`.
         radius: Effective radius R [m], 1/R = 1/R_A + 1/R_B; None: read from the geoms.
@@ -50,10 +50,17 @@ class ContactPair:
     stiffness_ratio: float | None = None
     rolling_resistance: float = 0.0
 
+    if TYPE_CHECKING:  # a name is taken for a material, and is one afterwards
+
+        def __init__(
+            self, a: Material | str, b: Material | str, friction: float | OverSpeed,
+            restitution: float | OverSpeed = 1.0, radius: float | None = None, law: str | Law = "microslip",
+            stiffness_ratio: float | None = None, rolling_resistance: float = 0.0,
+        ) -> None: ...  # fmt: skip
+
     def __post_init__(self) -> None:
-        for name, material in (("a", self.a), ("b", self.b)):
-            if not isinstance(material, Material):
-                raise ValueError(f"{name} = {material!r}: must be a contactlaw.Material")
+        for name in ("a", "b"):
+            object.__setattr__(self, name, material_of(name, getattr(self, name)))
         if self.a.is_rigid and self.b.is_rigid:
             raise ValueError("a and b are both rigid: at least one must be elastic, or no contact can deform")
         for name, check in (("friction", checks.not_negative), ("restitution", checks.restitution)):

@@ -1,14 +1,15 @@
-"""A scene as a moving picture: a GIF of few colours, in which only what moves is drawn anew."""
+"""A scene as a moving picture: a GIF of few colours, in which only what moves is drawn anew, or a video."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, extent, figure_for, marks, note, path
+from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, figure_for, marks, note, path
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -25,7 +26,7 @@ def draw_animation(
 
     Args:
         panels: One or more.
-        file: The picture, .gif.
+        file: The picture, .gif, or the video, .mp4.
         until: End of what is shown [s]; None: of the shortest recording.
         slow: How many times slower than life.
         dpi: Dots an inch.
@@ -38,7 +39,7 @@ def draw_animation(
 
     end = min(float(panel.recording.times[-1]) for panel in panels)
     end = end if until is None else min(until, end)
-    figure, axes = figure_for(panels, extent(panels, end))
+    figure, axes = figure_for(panels, end)
     for one, panel in zip(axes, panels, strict=True):
         marks(one, panel)
     speed = "as fast as life" if slow == 1.0 else f"{slow:g} times slower than life"
@@ -57,12 +58,29 @@ def draw_animation(
                 one.draw_artist(artist)
                 artist.remove()
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    file.parent.mkdir(parents=True, exist_ok=True)
+    if file.suffix == ".mp4":
+        return _video(frames, file)
     palette = Image.new("P", (1, 1))
     palette.putpalette(_colours({panel.kind for panel in panels}))
     plain = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    file.parent.mkdir(parents=True, exist_ok=True)
     lasting = [round(1000 * FRAME)] * (len(plain) - 1) + [round(1000 * LAST)]
     plain[0].save(file, save_all=True, append_images=plain[1:], duration=lasting, loop=0, optimize=True)
+    return file
+
+
+def _video(frames: Sequence[Image], file: Path) -> Path:
+    """Write frames as a video, the last one as long as in a GIF."""
+    from contactlaw import checks
+
+    checks.need("imageio_ffmpeg", "a video", "video")
+    ffmpeg = import_module("imageio_ffmpeg")
+    width, height = (2 * (side // 2) for side in frames[0].size)
+    writer = ffmpeg.write_frames(str(file), (width, height), fps=1.0 / FRAME, macro_block_size=2)
+    writer.send(None)
+    for frame in [*frames, *[frames[-1]] * round(LAST / FRAME)]:
+        writer.send(frame.crop((0, 0, width, height)).tobytes())
+    writer.close()
     return file
 
 

@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from contactlaw.laws import choices
 from sims import compare, puck, show
 from sims.commands import GIF, PLOT, VIEW, add_scene, settings_of
-from sims.scene import NATIVE, find_scenes
+from sims.scene import NATIVES, check_step, find_scenes
 from sims.show import console, show_all
 
 SCENES = find_scenes()
@@ -68,7 +68,7 @@ def run_puck(
     engine: Annotated[str, typer.Option(help="|".join(puck.ENGINES))] = "mujoco",
     material: Annotated[str, typer.Option(help="|".join(puck.SURFACES))] = "steel",
     psi1: Annotated[float, typer.Option(help="(kappa/mu) V_x/V_z1 before the impact.")] = 1.2,
-    law: Annotated[str, typer.Option(help=f"{choices()}|{NATIVE}")] = "microslip",
+    law: Annotated[str, typer.Option(help=f"{choices()}|{'|'.join(NATIVES)}")] = "microslip",
     timestep: Annotated[float | None, typer.Option(help="Engine step in s; default: a 200th of the contact.")] = None,
     launch: Annotated[str, typer.Option(help="|".join(puck.LAUNCHES))] = "oblique",
     heading: Annotated[float, typer.Option(help="Direction of the block's normal in the plane, in rad.")] = 0.0,
@@ -80,6 +80,7 @@ def run_puck(
 ) -> None:
     """Throw the puck once; to be seen, again, from further away and at the engine's own step."""
     try:
+        check_step(timestep)
         throw = puck.Puck(material, psi1, law, launch, timestep, heading=heading, table=table)  # type: ignore[arg-type]
         result = puck.run(throw, engine)
     except ValueError as error:

@@ -15,11 +15,13 @@ import typer
 from contactlaw import MATERIALS
 from contactlaw.laws import choices
 from sims import show
-from sims.scene import NATIVE, OWN_STEP, Scene, Settings
+from sims.scene import ENGINES, NATIVES, OWN_STEP, Scene, Settings, check_step
 
-PLOT, GIF, VIEW = (
+BOTH = ("both",)
+PLOT, GIF, MP4, VIEW = (
     "Many exposures in one picture, .png.",
     "Moving picture, .gif.",
+    "The same as a video, .mp4 (needs contactlaw[video]).",
     "Watch it in the engine's own window.",
 )
 LAW = "native: the engine's own contact; default: the simplest by which the scene is the same"
@@ -34,15 +36,19 @@ def add_scene(app: typer.Typer, scene: Scene) -> None:
             _run(scene, values)
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
+        except ArithmeticError as error:
+            raise typer.BadParameter(f"these values together lead to numbers that do not exist ({error})") from None
 
+    natives = NATIVES[: 1 + scene.beside_damped]
     options: dict[str, tuple[Any, Any, Any]] = {
-        "engine": (str, scene.engines[0], typer.Option(help="|".join(scene.engines))),
-        "law": (str | None, None, typer.Option(help=f"{choices()}|{NATIVE}; {LAW}")),
+        "engine": (str, scene.engines[0], typer.Option(help="|".join([*scene.engines, *BOTH * _has_both(scene)]))),
+        "law": (str | None, None, typer.Option(help="|".join([choices(), *natives]) + f"; {LAW}")),
         "material": (str | None, None, typer.Option(help="|".join(MATERIALS) + "; default: the scene's own")),
         "timestep": (float | None, None, typer.Option(help=f"Engine step in s; default: the engine's own, {STEPS}.")),
         "as_json": (bool, False, typer.Option("--json", help="Print one JSON object.")),
         "plot": (Path | None, None, typer.Option(help=PLOT)),
         "gif": (Path | None, None, typer.Option(help=GIF)),
+        "mp4": (Path | None, None, typer.Option(help=MP4)),
         "view": (bool, False, typer.Option("--view", help=VIEW)),
     } | {
         name: (type(default), default, typer.Option(f"--{name.replace('_', '-')}", help=text))
@@ -58,7 +64,19 @@ def add_scene(app: typer.Typer, scene: Scene) -> None:
     app.command(scene.name, help=f"{scene.title}.\n\n{inspect.cleandoc(type(scene).__doc__ or '')}{able}")(command)
 
 
+def _has_both(scene: Scene) -> bool:
+    return set(ENGINES) <= set(scene.engines)
+
+
 def _run(scene: Scene, values: Mapping[str, Any]) -> None:
+    if values["engine"] == "both" and _has_both(scene):
+        for engine in ENGINES:
+            files = {kind: values[kind] and values[kind].with_stem(f"{values[kind].stem}_{engine}")
+                     for kind in ("plot", "gif", "mp4")}  # fmt: skip
+            if not values["as_json"]:
+                show.console.rule(engine, align="left")
+            _run(scene, {**values, **files, "engine": engine})
+        return
     own = {name: values[name] for name in scene.options}
     settings = settings_of(
         scene, values["engine"], values["law"], values["material"], values["timestep"], own, values["view"]
@@ -70,7 +88,7 @@ def _run(scene: Scene, values: Mapping[str, Any]) -> None:
     else:
         show.figures(measured)
         held = show.checks(scene.check(measured))
-    show.pictures(scene, settings, recording, values["plot"], values["gif"])
+    show.pictures(scene, settings, recording, values["plot"], values["gif"], mp4=values["mp4"])
     if not values["as_json"] and not held:
         raise typer.Exit(1)
 
@@ -86,6 +104,7 @@ def settings_of(
     """
     if view and not _has_display():
         raise ValueError("view: there is no display to open a window on; --gif makes a moving picture")
+    check_step(timestep)
     settings = Settings(engine, law, material, timestep, options, watch=scene.slow if view else 0.0)
     scene.demand(settings)
     return settings

@@ -20,8 +20,9 @@ BLUE, ORANGE, GREY = "#1f4e9c", "#d9730d", "#777777"
 MARKERS = {
     ("mujoco", "microslip"): ("o", BLUE, "contactlaw in MuJoCo"),
     ("pybullet", "microslip"): ("x", BLUE, "contactlaw in PyBullet"),
-    ("mujoco", "native"): ("^", ORANGE, "MuJoCo's own contact"),
-    ("pybullet", "native"): ("+", ORANGE, "PyBullet's own contact"),
+    ("mujoco", "native"): ("^", ORANGE, "MuJoCo's own, set for restitution"),
+    ("mujoco", "native_damped"): ("v", ORANGE, "MuJoCo's own, set for friction"),
+    ("pybullet", "native"): ("+", ORANGE, "PyBullet's own, set for both"),
 }
 
 

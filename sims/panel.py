@@ -10,7 +10,7 @@ import numpy as np
 
 from sims.outlines import DARK, EDGE, LIGHT, polygons_of, scenery_of
 from sims.recording import Array, Recording
-from sims.scene import NATIVE, Scene
+from sims.scene import NATIVE_DAMPED, NATIVES, Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,9 +25,12 @@ TONES = {
 }
 """Colours of bodies by what moves them; dark and light differ in grey too."""
 GROUND, TABLE, FLOOR, NOTES = "#8c8c8c", "#cfcfcf", "#ececec", "#444444"
-NARROWEST = 2.4  # [in], of a panel
+NARROWEST, ALONE = 2.4, 5.6  # [in], of a panel beside others, or with the whole width
+BELOW = 0.1  # room for a mark, of the height
+TITLES = 0.55  # [in], over a panel
 MARGIN = np.array([0.03, 0.1])  # around what is shown, of its width and height
-MOST_WIDTH, MOST_HEIGHT = 9.0, 8.0  # of a figure [in]
+LARGER = 0.6  # share of the width that a panel must do with, to be drawn larger
+MOST_WIDTH, MOST_HEIGHT = 9.0, 9.0  # of a figure [in]
 ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
 
 
@@ -54,9 +57,12 @@ def panel_of(scene: Scene, recording: Recording) -> Panel:
     """The panel of a scene's recording, titled by engine and law."""
     engine, law = ENGINE_NAMES[recording.facts["engine"]], recording.facts["law"]
     title = f"contactlaw in {engine}" + ("" if "microslip" in law else f", law {law}")
-    if law == NATIVE:
+    if law in NATIVES:
         title = f"{engine}'s own contact"
-    kind = "native" if law == NATIVE else "law"
+        if scene.beside_damped and engine == "MuJoCo":
+            damped = "friction (elliptic cone, solreffriction)"
+            title = f"MuJoCo's own, set for {damped if law == NATIVE_DAMPED else 'restitution (solref)'}"
+    kind = "native" if law in NATIVES else "law"
     return Panel(recording, title, scene.caption(recording), kind, scene.marks(recording))
 
 
@@ -70,45 +76,65 @@ def extent(panels: Sequence[Panel], until: float) -> Array:
             reach = track.size[0] if track.shape in ("ball", "disc") else float(np.linalg.norm(track.size))
             flat = track.positions[here][:, list(recording.view)]
             bounds.append([*(flat.min(axis=0) - reach), *(flat.max(axis=0) + reach)])
+        bounds += [[x, y, x, y] for x, y, _ in panel.marks if np.isfinite([x, y]).all()]
     low, high = np.min(bounds, axis=0)[:2], np.max(bounds, axis=0)[2:]
+    lowest = min((y for panel in panels for _, y, _ in panel.marks), default=np.inf)
+    low[1] = min(low[1], lowest - BELOW * (high[1] - low[1]))
     margin = np.maximum(MARGIN * (high - low), 0.03 * float(np.max(high - low)))
     return np.array([low[0], high[0], low[1], high[1]]) + np.array([-1.0, 1.0, -1.0, 1.0]) * np.repeat(margin, 2)
 
 
-def figure_for(panels: Sequence[Panel], bounds: Array) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel each and the same axes: one above the other where they are wide, else side by side."""
+def figure_for(panels: Sequence[Panel], until: float) -> tuple[Figure, list[Axes]]:
+    """A figure with a panel each, of what they show up to a time [s]: side by side, or where wide above each other.
+
+    Scales are the same, but that of a panel much narrower than the others, which is drawn larger.
+    """
     from matplotlib.figure import Figure
 
+    bounds, count = extent(panels, until), len(panels)
     width, height = bounds[1] - bounds[0], bounds[3] - bounds[2]
-    count = len(panels)
     stacked = width > 1.3 * height
     across, down = (1, count) if stacked else (count, 1)
-    scale = min((MOST_WIDTH - 0.8) / (across * width), (MOST_HEIGHT - 0.6 - 0.4 * down) / (down * height))
-    room = max(NARROWEST / scale - width, 0.0)  # on both sides of what is shown, for a title over it
+    scale = min((MOST_WIDTH - 0.8) / (across * width), (MOST_HEIGHT - 0.6 - TITLES * down) / (down * height))
+    room = max(
+        (ALONE if stacked else NARROWEST) / scale - width, 0.0
+    )  # on both sides of what is shown, for a title over it
     bounds, width = bounds + np.array([-0.5, 0.5, 0.0, 0.0]) * room, width + room
-    figure = Figure(
-        figsize=(across * width * scale + 0.8, down * (height * scale + 0.4) + 0.6), layout="constrained"
-    )  # fmt: skip
+    shown = [_enlarged(panel, bounds, until) if stacked else bounds for panel in panels]
+    heights = [width * scale * (one[3] - one[2]) / (one[1] - one[0]) for one in shown[:down]]
+    figure = Figure(figsize=(across * width * scale + 0.8, sum(heights) + TITLES * down + 0.6), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.08, w_pad=0.08)  # type: ignore[union-attr]
-    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+    grid = figure.subplots(down, across, squeeze=False, height_ratios=heights)
     axes = list(grid.ravel())
-    for number, (one, panel) in enumerate(zip(axes, panels, strict=True)):
+    for number, (one, panel, here) in enumerate(zip(axes, panels, shown, strict=True)):
         right, up = (AXES[axis] for axis in panel.recording.view)
         one.set_aspect("equal")
-        one.set(xlim=bounds[:2], ylim=bounds[2:])
-        one.set_title(panel.title, loc="left", fontsize=10, fontweight="bold")
-        one.set_title(panel.caption, loc="right", fontsize=9, color=NOTES)
+        one.set(xlim=here[:2], ylim=here[2:])
+        one.set_title(panel.title, loc="left", fontsize=10, fontweight="bold", pad=19 if panel.caption else 6)
+        one.annotate(panel.caption, (0.0, 1.0), xycoords="axes fraction", xytext=(0, 5), textcoords="offset points",
+                     fontsize=9, color=NOTES, annotation_clip=False)  # fmt: skip
         if not stacked or number == count - 1:
             one.set_xlabel(f"{right} [m]")
         if stacked or number == 0:
             one.set_ylabel(f"{up} [m]")
         one.spines[["top", "right"]].set_visible(False)
         one.tick_params(labelsize=8)
-        _surroundings(one, panel, bounds)
+        surroundings(one, panel, here)
     return figure, axes
 
 
-def _surroundings(axes: Axes, panel: Panel, bounds: Array) -> None:
+def _enlarged(panel: Panel, bounds: Array, until: float) -> Array:
+    """The bounds of a panel that is drawn as large as it can be, where that is much larger than with those of all."""
+    own = extent([panel], until)
+    width, most = bounds[1] - bounds[0], (own[1] - own[0])
+    if most > LARGER * width:
+        return bounds
+    middle, half = 0.5 * (own[0] + own[1]), 0.5 * LARGER * width
+    return np.array([middle - half, middle + half, own[2], own[3]])
+
+
+def surroundings(axes: Axes, panel: Panel, bounds: Array) -> None:
+    """Draw what stands around."""
     for outline in panel.recording.scenery:
         flat = scenery_of(outline, panel.recording.view)
         if outline.solid:
@@ -156,6 +182,22 @@ def path(axes: Axes, panel: Panel, until: float) -> list[Any]:
     ]
 
 
+def ways(axes: Axes, panel: Panel, instants: Array) -> None:
+    """An arrow on the path of a single body from where it is at some instants [s], for the order of things."""
+    if len(panel.recording.tracks) != 1:
+        return
+    track, times, view = panel.recording.tracks[0], panel.recording.times, list(panel.recording.view)
+    for instant in instants:
+        entry = min(int(np.searchsorted(times, instant)), times.size - 2)
+        here = track.positions[entry, view]
+        step = track.positions[entry + 1, view] - here
+        length = float(np.linalg.norm(step))
+        if length > 0.0:
+            style = {"arrowstyle": "-|>", "color": TONES[panel.kind][DARK], "mutation_scale": 13}
+            tip = here + step * (0.4 * track.size[0] / length)
+            axes.annotate("", (tip[0], tip[1]), (here[0], here[1]), arrowprops=style, zorder=9)
+
+
 def marks(axes: Axes, panel: Panel) -> None:
     """The marks inside the panel; those at one place are put in one text."""
     left, right = axes.get_xlim()
@@ -163,7 +205,9 @@ def marks(axes: Axes, panel: Panel) -> None:
     for x, y, text in panel.marks:
         for number, (near, level, before) in enumerate(placed):
             if abs(x - near) < 0.025 * (right - left) and y == level:
-                placed[number] = (near, level, f"{before}, {text}")
+                many = text.isdecimal() and (" to " in before or ", " in before)
+                first = before.split(" to ")[0].split(", ")[0]
+                placed[number] = (near, level, f"{first} to {text}" if many else f"{before}, {text}")
                 break
         else:
             placed.append((x, y, text))

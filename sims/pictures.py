@@ -9,7 +9,7 @@ from pathlib import Path
 from sims.animation import draw_animation
 from sims.panel import Panel, panel_of
 from sims.recording import Recording
-from sims.scene import NATIVE, NONE, Scene, Settings
+from sims.scene import NATIVE, NATIVES, NONE, Scene, Settings
 from sims.stroboscope import draw_stroboscope
 
 
@@ -25,19 +25,20 @@ def panels_of(scene: Scene, settings: Settings, recording: Recording, engines: I
     panels = [panel_of(scene, recording)]
     for title, ideal in scene.ideals(recording):
         panels.append(Panel(ideal, title, scene.caption(ideal), "ideal", scene.marks(ideal)))
-    if settings.law == NATIVE or not scene.beside_native:
+    if settings.law in NATIVES or not scene.beside_native:
         return panels
     for engine in engines or [settings.engine]:
         timestep = settings.timestep if engine == settings.engine else None
         if engine in scene.engines and engine != NONE:
-            other = scene.run(replace(settings, engine=engine, law=NATIVE, timestep=timestep))
-            panels.append(panel_of(scene, other))
+            for law in NATIVES if scene.beside_damped and engine == "mujoco" else [NATIVE]:
+                other = scene.run(replace(settings, engine=engine, law=law, timestep=timestep))
+                panels.append(panel_of(scene, other))
     return panels
 
 
 def draw_exposures(scene: Scene, panels: list[Panel], file: Path) -> Path:
     """The many exposures; as much of the scene as it wants shown."""
-    return draw_stroboscope(panels, file, until=scene.shown, exposure=scene.exposure)
+    return draw_stroboscope(panels, file, until=scene.shown, exposure=scene.exposure, apart=scene.apart)
 
 
 def draw_gif(scene: Scene, panels: list[Panel], file: Path) -> Path:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, Material, checks
-from sims.scene import check_law
+from sims.scene import BOUNDS, NATIVES, check_law
 
 ENGINES = {"mujoco": "sims.puck_mujoco", "pybullet": "sims.puck_pybullet"}
 LAUNCHES = ("oblique", "spin")
@@ -45,7 +45,7 @@ class Puck:
     Attributes:
         material: "steel" or "rubber".
         psi_1: (kappa/mu) V_x/V_z1 at the contact point before the impact.
-        law: As `contactlaw.laws.law_of` has it, or "native" for the engine's own contact.
+        law: As `contactlaw.laws.law_of` has it, or one of `sims.scene.NATIVES` for the engine's own contact.
         launch: "oblique": aimed, without spin; "spin": thrown straight at the block, with backspin.
         timestep: Engine step [s]; None: a 200th of the contact.
         speed: Approach speed along the normal [m/s].
@@ -76,6 +76,8 @@ class Puck:
         for name in ("psi_1", "heading", "phase"):
             checks.finite_array(name, getattr(self, name))
         checks.positive("speed", self.speed)
+        low, high = BOUNDS["psi1"]
+        checks.number("psi_1", self.psi_1, f"in [{low:g}, {high:g}]", low=low, high=high)
         if self.timestep is not None:
             checks.positive("timestep", self.timestep)
 
@@ -89,7 +91,7 @@ class Puck:
             surface.friction,
             surface.restitution if self.restitution is None else self.restitution,
             radius=self.radius,
-            law="microslip" if self.law == "native" else self.law,
+            law="microslip" if self.law in NATIVES else self.law,
         )
 
     @property
@@ -203,7 +205,7 @@ class Result:
             AssertionError: It does not hold.
         """
         assert np.isfinite(self.psi2), f"psi2 = {self.psi2}"
-        if self.law not in ("mindlin", "native"):
+        if self.law not in ("mindlin", *NATIVES):
             assert self.energy_ratio <= 1.001, f"energy ratio {self.energy_ratio}"
         if self.law == "microslip":
             assert abs(self.error) <= 4e-3, f"psi2 off by {self.error} at {self.timestep} s"

@@ -1,4 +1,4 @@
-"""The puck in MuJoCo: two slides and a hinge, or a free body on a table."""
+"""The puck in MuJoCo: a free body without gravity, or one on a table."""
 
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
@@ -13,6 +13,7 @@ import numpy as np
 
 from contactlaw import mujoco_plugin
 from sims.puck import Outcome, Puck
+from sims.scene import NATIVE_DAMPED, NATIVES
 
 BLOCK = (0.1, 4.0, 0.2)  # half lengths [m]; long, as fast rubber pucks travel far while they touch
 GRAVITY = 9.81
@@ -23,7 +24,7 @@ def simulate(puck: Puck) -> Outcome:
     model = build(puck).compile()
     data = mujoco.MjData(model)
     velocity, spin = puck.start_motion
-    data.qvel[:] = [*velocity, 0.0, 0.0, spin] if puck.table else [velocity[0], velocity[1], spin]
+    data.qvel[:] = [*velocity, 0.0, 0.0, spin]
     begin = perf_counter()
     mujoco.mj_step(model, data, puck.steps)
     wall_time = perf_counter() - begin
@@ -45,13 +46,10 @@ def build(puck: Puck) -> mujoco.MjSpec:
     body.mass, body.ipos = puck.mass, [0.0, 0.0, 0.0]
     body.inertia = [0.6 * puck.inertia, 0.6 * puck.inertia, puck.inertia]
     ball = body.add_geom(name="rim", size=[puck.radius, 0.0, 0.0])
+    body.add_freejoint()
     if puck.table:
         _add_table(puck, spec, body)
-    else:
-        for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
-            body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        body.add_joint(name="spin", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
-    if puck.law == "native":
+    if puck.law in NATIVES:
         _use_native(puck, spec)
     else:
         mujoco_plugin.add_contact(spec, ball, block, puck.pair, others=False)
@@ -60,7 +58,6 @@ def build(puck: Puck) -> mujoco.MjSpec:
 
 def _add_table(puck: Puck, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
     half = 0.5 * puck.thickness
-    body.add_freejoint()
     spec.worldbody.add_geom(
         name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 0.1], pos=[0, 0, -half], condim=1
     )
@@ -69,12 +66,18 @@ def _add_table(puck: Puck, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
 
 
 def _use_native(puck: Puck, spec: mujoco.MjSpec) -> None:
-    """MuJoCo's own contact, as stiff as the law's, damped to the restitution by the formula for a linear spring."""
+    """MuJoCo's own contact, as stiff as the law's, damped to the restitution by the formula for a linear spring.
+
+    Or with the friction right and the restitution not: an elliptic cone, and friction critically damped.
+    """
     stiffness = (pi / puck.contact_duration) ** 2
     rate = -log(puck.pair.restitution)
     damping = 2.0 * sqrt(stiffness) * rate / sqrt(rate**2 + pi**2)
     mu = puck.pair.friction
-    spec.add_pair(
+    pair = spec.add_pair(
         geomname1="rim", geomname2="block", condim=3, friction=[mu, mu, 0.005, 1e-4, 1e-4],
         solref=[-stiffness, -damping], solimp=[0.9999, 0.9999, 1e-3, 0.5, 2.0],
     )  # fmt: skip
+    if puck.law == NATIVE_DAMPED:
+        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        pair.solreffriction = [-stiffness, -2.0 * sqrt(stiffness)]

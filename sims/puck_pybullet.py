@@ -11,6 +11,7 @@ import pybullet
 
 from contactlaw.pybullet_callback import ContactCallback
 from sims.puck import Outcome, Puck
+from sims.scene import NATIVE_DAMPED
 
 BLOCK = (0.1, 4.0, 0.2)  # half lengths [m]
 GRAVITY = 9.81
@@ -20,6 +21,8 @@ RIM_MASS = 1e-9  # of the puck's; a link must have some
 
 def simulate(puck: Puck) -> Outcome:
     """Throw the puck."""
+    if puck.law == NATIVE_DAMPED:
+        raise ValueError(f"law = {puck.law!r}: is MuJoCo's")
     client = pybullet.connect(pybullet.DIRECT)
     try:
         body, block = _build(puck, client)

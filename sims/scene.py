@@ -23,8 +23,11 @@ EVERYWHERE = (*ENGINES, NONE)
 """Where a scene of balls and planes runs."""
 OWN_STEP = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0, NONE: 2e-3}
 """The step [s] that an engine has unless told otherwise."""
-NATIVE = "native"
-"""Name of the engine's own contact, where a law is asked for."""
+NATIVE, NATIVE_DAMPED = NATIVES = ("native", "native_damped")
+"""Names of the engine's own contact, where a law is asked for: set for its restitution; for its friction (MuJoCo)."""
+LEAST_STEP, LONGEST_STEP = 1e-8, 0.05  # [s], on the command line
+BOUNDS = {"speed": (1e-3, 1e3), "down": (1e-3, 1e3), "landing": (1e-3, 1e3), "drop": (1e-3, 1e3), "psi1": (-1e3, 1e3)}
+"""Of options that many scenes have [m/s], [m], [-]."""
 Measured = dict[str, Any]
 """What a scene measured, as --json prints it: JSON types only."""
 
@@ -35,8 +38,15 @@ def _no_progress(_: float) -> None:
 
 def check_law(law: str) -> None:
     """Refuse what is neither a law, with its fields, nor the engine's own contact."""
-    if law != NATIVE:
+    if law not in NATIVES:
         law_of(law)
+
+
+def check_step(timestep: float | None) -> None:
+    """Refuse a step [s] that no scene is to be seen with."""
+    if timestep is not None:
+        low, high = LEAST_STEP, LONGEST_STEP
+        checks.number("timestep", timestep, f"in [{low:g}, {high:g}] s", low=low, high=high)
 
 
 @dataclass(frozen=True)
@@ -110,6 +120,10 @@ class Scene(ABC):
     """Time between two exposures of the stroboscope [s]; None: so that there are 16."""
     beside_native: ClassVar[bool] = True
     """Whether its pictures show the engine's own contact beside the law."""
+    beside_damped: ClassVar[bool] = False
+    """Whether they show it as MuJoCo has it with the best settings for friction, too."""
+    apart: ClassVar[bool] = False
+    """Whether exposures stand side by side, for bodies that hide each other."""
     slow: ClassVar[float] = 1.0
     """How many times slower than life its moving picture is."""
 
@@ -154,8 +168,14 @@ class Scene(ABC):
         checks.one_of("engine", settings.engine, [*self.engines, *self.unable])
         if settings.engine in self.unable:
             raise ValueError(f"engine = {settings.engine!r}: cannot do {self.name}: {self.unable[settings.engine]}")
-        for name in settings.options:
+        if settings.law == NATIVE_DAMPED and (settings.engine != "mujoco" or not self.beside_damped):
+            able = ", ".join(name for name, one in SCENES.items() if one.beside_damped)
+            raise ValueError(f"law = {settings.law!r}: is for {able} in mujoco")
+        for name, value in settings.options.items():
             checks.one_of("option", name, self.options)
+            if name in BOUNDS:
+                low, high = BOUNDS[name]
+                checks.number(name, value, f"in [{low:g}, {high:g}]", low=low, high=high)
 
 
 _REGISTRY: Registry[Scene] = Registry("sims.scenes", "scene")

@@ -9,13 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from sims.recording import Recording
 from sims.scene import Limit, Measured, Scene, Settings
 
-console = Console(width=None if sys.stdout.isatty() else 110)
+console = Console(width=None if sys.stdout.isatty() else 80)
 messages = Console(stderr=True, width=console.width)
 
 
@@ -28,22 +29,24 @@ def run(scene: Scene, settings: Settings) -> Recording:
 
 def figures(measured: Measured) -> None:
     """Plain figures as one table, each list of like objects as a table of its own."""
-    plain = Table("quantity", "value")
+    plain = Table("quantity", "value", "unit")
     lists = {}
     for key, value in measured.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
             lists[key] = value
         else:
-            plain.add_row(key, _text(value))
+            plain.add_row(key, _text(value), unit_of(key))
     console.print(plain)
     for key, rows in lists.items():
-        table = Table(title=key)
         heads = [head for head, value in rows[0].items() if not isinstance(value, list | dict)]
-        for head in heads:
-            table.add_column(head.replace("_", "\n"), justify="right")
-        for row in rows:
-            table.add_row(*(_text(row[head]) for head in heads))
-        console.print(table)
+        for part in _parts(heads):
+            table = Table(title=key, padding=(0, 0, 0, 1))
+            for head in part:
+                unit = f"\n[{unit_of(head)}]" if unit_of(head) else ""
+                table.add_column(escape(head.replace("_", "\n") + unit), justify="right")
+            for row in rows:
+                table.add_row(*(_text(row[head]) for head in part))
+            console.print(table)
 
 
 def checks(found: Sequence[Limit]) -> bool:
@@ -60,12 +63,12 @@ def checks(found: Sequence[Limit]) -> bool:
 
 def pictures(
     scene: Scene, settings: Settings, recording: Recording, plot: Path | None, gif: Path | None,
-    engines: Sequence[str] = (),
+    engines: Sequence[str] = (), mp4: Path | None = None,
 ) -> None:  # fmt: skip
     """Make the pictures that are wanted, the engines' own contact beside the law."""
     from sims.pictures import draw_exposures, draw_gif, panels_of
 
-    if not plot and not gif:
+    if not plot and not gif and not mp4:
         return
     with _progress() as progress:
         progress.add_task(f"pictures of {scene.name}", total=None)
@@ -74,10 +77,14 @@ def pictures(
             own.savefig(plot, dpi=130, metadata={"Software": None})
             messages.print(f"picture: {plot}", highlight=False, soft_wrap=True)
             plot = None
-        if not plot and not gif:
+        if not plot and not gif and not mp4:
             return
         panels = panels_of(scene, settings, recording, engines)
-        made = [draw(scene, panels, file) for draw, file in ((draw_exposures, plot), (draw_gif, gif)) if file]
+        made = [
+            draw(scene, panels, file)
+            for draw, file in ((draw_exposures, plot), (draw_gif, gif), (draw_gif, mp4))
+            if file
+        ]
     for file in made:
         messages.print(f"picture: {file}", highlight=False, soft_wrap=True)
 
@@ -101,6 +108,32 @@ def show_all(scenes: Sequence[Scene], out: Path) -> int:
         if first and drawing:
             pictures(scene, *first, out / f"{scene.name}.png", out / f"{scene.name}.gif", engines)
     return 0 if held else 1
+
+
+UNITS = {
+    "time": "s", "wall_time": "s", "timestep": "s", "contact_duration": "s", "duration": "s", "seconds": "s",
+    "settled": "s", "x": "m", "x_end": "m", "speed": "m/s", "ball_speed": "m/s", "speed_after": "m/s", "lift": "m/s",
+    "energy": "J", "turns_a_second": "1/s", "loft": "degrees", "launch_angle": "degrees", "aside": "", "drop_s": "s",
+    "side_after": "rad/s", "creep_um_per_s": "um/s", "creep_fitted_um_per_s": "um/s", "way_um": "um",
+}  # fmt: skip
+COLUMNS = 7  # of a table of 80 characters
+
+
+def unit_of(name: str) -> str:
+    """Unit of a figure, by its name; nothing for plain numbers and words."""
+    for begin, unit in (("spin", "rad/s"), ("backspin", "rad/s"), ("velocit", "m/s"), ("energy_before", "J"),
+                        ("launch_angle", "degrees")):  # fmt: skip
+        if name.startswith(begin):
+            return unit
+    return "degrees" if name.endswith("degrees") else UNITS.get(name, "")
+
+
+def _parts(heads: list[str]) -> list[list[str]]:
+    """Columns in tables that a terminal can show, the first one in each."""
+    if len(heads) <= COLUMNS:
+        return [heads]
+    rest, each = heads[1:], COLUMNS - 1
+    return [[heads[0], *rest[start : start + each]] for start in range(0, len(rest), each)]
 
 
 def _text(value: object) -> str:

@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from sims.panel import Panel, bodies, extent, figure_for, marks, note, path
+from sims.panel import MOST_WIDTH, Panel, bodies, extent, figure_for, marks, note, path, surroundings, ways
+from sims.recording import Array
 
 EXPOSURES = 16
 PALEST = 0.35  # the first exposure, of full colour
 
 
 def draw_stroboscope(
-    panels: Sequence[Panel], file: Path, *, until: float | None = None, exposure: float | None = None, dpi: int = 110
-) -> Path:
+    panels: Sequence[Panel], file: Path, *, until: float | None = None, exposure: float | None = None,
+    apart: bool = False, dpi: int = 110,
+) -> Path:  # fmt: skip
     """Draw panels with the same axes and the same instants.
 
     Args:
@@ -23,6 +25,7 @@ def draw_stroboscope(
         file: The picture, .png.
         until: End of what is shown [s]; None: of the shortest recording.
         exposure: Time between two exposures [s]; None: so that there are `EXPOSURES`.
+        apart: Whether each exposure has a place of its own, those of a panel in a row.
         dpi: Dots an inch.
 
     Returns:
@@ -32,7 +35,9 @@ def draw_stroboscope(
     end = end if until is None else min(until, end)
     between = end / (EXPOSURES - 1) if exposure is None else exposure
     instants = np.arange(0.0, end + 1e-9, between)
-    figure, axes = figure_for(panels, extent(panels, end))
+    if apart:
+        return _draw_apart(panels, file, instants, dpi)
+    figure, axes = figure_for(panels, end)
     for one, panel in zip(axes, panels, strict=True):
         path(one, panel, end)
         marks(one, panel)
@@ -40,7 +45,30 @@ def draw_stroboscope(
             entry = int(np.argmin(np.abs(panel.recording.times - instant)))
             age = number / max(instants.size - 1, 1)
             bodies(one, panel, entry, PALEST + (1.0 - PALEST) * age, depth=3.0 + age)
+        ways(one, panel, instants[1:-1:3] + 0.5 * between)
     note(axes[-1], f"an exposure every {1e3 * between:.0f} ms; half of each body is dark")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, dpi=dpi, metadata={"Software": None})
+    return file
+
+
+def _draw_apart(panels: Sequence[Panel], file: Path, instants: Array, dpi: int) -> Path:
+    """A row for each panel, an exposure in each of its places."""
+    from matplotlib.figure import Figure
+
+    bounds = extent(panels, float(instants[-1]))
+    side = MOST_WIDTH / instants.size
+    high = side * float((bounds[3] - bounds[2]) / (bounds[1] - bounds[0]))
+    figure = Figure(figsize=(MOST_WIDTH, (high + 0.6) * len(panels)), layout="constrained")
+    grid = figure.subplots(len(panels), instants.size, squeeze=False)
+    for row, panel in zip(grid, panels, strict=True):
+        for axes, instant in zip(row, instants, strict=True):
+            axes.set_aspect("equal")
+            axes.set(xlim=bounds[:2], ylim=bounds[2:], xticks=[], yticks=[])
+            axes.set_xlabel(f"{instant:.2f} s", fontsize=8)
+            surroundings(axes, panel, bounds)
+            bodies(axes, panel, int(np.argmin(np.abs(panel.recording.times - instant))))
+        row[0].set_title(f"{panel.title}   {panel.caption}", loc="left", fontsize=9, fontweight="bold")
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, dpi=dpi, metadata={"Software": None})
     return file

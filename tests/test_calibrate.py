@@ -10,17 +10,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 from contactlaw import MATERIALS, Body, calibrate, collide, contact_velocities, rebound
+from contactlaw.__main__ import main
 from contactlaw.calibration.fit import pose
 from contactlaw.calibration.over_speed import over_speed
 from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN
 from contactlaw.calibration.table import Impacts
+from contactlaw.calibration_figure import draw_calibration
 from contactlaw.losses import Plastic, Viscoelastic
 from contactlaw.pair import ContactPair
-from validation.calibrate_table import app
-from validation.calibration_figure import draw_calibration
 from validation.reference.annulus import rebound as reference
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="fits take minutes uncompiled")  # type: ignore[attr-defined]
@@ -336,7 +335,7 @@ def test_a_result_makes_a_pair_and_a_picture():
     assert "kappa" in result.summary()
 
 
-def test_a_users_table(tmp_path):
+def test_a_users_table(tmp_path, capsys):
     before, after = table()
     spin = -3.0
     rows = np.column_stack(
@@ -345,16 +344,27 @@ def test_a_users_table(tmp_path):
     path = tmp_path / "mine.csv"
     head = "normal_before, tangential_before, normal_after, tangential_after, spin_before, spin_after"
     np.savetxt(path, rows, delimiter=",", header="# a comment\n" + head, comments="")
-    run = CliRunner().invoke(
-        app, [str(path), "--inertia-ratio", "0.5", "--radius", "0.05", "--png", str(tmp_path / "a.png")]
-    )
-    assert run.exit_code == 0, run.output
-    assert calibrate(before, after, DISK).summary() in run.output
+    arguments = ["calibrate", str(path), "--inertia-ratio", "0.5"]
+    assert main([*arguments, "--radius", "0.05", "--png", str(tmp_path / "a.png")]) == 0
+    assert calibrate(before, after, DISK).summary() in capsys.readouterr().out
     assert (tmp_path / "a.png").stat().st_size > 10_000
-    assert "radius = None" in CliRunner().invoke(app, [str(path)]).output
-    path.write_text("normal_before,tangential_before\n1,2\n")
-    wrong = CliRunner().invoke(app, [str(path)])
-    assert wrong.exit_code == 2 and "needs the columns" in wrong.output
+    assert main(arguments) == 2
+    assert "radius = None" in capsys.readouterr().err
+
+
+def test_a_large_table_is_averaged_and_tells_the_same():
+    """Beside a table of a fortieth of its rows; two of its rows are far off."""
+    few, many = (table(np.linspace(0.3, 8.0, n), law=True) for n in (500, 20_000))
+    many[1][1][[17, 9999]] += 0.2
+    small, large = (calibrate(*one, DISK, **errors()) for one in (few, many))
+    assert large.outliers == (17, 9999)
+    for name, truth in (("friction", MU), ("stiffness_ratio", KAPPA)):
+        one, two = getattr(large, name), getattr(small, name)
+        assert off(one, truth) < 3.5
+        assert one.uncertainty == pytest.approx(two.uncertainty / 40**0.5, rel=0.3)
+    assert [large.count(name) / 40 for name in (SLIDES, STICKS_FIRST)] == pytest.approx(
+        [small.count(name) for name in (SLIDES, STICKS_FIRST)], abs=2
+    )
 
 
 def table_over_speed(law, count, scatter, seed=0):

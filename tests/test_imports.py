@@ -105,3 +105,17 @@ def test_cached_machine_code_notices_an_edit_in_another_file(copy_of_package: Pa
     edited, hits, _ = run_python(code, copy_of_package).split()
     assert hits == "0"
     assert float(edited) == pytest.approx(float(first) * 2.0**-0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize(("engine", "module"), [("mujoco", "mujoco_plugin"), ("pybullet", "pybullet_callback")])
+def test_without_an_engine_its_extra_is_named(engine: str, module: str) -> None:
+    code = f"""
+import sys
+sys.modules["{engine}"] = None
+try:
+    import contactlaw.{module}
+except ImportError as error:
+    print(error)
+"""
+    said = run_python(code, PACKAGE.parent)
+    assert said == f"contactlaw.{module} needs {engine}: pip install 'contactlaw[{engine}]'"

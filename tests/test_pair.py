@@ -115,7 +115,7 @@ def test_psi_scales_velocity_by_kappa_over_friction() -> None:
 @pytest.mark.parametrize(
     ("argument", "value", "allowed"),
     [
-        ("a", "steel", "Material"),
+        ("a", "steal", "did you mean 'steel'"),
         ("b", None, "Material"),
         ("friction", -0.1, ">= 0"),
         ("friction", nan, ">= 0"),
@@ -191,3 +191,7 @@ def test_contacts_too_deep_for_hertz_warn() -> None:
     with pytest.warns(ContactWarning):
         impact = collide(pair, Body(1.0, 0.03, velocity=(0.0, 0.0, -50.0)))
     assert np.max(impact.overlap) > 0.1 * 0.03
+
+
+def test_materials_may_be_given_by_name() -> None:
+    assert ContactPair("steel", "steel", friction=0.3) == ContactPair(STEEL, STEEL, friction=0.3)

@@ -2,6 +2,7 @@
 
 import json
 from math import cos, pi, sin, sqrt
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -13,7 +14,6 @@ from typer.testing import CliRunner
 from contactlaw import MATERIALS, ContactPair
 from sims.bounces import bounces_of
 from sims.cli import app
-from sims.compare import FIGURES
 from sims.loaded_rebound import loaded_rebound
 from sims.outlines import DARK, polygons_of
 from sims.puck import ENGINES, LAUNCHES, SURFACES, Puck, run
@@ -353,4 +353,49 @@ def test_the_pictures_of_a_scene(tmp_path):
 
 
 def test_the_picture_that_is_shown_first_is_small():
-    assert 10_000 < (FIGURES / "superball.gif").stat().st_size <= 400_000
+    shown = Path(__file__).parent.parent / "sims" / "figures" / "superball.gif"
+    assert 10_000 < shown.stat().st_size <= 400_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["superball", "--speed", "0"], "speed = 0.0: must be in [0.001, 1000]"),
+        (["superball", "--speed", "1e9"], "speed = 1000000000.0: must be in"),
+        (["superball", "--drop", "1e-9"], "drop = 1e-09: must be in"),
+        (["superball", "--timestep", "10"], "timestep = 10.0: must be in [1e-08, 0.05] s"),
+        (["superball", "--timestep", "1e-9"], "timestep = 1e-09: must be in"),
+        (["superball", "--timestep", "1e-8"], "more than 1e+07; ask for a longer one"),
+        (["cradle", "--speed", "inf"], "speed = inf"),
+        (["puck", "--timestep", "1"], "timestep = 1.0"),
+        (["puck", "--psi1", "1e9"], "psi_1 = 1000000000.0: must be in [-1000, 1000]"),
+        (["cradle", "--law", "native_damped"], "is for puck, superball in mujoco"),
+        (["superball", "--engine", "pybullet", "--law", "native_damped"], "is for puck, superball in mujoco"),
+    ],
+)
+def test_values_that_make_no_scene_are_answered_at_once(arguments, said):
+    finished = CliRunner().invoke(app, arguments, env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2
+    assert said in " ".join(finished.output.split())
+
+
+def test_both_engines_in_one_call(tmp_path):
+    pytest.importorskip("pybullet")
+    finished = CliRunner().invoke(app, ["superball", "--engine", "both", "--bounces", "1"])
+    assert finished.exit_code == 0, finished.output
+    assert finished.output.count("holds  bounces: 1") == 2
+
+
+def test_tables_have_units_and_fit_eighty_columns():
+    finished = CliRunner().invoke(app, ["superball", "--engine", "pybullet", "--bounces", "2"])
+    assert finished.exit_code == 0, finished.output
+    for unit in ("[rad/s]", "[J]", "[s]", "[m]"):
+        assert unit in finished.output
+    assert max(len(line) for line in finished.output.splitlines() if "asked" not in line) <= 80
+
+
+def test_with_friction_set_mujoco_stops_the_slip_and_loses_restitution():
+    pytest.importorskip("mujoco")
+    damped, stiff, rigid = (run(Puck("steel", 2.0, law), "mujoco") for law in ("native_damped", "native", "coulomb"))
+    assert abs(damped.psi2 - rigid.psi2) < 0.1 < stiff.psi2
+    assert damped.energy_ratio < rigid.energy_ratio - 0.03, "less than rigid friction and the restitution leave"

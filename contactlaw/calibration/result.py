@@ -19,6 +19,8 @@ REGIMES = SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = (
     "slides throughout", "slides, then sticks", "starts stuck", "not told",
 )  # fmt: skip
 
+NAMED = 10  # outliers, at most
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -156,7 +158,8 @@ class Calibration:
         told = (self.friction, self.stiffness_ratio, self.restitution, self.restitution_law)
         parts = [one.note for one in told if one is not None and one.note]
         if self.outliers:
-            named = ", ".join(str(index) for index in self.outliers)
+            named, more = ", ".join(str(index) for index in self.outliers[:NAMED]), len(self.outliers) - NAMED
+            named += f" and {more} more" if more > 0 else ""
             parts.append(f"Left out as too far off to be scatter: impact {named} (counted from 0); look at it again.")
         if self.chi_squared is not None and self.degrees_of_freedom > 0:
             allowed = 2.0 * np.sqrt(2.0 / self.degrees_of_freedom)

@@ -12,7 +12,11 @@ Importing this module registers the plugin; XML may then name it:
 Keys: see `config.KEYS`. The explicit pair with its negative margin turns the native contact of these two geoms off.
 """
 
-from contactlaw.mujoco_plugin.register import register
+from contactlaw import checks
+
+checks.need("mujoco", "contactlaw.mujoco_plugin", "mujoco")
+
+from contactlaw.mujoco_plugin.register import register  # noqa: E402
 
 _PLUGIN = register()
 

@@ -3,7 +3,7 @@
 The first plugin instance of a model leads: all contacts of the model are in its block and in its part of plugin_state,
 for bodies that touch through several of them move together. The blocks of the others say no more than that.
 
-Of plugin_state the leader uses, in doubles: a token, which says whose block wrote the rest; the generalised force with
+Of plugin_state the leader uses, in doubles: a token, a check sum of the rest for this model; the generalised force with
 which the contacts press, shape (nv,); the world between two steps (`world.state`).
 """
 
@@ -28,6 +28,7 @@ HEAD = record(
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     probes="u8", probe_count="i8",
     token="f8",  # of the state that the world is in
+    signature="u8",  # of the model
     geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each instance
     told="i8", told_a="i8", told_b="i8",  # instance and geoms that something is reported of; -1: of none

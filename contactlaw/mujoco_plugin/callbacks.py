@@ -27,7 +27,7 @@ from contactlaw.mujoco_plugin.jointed import (
     write_jointed,
 )
 from contactlaw.mujoco_plugin.memory import call_on_world, field, floats, inside, place
-from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, look_over, notice
+from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, SWITCHED_OFF, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
 from contactlaw.mujoco_plugin.probes import exchange
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
@@ -41,7 +41,7 @@ STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
     layout.DATA[name] for name in ("plugin_state", "time", "qfrc_passive", "qpos", "qvel", "plugin_data")
 )
 TIMESTEP, INTEGRATOR, RUNGE_KUTTA = layout.TIMESTEP, layout.INTEGRATOR, layout.RUNGE_KUTTA
-GRAVITY, DISABLED, NO_GRAVITY = layout.GRAVITY, layout.DISABLED, layout.NO_GRAVITY
+GRAVITY, DISABLED, NO_GRAVITY, NO_PASSIVE = layout.GRAVITY, layout.DISABLED, layout.NO_GRAVITY, layout.NO_PASSIVE
 LARGEST = 1e100  # [N], a force that can be computed with
 
 free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
@@ -121,9 +121,13 @@ def find_start(m, d, head):
 @jit
 def take_over(head, w, state):
     """Bring the world to a state that its own last step did not leave."""
+    sound = state[TOKEN] == token_of(head, state, state.size, state.size)
+    if not sound:
+        for i in range(PUSH, state.size):
+            state[i] = 0.0
     dropped = read(w, state[PUSH + head.nv :])
     head.token = state[TOKEN]
-    if dropped > 0:
+    if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
 
 
@@ -153,7 +157,7 @@ def leave(head, w, state):
     if lost > 0:
         notice(head, FULL, float(w.contact_room))
     first, last = hole(w, state[PUSH + head.nv :])
-    head.token = token_of(state, PUSH + head.nv + first, PUSH + head.nv + last)
+    head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
 
 
@@ -183,12 +187,12 @@ def press(head, body, arm, force, push_io):
 
 
 @jit
-def token_of(state, first, last):
-    """A number that tells one state from another; zero where all is zero (FNV-1a over those that are not).
+def token_of(head, state, first, last):
+    """A number that tells one state of one model from others; zero where all is zero (FNV-1a over those that are not).
 
     first, last: there are zeros alone from the one place to the other.
     """
-    mixed = types.uint64(14695981039346656037)
+    mixed = types.uint64(14695981039346656037) ^ head.signature
     address, some = types.uint64(state.ctypes.data), False
     for begin, end in ((1, first), (last, state.size)):
         for i in range(begin, end):
@@ -227,8 +231,11 @@ def advance(m, d, instance):
     head = head_at(block_of(d, instance), 0)
     if head.leads == 0:
         return
-    w = world_at(head.world, 0)
     head.model, head.data = m, d
+    if load_int(m + types.uintp(DISABLED)) & NO_PASSIVE == NO_PASSIVE:  # `compute` was not asked
+        notice(head, SWITCHED_OFF, 0.0)
+        return
+    w = world_at(head.world, 0)
     find_start(m, d, head)
     state = field(d, STATE, head.state, PUSH + head.nv + head.state_size)
     if state[TOKEN] != head.token:

@@ -33,6 +33,7 @@ SUBSTEPS = 100
 
 
 LEAST_SUBSTEPS = 10
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)  # as XML writes one
 
 
 def instance_name(geoms1: tuple[str, ...], geoms2: tuple[str, ...]) -> str:
@@ -112,7 +113,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
             raise ValueError(f"{key}: missing in the configuration of {PLUGIN_NAME}")
 
     def optional(key: str) -> float | None:
-        return _floats(key, config[key], 1)[0] if key in config else None
+        return _float(key, config[key]) if key in config else None
 
     pair = ContactPair(
         _material("material1", config["material1"]),
@@ -126,7 +127,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
     )
     return Contact(
         (config["geom1"],), (config["geom2"],), pair,
-        checks.count("substeps", int(_floats("substeps", config.get("substeps", str(SUBSTEPS)), 1)[0]), LEAST_SUBSTEPS),
+        _count("substeps", config.get("substeps", str(SUBSTEPS)), LEAST_SUBSTEPS),
         optional("rounding"),
         tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
     )  # fmt: skip
@@ -142,18 +143,21 @@ def _bits(run: str) -> list[tuple[int, int]]:
 def _material(key: str, text: str) -> Material:
     if text in MATERIALS:
         return MATERIALS[text]
+    words = text.split()
+    if len(words) != 2 or not all(NUMBER.fullmatch(word) for word in words):
+        names = f"{', '.join(MATERIALS)}{checks.hint(text, MATERIALS)}"
+        raise ValueError(f"{key} = {text!r}: must be 'E nu' in SI units or one of {names}")
     try:
-        modulus, ratio = (float(word) for word in text.split())
-    except ValueError:
-        raise ValueError(f"{key} = {text!r}: must be 'E nu' in SI units or one of {', '.join(MATERIALS)}") from None
-    return Material(modulus, ratio)
+        return Material(float(words[0]), float(words[1]))
+    except ValueError as error:
+        raise ValueError(f"{key} = {text!r}: {error}") from None
 
 
-def _floats(key: str, text: str, count: int) -> list[float]:
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if len(values) != count:
-        raise ValueError(f"{key} = {text!r}: must be {count} number{'s' if count > 1 else ''}")
-    return values
+def _float(key: str, text: str) -> float:
+    if not NUMBER.fullmatch(text.strip()):
+        raise ValueError(f"{key} = {text!r}: must be a number")
+    return float(text)
+
+
+def _count(key: str, text: str, least: int) -> int:
+    return checks.count(key, int(text) if text.strip().isdecimal() else text, least)

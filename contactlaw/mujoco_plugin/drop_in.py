@@ -23,9 +23,10 @@ dm_control a model goes into an environment that is there already, and nothing e
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -112,18 +113,53 @@ def save_model(
     """Write the model with the law in it to a new file, for programs that load their model from one.
 
     Args:
-        target: The file to write; it may stand anywhere.
+        target: The file to write; it may stand anywhere. What stands there is replaced once all is written.
         model, contacts, assets, settings: As for `model_xml`, and so are errors.
 
     Returns:
         The absolute path of the target.
+
+    Raises:
+        ValueError: The target is a file that the model is read from, or cannot be one.
+        OSError: It cannot be written; what stands there is left as it is.
     """
+    if not isinstance(target, str | os.PathLike) or not os.fspath(target) or "\0" in os.fspath(target):
+        raise ValueError(f"target = {target!r}: must be the path of a file")
     path = Path(target).absolute()
+    if path.exists() and not path.is_file():
+        raise ValueError(f"target = {str(path)!r}: is there, and is no file")
+    if isinstance(model, str | os.PathLike) and _is_path(model) and path.is_file():
+        for part in _parts(Path(model).absolute()):
+            if part.is_file() and path.samefile(part):
+                raise ValueError(
+                    f"target = {str(path)!r}: must be another file than the model's own and what it refers to"
+                )
     text = model_xml(model, contacts, assets=assets, **settings)
-    if not isinstance(model, bytes) and _is_path(model) and path.exists() and path.samefile(os.fspath(model)):
-        raise ValueError(f"target = {str(path)!r}: must be another file than the model's own")
-    path.write_text(text)
+    beside = path.resolve().with_name(f"{path.name}.{os.getpid()}")
+    try:
+        beside.write_text(text, encoding="utf-8")
+        beside.replace(path.resolve())
+    finally:
+        beside.unlink(missing_ok=True)
     return path
+
+
+def _parts(model: Path) -> Iterator[Path]:
+    """The files that a model is read from, itself first: what it includes, and its assets, wherever these may be."""
+    yield model
+    todo, folders, seen = [model], {model.parent}, set[Path]()
+    while todo:
+        path = todo.pop()
+        if path in seen or not path.is_file():
+            continue
+        seen.add(path)
+        text = path.read_text(encoding="utf-8", errors="replace")
+        for folder in re.findall(r"(?:assetdir|meshdir|texturedir)\s*=\s*[\"']([^\"']+)", text):
+            folders.add(model.parent / folder)
+        names = re.findall(r"\bfile(?:name)?\s*=\s*[\"']([^\"']+)", text)
+        found = [folder / name for name in names for folder in (*folders, path.parent)]
+        todo += [part for part in found if part.suffix in (".xml", ".urdf")]
+        yield from found
 
 
 def instances_of(model: mujoco.MjModel) -> list[str]:

@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import ctypes
 import sys
+import threading
+import time
 import warnings
+from collections.abc import Iterator
+from types import FrameType
 
 import mujoco
 import numpy as np
@@ -102,12 +106,17 @@ def report(address: int, code: int, value: float) -> None:
         )
     elif code == notices.DAMAGED:
         text = (
-            f"the part of plugin_state that is the law's is not what a step of this model leaves: {value:.0f} "
-            "contact(s) dropped, these start anew"
+            "the part of plugin_state that is the law's is not what a step of this model leaves: it is of another "
+            "model, or damaged; contacts start anew"
         )
+    elif code == notices.SWITCHED_OFF:
+        text = "disableflags: spring and damper are both disabled, and with them all passive forces: nothing touches"
     else:
         text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten"
-    warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=2)
+    try:
+        warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=2)
+    except ContactWarning as warning:
+        _raise_in_caller(warning)
 
 
 def _whereabouts(address: int) -> str:
@@ -124,6 +133,29 @@ def _whereabouts(address: int) -> str:
 def _name(view: layout.ModelView, kind: int, number: int) -> str:
     name = (LIBRARY.mj_id2name(view.address, kind, number) or b"").decode()
     return repr(name) if name else str(number)
+
+
+def _raise_in_caller(error: Exception) -> None:
+    """Raise what cannot cross MuJoCo's C frames in the thread that called it, once it is out of them."""
+    kind = type(type(error).__name__, (type(error),), {"__str__": lambda _: str(error)})
+    known = {thread.ident for thread in threading.enumerate() if not isinstance(thread, threading._DummyThread)}
+    here = threading.get_ident()
+    caller = here if here in known else threading.main_thread().ident or here
+
+    def later() -> None:
+        while any(frame.f_code.co_filename == __file__ for frame in _frames(here)):
+            time.sleep(1e-4)
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(caller), ctypes.py_object(kind))
+
+    threading.Thread(target=later).start()
+
+
+def _frames(thread: int) -> Iterator[FrameType]:
+    """What a thread is in, innermost first."""
+    frame = sys._current_frames().get(thread)
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
 
 
 _GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)

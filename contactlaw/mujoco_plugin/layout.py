@@ -94,6 +94,8 @@ TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+"""Where both are set passive forces, and with them the plugin's, are not computed."""
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 LOSES_SPIN = (3, 9) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)

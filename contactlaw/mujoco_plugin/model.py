@@ -182,6 +182,7 @@ class Model:
             "report": report, "state": addresses[self._members[0].number], "state_size": self._world_size,
             "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
             "placed_count": len(self._placed), "probe_count": len(self._probes), "tree_count": len(self._trees),
+            "signature": self._view.size("signature") % 2**64,
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value

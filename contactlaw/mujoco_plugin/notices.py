@@ -9,7 +9,7 @@ from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_w
 from contactlaw.world.records import BOX, CORNER, CYLINDER, EDGE, SEGMENT
 from contactlaw.world.vec import load, to_body
 
-DEEP, FULL, DAMAGED, UNCLEAR_RADIUS = 1, 2, 4, 8
+DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF = 1, 2, 4, 8, 16
 ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
 
 

@@ -200,8 +200,10 @@ def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int
     """Which contact of the model an instance is, and the head of the block with the world of an mjData.
 
     Raises:
-        ValueError: The model has no such contact.
+        ValueError: The model has no such contact, or the data is of another model.
     """
+    if data.signature != model.signature:
+        raise ValueError("data: is of another model")
     known = members(layout.ModelView(model._address))
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:

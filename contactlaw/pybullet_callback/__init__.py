@@ -1,7 +1,11 @@
 """The law in PyBullet: a `ContactCallback` that the user's loop calls before each `stepSimulation`."""
 
-from contactlaw.pybullet_callback.callback import ContactCallback
-from contactlaw.pybullet_callback.contact import ContactState, Ledger
-from contactlaw.pybullet_callback.drop_in import Loaded, links_of, load_urdf
+from contactlaw import checks
+
+checks.need("pybullet", "contactlaw.pybullet_callback", "pybullet")
+
+from contactlaw.pybullet_callback.callback import ContactCallback  # noqa: E402
+from contactlaw.pybullet_callback.contact import ContactState, Ledger  # noqa: E402
+from contactlaw.pybullet_callback.drop_in import Loaded, links_of, load_urdf  # noqa: E402
 
 __all__ = ["ContactCallback", "ContactState", "Ledger", "Loaded", "links_of", "load_urdf"]

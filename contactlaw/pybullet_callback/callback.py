@@ -82,6 +82,7 @@ class ContactCallback:
         self._dt = 0.0
         self._old: Scene | None = None
         self._made: Scene | None = None
+        self._wrong: ValueError | None = None  # what the last call raised of a contact that is still there
 
     def add_contact(
         self,
@@ -99,7 +100,8 @@ class ContactCallback:
 
         Args:
             body_a, body_b: PyBullet's ids; or sequences of ids or of (body, link), every one of A then with every one
-                of B, but none with itself and each two once. In sets, two bodies that cannot move are left out.
+                of B, but none with itself and each two once. In sets, two bodies that cannot move are left out, and so
+                are a link and its parent.
             pair: The contact; its radius, where None, comes from the shapes, for each two bodies theirs.
             link_a, link_b: Links of plain ids; -1: the base.
             substeps: Least number of steps that an impact is resolved by, >= 10; the error falls with its square. The
@@ -191,6 +193,7 @@ class ContactCallback:
             ValueError: Contacts have been added or removed since.
         """
         self._scene.restore(saved)
+        self._wrong = None
 
     def look(self) -> None:
         """Read masses, inertias, joints, and bodies that are fixed, again."""
@@ -200,7 +203,8 @@ class ContactCallback:
         """Foresee the step that stepSimulation is about to take, and apply the forces of its contacts.
 
         Raises:
-            ValueError: Bodies, shapes or their motion are not what the class asks for.
+            ValueError: Bodies, shapes or their motion are not what the class asks for. Nothing has been done in
+                PyBullet then. What is wrong with a contact is raised at every call until these are changed or restored.
         """
         begun = self._begin()
         if begun is not None:
@@ -229,6 +233,8 @@ class ContactCallback:
             self._body_count = bodies_now
         if not self._contacts:
             return None
+        if self._wrong is not None:
+            raise self._wrong
         step = engine_parameters(self._client)
         self._dt = step["fixedTimeStep"]
         gravity = step["gravityAccelerationX"], step["gravityAccelerationY"], step["gravityAccelerationZ"]
@@ -244,7 +250,7 @@ class ContactCallback:
 
     def _change(self, contacts: dict[int, Contact]) -> None:
         self._old = self._made or self._old
-        self._contacts, self._made = contacts, None
+        self._contacts, self._made, self._wrong = contacts, None, None
 
     def _look_over(self, scene: Scene, said: int) -> None:
         """See to what a step says of its contacts: new ones, some that are over, some too deep.
@@ -254,9 +260,13 @@ class ContactCallback:
         """
         if said & NEWS:
             for couple, record in scene.fresh():
-                for side in couple.ends:
-                    self._marks.check(side.body)
-                scene.check_place(couple, record)
+                try:
+                    for side in couple.ends:
+                        self._marks.check(side.body)
+                    scene.check_place(couple, record)
+                except ValueError as error:
+                    self._wrong = error
+                    raise
         if said & ENDED:
             for handle, contact in self._contacts.items():
                 if contact.ledger is not None:

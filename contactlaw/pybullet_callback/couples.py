@@ -10,11 +10,13 @@ from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.contact import Contact, Couple
 from contactlaw.pybullet_callback.shapes import Side, check_radius, check_served, coordinates
 
+PARENT = 16  # of what getJointInfo tells
+
 
 def couples_of(
     client: int, a: list[Side], b: list[Side], pair: ContactPair, others: Mapping[int, Contact]
 ) -> list[Couple]:
-    """Who of two sets may touch whom: every one of A with every one of B, each two once.
+    """Who of two sets may touch whom: every one of A with every one of B, each two once, but no link with its parent.
 
     Raises:
         ValueError: Two that others, contacts by handle, have already; no two at all; shapes that the law cannot serve,
@@ -36,7 +38,7 @@ def couples_of(
             two_keys = frozenset((one.key, two.key))
             if one.key == two.key and single:
                 raise ValueError(f"body_b = {two.body}, link_b = {two.link}: the same as a; a contact needs two")
-            if one.key == two.key or two_keys in couples:
+            if one.key == two.key or two_keys in couples or (not single and related(client, one, two)):
                 continue
             if one.body in fixed and two.body in fixed:
                 if single:
@@ -51,3 +53,14 @@ def couples_of(
     if not couples:
         raise ValueError("body_a, body_b: no two of them can touch; a contact needs two bodies, one that can move")
     return list(couples.values())
+
+
+def related(client: int, one: Side, two: Side) -> bool:
+    """Whether two links are parent and child, which overlap at their joint and which Bullet lets overlap."""
+    if one.body != two.body:
+        return False
+    return any(
+        p.getJointInfo(child.body, child.link, client)[PARENT] == parent.link
+        for child, parent in ((one, two), (two, one))
+        if child.link >= 0
+    )

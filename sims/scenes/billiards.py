@@ -83,6 +83,12 @@ class Billiards(Scene):
         starts = {name: recording.track(name).positions[0] for name in LANES}
         return [(float(place[0]), float(place[1]) - RADIUS, name) for name, place in starts.items()]
 
+    def caption(self, recording: Recording) -> str:
+        """What to see: side turns the way off the cushion."""
+        balls = self.measure(recording)["balls"]
+        angles = ", ".join(f"{name} {ball['angle_after_degrees']:.0f}\N{DEGREE SIGN}" for name, ball in balls.items())
+        return f"in {np.degrees(recording.facts['angle']):.0f}\N{DEGREE SIGN}, out {angles}"
+
     def measure(self, recording: Recording) -> Measured:
         """Each ball just before the cushion and just after it."""
         facts = recording.facts

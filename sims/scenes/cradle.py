@@ -63,6 +63,18 @@ class Cradle(Scene):
             world.contact(names[number], names[number - 1 : number + 2 : 2], pair, speed=speed)
         return world.record(LEAD + AFTER, material=material, strikers=strikers, speed=speed, gap=gap)
 
+    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
+        """Each ball's speed before the blow and after it [m/s]."""
+        arrow = " \N{RIGHTWARDS ARROW} "
+        return [
+            (float(track.positions[-1, 0]), -RADIUS, arrow.join(_speed(track.velocities[i, 0]) for i in (0, -1)))
+            for track in recording.tracks
+        ]
+
+    def caption(self, recording: Recording) -> str:
+        """What the numbers are."""
+        return "speeds before and after the blow, m/s"
+
     def measure(self, recording: Recording) -> Measured:
         """Velocities after the blow, and the chain's."""
         facts = recording.facts
@@ -91,6 +103,10 @@ class Cradle(Scene):
                 Limit("velocity aside over the greatest", 1e-9, measured["aside"] / float(speed)),
             ]
         return out
+
+
+def _speed(value: float) -> str:
+    return f"{abs(value) if abs(value) < 5e-3 else value:.2f}".replace("-", "\N{MINUS SIGN}")
 
 
 def hertz_chain(pair: ContactPair, mass: float, count: int, strikers: int, speed: float, gap: float) -> Array:

@@ -65,9 +65,20 @@ class Golf(Scene):
         return world.record(LEAD + AFTER, speed=speed, friction=friction)
 
     def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
-        """The loft at every other ball's end."""
-        ends = {loft: recording.track(f"ball{loft}").positions[-1] for loft in LOFTS[::2]}
-        return [(float(place[0]), float(place[2]) - RADIUS, f"{loft}°") for loft, place in ends.items()]
+        """Loft, launch angle and backspin of every other ball, beyond its end."""
+        out = []
+        for loft in LOFTS[::2]:
+            ball = recording.track(f"ball{loft}")
+            (x, _, z), (ahead, _, up) = ball.positions[-1], ball.velocities[-1]
+            way = np.array([ahead, up]) / max(float(np.hypot(ahead, up)), 1e-12)
+            launch, spin = degrees(np.arctan2(up, ahead)), -ball.spins[-1, 1]
+            text = f"{loft}°: {launch:.0f}°, {spin:.0f}"
+            out.append((float(x + 3.2 * RADIUS * way[0]), float(z + 2.0 * RADIUS * way[1] + 0.6 * RADIUS), text))
+        return out
+
+    def caption(self, recording: Recording) -> str:
+        """What the labels say."""
+        return "loft: launch angle, backspin in rad/s"
 
     def measure(self, recording: Recording) -> Measured:
         """A row for each loft."""

@@ -26,8 +26,9 @@ class Heap(Scene):
     title = "steel balls poured into a box come to rest and sleep; support, energy and cost"
     engines = ("mujoco", NONE)
     unable = {"pybullet": "to read this many balls costs more than to move them"}
-    shown = 1.0
-    exposure = 1.0
+    shown = 0.6
+    exposure = 0.12
+    apart = True
     options = {"balls": (64, "poured")}
 
     def run(self, settings: Settings) -> Recording:

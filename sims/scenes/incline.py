@@ -67,6 +67,19 @@ class Incline(Scene):
         slowest = min(acceleration(angle, friction)[0] for friction in frictions.values())
         return world.record(2.2 * speed / slowest, angle=angle, speed=speed, frictions=frictions)
 
+    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
+        """Which ball turned where."""
+        tops = {
+            name: recording.track(name).positions[np.argmax(recording.track(name).positions[:, 2])] for name in LANES
+        }
+        return [(float(top[0]), float(top[2]) - 1.4 * RADIUS, name) for name, top in tops.items()]
+
+    def caption(self, recording: Recording) -> str:
+        """What to see: the ball that slips is braked by all of gravity but friction, and turns lower."""
+        balls = self.measure(recording)["balls"]
+        heights = ", ".join(f"{name} {1e3 * ball['turning_height']:.1f}" for name, ball in balls.items())
+        return f"both start rolling at {recording.facts['speed']:g} m/s; turn at a height [mm]: {heights}"
+
     def measure(self, recording: Recording) -> Measured:
         """Accelerations fitted to the whole run, turning heights, speeds on the way back, and the closed form's."""
         facts, times = recording.facts, recording.times

@@ -36,6 +36,7 @@ class Superball(Scene):
     engines = EVERYWHERE
     shown: ClassVar[float] = 0.92
     exposure, slow = 0.0505, 8.0
+    beside_damped = True
     options = {
         "bounces": (6, f"how many, 1 to {MOST_BOUNCES}"),
         "speed": (2.0, "with which it is thrown, in m/s"),

@@ -64,9 +64,18 @@ class TableTennis(Scene):
         return world.record(FALL + AFTER)
 
     def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
-        """Each stroke's name where its ball is at the end."""
-        ends = {name: recording.track(name).positions[-1] for name in STROKES}
-        return [(float(place[0]), float(place[2]) - RADIUS, name) for name, place in ends.items()]
+        """Each stroke's name where its ball is at the end, and its spin before and after."""
+        out = []
+        for name in STROKES:
+            track = recording.track(name)
+            (x, _, z), spins = track.positions[-1], (float(track.spins[i, 1]) for i in (0, -1))
+            told = " \N{RIGHTWARDS ARROW} ".join(f"{spin:+.0f}".replace("-", "\N{MINUS SIGN}") for spin in spins)
+            out.append((float(x), float(z) + 2.9 * RADIUS, f"{name}\n{told}"))
+        return out
+
+    def caption(self, recording: Recording) -> str:
+        """What the numbers are, and what to see."""
+        return "spin before and after, rad/s; topspin is positive"
 
     def measure(self, recording: Recording) -> Measured:
         """Every stroke's bounce, the annulus solver's, and that of a ball that slides to the end."""

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair, mujoco_plugin
-from sims.scene import Settings
+from sims.scene import NATIVE_DAMPED, Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
 from sims.worlds.world import World
 
+FAR_OFF = 8.0  # distance of the camera, over how far the bodies reach
 GEOMS = {
     "ball": mujoco.mjtGeom.mjGEOM_SPHERE,
     "disc": mujoco.mjtGeom.mjGEOM_SPHERE,  # round where it touches
@@ -95,7 +96,8 @@ class EngineWorld(World):
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """MuJoCo's own contact: as stiff as the law's where the step allows, damped to the restitution.
 
-        Damping by the formula for a linear spring. This is the kind of setting with which it bounces at all.
+        Damping by the formula for a linear spring. This is the kind of setting with which it bounces at all. With an
+        elliptic cone and critical damping across the normal friction is right, and restitution is not.
         """
         rate = -log(pair.restitution)
         mu = pair.friction
@@ -109,13 +111,18 @@ class EngineWorld(World):
             duration = max(sized.contact_duration(1.0 / inverse, speed), STEPS_A_NATIVE_CONTACT * self.timestep)
             stiffness = (pi / duration) ** 2
             damping = 2.0 * sqrt(stiffness) * rate / sqrt(rate**2 + pi**2)
-            self.spec.add_pair(
+            made = self.spec.add_pair(
                 geomname1=one, geomname2=two, condim=3, friction=[mu, mu, 0.005, 1e-4, 1e-4],
                 solref=[-stiffness, -damping], solimp=[0.9999, 0.9999, 1e-3, 0.5, 2.0],
             )  # fmt: skip
+            if self.settings.law == NATIVE_DAMPED:
+                self.spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+                made.solreffriction = [-stiffness, -2.0 * sqrt(stiffness)]
 
     def _start(self, states: list[tuple[Array, Array, Array, Array]]) -> None:
         if self.model is None:
+            if self.settings.watch:
+                self._dress()
             self.model = self.spec.compile()
             self.data = mujoco.MjData(self.model)
             self._ids = np.array([self.model.body(body.name).id for body in self.bodies], dtype=int)
@@ -167,12 +174,34 @@ class EngineWorld(World):
         ]
         return State(data.xpos[self._ids].copy(), turns.copy(), linear, np.array(spins).reshape(-1, 3))
 
-    def _show(self) -> None:
+    def _show(self, middle: Array, reach: float) -> None:
         if self._window is None:
             import mujoco.viewer
 
-            self._window = mujoco.viewer.launch_passive(self.model, self.data)
+            self._window = mujoco.viewer.launch_passive(self.model, self.data, show_left_ui=False, show_right_ui=False)
+            camera = self._window.cam
+            camera.distance, camera.azimuth, camera.elevation = FAR_OFF * reach, 90.0, -15.0
+        self._window.cam.lookat[:] = middle
         self._window.sync()
+
+    def _dress(self) -> None:
+        """Light, and chequers on floors and on what is round, so that motion is seen."""
+        self.spec.worldbody.add_light(
+            pos=[0.0, -1.0, 3.0], dir=[0.2, 0.4, -1.0], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+        )
+        kinds = mujoco.mjtTexture
+        for name, kind, dark, light in (("round", kinds.mjTEXTURE_CUBE, [0.1, 0.25, 0.5], [0.95, 0.95, 0.9]),
+                                        ("floor", kinds.mjTEXTURE_2D, [0.6, 0.6, 0.6], [0.7, 0.7, 0.7])):  # fmt: skip
+            self.spec.add_texture(
+                name=f"chequers of {name}", type=kind, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER, rgb1=dark,
+                rgb2=light, width=64, height=64,
+            )  # fmt: skip
+            material = self.spec.add_material(name=name, texuniform=True, texrepeat=[5.0, 5.0])
+            material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = f"chequers of {name}"
+        shapes = mujoco.mjtGeom
+        for geom in self.spec.geoms:
+            if geom.type in (shapes.mjGEOM_SPHERE, shapes.mjGEOM_CAPSULE, shapes.mjGEOM_PLANE):
+                geom.material = "floor" if geom.type == shapes.mjGEOM_PLANE else "round"
 
     def _close(self) -> None:
         if self._window is not None:

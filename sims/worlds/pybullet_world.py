@@ -27,6 +27,7 @@ class EngineWorld(World):
         self.ids: dict[str, int] = {}
         self.callback: ContactCallback | None = None
         self._untouched: Any = None
+        self._dressed = False
         self.handles: list[int] = []
         """Of the contacts by the law."""
         self._pairs: list[tuple[list[str], list[str]]] = []
@@ -181,6 +182,24 @@ class EngineWorld(World):
             speeds.append(speed)
             spins.append(spin)
         return State(np.array(places), np.array(turns), np.array(speeds), np.array(spins))
+
+    def _show(self, middle: Array, reach: float) -> None:
+        if not self._dressed:
+            self._dress()
+        p.resetDebugVisualizerCamera(8.0 * reach, 0.0, -15.0, middle.tolist(), physicsClientId=self.client)
+
+    def _dress(self) -> None:
+        """No panels, and chequers on what is round, so that its turning is seen."""
+        import pybullet_data
+
+        self._dressed = True
+        p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0, physicsClientId=self.client)
+        file = f"{pybullet_data.getDataPath()}/checker_blue.png"
+        chequers = p.loadTexture(file, physicsClientId=self.client)
+        for body in self.bodies:
+            if body.shape != "box":
+                p.changeVisualShape(self.ids[body.name], -1, rgbaColor=[1, 1, 1, 1], textureUniqueId=chequers,
+                                    physicsClientId=self.client)  # fmt: skip
 
     def _close(self) -> None:
         p.disconnect(self.client)

@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike
 from contactlaw import ContactPair, checks
 from contactlaw.laws import law_of
 from sims.recording import Outline, Recording, Track, block, plane
-from sims.scene import NATIVE, Settings
+from sims.scene import NATIVES, Settings
 from sims.worlds.parts import Array, Body, Path, State, Tuning
+
+MOST_STEPS = 10**7  # of a recording
 
 
 class World(ABC):
@@ -122,7 +124,7 @@ class World(ABC):
         known = [body.name for body in self.bodies] + self._fixed
         for name in (*first, *second):
             checks.one_of("name", name, known)
-        if self.settings.law == NATIVE:
+        if self.settings.law in NATIVES:
             self._touch_natively(first, second, pair, speed)
         else:
             told = self.settings.by_law(pair)
@@ -196,11 +198,19 @@ class World(ABC):
         """
         stride = max(1, round((every or 0.0) / self.timestep))
         count = max(1, round(duration / (stride * self.timestep)))
+        if stride * count > MOST_STEPS:
+            raise ValueError(
+                f"timestep = {self.timestep:g}: {duration:.3g} s would take {stride * count:.1g} steps, more than "
+                f"{MOST_STEPS:.0g}; ask for a longer one"
+            )
         self.start()
         places = np.empty((count + 1, len(self.bodies), 3))
         turns = np.empty((count + 1, len(self.bodies), 3, 3))
         speeds, spins = np.empty_like(places), np.empty_like(places)
-        wall_time, ended = 0.0, False
+        wall_time, ended, opened = 0.0, False, perf_counter()
+        reach = max(
+            [np.ptp([body.position for body in self.bodies], axis=0).max(), *(4.0 * b.size[0] for b in self.bodies)]
+        )
         try:
             for number in range(count + 1):
                 for _ in range(0 if number == 0 else 1 if look is None else stride):
@@ -211,8 +221,8 @@ class World(ABC):
                 places[number], turns[number], speeds[number], spins[number] = self._read()
                 self.settings.progress(number / count)
                 if self.settings.watch:
-                    self._show()
-                    sleep(stride * self.timestep * self.settings.watch)
+                    self._show(places[number].mean(axis=0), float(reach))
+                    sleep(max(number * stride * self.timestep * self.settings.watch - (perf_counter() - opened), 0.0))
                 if ended:
                     count = number
                     break
@@ -286,8 +296,8 @@ class World(ABC):
     @abstractmethod
     def _read(self) -> State: ...
 
-    def _show(self) -> None:  # noqa: B027  (an engine may have nothing to do)
-        """Bring the engine's window up to date; the first time open it."""
+    def _show(self, middle: Array, reach: float) -> None:  # noqa: B027  (an engine may have nothing to do)
+        """Bring the engine's window up to date, the first time open it; look at a place [m] from some reaches away."""
 
     def _close(self) -> None:  # noqa: B027
         """Let go of the engine."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlaw import Calibration, Estimate
-from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN
-from validation.picture import panels
+from contactlaw import checks
+from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN, Calibration, Estimate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,9 +21,31 @@ MARKERS: dict[str, dict[str, Any]] = {
 }
 
 
+def save_calibration(result: Calibration, path: Path) -> Path:
+    """Draw a calibration into a file, whose ending says of which kind.
+
+    Raises:
+        ValueError: It is none that can be drawn.
+        OSError: It cannot be written.
+    """
+    draw_calibration(result).savefig(path, dpi=110)
+    return path
+
+
 def draw_calibration(result: Calibration) -> Figure:
-    """Left: V_x2/V_z1 over V_x1/V_z1 with the curve; right: V_x2 less the curve; impacts from either side on one."""
-    figure, (left, right) = panels(2, width=4.8, height=3.9)
+    """Left: V_x2/V_z1 over V_x1/V_z1 with the curve; right: V_x2 less the curve; impacts from either side on one.
+
+    Raises:
+        ImportError: matplotlib is missing.
+    """
+    checks.need("matplotlib", "a picture", "plot")
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.6, 3.9), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for axes in (left, right):
+        axes.grid(color="#dddddd", linewidth=0.5)
+        axes.spines[["top", "right"]].set_visible(False)
     side = np.where(result.before[1] < 0.0, -1.0, 1.0) / result.before[0]
     incidence = side * result.before[1]
     if result.curve_parameters is not None:

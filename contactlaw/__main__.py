@@ -1,0 +1,166 @@
+"""`python -m contactlaw`: impacts, contacts and calibration on a terminal."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import warnings
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import contactlaw
+from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning, Material, rebound
+from contactlaw.calibration.reading import SPINS, VELOCITIES, calibrate_columns, read_table
+
+TABLE = f"""CSV file, one impact a row, in SI units. Its first row names the columns: {", ".join(VELOCITIES)} (speeds of
+approach and of leaving, and velocities of the contact point along the surface, both counted along the same direction),
+and maybe {", ".join(SPINS)}: then the tangential velocities are those of the centre of mass, and the spin of rolling
+along positive velocity is positive."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Do what the arguments (None: of the command line) ask; returns the exit code."""
+    parser = _parser()
+    given = parser.parse_args(arguments)
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_: print(f"note: {message}", file=sys.stderr)
+        warnings.simplefilter("always", ContactWarning)
+        try:
+            given.run(given)
+        except (ValueError, ImportError, OSError) as error:
+            print(f"{parser.prog} {given.command}: {error}", file=sys.stderr)
+            return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m contactlaw", description="Oblique elastic impact with stick and slip inside the contact."
+    )
+    parser.add_argument("--version", action="version", version=contactlaw.__version__)
+    commands = parser.add_subparsers(dest="command", required=True)
+
+    def command(name: str, run: Any, text: str) -> argparse.ArgumentParser:
+        one = commands.add_parser(name, help=text, description=text)
+        one.set_defaults(run=run)
+        return one
+
+    one = command("rebound", _rebound, "psi_2 of whole impacts, psi = (kappa/mu) V_x/V_z1")
+    one.add_argument("psi_1", type=float, nargs="+", help="before the impact")
+    one.add_argument("--chi", type=float, default=1.256, help="(kappa/2) m_N/m_T; default: the paper's steel puck")
+    one.add_argument("--law", default="microslip", help=" | ".join(LAWS))
+    one.add_argument("--restitution", type=float, default=1.0, help="in (0, 1]")
+    one.add_argument("--json", action="store_true", help="one JSON object")
+
+    one = command("pair", _pair, "what the law makes of two materials: moduli, kappa, and an impact's time and force")
+    one.add_argument("a", help=" | ".join(MATERIALS) + ", or 'E nu' in Pa")
+    one.add_argument("b", help="the same")
+    for name, default, text in (
+        ("friction", 0.3, "mu"), ("restitution", 1.0, "e"), ("radius", 0.01, "effective radius [m]"),
+        ("mass", 0.1, "effective mass [kg]"), ("speed", 1.0, "approach [m/s]"),
+    ):  # fmt: skip
+        one.add_argument(f"--{name}", type=float, default=default, help=f"{text}; default {default}")
+
+    one = command("calibrate", _calibrate, "friction, restitution and stiffness ratio from a table of measured impacts")
+    one.add_argument("table", type=Path, help=TABLE)
+    one.add_argument("--inertia-ratio", type=float, default=0.4, help="K^2 = I/(M L^2): ball 0.4, disk 0.5, shell 2/3")
+    for name, text in (
+        ("radius", "L, centre of mass to contact [m]; needed with columns of spin"),
+        ("kappa", "stiffness ratio to start from, 2(1 - nu)/(2 - nu)"),
+        ("normal-error", "standard deviation of normal velocities [m/s]"),
+        ("tangential-error", "standard deviation of tangential velocities of the contact point [m/s]"),
+        ("restitution", "e, where there is no column normal_after"),
+    ):
+        one.add_argument(f"--{name}", type=float, help=text)
+    one.add_argument("--hold-kappa", action="store_true", help="take that kappa as known")
+    one.add_argument("--png", type=Path, help="picture of the impacts over the fitted curve")
+
+    command("materials", _materials, "the named materials, each with its source")
+    command("laws", _laws, "the laws")
+    return parser
+
+
+def _rebound(given: argparse.Namespace) -> None:
+    after = np.atleast_1d(rebound(given.psi_1, given.chi, given.law, given.restitution)).tolist()
+    if given.json:
+        print(json.dumps({"chi": given.chi, "psi_1": given.psi_1, "psi_2": after}))
+        return
+    print("   psi_1     psi_2")
+    for before, one in zip(given.psi_1, after, strict=True):
+        print(f"{before:8.4f}  {one:8.4f}")
+
+
+def _material(text: str) -> Material | str:
+    words = text.split()
+    if len(words) != 2 or text in MATERIALS:
+        return text
+    return Material(float(words[0]), float(words[1]), name=text)
+
+
+def _pair(given: argparse.Namespace) -> None:
+    pair = ContactPair(_material(given.a), _material(given.b), given.friction, given.restitution, given.radius)
+    rows = {
+        "E* [Pa]": pair.effective_modulus, "G* [Pa]": pair.effective_shear_modulus, "kappa = G*/E*": pair.kappa,
+        "contact [s]": pair.contact_duration(given.mass, given.speed),
+        "greatest overlap [m]": pair.greatest_overlap(given.mass, given.speed),
+        "greatest force [N]": pair.greatest_force(given.mass, given.speed),
+    }  # fmt: skip
+    for name, value in rows.items():
+        print(f"{name:22}{value:.4g}")
+
+
+def _calibrate(given: argparse.Namespace) -> None:
+    with _bar() as bar:
+        columns = read_table(given.table, lambda line: bar and bar(f"{given.table.name}: {line} lines"))
+        if bar:
+            bar(f"fit of {columns['tangential_before'].size} impacts")
+        result = calibrate_columns(
+            columns, given.radius, inertia_ratio=given.inertia_ratio, normal_error=given.normal_error,
+            tangential_error=given.tangential_error, stiffness_ratio=given.kappa,
+            hold_stiffness_ratio=given.hold_kappa, restitution=given.restitution,
+        )  # fmt: skip
+    print(result.summary())
+    if given.png is not None:
+        from contactlaw.calibration_figure import save_calibration
+
+        print(f"picture: {save_calibration(result, given.png)}")
+
+
+def _bar() -> Any:
+    """What is being done, on a terminal where there is rich; it yields what to tell, or None."""
+    if not sys.stderr.isatty():
+        return nullcontext()
+    try:
+        from rich.console import Console
+        from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    except ModuleNotFoundError:
+        return nullcontext()
+
+    class Bar(Progress):
+        def __enter__(self) -> Any:
+            super().__enter__()
+            task = self.add_task("")
+            return lambda text: self.update(task, description=text)
+
+    return Bar(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
+               console=Console(stderr=True), transient=True)  # fmt: skip
+
+
+def _materials(_: argparse.Namespace) -> None:
+    for name, one in MATERIALS.items():
+        density = "" if one.density is None else f", {one.density:g} kg/m^3"
+        print(f"{name}: E {one.youngs_modulus:.4g} Pa, nu {one.poissons_ratio:g}{density}\n    {one.source}")
+
+
+def _laws(_: argparse.Namespace) -> None:
+    for name, law in LAWS.items():
+        print(f"{name}: {(type(law).__doc__ or '').splitlines()[0]}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,225 @@
+"""What is odd is mended or refused with a sentence: files, configurations, states, flags and warnings."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from contactlaw import ContactPair, ContactWarning
+from contactlaw.mujoco_plugin import contacts_of, load_model, save_model
+
+STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
+CONTACTS = [("ball", "floor", STEEL)]
+BODY = '<body pos="0 0 {z}"><freejoint/><geom name="{name}" size=".025" density="7833"/></body>'
+
+
+def scene(z=0.0249999, name="ball", more=""):
+    return f"""<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>{BODY.format(z=z, name=name)}{more}
+    </worldbody></mujoco>"""
+
+
+@pytest.fixture(scope="module")
+def model():
+    return load_model(scene(), CONTACTS)
+
+
+# ---- files
+
+
+def test_a_file_that_the_model_includes_is_not_overwritten(tmp_path):
+    (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{BODY.format(z=0.1, name='ball')}</worldbody></mujoco>")
+    (tmp_path / "scene.xml").write_text(
+        '<mujoco><include file="robot.xml"/><worldbody><geom name="floor" type="plane" size="1 1 1"/></worldbody>'
+        "</mujoco>"
+    )
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    for target in before:
+        with pytest.raises(ValueError, match="another file than the model's own and what it refers to"):
+            save_model(tmp_path / "scene.xml", target, CONTACTS)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+    mujoco.MjModel.from_xml_path(str(save_model(tmp_path / "scene.xml", tmp_path / "new.xml", CONTACTS)))
+
+
+@pytest.mark.parametrize("target", ["", None, 5, "a\0b.xml"])
+def test_a_target_that_is_no_path(target):
+    with pytest.raises(ValueError, match="target = "):
+        save_model(scene(), target, CONTACTS)
+
+
+def test_a_target_that_is_no_file(tmp_path):
+    for target in (tmp_path, "/dev/full"):
+        with pytest.raises(ValueError, match="is no file"):
+            save_model(scene(), target, CONTACTS)
+
+
+def test_what_cannot_be_written_leaves_what_is_there(tmp_path, monkeypatch):
+    target = tmp_path / "a.xml"
+    target.write_text("precious")
+
+    def full(self, text, encoding):
+        with self.open("w") as file:
+            file.write(text[:9])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space"):
+        save_model(scene(), target, CONTACTS)
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["precious"]
+
+
+def test_any_name_is_written_whatever_the_locale(tmp_path):
+    code = f"""
+from tests.engines.test_faults import CONTACTS, STEEL, save_model, scene
+name = "b\\u00e4ll \\u7403"
+print(save_model(scene(name=name), {str(tmp_path / "a.xml")!r}, [(name, "floor", STEEL)]))
+"""
+    plain = dict(os.environ, LC_ALL="C", PYTHONCOERCECLOCALE="0", PYTHONUTF8="0", PYTHONPATH=os.getcwd())
+    subprocess.run([sys.executable, "-c", code], env=plain, check=True, capture_output=True)
+    assert mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml")).geom("bäll 球").id == 1
+
+
+# ---- configurations in XML
+
+
+def configured(**over):
+    keys = {"geom1": "ball", "geom2": "floor", "material1": "steel", "material2": "steel", "friction": "0.1"} | over
+    config = "".join(f'<config key="{key}" value="{value}"/>' for key, value in keys.items())
+    return scene().replace(
+        "<worldbody>",
+        f'<extension><plugin plugin="contactlaw.contact"><instance name="i">{config}</instance></plugin></extension>'
+        '<contact><pair geom1="ball" geom2="floor" margin="-1e6"/></contact><worldbody>',
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("substeps", "100.7", "substeps = '100.7'"), ("substeps", "1e3", "substeps = '1e3'"),
+        ("substeps", "nan", "substeps = 'nan'"), ("friction", "nan", "friction = nan"),
+        ("friction", "1_0", "friction = '1_0'"), ("friction", "1,5", "friction = '1,5'"),
+        ("restitution", "0x1", "restitution = '0x1'"), ("radius", "nan", "radius = nan"),
+        ("material1", "nan .3", "material1 = 'nan .3'"), ("material2", "Steel", "did you mean 'steel'"),
+        ("law", "microslip node_count=2.9", "2.9"), ("law", "microslip node_count=nan", "nan"),
+        ("ledger", "no", ""),
+    ],
+)  # fmt: skip
+def test_a_value_that_is_none_is_refused_and_named(key, value, said, capfd):
+    with pytest.raises(ValueError):
+        mujoco.MjData(mujoco.MjModel.from_xml_string(configured(**{key: value})))
+    assert said in capfd.readouterr().err
+
+
+# ---- running
+
+
+def step_until_interrupted(model, data):
+    for _ in range(10_000):
+        mujoco.mj_step(model, data)
+
+
+def test_warnings_made_errors_reach_the_caller(model):
+    data = mujoco.MjData(model)
+    data.qpos[2] = 0.02
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ContactWarning, match="overlap over radius"):
+            step_until_interrupted(model, data)
+
+
+def test_flags_that_turn_the_law_off_are_noticed(model):
+    data, flags = mujoco.MjData(model), model.opt.disableflags
+    mujoco.mj_step(model, data, 3)
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER)
+    try:
+        with pytest.warns(ContactWarning, match="spring and damper are both disabled"):
+            mujoco.mj_step(model, data, 10)
+    finally:
+        model.opt.disableflags = flags
+    assert np.isfinite(data.qpos).all()
+
+
+def test_a_state_of_another_model_is_refused(model):
+    other = load_model(scene(more='<geom name="wall" type="box" size=".1 .1 .1" pos="5 0 0"/>'), CONTACTS)
+    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    here, there = mujoco.MjData(model), mujoco.MjData(other)
+    mujoco.mj_step(model, here, 5)
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    assert state.size == mujoco.mj_stateSize(other, kind)
+    mujoco.mj_getState(model, here, state, kind)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_setState(model, mujoco.MjData(model), state, kind)
+        mujoco.mj_step(model, here, 5)
+    mujoco.mj_setState(other, there, state, kind)
+    with pytest.warns(ContactWarning, match="of another model"):
+        mujoco.mj_step(other, there, 50)
+    assert np.abs(there.qvel).max() < 0.05
+    name = "contactlaw:ball:floor"
+    with pytest.raises(ValueError, match="of another model"):
+        contacts_of(model, there, name)
+
+
+# ---- PyBullet
+
+
+@pytest.fixture
+def client():
+    p = pytest.importorskip("pybullet")
+    client = p.connect(p.DIRECT)
+    yield p, client
+    p.disconnect(client)
+
+
+def test_sets_leave_out_a_link_and_its_parent(client):
+    p, c = client
+    from contactlaw.pybullet_callback import ContactCallback
+
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.05, physicsClientId=c)
+    chain = p.createMultiBody(
+        1.0, ball, -1, [0, 0, 1], linkMasses=[1.0, 1.0], linkCollisionShapeIndices=[ball, ball],
+        linkVisualShapeIndices=[-1, -1], linkPositions=[[0.08, 0, 0], [0.08, 0, 0]],
+        linkOrientations=[[0, 0, 0, 1]] * 2, linkInertialFramePositions=[[0, 0, 0]] * 2,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * 2, linkParentIndices=[0, 1],
+        linkJointTypes=[p.JOINT_REVOLUTE] * 2, linkJointAxis=[[0, 1, 0]] * 2, physicsClientId=c,
+    )  # fmt: skip
+    contact = ContactCallback(c)
+    sides = [(chain, link) for link in (-1, 0, 1)]
+    handle = contact.add_contact(sides, sides, STEEL)
+    assert [(one.a.link, one.b.link) for one in contact._contacts[handle].couples] == [(-1, 1)]
+
+
+def test_a_call_that_raised_does_nothing_and_raises_again(client):
+    """A box falls on its edge, for which no radius is known."""
+    p, c = client
+    from contactlaw.pybullet_callback import ContactCallback
+
+    p.setGravity(0, 0, -9.81, c)
+    box = p.createMultiBody(
+        0.5, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05] * 3, physicsClientId=c), -1, [0, 0, 0.3],
+        [0.3826834, 0, 0, 0.9238795], physicsClientId=c,
+    )  # fmt: skip
+    ball = p.createMultiBody(
+        0.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.05, physicsClientId=c), -1, [0, 0, 0.2], physicsClientId=c
+    )
+    p.changeDynamics(box, -1, linearDamping=0, physicsClientId=c)
+    contact = ContactCallback(c)
+    contact.add_contact(ball, box, STEEL)
+    raised = ""
+    for _ in range(60):
+        before = p.getBaseVelocity(box, c)
+        try:
+            contact()
+            assert not raised, "it is raised at every call from then on"
+        except ValueError as error:
+            raised = str(error)
+        p.stepSimulation(c)
+        if raised:
+            assert p.getBaseVelocity(box, c)[0][2] == pytest.approx(before[0][2] - 9.81 / 240, abs=1e-9)
+    assert "radius = None" in raised
