@@ -10,6 +10,7 @@ and `values`.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, ClassVar
@@ -20,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 
 Array = NDArray[np.float64]
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)  # as XML writes one
 
 
 @dataclass(frozen=True)
@@ -213,13 +215,9 @@ def read(name: str, text: str) -> float | OverSpeed:
     first, *words = [*text.split(), ""]
     words = words[:-1]
     if first not in KNOWN:
-        try:
-            (number,) = (float(word) for word in text.split())
-            return number
-        except ValueError:
-            raise ValueError(
-                f"{name} = {text!r}: must be a number, or one of {', '.join(KNOWN)} with its fields"
-            ) from None
+        if not NUMBER.fullmatch(text.strip()):
+            raise ValueError(f"{name} = {text!r}: must be a number, or one of {', '.join(KNOWN)} with its fields")
+        return float(text)
     given = {}
     for word in words:
         key, _, numbers = word.partition("=")

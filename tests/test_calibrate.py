@@ -77,7 +77,11 @@ def test_true_values_come_back(mu, kappa, e, inertia, known):
 
 @pytest.mark.parametrize(("known", "tables"), [(True, 200), (False, 100)])
 def test_uncertainties_are_those_of_repeated_tables(known, tables):
-    """The law generates, so that nothing but noise is left; 200 tables tell a standard deviation to 5 %, 100 to 7 %."""
+    """The law generates, so that nothing but noise is left; 200 tables tell a standard deviation to 5 %, 100 to 7 %.
+
+    Where the errors are not known, each impact's own misfit speaks for it, so that ranges hold where errors are not
+    alike; ten impacts that are alike then tell a third too much (MacKinnon & White, J. Econom. 29 (1985) 305).
+    """
     psi_1 = (0.4, 0.9, 1.6, 2.4, 3.2, 3.8, 5.0, 6.0, 7.0, 8.0)
     pulls = []
     for seed in range(tables):
@@ -86,7 +90,7 @@ def test_uncertainties_are_those_of_repeated_tables(known, tables):
         pairs = ((result.friction, MU), (result.stiffness_ratio, KAPPA), (result.restitution, E))
         pulls.append([(one.value - truth) / one.uncertainty for one, truth in pairs])
     spread = np.std(pulls, axis=0)
-    assert ((spread > 0.8) & (spread < 1.25)).all(), spread
+    assert ((spread > (0.8 if known else 0.6)) & (spread < 1.25)).all(), spread
     assert (np.abs(np.mean(pulls, axis=0)) < 4.0 / np.sqrt(tables)).all()
 
 

@@ -33,5 +33,5 @@ def test_what_is_taken_in_comes_from_the_cache_too(tmp_path: Path) -> None:
     for name, value in (("one", 4.0), ("other", 10.0), ("inner", 2.0), ("other", 10.0)):
         run = subprocess.run([sys.executable, str(file), name], env=own, capture_output=True, text=True, check=False)
         assert (run.returncode, run.stdout.split()) == (0, [str(value)]), run.stderr
-    names = {path.name.split("-")[0] for path in (tmp_path / "cache").rglob("*.nbi")}
+    names = {path.name.split("-")[0] for path in (tmp_path / "cache").rglob("*.nbc")}
     assert {"functions.inner.inside", "functions.one.inside", "functions.one", "functions.other"} <= names

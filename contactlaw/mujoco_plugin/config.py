@@ -33,7 +33,6 @@ SUBSTEPS = 100
 
 
 LEAST_SUBSTEPS = 10
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)  # as XML writes one
 
 
 def instance_name(geoms1: tuple[str, ...], geoms2: tuple[str, ...]) -> str:
@@ -144,7 +143,7 @@ def _material(key: str, text: str) -> Material:
     if text in MATERIALS:
         return MATERIALS[text]
     words = text.split()
-    if len(words) != 2 or not all(NUMBER.fullmatch(word) for word in words):
+    if len(words) != 2 or not all(losses.NUMBER.fullmatch(word) for word in words):
         names = f"{', '.join(MATERIALS)}{checks.hint(text, MATERIALS)}"
         raise ValueError(f"{key} = {text!r}: must be 'E nu' in SI units or one of {names}")
     try:
@@ -154,7 +153,7 @@ def _material(key: str, text: str) -> Material:
 
 
 def _float(key: str, text: str) -> float:
-    if not NUMBER.fullmatch(text.strip()):
+    if not losses.NUMBER.fullmatch(text.strip()):
         raise ValueError(f"{key} = {text!r}: must be a number")
     return float(text)
 

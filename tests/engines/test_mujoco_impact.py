@@ -166,7 +166,7 @@ def test_the_side_of_a_capsule_does_not_pass_through_a_box(radius):
         warnings.simplefilter("always")
         mujoco.mj_step(model, data, 600)
     assert data.qvel[2] > 0.5
-    assert any("side of a capsule" in str(w.message) for w in caught) == (radius is None)
+    assert any("at the edge of a box" in str(w.message) for w in caught) == (radius is None)
 
 
 @pytest.mark.parametrize("integrator", ["mjINT_EULER", "mjINT_RK4", "mjINT_IMPLICITFAST"])
