@@ -8,12 +8,16 @@ import sys
 import warnings
 from pathlib import Path
 
-import mujoco
+import numba
 import numpy as np
 import pytest
 
-from contactlaw import ContactPair, ContactWarning
-from contactlaw.mujoco_plugin import contacts_of, load_model, save_model
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from contactlaw import ContactPair, ContactWarning  # noqa: E402
+from contactlaw.mujoco_plugin import contacts_of, load_model, save_model  # noqa: E402
 
 STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
 CONTACTS = [("ball", "floor", STEEL)]
