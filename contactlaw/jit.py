@@ -221,12 +221,6 @@ jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil
 Several threads may be in one at once."""
 
 
-def compile_now(function: Any, *kinds: Any) -> Any:
-    """Compile a jitted function for these types of its arguments; returns the type of its result."""
-    function.compile(kinds)
-    return function.overloads[function.signatures[-1]].signature.return_type
-
-
 INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (what numba reads from the environment)
 
 

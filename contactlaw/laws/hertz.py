@@ -30,22 +30,6 @@ def greatest_overlap(k, m, overlap, closing):
 
 
 @jit
-def time_scale(pair, mass, overlap, closing, push):
-    """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration [m/s^2].
-
-    A contact that is pressed together, by gravity say, is as fast as its overlap at rest makes it, however slowly it
-    began.
-    """
-    k = hertz_stiffness(pair)
-    square = closing * closing + 0.8 * k * overlap * overlap * sqrt(overlap) / mass
-    if push > 0.0:
-        square += 2.0 * push * (mass * push / k) ** (2.0 / 3.0)
-    if square == 0.0:
-        return 1e300
-    return pair.duration * (1.25 * mass * square / k) ** 0.4 / sqrt(square)
-
-
-@jit
 def stiffness_foreseen(contact, linear, deepest):
     """k of the contact: of a linear spring [N/m] for the greatest overlap foreseen [m], else Hertz's [N/m^1.5]."""
     k = hertz_stiffness(contact)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 from contactlaw.world.access import element
-from contactlaw.world.records import MATRIX, VECTOR, Array, Arrays, record
+from contactlaw.world.records import VECTOR, Array, Arrays, record
 
 TOKEN, PUSH = 0, 1  # of the state: where its parts begin
 STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four times a step
@@ -26,7 +26,6 @@ HEAD = record(
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
     given="u8",  # address of the generalised force (nv,) that compute gave last
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
-    probes="u8", probe_count="i8",
     token="f8",  # of the state that the world is in
     signature="u8",  # of the model
     geoms="u8",  # address of the geom that each shape of the world is
@@ -35,7 +34,6 @@ HEAD = record(
     instances="u8",  # address of the instance that each pair of the world belongs to
     # within a step
     model="u8", data="u8",
-    kept="u8", ends=("f8", (6,)),  # where the engine has geoms that it is asked about; both nearest points
     start="u8",  # address of the state that it began with: time, coordinates, velocities
     lag="f8",  # [s] by which velocities of the engine are behind its coordinates
     step_size="f8", gravity=VECTOR,
@@ -50,14 +48,6 @@ FREE = record(
     left=("f8", (13,)),  # coordinates and velocities that the last step left it with
 )  # fmt: skip
 """A body that nothing but its contacts holds."""
-
-PROBE = record(
-    geom_a="i8", geom_b="i8",  # what is round, and what the engine alone can measure
-    sphere="i8", plane="i8",  # shapes of the world
-    middle=VECTOR, line=VECTOR,  # middle of the former and half of its middle line, along the axes of its body
-    at=VECTOR, frame=MATRIX,  # of the latter, along those of its
-)  # fmt: skip
-"""Two geoms that the engine is asked about."""
 
 PLACED = record(body="i8", id="i8")
 """A body that nothing pushes and the user may place: mocap."""
@@ -74,7 +64,6 @@ head_at: Any = element(HEAD)
 free_at: Any = element(FREE)
 placed_at: Any = element(PLACED)
 jointed_at: Any = element(JOINTED)
-probe_at: Any = element(PROBE)
 
 
 def size_of(world: Arrays, *more: Array) -> int:
@@ -98,7 +87,6 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
         return here
 
     arrays = Arrays(*map(moved, world)).bound()
-    arrays.world["host"] = memory.ctypes.data
     head["world"], head["own"] = arrays.world.ctypes.data, memory.ctypes.data
     places = {name: moved(array) for name, array in more.items()}
     for name, array in places.items():

@@ -29,7 +29,6 @@ from contactlaw.mujoco_plugin.jointed import (
 from contactlaw.mujoco_plugin.memory import call_on_world, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, SWITCHED_OFF, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
-from contactlaw.mujoco_plugin.probes import exchange
 from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
@@ -70,11 +69,7 @@ def move(m, d, head, w, state):
         lead_free(head, free_at(head.frees, i))
     for i in range(head.tree_count):
         lead_jointed(head, jointed_at(head.trees, i))
-    if head.probe_count > 0:
-        exchange(head, False)
     call_step(address(w, STEP), w, head.step_size, False)
-    if head.probe_count > 0:
-        exchange(head, True)
     call_on_world(head.pressed, head.world)
     if head.lag > 0.0:
         keep_near(w)
@@ -137,7 +132,7 @@ def all_far(d, head):
     for i in range(head.free_count):
         if not is_far(head, free_at(head.frees, i), d):
             return False
-    return head.placed_count == 0 and head.tree_count == 0 and head.probe_count == 0
+    return head.placed_count == 0 and head.tree_count == 0
 
 
 @jit

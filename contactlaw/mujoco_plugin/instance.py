@@ -50,7 +50,7 @@ def init(model: int, data: int, number: int) -> int:
         if view.option("enableflags") & layout.SLEEP:
             raise ValueError("enableflags: sleep must be off; a body that is struck by the law would not wake")
         if layout.LOSES_SPIN and view.option("integrator") == layout.IMPLICITFAST:
-            raise ValueError("integrator: implicitfast of MuJoCo 3.9 and 3.10 loses the spin of impacts; take implicit")
+            raise ValueError("integrator: implicitfast of MuJoCo 3.7 to 3.10 loses the spin of impacts; take implicit")
         if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         _place(data, number).value = _block(view, number == members(view)[0])

@@ -33,7 +33,7 @@ _NUMBERS: dict[str, Any] = {
 
 DATA_FIELDS = (
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
-    "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "geom_xpos", "geom_xmat",
+    "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat",
     "efc_id", "efc_type", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "efc_force",
 )  # fmt: skip
 MODEL_FIELDS = (
@@ -98,7 +98,7 @@ NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.
 """Where both are set passive forces, and with them the plugin's, are not computed."""
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-LOSES_SPIN = (3, 9) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
+LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
 """These let `implicitfast` undo what a plugin writes to the angular velocity of free bodies."""
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
 NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PROBE, PUSH, STARTS, fill, size_of
+from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PUSH, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, members
 from contactlaw.mujoco_plugin.native import Rules
-from contactlaw.mujoco_plugin.probes import address_of_probe
 from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
@@ -88,7 +87,6 @@ class Model:
         self._rooms = self._rooms_for()
         if natives:
             self._keep_rules(natives)
-        self._probes = [self._add_probe(*entry) for entry in self._measured()]
 
     @cached_property
     def arrays(self) -> Arrays:
@@ -106,12 +104,10 @@ class Model:
         kinds, counts = np.unique(made.shapes[["kind", "group"]], return_counts=True)
         a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
         meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
-        probes = len(self._measured(rules=False))
-        pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum()) + probes
+        pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
         parts = made.shapes["kind"][self._world.owners] == HULL  # of hulls, which MuJoCo does not know when it asks
         parts &= made.shapes["kind"] != HULL
         rooms = [NEIGHBOURS[kind] for kind in made.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
-        rooms += probes * [NEIGHBOURS[SPHERE]]
         contacts, near = sum(rooms), LISTED * len(rooms) + LISTED_PART * int(parts.sum())
         contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
         return contacts, max(min(pairs, near), 1)
@@ -181,14 +177,12 @@ class Model:
             "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
             "report": report, "state": addresses[self._members[0].number], "state_size": self._world_size,
             "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
-            "placed_count": len(self._placed), "probe_count": len(self._probes), "tree_count": len(self._trees),
+            "placed_count": len(self._placed), "tree_count": len(self._trees),
             "signature": self._view.size("signature") % 2**64,
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value
         supply(STEP)
-        if self._probes:
-            self.arrays.world["probe"] = address_of_probe()
         fill(memory, head, self.arrays, **self._tables)
 
     @cached_property
@@ -198,7 +192,6 @@ class Model:
         return {
             "starts": np.zeros(STARTS * (1 + self._view.size("nq") + nv)), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
-            "probes": with_rows(np.zeros(0, PROBE), self._probes), "kept": np.zeros(24 * len(self._probes)),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "left": np.zeros(self._left),
             "geoms": self._geom_of_shapes(), "instances": np.array(self._instances, np.int64),
             "said": np.zeros(len(self._members), np.int64),
@@ -331,36 +324,6 @@ class Model:
             numbers = view.ints("mesh_graph", view.size("nmeshgraph"))[graph:]
             own = own[numbers[2 + numbers[0] : 2 + 2 * numbers[0]]]
         return own.astype(np.float64)
-
-    def _measured(self, rules: bool = True) -> list[tuple[int, int, int]]:
-        """Instances, and round shapes of theirs each with one that the engine must measure."""
-
-        def measured(geom: int) -> bool:
-            return not self._kinds[geom].has_closed_form
-
-        found: dict[frozenset[int], tuple[int, int, int]] = {}
-        for number in self._order:
-            member = self._members[number]
-            for a, b in (member.sets if rules else member.product).every(measured):
-                if self._kinds[a].is_round or self._kinds[b].is_round:
-                    found[frozenset((a, b))] = (number, a, b) if self._kinds[a].is_round else (number, b, a)
-        return list(found.values())
-
-    def _add_probe(self, instance: int, one: int, other: int) -> dict[str, Any]:
-        """Let a sphere, that of a capsule at its nearest point, touch a plane that is to be placed on another shape."""
-        pose, own, shape = self._pose_of(other), self._pose_of(one), self._kinds[one]
-        around = float(self._view.doubles("geom_rbound", self._view.size("ngeom"))[other])
-        sphere = self._world.add_sphere(self._rows[self._carriers[one][0]], float(shape.size[0]), own.place)
-        row, reach = self._rows[self._carriers[other][0]], float(np.linalg.norm(pose.place)) + around
-        plane = self._world.add_tangent(row, sphere, reach)
-        self._meet(instance, [sphere], [plane])
-        self._shapes[one].append(sphere)
-        self._shapes[other].append(plane)
-        half = 0.0 if shape.is_spherical else float(shape.size[1])
-        return {
-            "geom_a": one, "geom_b": other, "sphere": sphere, "plane": plane, "at": pose.place,
-            "frame": matrix_of(pose.turn).ravel(), "middle": own.place, "line": half * matrix_of(own.turn)[:, 2],
-        }  # fmt: skip
 
 
 def _model_arrays(view: layout.ModelView) -> SimpleNamespace:

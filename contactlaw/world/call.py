@@ -24,7 +24,6 @@ ON_TREE = types.void(TREE_TYPE)
 WITH_BODY = types.void(BODY_TYPE)
 WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
 WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
-PROBE = types.void(types.uint64, NUMBER)
 DEEPEST = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 RADIUS = NUMBER(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 MEETING = types.UniTuple(NUMBER, 10)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
@@ -81,10 +80,6 @@ def _ask_radius(typing_context, address, sa, a, sb, b):
     return _generate(RADIUS)
 
 
-def _call_probe(typing_context, address, host, now):
-    return _generate(PROBE)
-
-
 def _call_on_world(typing_context, address, world):
     return _generate(ON_WORLD)
 
@@ -113,7 +108,6 @@ ask_mobility: Any = intrinsic(_ask_mobility)
 ask_deepest: Any = intrinsic(_ask_deepest)
 ask_meeting: Any = intrinsic(_ask_meeting)
 ask_radius: Any = intrinsic(_ask_radius)
-call_probe: Any = intrinsic(_call_probe)
 call_on_world: Any = intrinsic(_call_on_world)
 call_step: Any = intrinsic(_call_step)
 call_limit: Any = intrinsic(_call_limit)

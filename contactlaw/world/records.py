@@ -250,7 +250,6 @@ WORLD = record(
     windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
     lost="i8",  # contacts and pairs that there was no room for
-    probe="u8", host="u8",  # address of what places tangent planes anew at a time [s] of the step, and of its own data
     demand="u8",  # address of what compiles what is needed, see `demand`
     found=("u8", FOUND.shape),  # addresses of that, by its numbers
     slept="f8",  # energy of motion of bodies when they fell asleep [J]

@@ -16,7 +16,7 @@ from numba import types
 
 from contactlaw.jit import address_of, jit, jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
-from contactlaw.world.call import A_STEP, address, call_on_world, call_probe, call_step
+from contactlaw.world.call import A_STEP, address, call_on_world, call_step
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet
 from contactlaw.world.island import integrate
@@ -29,7 +29,6 @@ from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
-SOON = 1e-6  # of a step, a wait that is none
 AT_THE_END = 1e-6  # of an impact: one that begins so shortly before the end of a step begins in the next
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
 
@@ -95,18 +94,12 @@ def finish(w, dt):
     while now < dt:
         if w.stale != 0:
             list_near(w)
-        if w.probe != 0:
-            call_probe(w.probe, w.host, now)
-            follow_tangents(w)
         first, shortest = look_ahead(w, now, dt)
         if now == 0.0 and shortest < dt and some_last(w) and call_on_world(address(w, LAST), w):
             first, shortest = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
                 break
-            if w.probe != 0 and first > now + SOON * dt:
-                now = first
-                continue
             now = max(now, first)
             shortest = next_impact(w, now)
             if shortest < NEVER and dt - now <= AT_THE_END * shortest:

@@ -296,10 +296,6 @@ class World:
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
         return self._shape(shapes.plane(*self._turn(body), p, n))
 
-    def add_tangent(self, body: int, partner: int, reach: float) -> int:
-        """Let a sphere, shape number `partner`, touch a plane of a body that is placed anew, see `shapes.tangent`."""
-        return self._shape(shapes.tangent(self._turn(body)[0], partner, reach))
-
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
         """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
 
