@@ -87,6 +87,22 @@ def nearest_on_core(d, s, b, rounding):
 
 
 @jit_inside
+def lies_over_face(d, u, margin, s, b):
+    """Whether all of an edge is over one face of a box, by a margin [m] from the face's border.
+
+    Its ends, where corners are, lie as deep as it or deeper then: it never touches. d, u: as below.
+    """
+    p, q = to_body(s.axes, to_body(b.axes, d)), to_body(s.axes, to_body(b.axes, u))
+    beyond, over = 0, 0
+    for i in range(3):
+        if abs(p[i]) + abs(q[i]) + margin <= s.half[i] - s.radius:
+            over += 1
+        elif abs(p[i]) - abs(q[i]) >= s.half[i] - 2.0 * s.radius:
+            beyond += 1
+    return over == 2 and beyond == 1
+
+
+@jit_inside
 def deepest_on_line(d, u, radius, s, b, rounding):
     """Which point of a capsule's side, or of a box's edge, is the deepest in a core: its place along the half axis u,
     and its radius [m].

@@ -195,6 +195,7 @@ NEAR = record(
     clear_until="f8",  # time [s] before which it cannot close whatever impacts do, within a window
     seen="f8",  # time [s] when it was last looked at
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
+    listed="f8",  # gap [m] when it was listed, of what is not looked at as fast as balls are; else zero
 )  # fmt: skip
 """Two shapes that may come to touch; A is round."""
 
