@@ -20,6 +20,7 @@ MADE_OF = tuple(MATERIALS[name] for name in ("steel", "rubber", "wood"))
 SIZES = 0.005, 0.05  # [m], half lengths and radii
 STEPS = (5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # [s]
 INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")
+FEET = 0.3  # of the smallest half length, radius of ball feet
 ROLLING = 0.05  # coefficient of rolling resistance, without which what is round rolls on
 WALL = 0.25  # [m], of the pit
 FRICTIONLESS = 0.05  # friction below which nothing stops what slides or spins
@@ -31,7 +32,7 @@ class Thing:
     """A body of one shape, its principal axes along its own.
 
     Attributes:
-        kind: One of `KINDS`.
+        kind: One of `KINDS`, or "feet": a box that touches by balls in its corners.
         size: Half lengths or half axes (3,); radius and half length; radius [m].
         material: Steel, rubber or wood.
         mass, moments: [kg], and about its axes [kg m^2], shape (3,).
@@ -63,7 +64,7 @@ class Thing:
         r = self.least
         if self.kind == "cylinder":
             return float((s[0] - r) * across + (s[1] - r) * along) + r
-        return float(np.abs(direction) @ (s - r) if self.kind == "box" else (self.core[0] @ direction).max()) + r
+        return float((self.core[0] @ direction).max() if self.kind == "hull" else np.abs(direction) @ (s - r)) + r
 
     @cached_property
     def core(self) -> tuple[Array, float]:
@@ -81,7 +82,9 @@ class Thing:
             return s * s / float(self.size.max())
         if self.kind == "hull":
             return self.core[1]
-        return float(self.size[0]) if self.kind in ("sphere", "capsule") else 0.1 * s
+        if self.kind in ("sphere", "capsule"):
+            return float(self.size[0])
+        return (FEET if self.kind == "feet" else 0.1) * s
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +183,8 @@ def body_of(kind: str, size: Array, density: float, points: Array) -> tuple[floa
     if kind == "hull":
         own, mass, moments = solid(points, density)
         return mass, moments, own
-    if kind in ("box", "ellipsoid"):
-        volume, share = (8.0, 1.0 / 3.0) if kind == "box" else (4.0 / 3.0 * pi, 0.2)
+    if kind in ("box", "ellipsoid", "feet"):
+        volume, share = (4.0 / 3.0 * pi, 0.2) if kind == "ellipsoid" else (8.0, 1.0 / 3.0)
         mass = density * volume * float(np.prod(size))
         return mass, share * mass * (size @ size - size * size), points
     r = float(size[0])
@@ -198,7 +201,9 @@ def body_of(kind: str, size: Array, density: float, points: Array) -> tuple[floa
     return rod + caps, np.array([across, across, along + 0.4 * caps * r * r]), points
 
 
-def draw_thing(rng: Any, kinds: tuple[str, ...], sizes: tuple[float, float], place: Any, spins: Any = (0, 5, 30)) -> Thing:
+def draw_thing(
+    rng: Any, kinds: tuple[str, ...], sizes: tuple[float, float], place: Any, spins: Any = (0, 5, 30)
+) -> Thing:
     """A thing of random kind, material and sizes [m], thrown from a place."""
     kind = str(rng.choice(kinds))
     count = {"sphere": 1, "capsule": 2, "cylinder": 2}.get(kind, 3)
@@ -226,6 +231,20 @@ def draw(seed: int, kinds: tuple[str, ...] = KINDS) -> Drop:
     return Drop(
         seed, things, bool(rng.random() < 0.6), float(rng.choice(STEPS)), str(rng.choice(INTEGRATORS)),
         float(rng.uniform(0.0, 0.8)), float(rng.uniform(0.3, 0.9)),
+    )  # fmt: skip
+
+
+def draw_heap(seed: int) -> Drop:
+    """Six to twelve things of sizes 1 to 10 that fall onto each other, boxes on ball feet among them."""
+    rng = np.random.default_rng((1401, seed))
+    count = int(rng.integers(6, 13))
+    things = tuple(
+        draw_thing(rng, (*KINDS, "feet"), (0.004, 0.04), (*rng.uniform(-0.04, 0.04, 2), 0.08 + 0.09 * k))
+        for k in range(count)
+    )
+    return Drop(
+        seed, things, bool(rng.random() < 0.6), float(rng.choice(STEPS[:4])), "Euler",
+        float(rng.uniform(0.1, 0.8)), float(rng.uniform(0.3, 0.9)),
     )  # fmt: skip
 
 

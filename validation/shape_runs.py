@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from itertools import product
 from time import process_time
 from typing import Any
 
@@ -16,7 +17,7 @@ LONGEST = 10.0  # [s] that a drop may take to come to rest
 PATIENCE = 20.0  # [s] of CPU
 GAIN = 1e-2  # of the energy at the start
 LIGHT = 1e-4  # of the same, energy in contacts that is none
-STILL = 1e-6  # of the same, energy of motion of centres that is none: what spins upright on a small patch goes on for minutes
+STILL = 1e-6  # of the same, energy of motion of centres that is none: what spins on a small patch does so for minutes
 DEEPER = 1.3  # times the overlap that holds all the energy in one contact
 FLOOR = (0.4, 0.4, 0.05)  # half lengths of one that is a box [m]
 
@@ -105,16 +106,22 @@ class InWorld(Run):
             return world.add_box(body, s)
         if thing.kind == "cylinder":
             return world.add_cylinder(body, s[0], s[1])
+        if thing.kind == "feet":
+            corners = (s - thing.least) * np.array(list(product((-1.0, 1.0), repeat=3)))
+            return [world.add_sphere(body, thing.least, corner) for corner in corners]
         return world.add_ellipsoid(body, s) if thing.kind == "ellipsoid" else world.add_hull(body, thing.points)
 
     def step(self) -> None:
+        """As `Run.step`."""
         self.world.step()
 
     def states(self) -> tuple[Array, Array, Array, Array]:
+        """As `Run.states`."""
         w = self.world
         return w.position, w.quaternion, w.velocity, w.spin
 
     def contacts(self) -> list[tuple[float, float]]:
+        """As `Run.contacts`."""
         rows = self.world.contacts
         forces = np.abs((rows["force"] * rows["normal"]).sum(1))
         return [(float(x), float(p)) for x, p in zip(rows["overlap"], forces, strict=True)]
@@ -132,8 +139,9 @@ def mjcf(drop: Drop) -> str:
         if thing.kind == "hull":
             assets += f'<mesh name="mesh{k}" vertex="{_text(thing.points.ravel())}"/>'
             shape = f'type="mesh" mesh="mesh{k}"'
-        bodies += (f'<body pos="{_text(thing.place)}" quat="{_text(thing.turn)}"><freejoint/><inertial pos="0 0 0" '
-                   f'mass="{float(thing.mass)!r}" diaginertia="{_text(thing.moments)}"/><geom name="thing{k}" {shape}/></body>')  # fmt: skip
+        heavy = f'<inertial pos="0 0 0" mass="{float(thing.mass)!r}" diaginertia="{_text(thing.moments)}"/>'
+        bodies += (f'<body pos="{_text(thing.place)}" quat="{_text(thing.turn)}"><freejoint/>{heavy}'
+                   f'<geom name="thing{k}" {shape}/></body>')  # fmt: skip
     return (f'<mujoco><compiler inertiafromgeom="false" boundmass="0" boundinertia="0"/><option timestep="{drop.step}" '
             f'integrator="{drop.integrator}"/><asset>{assets}</asset><worldbody>{floor}{walls}{bodies}</worldbody>'
             "</mujoco>")  # fmt: skip
@@ -165,9 +173,11 @@ class InMujoco(Run):
         mujoco.mj_forward(self.model, self.data)
 
     def step(self) -> None:
+        """As `Run.step`."""
         self.advance(self.model, self.data)
 
     def states(self) -> tuple[Array, Array, Array, Array]:
+        """As `Run.states`."""
         from sims.worlds.mujoco_world import true_velocity
 
         q, v = self.data.qpos.reshape(-1, 7), true_velocity(self.model, self.data).reshape(-1, 6)
@@ -175,6 +185,7 @@ class InMujoco(Run):
         return q[:, :3].copy(), q[:, 3:].copy(), v[:, :3], spins
 
     def contacts(self) -> list[tuple[float, float]]:
+        """As `Run.contacts`."""
         from contactlaw.mujoco_plugin import contacts_of
 
         met = [one for name in self.names for one in contacts_of(self.model, self.data, name)]
@@ -232,9 +243,11 @@ class InPybullet(Run):
         return body
 
     def step(self) -> None:
+        """As `Run.step`."""
         self.callback.step()
 
     def states(self) -> tuple[Array, Array, Array, Array]:
+        """As `Run.states`."""
         p, out = self.p, []
         pressed = {side[0] for handle in self.handles for one in self.callback.states(handle) if one.overlap > 0.0
                    for side in (one.a, one.b)} if self.callback is not None else set()  # fmt: skip
@@ -247,10 +260,12 @@ class InPybullet(Run):
         return one, two, three, four
 
     def contacts(self) -> list[tuple[float, float]]:
+        """As `Run.contacts`."""
         met = [one for handle in self.handles for one in self.callback.states(handle)]
         return [(one.overlap, one.normal_force) for one in met]
 
     def close(self) -> None:
+        """As `Run.close`."""
         self.p.disconnect(self.client)
 
 

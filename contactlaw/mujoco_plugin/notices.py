@@ -6,7 +6,7 @@ from contactlaw.memory import call_report
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.pair import DEEPEST
 from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
-from contactlaw.world.records import BOX, CORNER, CYLINDER, EDGE, SEGMENT
+from contactlaw.world.records import BOX, CORNER, EDGE, SEGMENT
 from contactlaw.world.vec import load, to_body
 
 DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF = 1, 2, 4, 8, 16
@@ -61,9 +61,9 @@ def is_clear(w, c):
     The parts of boxes and cylinders have radii by their definition.
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    if sa.kind == CORNER or EDGE <= sa.kind < BOX or (sb.kind != BOX and sb.kind != CYLINDER):
+    if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
         return True
-    if sa.kind == SEGMENT or sb.kind == CYLINDER:
+    if sa.kind == SEGMENT:
         return False
     n, clear = to_body(body_at(w.bodies, c.body_b).axes, load(c.normal)), False
     for i in range(3):

@@ -25,6 +25,7 @@ WITH_BODY = types.void(BODY_TYPE)
 WITH_NUMBER = types.void(BODY_TYPE, NUMBER)
 WITH_VECTORS = types.void(BODY_TYPE, VECTOR, VECTOR)
 DEEPEST = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
+NEAREST = types.UniTuple(NUMBER, 7)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 RADIUS = NUMBER(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 MEETING = types.UniTuple(NUMBER, 10)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 ON_WORLD = types.boolean(WORLD_TYPE)
@@ -76,6 +77,10 @@ def _ask_meeting(typing_context, address, sa, a, sb, b):
     return _generate(MEETING)
 
 
+def _ask_nearest(typing_context, address, sa, a, sb, b, shift):
+    return _generate(NEAREST)
+
+
 def _ask_radius(typing_context, address, sa, a, sb, b):
     return _generate(RADIUS)
 
@@ -107,6 +112,7 @@ call_with_vectors: Any = intrinsic(_call_with_vectors)
 ask_mobility: Any = intrinsic(_ask_mobility)
 ask_deepest: Any = intrinsic(_ask_deepest)
 ask_meeting: Any = intrinsic(_ask_meeting)
+ask_nearest: Any = intrinsic(_ask_nearest)
 ask_radius: Any = intrinsic(_ask_radius)
 call_on_world: Any = intrinsic(_call_on_world)
 call_step: Any = intrinsic(_call_step)

@@ -2,7 +2,7 @@
 
 While they overlap by less than both radii their cores are apart: the vector between the nearest points of these is
 unique, and moves continuously. Flat on flat, a hull lies on its corners and sharp edges, which are shapes of their own;
-two cores meet as such, in one point, where neither are. That is not enough for a cylinder that lies on a hull.
+two cores meet as such, in one point, where neither are. A cylinder's rims and feet are such shapes too.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from functools import lru_cache
 from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.call import MEETING, RADIUS
+from contactlaw.world.call import MEETING, NEAREST, RADIUS, ask_deepest
 from contactlaw.world.core import CROWN, LEAST
 from contactlaw.world.curvature import feature, radius_between, side_at
 from contactlaw.world.gjk import NONE, middle, nearest
-from contactlaw.world.records import BOX, EDGE, SEGMENT
+from contactlaw.world.records import BOX, DISC, EDGE, SEGMENT
 from contactlaw.world.segments import clip
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
@@ -60,6 +60,8 @@ def radius(sa, a, sb, b):
     """`geometry.effective_radius` of the same. Of two edges the angle is taken for a right one."""
     if sa.kind >= BOX:
         return sqrt(sa.radius * sb.radius)
+    if sa.kind == DISC:
+        return sqrt(sa.radius * (sa.radius + norm(load(sa.half))))
     at, u = 0.0, NONE
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
@@ -71,7 +73,11 @@ def radius(sa, a, sb, b):
 def meet(sa, a, sb, b):
     """`geometry.meet` of two shapes of which one is convex without a closed form."""
     radius_a, radius_b, from_a = sa.radius, sb.radius, middle(sa, a)
-    if sa.kind == SEGMENT or sa.kind == EDGE:
+    if sa.kind == DISC:
+        p, q, r, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, NONE)
+        from_a = add(from_a, (p, q, r))
+        v, y, _, _ = nearest(sa, a, sb, b, (p, q, r))
+    elif sa.kind == SEGMENT or sa.kind == EDGE:
         _, radius_a, v, y = deepest_on_hull(sa, a, sb, b)
     else:
         v, y, _, _ = nearest(sa, a, sb, b, NONE)
@@ -90,7 +96,14 @@ def meet(sa, a, sb, b):
     return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
 
 
+def ask(sa, a, sb, b, shift):
+    """`nearest` of a point and a hull as numbers: from there on B, how many vertices span the place, and their edge."""
+    v, _, count, e = nearest(sa, a, sb, b, shift)
+    return v[0], v[1], v[2], float(count), e[0], e[1], e[2]
+
+
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of both, compiled where there are hulls."""
-    return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    """Of all three, compiled where there are hulls."""
+    known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    return known | {"nearest": address_of(ask, NEAREST)}

@@ -94,9 +94,9 @@ def effective_radius(sa, a, sb, b):
     """R [m] where two shapes are nearest: 1/R = 1/R_A + 1/R_B of spheres; see `curvature`.
 
     At the rim of a cylinder, or where the sides of two cross, R is the root of the product of both radii of curvature,
-    by which Hertz's approach is right to first order in their difference. Boxes and cylinders count as flat.
+    by which Hertz's approach is right to first order in their difference. Boxes count as flat.
     """
-    if sa.meet != 0 or sb.meet != 0:
+    if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
         return ask_radius(sa.curve if sa.meet != 0 else sb.curve, sa, a, sb, b)
     if sa.kind == DISC:
         return sqrt(sa.radius * (sa.radius + norm(load(sa.half))))

@@ -238,12 +238,12 @@ def meets(kind_a, kind_b):
     if kind_a == EDGE:
         return BOX <= kind_b <= HULL
     if kind_a == DISC:
-        return kind_b in (BOX, CYLINDER, PLANE)
+        return BOX <= kind_b <= PLANE
     if kind_a == SIDE:
         return kind_b == CYLINDER
     if kind_a == ELLIPSOID:
-        return kind_b != CYLINDER and kind_b <= PLANE
-    return kind_b == HULL
+        return kind_b <= PLANE
+    return kind_b == HULL and kind_a != CYLINDER
 
 
 @jit_inside

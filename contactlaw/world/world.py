@@ -29,7 +29,7 @@ class World:
 
     Bodies are moved inside each step, and kicked by their contacts in substeps that resolve them: what comes out does
     not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules,
-    ellipsoids, boxes, cylinders, convex hulls and planes fixed to bodies; ellipsoids and cylinders do not touch.
+    ellipsoids, boxes, cylinders, convex hulls and planes fixed to bodies.
 
         from contactlaw import MATERIALS, ContactPair
         from contactlaw.world import World
