@@ -1,5 +1,8 @@
 """A ball that bounces to rest and is kicked, again and again: memory stays what it is."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from collections.abc import Callable

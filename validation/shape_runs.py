@@ -1,5 +1,8 @@
 """Random drops run in a world and in both engines, and judged: energy, depth, rest."""
 
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import warnings
@@ -10,8 +13,11 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from validation.shape_draws import GRAVITY, WALL, WALLS, Array, Drop, Thing, matrix
+
+Met = tuple[float, float, tuple[int, ...]]
 
 LONGEST = 10.0  # [s] that a drop may take to come to rest
 PATIENCE = 20.0  # [s] of CPU
@@ -24,15 +30,21 @@ FLOOR = (0.4, 0.4, 0.05)  # half lengths of one that is a box [m]
 
 @dataclass
 class Look:
-    """What there is after a step: energies of motion, of that of the centres, of height and of contacts [J], greatest
-    overlap [m], and whether anything touches."""
+    """What there is after a step.
 
-    kinetic: float
+    Attributes:
+        energy: Of motion and height, of each thing [J], shape (n,).
+        linear: Of the motion of centres [J].
+        held: By contacts [J].
+        overlap: The greatest [m].
+        touched: Which things touch or touched within the step, shape (n,).
+    """
+
+    energy: Array
     linear: float
-    potential: float
     held: float
     overlap: float
-    touched: bool
+    touched: NDArray[np.bool_]
 
 
 class Run(ABC):
@@ -50,8 +62,9 @@ class Run(ABC):
         """Places, unit quaternions (scalar first), velocities and spins in the world, true at one time."""
 
     @abstractmethod
-    def contacts(self) -> list[tuple[float, float]]:
-        """Overlap [m] and normal force [N] of what touches or touched within the step."""
+    def contacts(self) -> list[Met]:
+        """Overlap [m] and normal force [N] of what touches or touched within the step, and the numbers of both bodies,
+        those of things from 0 on."""
 
     def close(self) -> None:  # noqa: B027
         """Let go of the engine."""
@@ -59,15 +72,16 @@ class Run(ABC):
     def look(self) -> Look:
         """Where energy is now."""
         places, turns, velocities, spins = self.states()
-        linear = turning = potential = 0.0
-        for thing, place, turn, velocity, spin in zip(self.drop.things, places, turns, velocities, spins, strict=True):
-            own = matrix(turn).T @ spin
-            linear += 0.5 * float(thing.mass * velocity @ velocity)
-            turning += 0.5 * float(thing.moments @ own**2)
-            potential += float(thing.mass * GRAVITY * place[2])
+        linear, energy = 0.0, np.zeros(len(places))
+        for k, (thing, place, turn) in enumerate(zip(self.drop.things, places, turns, strict=True)):
+            own = matrix(turn).T @ spins[k]
+            kinetic = 0.5 * float(thing.mass * velocities[k] @ velocities[k])
+            linear += kinetic
+            energy[k] = kinetic + 0.5 * float(thing.moments @ own**2) + thing.mass * GRAVITY * place[2]
         met = self.contacts()
-        held = sum(0.4 * max(overlap, 0.0) * force for overlap, force in met)
-        return Look(linear + turning, linear, potential, held, max([0.0, *(overlap for overlap, _ in met)]), bool(met))
+        held = sum(0.4 * max(overlap, 0.0) * force for overlap, force, _ in met)
+        touched = np.isin(np.arange(len(places)), [body for one in met for body in one[2]])
+        return Look(energy, linear, held, max([0.0, *(one[0] for one in met)]), touched)
 
     def sunk(self) -> float:
         """How far the lowest thing reaches below the floor [m], but for a twentieth of the radius of its edges."""
@@ -120,11 +134,12 @@ class InWorld(Run):
         w = self.world
         return w.position, w.quaternion, w.velocity, w.spin
 
-    def contacts(self) -> list[tuple[float, float]]:
+    def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
         rows = self.world.contacts
         forces = np.abs((rows["force"] * rows["normal"]).sum(1))
-        return [(float(x), float(p)) for x, p in zip(rows["overlap"], forces, strict=True)]
+        return [(float(x), float(p), tuple(both.tolist()))
+                for x, p, both in zip(rows["overlap"], forces, rows["bodies"], strict=True)]  # fmt: skip
 
 
 def mjcf(drop: Drop) -> str:
@@ -184,12 +199,13 @@ class InMujoco(Run):
         spins = np.array([matrix(turn) @ spin for turn, spin in zip(q[:, 3:], v[:, 3:], strict=True)])
         return q[:, :3].copy(), q[:, 3:].copy(), v[:, :3], spins
 
-    def contacts(self) -> list[tuple[float, float]]:
+    def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
         from contactlaw.mujoco_plugin import contacts_of
 
         met = [one for name in self.names for one in contacts_of(self.model, self.data, name)]
-        return [(one.overlap, one.normal_force) for one in met]
+        owner = self.model.geom_bodyid
+        return [(one.overlap, one.normal_force, (owner[one.geom1] - 1, owner[one.geom2] - 1)) for one in met]
 
 
 class InPybullet(Run):
@@ -259,10 +275,11 @@ class InPybullet(Run):
         one, two, three, four = (np.array(part) for part in zip(*out, strict=True))
         return one, two, three, four
 
-    def contacts(self) -> list[tuple[float, float]]:
+    def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
         met = [one for handle in self.handles for one in self.callback.states(handle)]
-        return [(one.overlap, one.normal_force) for one in met]
+        number = {body: k for k, body in enumerate(self.bodies)}
+        return [(one.overlap, one.normal_force, (number.get(one.a[0], -1), number.get(one.b[0], -1))) for one in met]
 
     def close(self) -> None:
         """As `Run.close`."""
@@ -292,8 +309,8 @@ class Verdict:
 def judge(engine: str, drop: Drop) -> Verdict:
     """Run a drop until it rests.
 
-    Energy is asked at moments when contacts hold hardly any; what it changes by while nothing touches is the engine's
-    own flight, and counts for nothing. Without friction nothing need come to rest.
+    Energy is asked at moments when contacts hold hardly any; what that of a thing changes by while nothing touches it
+    is the engine's own flight, and counts for nothing. Without friction nothing need come to rest.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -307,24 +324,23 @@ def judge(engine: str, drop: Drop) -> Verdict:
 def _judge(run: Run, drop: Drop) -> Verdict:
     scale, deepest, wrong = drop.energy, drop.deepest(), []
     start, begun = run.look(), process_time()
-    best = before = start.kinetic + start.potential
+    best, before = start.energy.sum(), start.energy
     gain = depth = 0.0
-    quiet, rest, touched = 0, np.inf, False
+    quiet, rest, touched = 0, np.inf, start.touched
     for number in range(round(LONGEST / drop.step)):
         run.step()
         now = run.look()
-        energy = now.kinetic + now.potential
+        energy = float(now.energy.sum())
         if not np.isfinite(energy):
             wrong.append("not finite")
             break
-        if not now.touched and not touched:
-            best += energy - before
-        before, touched = energy, now.touched
+        best += float((now.energy - before)[~now.touched & ~touched].sum())
+        before, touched = now.energy, now.touched
         gain = max(gain, energy - best)
         if now.held < LIGHT * scale:
             best = min(best, energy + now.held)
         depth = max(depth, now.overlap, run.sunk())
-        still = now.touched and now.linear < STILL * scale
+        still = now.touched.all() and now.linear < STILL * scale
         quiet = quiet + 1 if still else 0
         if quiet * drop.step > 0.1:
             rest = number * drop.step

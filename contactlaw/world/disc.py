@@ -19,11 +19,11 @@ from functools import lru_cache
 from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.call import DEEPEST, RADIUS, ask_nearest
-from contactlaw.world.core import CROWN, LEAST, deepest_on_line, excess_along, excess_of
+from contactlaw.world.call import DEEPEST, RADIUS
+from contactlaw.world.core import CROWN, LEAST, change_of, deepest_on_line, excess_at, excess_of, local
 from contactlaw.world.curvature import feature, radius_between, side_at
 from contactlaw.world.records import EDGE, HULL, PLANE, SEGMENT
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, to_body, to_world
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 
 STEPS = 60  # of Newton's method; it takes three to six
 FOUND = 1e-14  # of the radius, a step that is none
@@ -60,30 +60,9 @@ def within_circle(h, b, radius):
 
 
 @jit_inside
-def excess_at(m, way, one):
-    """From a core to m + way, along axes of their own, and what else `change_of` asks; one: the disc and the core."""
-    sa, a, sb, b = one
-    if sb.kind == HULL:
-        x, y, z, count, i, j, k = ask_nearest(sb.nearest, sa, a, sb, b, way)
-        return (x, y, z), count, (i, j, k)
-    x = add(m, way)
-    return excess_of(x, sb, sb.radius), 0.0, x
-
-
-@jit_inside
-def change_of(e, count, other, q, s):
-    """How the excess changes along a direction; of a hull by its vertex, edge or face, see `gjk.nearest`."""
-    if s.kind != HULL:
-        return excess_along(other, e, q, s, s.radius)
-    if count == 2.0:
-        return axpy(-dot(other, q) / dot(other, other), other, q)
-    return q if count < 2.0 else scale(dot(e, q) / max(dot(e, e), LEAST * LEAST), e)
-
-
-@jit_inside
 def slope_at(m, e1, e2, crown, y, one):
     """At m + y: the excess over a core, the slope of distance^2/2 with the crown, and what crowns there."""
-    seen = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), one)
+    seen = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), one[2].radius, one)
     e = seen[0]
     k = crown * max(norm(e), LEAST)
     return seen, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
@@ -99,7 +78,10 @@ def nearest_in_disc(m, e1, e2, radius, crown, one):
     y = 0.0, 0.0
     (e, count, other), g, k = slope_at(m, e1, e2, crown, y, one)
     for _ in range(STEPS):
-        by1, by2 = change_of(e, count, other, e1, one[2]), change_of(e, count, other, e2, one[2])
+        by1, by2 = (
+            change_of(e, count, other, e1, one[2].radius, one[2]),
+            change_of(e, count, other, e2, one[2].radius, one[2]),
+        )
         h = dot(by1, e1) + k, dot(by1, e2), dot(by2, e2) + k
         b = g[0] - h[0] * y[0] - h[1] * y[1], g[1] - h[1] * y[0] - h[2] * y[1]
         z = within_circle(h, b, radius)
@@ -154,12 +136,6 @@ def deepest(sa, a, sb, b, d):
 
 
 @jit_inside
-def local(v, s, b):
-    """A vector of the world along a core's own axes."""
-    return to_body(s.axes, to_body(b.axes, v))
-
-
-@jit_inside
 def along_axis(m, e1, e2, made, one):
     """Place along the axis, and across it, of the deepest point of a cylinder's side: a root between -1 and 1.
 
@@ -206,7 +182,7 @@ def radius(sa, a, sb, b):
     rounding = sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind >= SEGMENT:
         u = to_world(a.axes, load(sa.half))
-        at, _ = deepest_on_line(d, u, sa.radius, sb, b, rounding)
+        at, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b))
     e = excess_of(local(axpy(at, u, d), sb, b), sb, rounding)
     axis = to_world(b.axes, to_world(sb.axes, (0.0, 0.0, 1.0)))
     out = e[0] != 0.0 or e[1] != 0.0
