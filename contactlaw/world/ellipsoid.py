@@ -163,7 +163,11 @@ def nearest_to_ellipsoid(sa, a, sb, b):
             edge, start = (e, scale(1.0 / far, v)) if count == 2 else (NONE, n)
             if sb.kind == CYLINDER and around == sb.radius:
                 edge = NONE
+            at = y
             n, gap, y = climb(sa, a, sb, b, y, edge, start)
+            if sb.kind != CYLINDER and dot(sub(support(sb, b, n), at), n) > SAME * norm(load(h)):  # within a face
+                n, y, count = scale(1.0 / far, v), at, 3
+                gap = dot(sub(add(between, facing(sa, a, scale(-1.0, n))), y), n)
         if norm(sub(n, before)) <= 10.0 * SAME:
             break
     return n, gap, y, count, e, around
