@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from contactlaw.world.access import element
+from contactlaw.memory import element
 from contactlaw.world.records import VECTOR, Array, Arrays, record
 
 TOKEN, PUSH = 0, 1  # of the state: where its parts begin

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from contactlaw.memory import call_report
 from contactlaw.mujoco_plugin.free import jit
+from contactlaw.mujoco_plugin.memory import call_report
 from contactlaw.pair import DEEPEST
 from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
 from contactlaw.world.records import BOX, CORNER, EDGE, SEGMENT

@@ -18,7 +18,8 @@ from typing import Any
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.world.access import body_at, element, near_at, numbers_at, shape_at, world_at
+from contactlaw.memory import doubles_at, element
+from contactlaw.world.access import body_at, near_at, shape_at, world_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
@@ -61,7 +62,7 @@ row_at: Any = element(ROW)
 @jit_inside
 def job_at(head, i):
     """The numbers of a job."""
-    return carray(numbers_at(head.jobs + 8 * JOB * i), JOB)
+    return carray(doubles_at(head.jobs + 8 * JOB * i), JOB)
 
 
 @jit

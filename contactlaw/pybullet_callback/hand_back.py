@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
+from contactlaw.memory import doubles_at
 from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.exchange import (
     DEEP,
@@ -25,7 +26,7 @@ from contactlaw.pybullet_callback.exchange import (
     store_quaternion,
     times,
 )
-from contactlaw.world.access import body_at, contact_at, numbers_at, world_at
+from contactlaw.world.access import body_at, contact_at, world_at
 from contactlaw.world.motion import set_axes, spin_rate
 from contactlaw.world.near import strayed
 from contactlaw.world.records import CLOSED, FREE
@@ -128,7 +129,7 @@ def hand_back(heads, stepped):
 def look(head, w):
     """See which bodies have closed contacts; returns whether contacts are new, have ended, or are too deep."""
     flags = 0
-    known = carray(numbers_at(head.seen), w.contact_room)
+    known = carray(doubles_at(head.seen), w.contact_room)
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE:
