@@ -40,6 +40,7 @@ class Look:
         held: By contacts [J].
         overlap: The greatest [m].
         touched: Which things touch or touched within the step, shape (n,).
+        pressed: Which touch at its end, shape (n,).
     """
 
     energy: Array
@@ -47,6 +48,7 @@ class Look:
     held: float
     overlap: float
     touched: NDArray[np.bool_]
+    pressed: NDArray[np.bool_]
 
 
 class Run(ABC):
@@ -82,8 +84,11 @@ class Run(ABC):
             energy[k] = kinetic + 0.5 * float(thing.moments @ own**2) + thing.mass * GRAVITY * place[2]
         met = self.contacts()
         held = sum(0.4 * max(overlap, 0.0) * force for overlap, force, _ in met)
-        touched = np.isin(np.arange(len(places)), [body for one in met for body in one[2]])
-        return Look(energy, linear, held, max([0.0, *(one[0] for one in met)]), touched)
+        touched, pressed = (
+            np.isin(np.arange(len(places)), [body for one in met for body in one[2] if one[0] > least])
+            for least in (-np.inf, 0.0)
+        )
+        return Look(energy, linear, held, max([0.0, *(one[0] for one in met)]), touched, pressed)
 
     def sunk(self) -> float:
         """How far the lowest thing reaches below the floor [m], but for a twentieth of the radius of its edges."""
@@ -342,7 +347,7 @@ def _judge(run: Run, drop: Drop) -> Verdict:
     start, begun = run.look(), process_time()
     best, before = start.energy.sum(), start.energy
     gain = depth = flight = 0.0
-    quiet, rest, touched = 0, np.inf, start.touched
+    quiet, rest, pressed = 0, np.inf, start.pressed
     for number in range(round(LONGEST / drop.step)):
         run.step()
         now = run.look()
@@ -350,10 +355,10 @@ def _judge(run: Run, drop: Drop) -> Verdict:
         if not np.isfinite(energy):
             wrong.append("not finite")
             break
-        flown = (now.energy - before)[~now.touched & ~touched]
+        flown = (now.energy - before)[~now.touched & ~pressed]
         best += float(flown.sum())
         flight += float(np.abs(flown).sum())
-        before, touched = now.energy, now.touched
+        before, pressed = now.energy, now.pressed
         gain = max(gain, energy - best)
         if now.held < LIGHT * scale:
             best = min(best, energy + now.held)
