@@ -154,6 +154,13 @@ class Linked(Joints):
         self._put(world, *self.start)  # where it will be pushed; it is read anew in the next step
         return True
 
+    def apply_steady_push(self) -> None:
+        """Push it with what pressed on it in the last step."""
+        if self.pressed:
+            self.apply_push()
+        else:
+            self.push[:] = 0.0
+
     def apply_push(self) -> None:
         """Push its links by what contacts did, as the world's tree stands."""
         if not self.push.any():
