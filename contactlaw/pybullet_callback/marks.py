@@ -52,6 +52,6 @@ class Marks:
         """Raise ValueError where it is not."""
         if not self.is_there(body):
             raise ValueError(
-                f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes all); "
-                "call remove_contact before removing a body, or remove_all, and add what there is"
+                f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes "
+                "all); call remove_contact before removing a body, or remove_all, and add what there is"
             )

@@ -63,7 +63,7 @@ class Traffic:
         self._head["plain"] = not (linked or measured)
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
-        self._found, self._pushed = 0, []
+        self._found, self._pushed, self._foreseen = 0, [], False
         for one in linked:
             self.rows["linked"][one.first : one.first + len(one.keys)] = 1
         plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
@@ -115,6 +115,7 @@ class Traffic:
         if self._set_off(dt, gravity) != PASSED:
             self._found = self._complete(0)
             self._pushed = [one for one in self.linked if one.hand_back(self.arrays, dt, False, self._presses(one))]
+        self._foreseen = True
         return self._found
 
     def push(self) -> None:
@@ -150,7 +151,10 @@ class Traffic:
     def _set_off(self, dt: float, gravity: tuple[float, float, float]) -> int:
         """Read all bodies and set the world's out from there; returns how many have jobs to be pushed, or PASSED."""
         STEP.pack_into(self._head, STEP_AT, dt, *gravity)
-        self._read()
+        again = [one.look_again() for one in self.linked]
+        if not self._read() and self._foreseen and all(again):
+            self._refuse_twice()
+        self._foreseen = False
         pushed = set_off(self._head_at)
         if pushed == NOT_FINITE:
             self._refuse()
@@ -185,6 +189,8 @@ class Traffic:
         """See to what `exchange.receive` found."""
         if found > 1:
             self._put(found >> 1)
+            self._last = [(p.getBasePositionAndOrientation(body, self._client), p.getBaseVelocity(body, self._client))
+                          for body, _ in self._bases]  # fmt: skip
         if found & 1:
             self._settle_in(dt)
 
@@ -211,19 +217,21 @@ class Traffic:
         self.bind(with_more_room(self.arrays))
         self.seen[: seen.size] = seen
 
-    def _read(self) -> None:
-        """Where bodies are and how they move, into the rows."""
-        client, rows, last, pack = self._client, self.rows, self._last, WHOLE.pack_into
+    def _read(self) -> bool:
+        """Where bodies are and how they move, into the rows; returns whether something is not as it was before."""
+        client, new = self._client, False
+        rows, last, pack = self.rows, self._last, WHOLE.pack_into
         pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
         for i, (body, at) in enumerate(self._bases):
             state = pose(body, client), velocity(body, client)
             if state != last[i]:
-                last[i] = state
+                last[i], new = state, True
                 (x, q), (v, w) = state
                 pack(rows, at + BEFORE, *x, *q, *v, *w)
         for (body, link), at in self._still:
             state = p.getLinkState(body, link, 1, 1, client)
             pack(rows, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
+        return new
 
     def _push(self, number: int) -> None:
         """Apply the forces and torques of the jobs."""
@@ -241,6 +249,16 @@ class Traffic:
             body = self.keys[int(job[0])][0]
             p.resetBasePositionAndOrientation(body, job[1:4], job[4:8], self._client)  # which stops it
             p.resetBaseVelocity(body, job[8:11], job[11:14], self._client)
+
+    def _refuse_twice(self) -> None:
+        """Nothing has moved since a step was foreseen: that is right only if nothing was moving."""
+        moving = [body for body, _ in self._moving if any(map(any, p.getBaseVelocity(body, self._client)))]
+        moving += [one.body for one in self.linked if one.now[1].any()]
+        if moving:
+            raise ValueError(
+                f"called again before stepSimulation: body {moving[0]} moves, and is where it was; call it once for "
+                "each step, and let `restore` go with restoreState"
+            )
 
     def _refuse(self) -> None:
         body, link = self.keys[int(self._head["bad"][0])]

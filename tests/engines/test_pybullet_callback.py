@@ -84,7 +84,9 @@ def test_a_box_s_edge_without_a_radius_is_warned_of_once(client: int) -> None:
     p.setTimeStep(1e-7, client)
     callback = ContactCallback(client)
     handle = callback.add_contact(body, target, pair_of())
-    with pytest.warns(ContactWarning, match=rf"body {body} and body {target}: touching at the edge of a box, with R = "):
+    with pytest.warns(
+        ContactWarning, match=rf"body {body} and body {target}: touching at the edge of a box, with R = "
+    ):
         callback()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -97,7 +99,7 @@ def test_a_box_s_edge_without_a_radius_is_warned_of_once(client: int) -> None:
 def test_a_ball_on_a_capsule_s_side_has_the_radius_of_both(client: int) -> None:
     bar = shape(client, p.GEOM_CAPSULE, radius=RADIUS, height=0.2)
     target = p.createMultiBody(0.0, bar, physicsClientId=client)
-    body = ball(client, [2.0 * RADIUS + 1e-3, 0, 0.02], [-1.0, 0, 0])
+    body = ball(client, [2.0 * RADIUS + 1e-3, 0, 0], [-1.0, 0, 0])
     callback = ContactCallback(client)
     handle = callback.add_contact(body, target, pair_of(restitution=1.0), ledger=True)
     callback.step()
