@@ -137,7 +137,7 @@ class ContactCallback:
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
-        self._filter(contact, 0)
+        contact.silence(self._client, () if contact.many else sets.every())
         self._marks.put(contact.bodies)
         return handle
 
@@ -145,17 +145,12 @@ class ContactCallback:
         """Forget a contact and give its pairs the native response back; its bodies may be gone already."""
         contact = self._contact(handle)
         self._change({other: value for other, value in self._contacts.items() if other != handle})
-        self._filter(contact, 1)
+        there = {body for body in contact.bodies if self._marks.is_there(body)}
+        for one, two in contact.silent:
+            if one[0] in there and two[0] in there:
+                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 1, self._client)
         for body in contact.bodies.difference(*(other.bodies for other in self._contacts.values())):
             self._marks.take(body)
-
-    def _filter(self, contact: Contact, native: int) -> None:
-        """Turn Bullet's own response off between bodies of a contact, or on where they are still there."""
-        there = {body for body in contact.bodies if not native or self._marks.is_there(body)}
-        switch, client = p.setCollisionFilterPair, self._client
-        for (body, link), (other, other_link) in contact.sets.every():
-            if body in there and other in there:
-                switch(body, other, link, other_link, native, client)
 
     def remove_all(self) -> None:
         """Remove every contact."""

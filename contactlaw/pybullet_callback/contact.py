@@ -8,6 +8,7 @@ from math import inf
 from typing import Any
 
 import numpy as np
+import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
@@ -16,6 +17,7 @@ from contactlaw.world.records import CLOSED
 from contactlaw.world.sets import Sets
 
 Array = NDArray[np.float64]
+MANY = 10_000
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,7 @@ class Contact:
         sets: Who may touch whom, by their keys.
         ledger: None: not asked for.
         rounding: Radius of edges [m]; None: see `world.shapes.ROUNDING`.
+        silent: Those for which Bullet's own response is off.
         told: Which two have been warned of, and what.
     """
 
@@ -99,7 +102,20 @@ class Contact:
     sets: Sets
     ledger: Ledger | None
     rounding: float | None = None
+    silent: dict[tuple[Key, Key], None] = field(default_factory=dict)
     told: set[tuple[Key, Key, str]] = field(default_factory=set)
+
+    @property
+    def many(self) -> bool:
+        """Whether there are so many pairs that Bullet is told of each only when the two come near each other."""
+        return len(self.sets.ones) * len(self.sets.twos) > MANY
+
+    def silence(self, client: int, pairs: Iterable[tuple[Key, Key]]) -> None:
+        """Turn Bullet's own response off."""
+        for one, two in pairs:
+            if (one, two) not in self.silent:
+                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 0, client)
+                self.silent[one, two] = None
 
     @property
     def bodies(self) -> set[int]:

@@ -47,6 +47,7 @@ HEAD = record(
     world="u8", rows="u8", jobs="u8", seen="u8", count="i8",
     dt="f8", gravity=VECTOR,
     plain="i8",  # nobody has joints, or must be measured
+    ahead="i8",  # who may touch in the next step must be listed before it
     looked="i8",  # what was asked for in this step has been read
     lists="i8",  # of near pairs that there have been
     bad="i8",  # the row whose numbers are not finite

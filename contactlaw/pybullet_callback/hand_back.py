@@ -36,7 +36,7 @@ from contactlaw.world.near import strayed
 from contactlaw.world.records import CLOSED, FREE
 from contactlaw.world.vec import axpy, dot, half_turn, load, norm, scale, store, sub
 
-PASSED = -2  # of `set_off`
+PASSED, LIST = -2, -3  # of `set_off`
 
 
 @jit
@@ -44,20 +44,27 @@ def set_off(place):
     """The beginning of a step: `receive` and `steady`. Returns how many bodies are pushed; or, where all are so far
     from each other that they cannot touch in this step or the next, PASSED: there is no more to do.
 
-    Or PASSED less what `receive` found, where somebody must see to it, or NOT_FINITE.
+    Or LIST: the list of near pairs must be made anew; LIST less what `receive` found, where somebody must see to it; or
+    NOT_FINITE.
     """
     head = head_at(place, 0)
     w = world_at(head.world, 0)
     found = receive(head, w)
     if found != 0:
-        return NOT_FINITE if found < 0 else PASSED - found
-    if head.plain == 0 or w.nears > 0 or w.stale != 0 or w.spares < w.contact_room:
+        return NOT_FINITE if found < 0 else LIST - found
+    apart = head.plain != 0 and w.nears == 0 and w.spares == w.contact_room
+    if w.stale == 0 and (apart or head.ahead != 0):
+        for k in range(head.count):
+            b = body_at(w.bodies, k + 1)
+            if apart:
+                b.still = 1 if b.inverse_mass == 0.0 else 0
+            if strayed(b, 2.0 * head.dt):
+                w.stale = 1 if head.ahead != 0 else 0
+                apart = False
+    if w.stale != 0:
+        return LIST if head.ahead != 0 else steady(place)
+    if not apart:
         return steady(place)
-    for k in range(head.count):
-        b = body_at(w.bodies, k + 1)
-        b.still = 1 if b.inverse_mass == 0.0 else 0
-        if strayed(b, 2.0 * head.dt):
-            return steady(place)
     for k in range(head.count):
         r = row_at(head.rows, k)
         keep(r, r.before, head.dt if r.mass > 0.0 else 0.0)

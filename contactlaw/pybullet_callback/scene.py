@@ -77,6 +77,9 @@ class Scene:
             if part != owner:
                 self._enter(self._side_of[owner], [part])
         self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves)
+        if any(contact.many for contact in contacts.values()):
+            self._known = np.zeros(0, np.int64)
+            self.traffic.tell_lists(self._silence)
         if old:
             self._take_over(old)
 
@@ -123,6 +126,18 @@ class Scene:
     def _meet(self, handle: int, ones: list[int], twos: list[int]) -> None:
         self.world.add_contact(ones, twos, self._contacts[handle].pair)
         self._handle_of.append(handle)
+
+    def _silence(self) -> None:
+        """Turn Bullet's own response off between those that have come near each other, of contacts of many pairs."""
+        world = self.traffic.arrays
+        near = world.near[: world.world["nears"][0]]
+        codes = near["a"] * world.shapes.size + near["b"]
+        new = np.flatnonzero(~np.isin(codes, self._known))
+        for a, b, pair in near[["a", "b", "pair"]][new].tolist():
+            contact = self._contacts[self._handle_of[pair]]
+            if contact.many:
+                contact.silence(self._client, [(self._side_of[a], self._side_of[b])])
+        self._known = np.union1d(self._known, codes[new])
 
     def contacts(self, handle: int | None = None, closed: bool | None = None) -> Iterator[tuple[int, Any]]:
         """Those closed now, or parted in the last step, of one handle or all: slots and records."""

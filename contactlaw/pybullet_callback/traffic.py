@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from ctypes import CFUNCTYPE, c_uint64
 from typing import Any
 
@@ -21,7 +21,7 @@ from contactlaw.pybullet_callback.exchange import (
     press,
     steady,
 )
-from contactlaw.pybullet_callback.hand_back import PASSED, complete, set_off
+from contactlaw.pybullet_callback.hand_back import LIST, PASSED, complete, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.shapes import BASE, Key
@@ -57,6 +57,7 @@ class Traffic:
         self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool
     ) -> None:
         self._client, self._world, self.keys, self.linked, self._measured = client, world, keys, linked, measured
+        self._listed: Callable[[], None] = lambda: None
         self.rows: Any = np.zeros(len(keys), ROW)
         self.jobs: Any = np.zeros((len(keys) + 1, JOB))
         self._head: Any = np.zeros(1, HEAD)
@@ -78,6 +79,11 @@ class Traffic:
             self._read()
             self._bases, self._still = self._moving, []
             self._last = [()] * len(self._bases)
+
+    def tell_lists(self, listed: Callable[[], None]) -> None:
+        """Let the list of near pairs be made before Bullet's step, and call this when it is another one."""
+        self._listed = listed
+        self._head["ahead"] = 1
 
     def bind(self, arrays: Arrays) -> None:
         """Let the compiled code know where the arrays are."""
@@ -105,6 +111,7 @@ class Traffic:
 
     def weigh_near(self) -> bool:
         """The same of all that may touch something soon; returns whether links have others than the trees know."""
+        self._listed()
         near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
         self.weigh([k - 1 for k in near if k - 1 in self._heavy])
         return any(one.inertias() != one.known for one in self.linked)
@@ -158,7 +165,10 @@ class Traffic:
         pushed = set_off(self._head_at)
         if pushed == NOT_FINITE:
             self._refuse()
-        found = max(PASSED - pushed, 0)
+        if pushed == LIST:
+            self._list_anew()
+            pushed = steady(self._head_at)
+        found = max(LIST - pushed, 0)
         for one in self.linked:
             one.receive(self.arrays, gravity)
             one.set_out(self.arrays, dt)
@@ -197,9 +207,7 @@ class Traffic:
     def _settle_in(self, dt: float) -> None:
         """Somebody has put bodies where they are: see who is near whom, and who lies on whom."""
         self.weigh(np.flatnonzero((self.rows["strange"] != 0) & (self.rows["linked"] == 0)).tolist())
-        self._state["stale"] = 1
-        while step(self._state, 0.0, 1) == 0:
-            self._make_room()
+        self._list_anew()
         self.arrays.bodies["placed"][1:] = self.rows["strange"]
         _find_pressed(self._state.ctypes.data)
         press(self._head_at)
@@ -208,6 +216,14 @@ class Traffic:
                 self.arrays.bodies["held"][:, 0] = np.nan
                 one.pressed = self._presses(one)
                 one.set_out(self.arrays, dt)
+
+    def _list_anew(self) -> None:
+        """See who is near whom, before Bullet does."""
+        self._state["stale"] = 1
+        while step(self._state, 0.0, 1) == 0:
+            self._make_room()
+        if self._head["ahead"][0]:
+            self._listed()
 
     def _presses(self, one: Linked) -> bool:
         return bool(self.rows["pressed"][one.first : one.first + len(one.keys)].any())

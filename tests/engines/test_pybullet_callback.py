@@ -84,9 +84,7 @@ def test_a_box_s_edge_without_a_radius_is_warned_of_once(client: int) -> None:
     p.setTimeStep(1e-7, client)
     callback = ContactCallback(client)
     handle = callback.add_contact(body, target, pair_of())
-    with pytest.warns(
-        ContactWarning, match=rf"body {body} and body {target}: touching at the edge of a box, with R = "
-    ):
+    with pytest.warns(ContactWarning, match=rf"body {body} and body {target}: touching at the edge of a box"):
         callback()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
