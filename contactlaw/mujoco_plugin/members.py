@@ -15,8 +15,8 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.native import Bits, Rules, touch
-from contactlaw.mujoco_plugin.sets import Sets
 from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius, native_margin
+from contactlaw.world.sets import Sets
 
 LIBRARY = layout.library()
 LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]

@@ -22,10 +22,10 @@ import mujoco
 
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.native import touch
-from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, why_not_served
 from contactlaw.mujoco_plugin.spec import put
 from contactlaw.pair import ContactPair, ContactWarning
+from contactlaw.world.sets import groups
 
 EVERY = "*"
 MOST_KINDS = 30
