@@ -158,10 +158,9 @@ class Model:
         Raises:
             ValueError: It cannot; the message names the geoms.
         """
-        free = {row["id"] for row in self._frees}
         carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
         dofs = self._m.body_dofnum
-        check(self._view, self._members, lambda geom: dofs[carriers[geom]] > 0, lambda geom: carriers[geom] in free)
+        check(self._view, self._members, lambda geom: dofs[carriers[geom]] > 0)
         if self._view.size("npluginstate") < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
