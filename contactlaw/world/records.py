@@ -20,6 +20,7 @@ NEVER = np.inf
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
+STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
 VECTOR = ("f8", (3,))
@@ -106,6 +107,7 @@ TREE = record(
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8",  # [s] that damping comes behind its velocity, see `tree_motion`
+    passes="i8",  # whether an engine has taken it to the end of the step already, past everything, see `passing`
     disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
 """Bodies that joints hold together, a tree with generalised coordinates."""
