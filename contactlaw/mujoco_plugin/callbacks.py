@@ -20,6 +20,8 @@ from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at
 from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, press_free, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import (
     find_damping,
+    find_jointed,
+    foresee_jointed,
     lead_jointed,
     note_jointed,
     press_jointed,
@@ -29,10 +31,11 @@ from contactlaw.mujoco_plugin.jointed import (
 from contactlaw.mujoco_plugin.memory import call_on_world, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, SWITCHED_OFF, look_over, notice
 from contactlaw.mujoco_plugin.placed import read_placed
-from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
+from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
 from contactlaw.world.force import hardly_moves
+from contactlaw.world.records import PASSES
 from contactlaw.world.state import hole, read, write
 from contactlaw.world.vec import load, scale, store
 
@@ -58,17 +61,15 @@ def move(m, d, head, w, state):
     w.step = head.step_size
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
-    if head.tree_count > 0:
-        find_damping(m, d)
     for i in range(head.tree_count):
-        read_jointed(m, d, head, jointed_at(head.trees, i))
+        find_jointed(d, head, jointed_at(head.trees, i))
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
     call_on_world(head.pressed, head.world)
+    if head.tree_count > 0 and read_trees(m, d, head, w) and head.free_count == 0 and head.idle != 0:
+        return
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
-    for i in range(head.tree_count):
-        lead_jointed(head, jointed_at(head.trees, i))
     call_step(address(w, STEP), w, head.step_size, False)
     call_on_world(head.pressed, head.world)
     if head.lag > 0.0:
@@ -82,6 +83,27 @@ def move(m, d, head, w, state):
 
 
 @jit
+def read_trees(m, d, head, w):
+    """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
+    for i in range(head.tree_count):
+        foresee_jointed(d, head, jointed_at(head.trees, i))
+    call_on_world(head.passing, head.world)
+    known = False
+    for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        t = tree_at(w.trees, j.tree)
+        if t.passes == PASSES:
+            j.there = 1
+            continue
+        if not known:
+            find_damping(m, d)
+            known = True
+        read_jointed(m, d, head, j)
+        lead_jointed(head, j)
+    return not known
+
+
+@jit
 def keep_near(w):
     """Let all trees that are near something be where the world has them.
 
@@ -91,7 +113,7 @@ def keep_near(w):
         p = near_at(w.near, k)
         for i in (p.body_a, p.body_b):
             b = body_at(w.bodies, i)
-            if b.tree != 0:
+            if b.tree != 0 and b.done == 0:
                 b.touched = 1
 
 
@@ -121,7 +143,7 @@ def take_over(head, w, state):
         for i in range(PUSH, state.size):
             state[i] = 0.0
     dropped = read(w, state[PUSH + head.nv :])
-    head.token = state[TOKEN]
+    head.token, head.idle = state[TOKEN], 0
     if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
 
@@ -154,6 +176,7 @@ def leave(head, w, state):
     first, last = hole(w, state[PUSH + head.nv :])
     head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
+    head.idle = 1 if w.spares == w.contact_room else 0
 
 
 @jit

@@ -23,6 +23,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.demand import STEP, supply
 from contactlaw.world.frames import matrix_of, product
+from contactlaw.world.passing import address_of_passing
 from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
@@ -174,6 +175,7 @@ class Model:
         addresses = self._view.ints("plugin_stateadr", self._view.size("nplugin"))
         fields = {
             "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
+            "passing": address_of_passing() if self._trees else 0,
             "report": report, "state": addresses[self._members[0].number], "state_size": self._world_size,
             "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
             "placed_count": len(self._placed), "tree_count": len(self._trees),
