@@ -36,11 +36,19 @@ def contact_of(model: int, number: int) -> config.Contact:
     return config.read(tuple((key, value.decode()) for key, value in items if value))
 
 
-def members(view: layout.ModelView) -> list[int]:
+def instances(view: layout.ModelView) -> list[int]:
     """Numbers of this plugin's instances in a model."""
     slot = ctypes.c_int(-1)
     LIBRARY.mjp_getPlugin(config.PLUGIN_NAME.encode(), ctypes.byref(slot))
     return np.flatnonzero(view.ints("plugin", view.size("nplugin")) == slot.value).tolist()
+
+
+def members(view: layout.ModelView) -> list[int]:
+    """Those of them that are contacts; what is not configured at all is a sensor of all contacts."""
+    return [
+        number for number in instances(view)
+        if any(LIBRARY.mj_getPluginConfig(view.address, number, key.encode()) for key in config.KEYS)
+    ]  # fmt: skip
 
 
 class Member:

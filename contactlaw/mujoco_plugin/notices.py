@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numba import types
+
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import call_report
 from contactlaw.pair import DEEPEST
@@ -9,8 +11,11 @@ from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_w
 from contactlaw.world.records import BOX, CORNER, CYLINDER, EDGE, SEGMENT
 from contactlaw.world.vec import load, to_body
 
-DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF = 1, 2, 4, 8, 16
+DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(7))
 ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
+
+
+call_later = types.ExternalFunction("Py_AddPendingCall", types.int32(types.uintp, types.uintp))
 
 
 @jit
@@ -34,7 +39,16 @@ def tell(head, code, value):
     said = whole_at(head.said, head.told)
     if said & code == 0:
         set_whole(head.said, head.told, said | code)
-        call_report(head.report, head.own, code, value)
+        tell_of(head, code, value)
+
+
+@jit
+def tell_of(head, code, value):
+    """The same, every time."""
+    truth = types.uintp(head.truth)
+    error = call_report(head.report, head.own, code, value)
+    if error != 0:
+        call_later(truth, types.uintp(error))
 
 
 @jit
