@@ -5,10 +5,11 @@
 
 from __future__ import annotations
 
+import copyreg
 import ctypes
 import sys
 import warnings
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from contactlaw.mujoco_plugin import layout, notices
 from contactlaw.mujoco_plugin.block import HEAD
 from contactlaw.mujoco_plugin.edit import give_frictions, given_frictions
-from contactlaw.mujoco_plugin.members import LIBRARY, members
+from contactlaw.mujoco_plugin.members import LIBRARY, instances, members
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import record_at
 from contactlaw.mujoco_plugin.sensors import NUMBERS
@@ -98,7 +99,7 @@ def _renew(model: int, data: int) -> str:
     try:
         made = _block(view, True)
     except Exception as error:
-        runs = record_at(int(old["watch"]), np.dtype((np.int64, 3)), int(old["watch_count"]))
+        runs = record_at(int(old["watch"]), np.dtype(np.int64), 3 * int(old["watch_count"])).reshape(-1, 3)
         at = int(old["seen"])
         for field, first, count in runs.tolist():
             start = ctypes.c_size_t.from_address(model + field).value
@@ -186,3 +187,26 @@ class _Raised:
 TRUTH = ctypes.cast(ctypes.pythonapi.PyObject_IsTrue, ctypes.c_void_p).value or 0
 _GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0
+
+
+def _reduce(whole: mujoco.MjModel | mujoco.MjData) -> tuple[Any, ...]:
+    """How a model or an mjData is pickled: what reads one with the law imports this module first."""
+    model = whole.model if isinstance(whole, mujoco.MjData) else whole
+    if not instances(layout.ModelView(model._address)):
+        return whole.__reduce_ex__(2)
+    return _read, (type(whole), whole.__getstate__())
+
+
+def _read(kind: type, state: bytes) -> mujoco.MjModel | mujoco.MjData:
+    """One from a pickle: MuJoCo copies the addresses of blocks, which another mjData has, or another process."""
+    whole = kind.__new__(kind)
+    whole.__setstate__(state)
+    if isinstance(whole, mujoco.MjData):
+        view = layout.ModelView(whole.model._address)
+        for number in instances(view):
+            _place(whole._address, number).value = _block(view, [number] == members(view)[:1])
+    return whole
+
+
+for _kind in (mujoco.MjModel, mujoco.MjData):
+    copyreg.pickle(_kind, _reduce)  # type: ignore[arg-type]

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -136,6 +137,14 @@ class ModelView:
     def floats(self, field: str, count: int) -> NDArray[np.float32]:
         """The entries of a float array, so many."""
         return self._array(field, count, ctypes.c_float)
+
+    @property
+    def signature(self) -> int:
+        """What tells a model from others, also where it comes from a pickle or a binary file: its sizes and names."""
+        names = ctypes.string_at(ctypes.c_void_p.from_address(self.address + offset("mjModel", "names")).value or 0,
+                                 self.size("nnames"))  # fmt: skip
+        sizes = [self.size(name) for name in ("nq", "nv", "nbody", "ngeom", "npluginstate")]
+        return int.from_bytes(hashlib.sha256(repr(sizes).encode() + names).digest()[:8], "little")
 
     def _array(self, field: str, count: int, kind: Any) -> NDArray[Any]:
         if count == 0:

@@ -83,7 +83,7 @@ class Model:
         self._add_bodies()
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         self._instances: list[int] = []  # of each pair of the world
-        self._pairs: dict[int, int] = {}  # and the other way round
+        self._pairs: dict[tuple[int, float], int] = {}  # of each instance and coefficient of friction
         natives = [number for number, member in enumerate(self._members) if member.native]
         self._order = natives + [number for number in range(len(self._members)) if number not in natives]
         for number in self._order:
@@ -117,21 +117,23 @@ class Model:
         return contacts, max(min(pairs, near), 1)
 
     def _touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
-        """Let geoms of an instance touch."""
-        self._meet(number, self._shapes_of(ones), self._shapes_of(twos))
+        """Let geoms of an instance touch; the first time, all of it."""
+        member, known = self._members[number], self._pairs
+        for mu, *sets in member.by_friction(ones, twos):
+            shapes = [self._shapes_of(geoms) for geoms in sets]
+            if not all(shapes):
+                continue
+            if (number, mu) not in known:  # as many as there may be: the state is as long whatever they are now
+                for own in [*member.pairs, *(member.contact.frictions - len(member.pairs)) * [mu]]:
+                    known.setdefault((number, own), len(self._instances))
+                    self._world.add_contact(*shapes, member.pairs[own])
+                    self._instances.append(number)
+                if not member.contact.frictions:
+                    continue
+            self._world.add_rule(*shapes, known[number, mu])
 
     def _shapes_of(self, geoms: Iterable[int]) -> list[int]:
         return [shape for geom in geoms for shape in self._shapes[geom]]
-
-    def _meet(self, number: int, ones: list[int], twos: list[int]) -> None:
-        if not (ones and twos):
-            return
-        if number in self._pairs:
-            self._world.add_rule(ones, twos, self._pairs[number])
-        else:
-            self._world.add_contact(ones, twos, self._members[number].contact.pair)
-            self._pairs[number] = len(self._instances)
-            self._instances.append(number)
 
     def _keep_rules(self, natives: list[int]) -> None:
         """Take from instances that touch as they would natively what the engine does not let touch, or others have."""
@@ -142,7 +144,7 @@ class Model:
                 self._world.add_rule(ones, twos)
             for number in natives if rule.allowed else ():
                 if all(self._members[number].sets.hold(one, two) for one in rule.ones for two in rule.twos):
-                    self._meet(number, ones, twos)
+                    self._touch(number, rule.ones, rule.twos)
         for number in self._order[len(natives) :]:
             self._touch(number, self._members[number].sets.ones, self._members[number].sets.twos)
 
@@ -186,7 +188,7 @@ class Model:
             "state": addresses[self._members[0].number], "state_size": self._world_size,
             "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
             "placed_count": len(self._placed), "tree_count": len(self._trees),
-            "signature": self._view.size("signature") % 2**64,
+            "signature": self._view.signature,
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value
