@@ -42,6 +42,7 @@ class Entry(NamedTuple):
     substeps: int = config.SUBSTEPS
     others: bool = True
     rounding: float | None = None
+    frictions: int = 0
 
 
 def is_every(what: Any) -> bool:
@@ -115,7 +116,9 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
                 spec,
                 ones,
                 twos,
-                config.Contact(_names(ones), _names(twos), entry.pair, entry.substeps, entry.rounding, native),
+                config.Contact(
+                    _names(ones), _names(twos), entry.pair, entry.substeps, entry.rounding, native, entry.frictions
+                ),
             )
     if said:
         some = [*said.values()][:NAMED]
