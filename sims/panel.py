@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sims.outlines import DARK, EDGE, LIGHT, polygons_of, scenery_of
 from sims.recording import Array, Recording
-from sims.scene import NATIVE_DAMPED, NATIVES, Scene
+from sims.scene import NATIVE_DAMPED, NATIVES, NONE, Mark, Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +32,7 @@ TITLES = 0.55  # [in], over a panel
 MARGIN = np.array([0.03, 0.1])  # around what is shown, of its width and height
 LARGER = 0.6  # share of the width that a panel must do with, to be drawn larger
 MOST_WIDTH, MOST_HEIGHT = 9.0, 9.0  # of a figure [in]
-ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
+ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet", NONE: "its own world"}
 
 
 @dataclass(frozen=True)
@@ -43,27 +44,37 @@ class Panel:
         title: Over the panel, on the left.
         caption: Over the panel, on the right.
         kind: "law", "native" or "ideal": the colours.
-        marks: Short texts, each below a point of the picture [m].
+        marks_at: Short texts, each below a point of the picture [m], at an entry; those of the last one are `marks`.
     """
 
     recording: Recording
     title: str
     caption: str = ""
     kind: str = "law"
-    marks: Sequence[tuple[float, float, str]] = ()
+    marks_at: Callable[[int], Sequence[Mark]] = lambda entry: ()
+
+    @cached_property
+    def marks(self) -> Sequence[Mark]:
+        """At the end."""
+        return self.marks_at(-1)
 
 
-def panel_of(scene: Scene, recording: Recording) -> Panel:
-    """The panel of a scene's recording, titled by engine and law."""
+def title_of(scene: Scene, recording: Recording) -> str:
+    """Engine, law and step of a recording; of the engine's own contact what it is set for."""
     engine, law = ENGINE_NAMES[recording.facts["engine"]], recording.facts["law"]
     title = f"contactlaw in {engine}" + ("" if "microslip" in law else f", law {law}")
     if law in NATIVES:
-        title = f"{engine}'s own contact"
-        if scene.beside_damped and engine == "MuJoCo":
-            damped = "friction (elliptic cone, solreffriction)"
-            title = f"MuJoCo's own, set for {damped if law == NATIVE_DAMPED else 'restitution (solref)'}"
-    kind = "native" if law in NATIVES else "law"
-    return Panel(recording, title, scene.caption(recording), kind, scene.marks(recording))
+        damped = "friction (elliptic cone, solreffriction)"
+        aim = f", set for {damped if law == NATIVE_DAMPED else 'restitution (solref)'}"
+        title = f"{engine}'s own contact" + (aim if scene.beside_damped and engine == "MuJoCo" else "")
+    return f"{title}, {1e3 * recording.facts['timestep']:.3g} ms"
+
+
+def panel_of(scene: Scene, recording: Recording) -> Panel:
+    """The panel of a scene's recording."""
+    kind = "native" if recording.facts["law"] in NATIVES else "law"
+    title, marks = title_of(scene, recording), partial(scene.marks, recording)
+    return Panel(recording, title, scene.caption(recording), kind, marks)
 
 
 def extent(panels: Sequence[Panel], until: float) -> Array:

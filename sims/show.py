@@ -22,7 +22,7 @@ messages = Console(stderr=True, width=console.width)
 
 def run(scene: Scene, settings: Settings) -> Recording:
     """Run a scene behind a bar."""
-    with _progress() as progress:
+    with bar() as progress:
         task = progress.add_task(f"{scene.name} in {settings.engine}", total=1.0)
         return scene.run(replace(settings, progress=lambda part: progress.update(task, completed=part)))
 
@@ -34,6 +34,8 @@ def figures(measured: Measured) -> None:
     for key, value in measured.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
             lists[key] = value
+        elif isinstance(value, dict):
+            lists[key] = [{"": name} | one for name, one in value.items()]
         else:
             plain.add_row(key, _text(value), unit_of(key))
     console.print(plain)
@@ -70,7 +72,7 @@ def pictures(
 
     if not plot and not gif and not mp4:
         return
-    with _progress() as progress:
+    with bar() as progress:
         progress.add_task(f"pictures of {scene.name}", total=None)
         if plot and (own := scene.figure(settings, recording)) is not None:
             plot.parent.mkdir(parents=True, exist_ok=True)
@@ -144,7 +146,8 @@ def _text(value: object) -> str:
     return str(value)
 
 
-def _progress() -> Progress:
+def bar() -> Progress:
+    """One that goes when it is done."""
     return Progress(
         TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=messages, transient=True
     )  # fmt: skip
