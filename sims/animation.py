@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, figure_for, marks, note, path
+from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, figure_for, marks, note, path, write
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -40,8 +40,10 @@ def draw_animation(
     end = min(float(panel.recording.times[-1]) for panel in panels)
     end = end if until is None else min(until, end)
     figure, axes = figure_for(panels, end)
+    moving = [panel for panel in panels if list(panel.marks_at(0)) != list(panel.marks)]
     for one, panel in zip(axes, panels, strict=True):
-        marks(one, panel)
+        if panel not in moving:
+            marks(one, panel)
     speed = "as fast as life" if slow == 1.0 else f"{slow:g} times slower than life"
     note(axes[-1], f"{speed}; half of each body is dark")
     figure.set_dpi(dpi)
@@ -54,6 +56,7 @@ def draw_animation(
         for one, panel in zip(axes, panels, strict=True):
             entry = int(np.argmin(np.abs(panel.recording.times - instant)))
             drawn = path(one, panel, float(panel.recording.times[entry])) + bodies(one, panel, entry)
+            drawn += [write(one, panel, mark) for mark in panel.marks_at(entry) if panel in moving]
             for artist in sorted(drawn, key=lambda each: each.get_zorder()):
                 one.draw_artist(artist)
                 artist.remove()

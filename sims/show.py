@@ -68,6 +68,7 @@ def pictures(
     engines: Sequence[str] = (), mp4: Path | None = None,
 ) -> None:  # fmt: skip
     """Make the pictures that are wanted, the engines' own contact beside the law."""
+    from sims.panel import save
     from sims.pictures import draw_exposures, draw_gif, panels_of
 
     if not plot and not gif and not mp4:
@@ -75,8 +76,7 @@ def pictures(
     with bar() as progress:
         progress.add_task(f"pictures of {scene.name}", total=None)
         if plot and (own := scene.figure(settings, recording)) is not None:
-            plot.parent.mkdir(parents=True, exist_ok=True)
-            own.savefig(plot, dpi=130, metadata={"Software": None})
+            save(own, plot)
             messages.print(f"picture: {plot}", highlight=False, soft_wrap=True)
             plot = None
         if not plot and not gif and not mp4:

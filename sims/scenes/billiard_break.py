@@ -16,7 +16,7 @@ from contactlaw import ContactPair
 from sims.contact_point import static_overlap
 from sims.options import Option, of_ball, speed
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, NATIVES, Limit, Mark, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, NATIVES, Limit, Mark, Measured, Scene, Settings, register, signed
 from sims.scenes.billiards import GRAVITY, PHENOLIC, TABLE
 from sims.worlds import new_world
 
@@ -33,6 +33,7 @@ class BilliardBreak(Scene):
     engines = EVERYWHERE
     shown, exposure, slow = 0.4, 0.1, 8.0
     apart = True
+    native_step = 1e-4
     material = None
     options = {
         "speed": speed(4.0, "of the cue ball"),
@@ -92,5 +93,5 @@ class BilliardBreak(Scene):
     def caption(self, recording: Recording) -> str:
         """What became of it."""
         told = self.measure(recording)
-        return (f"cue ball {told['speed']:g} m/s, after {told['cue_velocity_after']:.2f} m/s; the fastest ball "
+        return (f"cue ball {told['speed']:g} m/s, after {signed(told['cue_velocity_after'], 2)} m/s; fastest "
                 f"{told['fastest_velocity_after']:.2f} m/s")  # fmt: skip

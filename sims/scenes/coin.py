@@ -48,6 +48,7 @@ class Coin(Scene):
     title = "a coin wobbles down: the flatter it lies, the faster it goes round"
     engines = EVERYWHERE
     slow = 4.0
+    native_step = 2e-4
     shown = 1.2
     exposure = 0.12
     apart = True
@@ -117,7 +118,7 @@ class Coin(Scene):
 
         runs = [(recording, "law", "o")]
         if settings.law not in NATIVES and settings.engine != NONE:
-            runs.append((self.run(replace(settings, law=NATIVE)), "native", "^"))
+            runs.append((self.run(replace(settings, law=NATIVE, timestep=self.native_step)), "native", "^"))
         figure = Figure(figsize=(8.6, 3.8), layout="constrained")
         over_time, over_angle = figure.subplots(1, 2)
         for one, kind, marker in runs:
@@ -125,10 +126,15 @@ class Coin(Scene):
             style = {"color": TONES[kind]["dark"], "markerfacecolor": "none", "label": title_of(self, one)}
             over_time.plot(times, np.degrees(angles), marker, **style)
             over_angle.plot(np.degrees(angles), rates, marker, **style)
-        alpha = np.radians(np.linspace(2.0, recording.o.angle + 2.0, 100))
-        over_angle.plot(np.degrees(alpha), rolling(alpha, recording.o)[0], "k-", linewidth=1.0, label="closed form")
-        over_time.set(xlabel="time [s]", ylabel="angle to the table [degrees]", ylim=(0.0, None))
-        over_angle.set(xlabel="angle to the table [degrees]", ylabel="rate of precession [rad/s]", ylim=(0.0, None))
+        _, angles, _, axial = wobble(recording)
+        told = rolling(angles, recording.o, axial)[0]
+        over_angle.plot(np.degrees(angles), told, "k--", linewidth=1.0, label="closed form, its spin about the axis")
+        alpha, most = np.radians(np.linspace(2.0, recording.o.angle + 2.0, 100)), 1.3 * recording.o.angle
+        told = rolling(alpha, recording.o)[0]
+        over_angle.plot(np.degrees(alpha), told, "k-", linewidth=1.0, label="closed form, its middle at rest")
+        over_time.set(xlabel="time [s]", ylabel="angle to the table [degrees]", ylim=(0.0, most))
+        over_angle.set(xlabel="angle to the table [degrees]", ylabel="rate of precession [rad/s]")
+        over_angle.set(xlim=(0.0, most), ylim=(0.0, None))
         over_angle.legend(fontsize=8)
         for axes in (over_time, over_angle):
             axes.grid(alpha=0.3)

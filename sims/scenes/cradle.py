@@ -33,7 +33,7 @@ class Cradle(Scene):
     title = "Newton's cradle: a row of steel balls in touch, struck at one end, against a chain of Hertz springs"
     engines = EVERYWHERE
     slow = 20.0
-    apart, exposure = True, LEAD + AFTER
+    apart, exposure = True, 0.079
     options = {
         "balls": Option(5, "how many there are", 2, 50),
         "strikers": Option(1, "how many of them come with the speed", 1, 49),

@@ -40,6 +40,7 @@ class Galton(Scene):
     title = "balls fall through the pegs of a Galton board: their spread beside the binomial distribution"
     engines = EVERYWHERE
     slow = 4.0
+    native_step = 2e-4
     options = {
         "balls": Option(60, "how many fall", 2, 2000),
         "rows": Option(8, "of pegs", 1, 50),
@@ -105,7 +106,7 @@ class Galton(Scene):
 
         runs = [recording]
         if settings.law not in NATIVES and settings.engine != NONE:
-            runs.append(self.run(replace(settings, law=NATIVE)))
+            runs.append(self.run(replace(settings, law=NATIVE, timestep=self.native_step)))
         rows = recording.o.rows
         wide = (0.5 * rows + 1.0) * PITCH
         figure = Figure(figsize=(4.3 * len(runs), 6.4), layout="constrained")

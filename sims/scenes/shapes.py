@@ -1,12 +1,13 @@
 """Boxes dropped flat, on an edge and on a corner, a can that comes to roll, a coin-like puck that stands on its end.
 
-A flat shape touches a plane by small balls of its rounded edges (docs/shapes.md): a box by four corners, of radius r a
-tenth of its smallest half length, a puck on its end by four feet, a can on its side by two rims, of the radius sqrt(r R).
+A flat shape touches a plane by small balls of its rounded edges (docs/shapes.md): a box by four corners, of radius r
+a tenth of its smallest half length, a puck on its end by four feet, a can on its side by two rims, of the radius
+sqrt(r R).
 At rest n such points carry the weight, so that each lies
 
     depth = (m g/n / (4/3 E* sqrt(radius)))^(2/3)
 
-deep. A can thrown without spin slides until it rolls, at 2/3 of its speed whatever the friction (Coulomb; I = 1/2 m R^2).
+deep. A can thrown without spin slides until it rolls, at 2/3 of its speed whatever the friction (I = 1/2 m R^2).
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ GRAVITY = 9.81  # [m/s^2]
 SIDES = (0.03, 0.02, 0.02)  # half lengths of a box [m]
 CAN, PUCK = (0.02, 0.03), (0.025, 0.01)  # radius and half length [m]
 EDGE = 0.1  # radius of the edges, over the smallest half length
-PLACES = {"flat": -0.2, "edge": -0.1, "corner": 0.0, "puck": 0.09, "can": 0.16}  # along x [m]
+PLACES = {"flat": -0.2, "edge": -0.1, "corner": 0.0, "puck": 0.14, "can": 0.21}  # along x [m]
 TURNS = {"flat": np.eye(3), "edge": turned([0.0, 1.0, 0.0], radians(35.0)),
-         "corner": turned([0.0, 1.0, 0.0], radians(15.0)) @ onto(np.array(SIDES) / np.linalg.norm(SIDES)).T}  # fmt: skip
+         "corner": turned([0.0, 1.0, 0.0], 0.25) @ onto(np.array(SIDES) / np.linalg.norm(SIDES)).T}  # fmt: skip
 
 
 @register
@@ -59,11 +60,9 @@ class Shapes(Scene):
             low = float(np.abs(turn[2] * SIDES).sum())  # of a corner below the middle
             mass = 8.0 * density * float(np.prod(SIDES))
             world.box(name, SIDES, mass, (PLACES[name], 0.0, low + o.drop), rotation=turn)
-        lying, upright = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-        for name, size, axis, height, along in (
-            ("can", CAN, lying, CAN[0], o.speed),
-            ("puck", PUCK, upright, PUCK[1], 0),
-        ):
+        lying, upright = np.eye(3)[1:]
+        cylinders = ("can", CAN, lying, CAN[0], o.speed), ("puck", PUCK, upright, PUCK[1], 0.0)
+        for name, size, axis, height, along in cylinders:
             mass = 2.0 * pi * size[0] ** 2 * size[1] * density
             place = (PLACES[name], 0.0, height - depth(name, mass, o))
             world.cylinder(name, *size, mass, place, (along, 0.0, 0.0), rotation=onto(axis))
