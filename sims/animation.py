@@ -40,9 +40,8 @@ def draw_animation(
     end = min(float(panel.recording.times[-1]) for panel in panels)
     end = end if until is None else min(until, end)
     figure, axes = figure_for(panels, end)
-    moving = [panel for panel in panels if list(panel.marks_at(0)) != list(panel.marks)]
     for one, panel in zip(axes, panels, strict=True):
-        if panel not in moving:
+        if not panel.marks_move:
             marks(one, panel)
     speed = "as fast as life" if slow == 1.0 else f"{slow:g} times slower than life"
     note(axes[-1], f"{speed}; half of each body is dark")
@@ -56,7 +55,7 @@ def draw_animation(
         for one, panel in zip(axes, panels, strict=True):
             entry = int(np.argmin(np.abs(panel.recording.times - instant)))
             drawn = path(one, panel, float(panel.recording.times[entry])) + bodies(one, panel, entry)
-            drawn += [write(one, panel, mark) for mark in panel.marks_at(entry) if panel in moving]
+            drawn += [write(one, panel, mark) for mark in panel.marks_at(entry) if panel.marks_move]
             for artist in sorted(drawn, key=lambda each: each.get_zorder()):
                 one.draw_artist(artist)
                 artist.remove()
@@ -74,9 +73,6 @@ def draw_animation(
 
 def _video(frames: Sequence[Image], file: Path) -> Path:
     """Write frames as a video, the last one as long as in a GIF."""
-    from contactlaw import checks
-
-    checks.need("imageio_ffmpeg", "a video", "video")
     ffmpeg = import_module("imageio_ffmpeg")
     width, height = (2 * (side // 2) for side in frames[0].size)
     writer = ffmpeg.write_frames(str(file), (width, height), fps=1.0 / FRAME, macro_block_size=2)

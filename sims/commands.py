@@ -18,6 +18,7 @@ from sims import show
 from sims.scene import ENGINES, NATIVES, OWN_STEP, Scene, Settings, check_step
 
 BOTH = ("both",)
+KINDS = ("plot", "gif", "mp4")  # of pictures
 PLOT, GIF, MP4, VIEW = (
     "Many exposures in one picture, .png.",
     "Moving picture, .gif.",
@@ -39,6 +40,8 @@ def add_scene(
         except typer.Exit:
             raise
         except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+        except (ModuleNotFoundError, OSError) as error:
             raise typer.BadParameter(str(error)) from None
         except (ArithmeticError, RuntimeError) as error:
             raise typer.BadParameter(f"with these values it cannot be moved: {error}") from None
@@ -81,7 +84,7 @@ def _for_each_engine(run: Callable[[Scene, Mapping[str, Any]], None], scene: Sce
         return
     for engine in ENGINES:
         files = {kind: values[kind] and values[kind].with_stem(f"{values[kind].stem}_{engine}")
-                 for kind in ("plot", "gif", "mp4")}  # fmt: skip
+                 for kind in KINDS}  # fmt: skip
         if not values["as_json"]:
             show.console.rule(engine, align="left")
         run(scene, {**values, **files, "engine": engine})
@@ -110,6 +113,13 @@ def settings_of(scene: Scene, values: Mapping[str, Any]) -> Settings:
     """
     if values["view"] and not _has_display():
         raise ValueError("view: there is no display to open a window on; --gif makes a moving picture")
+    if values["view"] and not (scene.in_window and values["engine"] in ENGINES):
+        where = f"{scene.name} in engine = {values['engine']!r}"
+        raise ValueError(f"view: there is no window for {where}; --gif makes a moving picture")
+    for kind in KINDS:
+        file = values[kind]
+        if file and file.suffix != (".png" if kind == "plot" else f".{kind}"):
+            raise ValueError(f"{kind} = {str(file)!r}: must end in .{'png' if kind == 'plot' else kind}")
     if values["mp4"]:
         checks.need("imageio_ffmpeg", "a video", "video")
     check_step(values["timestep"])

@@ -60,6 +60,11 @@ class Panel:
         """At the end."""
         return self.marks_at(-1)
 
+    @cached_property
+    def marks_move(self) -> bool:
+        """Whether they go with the bodies."""
+        return list(self.marks_at(0)) != list(self.marks)
+
 
 def title_of(scene: Scene, recording: Recording) -> str:
     """Engine, law and step of a recording; of the engine's own contact what it is set for."""
@@ -79,8 +84,8 @@ def panel_of(scene: Scene, recording: Recording) -> Panel:
     return Panel(recording, title, scene.caption(recording), kind, marks)
 
 
-def extent(panels: Sequence[Panel], until: float, marked: bool = True) -> Array:
-    """What all panels have to show up to a time, with their marks or room for some: left, right, below, above [m]."""
+def extent(panels: Sequence[Panel], until: float) -> Array:
+    """What all panels have to show up to a time, with marks that stand or room for others: left, right, below, above."""
     bounds = []
     for panel in panels:
         recording = panel.recording
@@ -89,9 +94,10 @@ def extent(panels: Sequence[Panel], until: float, marked: bool = True) -> Array:
             reach = track.size[0] if track.shape in ("ball", "disc") else float(np.linalg.norm(track.size))
             flat = track.positions[here][:, list(recording.view)]
             bounds.append([*(flat.min(axis=0) - reach), *(flat.max(axis=0) + reach)])
-        bounds += [[x, y, x, y] for x, y, _ in panel.marks if marked and np.isfinite([x, y]).all()]
+        bounds += [[x, y, x, y] for x, y, _ in panel.marks if not panel.marks_move and np.isfinite([x, y]).all()]
     low, high = np.min(bounds, axis=0)[:2], np.max(bounds, axis=0)[2:]
-    lowest = min((y if marked else low[1] for panel in panels for _, y, _ in panel.marks), default=np.inf)
+    lows = [low[1] if panel.marks_move else y for panel in panels for _, y, _ in panel.marks]
+    lowest = min(lows, default=np.inf)
     low[1] = min(low[1], lowest - BELOW * (high[1] - low[1]))
     margin = np.maximum(MARGIN * (high - low), 0.03 * float(np.max(high - low)))
     return np.array([low[0], high[0], low[1], high[1]]) + np.array([-1.0, 1.0, -1.0, 1.0]) * np.repeat(margin, 2)

@@ -137,6 +137,8 @@ class Scene(ABC):
     """Whether they show it as MuJoCo has it with the best settings for friction, too."""
     apart: ClassVar[bool] = False
     """Whether exposures stand side by side, for bodies that hide each other."""
+    in_window: ClassVar[bool] = True
+    """Whether `World.record` moves it, which shows it in the engine's window on demand."""
     slow: ClassVar[float] = 1.0
     """How many times slower than life its moving picture is."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -113,21 +114,19 @@ def show_all(scenes: Sequence[Scene], out: Path) -> int:
 
 
 UNITS = {
-    "time": "s", "wall_time": "s", "timestep": "s", "contact_duration": "s", "duration": "s", "seconds": "s",
-    "settled": "s", "x": "m", "x_end": "m", "speed": "m/s", "ball_speed": "m/s", "speed_after": "m/s", "lift": "m/s",
-    "energy": "J", "turns_a_second": "1/s", "loft": "degrees", "launch_angle": "degrees", "aside": "", "drop_s": "s",
-    "side_after": "rad/s", "creep_um_per_s": "um/s", "creep_fitted_um_per_s": "um/s", "way_um": "um",
+    r"_um_per_s$": "um/s", r"_um$": "um", r"degrees$|^loft$|^launch_angle": "degrees", r"^turns_a_second$": "1/s",
+    r"_over_|_ratio$|_error$|_gained$|_rise$|^psi|^slip": "", r"^(back)?spin|^side_after$|rate$|^rate_": "rad/s",
+    r"velocit|speed|^lift$": "m/s", r"^acceleration|^rim": "m/s^2", r"^energy(_before)?$": "J", r"^force$": "N",
+    r"^x(_end)?$|height|^off_the_mirror$|^radius$": "m",
+    r"^((wall_)?time|timestep|(contact_)?duration|seconds|settled|compared_until|drop_s)$": "s",
 }  # fmt: skip
+"""Of figures, by what is found first in their names."""
 COLUMNS = 7  # of a table of 80 characters
 
 
 def unit_of(name: str) -> str:
     """Unit of a figure, by its name; nothing for plain numbers and words."""
-    for begin, unit in (("spin", "rad/s"), ("backspin", "rad/s"), ("velocit", "m/s"), ("energy_before", "J"),
-                        ("launch_angle", "degrees")):  # fmt: skip
-        if name.startswith(begin):
-            return unit
-    return "degrees" if name.endswith("degrees") else UNITS.get(name, "")
+    return next((unit for found, unit in UNITS.items() if re.search(found, name)), "")
 
 
 def _parts(heads: list[str]) -> list[list[str]]:

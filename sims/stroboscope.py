@@ -54,7 +54,7 @@ def _draw_apart(panels: Sequence[Panel], file: Path, instants: Array, dpi: int) 
     """A row for each panel, an exposure in each of its places; of what is wide a column for each."""
     from matplotlib.figure import Figure
 
-    bounds = extent(panels, float(instants[-1]), marked=False)
+    bounds = extent(panels, float(instants[-1]))
     width, height = bounds[1] - bounds[0], bounds[3] - bounds[2]
     wide = width > WIDE * height
     down, across = (instants.size, len(panels)) if wide else (len(panels), instants.size)

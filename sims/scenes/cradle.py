@@ -66,7 +66,7 @@ class Cradle(Scene):
 
     def caption(self, recording: Recording) -> str:
         """What the numbers are."""
-        return "speeds before the blow (left) and after it (right), m/s"
+        return "speeds before the blow and after it, m/s"
 
     def measure(self, recording: Recording) -> Measured:
         """Velocities after the blow, and the chain's."""

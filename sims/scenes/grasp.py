@@ -54,6 +54,7 @@ class Grasp(Scene):
     shown = 2.5
     apart, exposure = True, 0.625
     slow = 2.0
+    in_window = False
     options = {
         "seconds": Option(6.0, "how long it is shaken and watched", 4.0, 1e5),
         "grip": Option(2.0, "force of a finger over the least that holds", 1e-3, 1e3),

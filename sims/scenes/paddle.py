@@ -39,6 +39,7 @@ class Paddle(Scene):
     title = "a table tennis ball with topspin meets a paddle on a hinge"
     beside_native = False
     slow = 20.0
+    in_window = False
     material = None
     options = {
         "speed": speed(3.0, "of the ball onto the face"),

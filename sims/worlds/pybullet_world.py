@@ -15,6 +15,7 @@ from sims.scene import Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
 from sims.worlds.world import World
 
+FAR_OFF = 4.0  # distance of the camera, over how far the bodies reach
 ROUND = {"capsule": p.GEOM_CAPSULE, "cylinder": p.GEOM_CYLINDER}
 
 
@@ -184,7 +185,7 @@ class EngineWorld(World):
     def _show(self, middle: Array, reach: float) -> None:
         if not self._dressed:
             self._dress()
-        p.resetDebugVisualizerCamera(8.0 * reach, 0.0, -15.0, middle.tolist(), physicsClientId=self.client)
+        p.resetDebugVisualizerCamera(FAR_OFF * reach, 0.0, -15.0, middle.tolist(), physicsClientId=self.client)
 
     def _dress(self) -> None:
         """No panels, and chequers on what is round, so that its turning is seen."""
