@@ -13,10 +13,10 @@ import mujoco
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.sets import Sets
 from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, shape_of
 from contactlaw.mujoco_plugin.silence import silence
 from contactlaw.pair import ContactPair
+from contactlaw.world.sets import Sets
 
 Geoms = str | mujoco.MjsGeom | Sequence[str | mujoco.MjsGeom]
 

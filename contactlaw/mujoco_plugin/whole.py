@@ -22,10 +22,10 @@ import mujoco
 
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.native import touch
-from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, why_not_served
 from contactlaw.mujoco_plugin.spec import put
 from contactlaw.pair import ContactPair, ContactWarning
+from contactlaw.world.sets import groups
 
 EVERY = "*"
 MOST_KINDS = 30
@@ -42,6 +42,7 @@ class Entry(NamedTuple):
     substeps: int = config.SUBSTEPS
     others: bool = True
     rounding: float | None = None
+    frictions: int = 0
 
 
 def is_every(what: Any) -> bool:
@@ -115,7 +116,9 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
                 spec,
                 ones,
                 twos,
-                config.Contact(_names(ones), _names(twos), entry.pair, entry.substeps, entry.rounding, native),
+                config.Contact(
+                    _names(ones), _names(twos), entry.pair, entry.substeps, entry.rounding, native, entry.frictions
+                ),
             )
     if said:
         some = [*said.values()][:NAMED]

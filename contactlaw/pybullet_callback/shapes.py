@@ -117,27 +117,27 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
     Raises:
         ValueError: No such body or link, no collision shape, not a multibody, a planar joint, or an empty set.
     """
+    there = {p.getBodyUniqueId(i, client): None for i in range(p.getNumBodies(client))}
     if not isinstance(bodies, Iterable) or isinstance(bodies, str | bytes):
-        return [read_side(client, which, bodies, link)]
+        return [read_side(client, which, bodies, link, there)]
     sides: dict[Key, Side] = {}
     for entry in bodies:
         if isinstance(entry, Iterable) and not isinstance(entry, str | bytes):
             members = list(entry)
             if len(members) != 2:
                 raise ValueError(f"body_{which}: holds {entry!r}; each must be a body or (body, link)")
-            side = read_side(client, which, *members)
+            side = read_side(client, which, *members, there)
         else:
-            side = read_side(client, which, entry, link)
+            side = read_side(client, which, entry, link, there)
         sides[side.key] = side
     if not sides:
         raise ValueError(f"body_{which} = {bodies!r}: holds no bodies; must hold one or more")
     return list(sides.values())
 
 
-def read_side(client: int, which: str, body: Any, link: Any) -> Side:
-    """Check the ids of one side and read its shape; errors as for `read_sides`."""
+def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, None]) -> Side:
+    """Check the ids of one side, among the bodies that are there, and read its shape; errors as for `read_sides`."""
     # PyBullet checks no link id itself: getDynamicsInfo of a link that is not there ends the process.
-    there = [p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))]
     body = _identity(f"body_{which}", body, there, "the bodies of this client")
     joints = p.getNumJoints(body, client)
     link = _identity(f"link_{which}", link, range(BASE, joints), f"-1 (the base) and the links of body {body}")

@@ -147,11 +147,11 @@ def bound_delta_v(w, p, a, b, length):
     for_a *= 2.0 * max(sqrt(square), b.delta_v) / both
     for_b *= 2.0 * max(sqrt(square), a.delta_v) / both
     more = for_a > GROWN * a.delta_v or for_b > GROWN * b.delta_v
-    a.delta_v = max(a.delta_v, for_a)
-    b.delta_v = max(b.delta_v, for_b)
-    for one in (a, b):
-        if one.tree != 0:
-            call_with_body(tree_at(one.tree, 0).spread, one)
+    for one, value in ((a, for_a), (b, for_b)):
+        if value > one.delta_v:
+            one.delta_v = value
+            if one.tree != 0:
+                call_with_body(tree_at(one.tree, 0).spread, one)
     return more
 
 
