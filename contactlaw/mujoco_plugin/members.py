@@ -180,9 +180,10 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
         on = native.example(member.sets)
         if on:
             one, two = (shapes[geom] for geom in on)
+            margin, gap = native_margin(one, two)
             raise ValueError(
                 f"{_names(shapes, on)}: the engine's own contact of this pair is on; turn it off by <contact><pair "
-                f'geom1="{one.name}" geom2="{two.name}" margin="{-native_margin(one, two):g}"/></contact>'
+                f'geom1="{one.name}" geom2="{two.name}" margin="{margin!r}" gap="{gap:g}"/></contact>'
             )
 
 

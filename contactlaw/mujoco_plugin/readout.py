@@ -95,7 +95,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
         ValueError: The model has no such contact.
     """
     number, head = world_of(model, data, name)
-    world = _View(head)
+    world = View(head)
     sets = Member(layout.ModelView(model._address), mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)).product
     dt = float(model.opt.timestep)
     out = []
@@ -122,7 +122,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """The account of an instance; arguments and errors as for `contacts_of`."""
     number, head = world_of(model, data, name)
-    world = _View(head)
+    world = View(head)
     own = world.ledgers[world.instances == number]
     (touches, _, _, duration, normal, across), (_, deepest, strongest, *_) = own.sum(0), own.max(0)
     rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
@@ -150,10 +150,9 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     contacts and what is applied, for observations that are made of that.
     """
     out = np.zeros((model.nbody, 6))
-    known = members(layout.ModelView(model._address))
-    if not known:
+    if not members(layout.ModelView(model._address)):
         return out
-    world = _View(_head(data, known))
+    world = view_of(model, data)
     rows = world.contacts[world.contacts["phase"] != FREE]
     points = world.positions[rows["body_a"]] + rows["arm_a"]
     forces = world.mean_forces(rows, float(model.opt.timestep))
@@ -172,8 +171,8 @@ def _take_over(address, row):
     read(world_at(address, 0), row)
 
 
-class _View:
-    """The world of an mjData."""
+class View:
+    """The world of an mjData: its arrays."""
 
     def __init__(self, head: Any) -> None:
         world = record_at(int(head["world"]), WORLD, 1)[0]
@@ -188,6 +187,11 @@ class _View:
         """On A over the last step [N]; those of contacts that sleep are what they were."""
         sleeps = (self.asleep[rows["body_a"]] != 0) | (self.asleep[rows["body_b"]] != 0)
         return np.where(sleeps[:, None], rows["force"], (rows["impulse"] - rows["earlier"]) / dt)
+
+
+def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
+    """The arrays of the world of an mjData whose model has the law."""
+    return View(_head(data, members(layout.ModelView(model._address))))
 
 
 def record_at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:

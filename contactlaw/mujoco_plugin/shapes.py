@@ -59,11 +59,13 @@ class Shape:
 
     @property
     def bound(self) -> float:
-        """Radius of a sphere around a round shape, a box or a cylinder [m]; infinite otherwise."""
+        """Radius of a sphere around it [m], as MuJoCo has it; infinite of planes and meshes."""
         if self.is_spherical:
             return float(self.size[0])
         if self.type == CAPSULE:
             return float(self.size[0] + self.size[1])
+        if self.type == ELLIPSOID:
+            return float(self.size.max())
         if self.type == CYLINDER:
             return float(np.hypot(self.size[0], self.size[1]))
         return float(np.linalg.norm(self.size)) if self.type == BOX else inf
@@ -137,8 +139,14 @@ def why_not_served(one: Shape, two: Shape) -> str | None:
     return None
 
 
-def native_margin(one: Shape, two: Shape) -> float:
-    """Margin, to be negated, of an explicit pair that the engine's bounding test always rejects."""
+def native_margin(one: Shape, two: Shape) -> tuple[float, float]:
+    """Margin and gap [m] of an explicit pair by which the engine never makes a contact.
+
+    Its bounding spheres are compared by squares: only a sum of exactly zero rejects all; planes are compared signed.
+    Convex bodies that pass are taken to touch whatever the margin. A mesh has its bound once compiled: it passes, and
+    the gap excludes what is found from the constraints.
+    """
     bounds = [shape.bound for shape in (one, two)]
-    # Bounding spheres are compared by squares: only a sum of exactly zero rejects all. Planes are compared signed.
-    return sum(bounds) if max(bounds) < inf else 1e6
+    if max(bounds) < inf:
+        return -sum(bounds), 0.0
+    return -1e6, 0.0 if PLANE in (one.type, two.type) else 1e6

@@ -35,8 +35,8 @@ def silence(spec: mujoco.MjSpec, geoms: list[Any], sets: Sets) -> None:
         if not any(touch(_bits(one), _bits(two)) for one, two in sets.by_kinds(_bits)):
             return
     for one, two in sets.every():
-        margin = native_margin(shape_of(one), shape_of(two))
-        spec.add_pair(geomname1=one.name, geomname2=two.name, margin=-margin, gap=0.0)
+        margin, gap = native_margin(shape_of(one), shape_of(two))
+        spec.add_pair(geomname1=one.name, geomname2=two.name, margin=margin, gap=gap)
 
 
 def _bits(geom: Any) -> Bits:

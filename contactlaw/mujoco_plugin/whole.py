@@ -102,7 +102,7 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
     for pair in spec.pairs:
         ends = [next((geom for geom in geoms if geom.name == name), None) for name in (pair.geomname1, pair.geomname2)]
         if None not in ends and left(*ends) is None:
-            pair.margin, pair.gap = -native_margin(*(shapes[geom] for geom in ends)), 0.0
+            pair.margin, pair.gap = native_margin(*(shapes[geom] for geom in ends))
             served.update(ends)
     for kind, partners in kept.items():
         if len(set(partners)) < sum(touch(before[kinds[kind][0]], before[kinds[other][0]]) for other in kinds):

@@ -67,7 +67,8 @@ def set_off(place):
     if not apart:
         return steady(place)
     for k in range(head.count):
-        r = row_at(head.rows, k)
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        b.turned += head.dt * norm(load(b.spin))  # Bullet turns it, the world does not
         keep(r, r.before, head.dt if r.mass > 0.0 else 0.0)
     return PASSED
 

@@ -253,7 +253,7 @@ def pair_of(w, i, j):
     if sa.kind > sb.kind or not meets(sa.kind, sb.kind) or (sb.kind == TANGENT and sb.partner != i):
         return -1
     still = body_at(w.bodies, sa.body).inverse_mass == 0.0 and body_at(w.bodies, sb.body).inverse_mass == 0.0
-    if sa.body == sb.body or still:
+    if sa.body == sb.body or still or (sa.kind == SIDE and sa.body < sb.body):  # two sides meet once
         return -1
     return whole_at(w.groups, sa.group * w.group_count + sb.group)
 

@@ -141,7 +141,6 @@ def shapes_spec():
     [
         ({"geom2": "flor"}, "geom2 = 'flor': must be one of .*did you mean 'floor'"),
         ({"geom1": 3}, "geom1 = 3"),
-        ({"geom1": "can", "geom2": "egg"}, "cylinder 'can' on ellipsoid 'egg': they touch along a face"),
         ({"geom2": "ball"}, "another geom"),
         ({"pair": 0.1}, "pair = 0.1"),
         ({"spec": shapes_spec().compile()}, "before the model is compiled"),

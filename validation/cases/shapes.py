@@ -115,10 +115,10 @@ def ball_error(second: float) -> float:
 
 def drops(engine: str, seeds: range, make: Any) -> Data:
     """Sums over random drops, and in words those that fail."""
-    from validation.shape_runs import judge
+    from validation.shape_runs import FLIGHT, judge
 
     judge(engine, make(0))  # compiles
-    words, gain, depth, moving, times = [], 0.0, 0.0, 0, []
+    words, gain, depth, moving, flown, times = [], 0.0, 0.0, 0, 0, []
     for seed in seeds:
         drop = make(seed)
         try:
@@ -128,12 +128,13 @@ def drops(engine: str, seeds: range, make: Any) -> Data:
             continue
         gain, depth = max(gain, verdict.gain), max(depth, verdict.depth)
         times.append(verdict.rest)
+        flown += verdict.flight > FLIGHT
         if verdict.wrong:
             words.append(f"{drop}: {', '.join(verdict.wrong)}")
         moving += any("moves" in one for one in verdict.wrong)
     failed = len(words) - moving
-    return {"engine": engine, "runs": len(seeds), "failed": failed, "moving": moving, "gain": gain, "depth": depth,
-            "rest": float(np.median(times)), "words": words}  # fmt: skip
+    return {"engine": engine, "runs": len(seeds), "failed": failed, "moving": moving, "flown": flown, "gain": gain,
+            "depth": depth, "rest": float(np.median(times)), "words": words}  # fmt: skip
 
 
 def dropped(kinds: tuple[str, ...], seed: int) -> Any:
@@ -248,6 +249,9 @@ class Shapes(Case):
             counts = f"{one['failed']}; {one['moving']}"
             worst = f"greatest gain {one['gain']:.1e}", f"at rest after {one['rest']:.1f} s, median"
             table.rows.append([f"{one['runs']} {name}: that fail; that still move", counts, *worst])
+            if one["flown"]:
+                why = "of these not judged: the engine's own flight changes energy by more than 10 %"
+                table.rows.append([why, f"{one['flown']}", "", ""])
         memory = data["memory"]
         table.rows.append([f"memory over {memory['steps']:.0e} steps", f"{memory['before']:.1f} MB before",
                            f"{memory['after']:.1f} MB after", ""])  # fmt: skip
