@@ -47,6 +47,7 @@ from contactlaw.pair import ContactWarning
 from contactlaw.world.sets import groups
 
 Source = str | bytes | os.PathLike[str]
+NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
 OVERLAPS = ("warn", "keep", "raise")
 
 
@@ -134,7 +135,7 @@ def save_model(
                 raise ValueError(
                     f"target = {str(path)!r}: must be another file than the model's own and what it refers to"
                 )
-    text = model_xml(model, contacts, assets=assets, **settings)
+    text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
     beside = path.resolve().with_name(f"{path.name}.{os.getpid()}")
     try:
         beside.write_text(text, encoding="utf-8")

@@ -29,6 +29,11 @@ def touch(one: Bits, two: Bits) -> bool:
     return bool(one[0] & two[1] or two[0] & one[1])
 
 
+def friction_of(one: tuple[float, int], two: tuple[float, int]) -> float:
+    """Coefficient of geoms with these frictions and priorities: the greater, or that of the greater priority."""
+    return max(one[0], two[0]) if one[1] == two[1] else max(one, two, key=lambda own: own[1])[0]
+
+
 class Rule(NamedTuple):
     """Each geom of the first touches each of the second, or none does."""
 

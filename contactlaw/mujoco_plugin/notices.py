@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from contactlaw.memory import call_report
+from numba import types
+
 from contactlaw.mujoco_plugin.free import jit
+from contactlaw.mujoco_plugin.memory import call_report
 from contactlaw.pair import DEEPEST
 from contactlaw.world.access import contact_at, near_at, pair_at, set_whole, whole_at
 from contactlaw.world.clear import is_clear
 
-DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF = 1, 2, 4, 8, 16
+DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(7))
+
+
+call_later = types.ExternalFunction("Py_AddPendingCall", types.int32(types.uintp, types.uintp))
 
 
 @jit
@@ -32,7 +37,16 @@ def tell(head, code, value):
     said = whole_at(head.said, head.told)
     if said & code == 0:
         set_whole(head.said, head.told, said | code)
-        call_report(head.report, head.own, code, value)
+        tell_of(head, code, value)
+
+
+@jit
+def tell_of(head, code, value):
+    """The same, every time."""
+    truth = types.uintp(head.truth)
+    error = call_report(head.report, head.own, code, value)
+    if error != 0:
+        call_later(truth, types.uintp(error))
 
 
 @jit

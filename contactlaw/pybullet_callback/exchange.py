@@ -17,7 +17,8 @@ from math import isfinite, nan, sqrt
 from typing import Any
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.world.access import body_at, element, set_whole, world_at
+from contactlaw.memory import element, set_whole
+from contactlaw.world.access import body_at, world_at
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world

@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
+from contactlaw.memory import doubles_at
 from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.exchange import (
     ENDED,
@@ -26,7 +27,7 @@ from contactlaw.pybullet_callback.exchange import (
     store_quaternion,
     times,
 )
-from contactlaw.world.access import body_at, contact_at, numbers_at, pair_at, world_at
+from contactlaw.world.access import body_at, contact_at, pair_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.clear import is_clear
 from contactlaw.world.demand import STEP
@@ -131,7 +132,7 @@ def look(head, w):
     """
     flags = 0 if w.lists == head.lists else LISTED
     head.lists = w.lists
-    said = carray(numbers_at(head.seen), w.contact_room)
+    said = carray(doubles_at(head.seen), w.contact_room)
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE:

@@ -189,8 +189,8 @@ def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
 
 
 SERVED = (
-    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other, "
-    "but for cylinders on meshes; let these two keep Bullet's own contact, or give them such shapes"
+    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other; "
+    "let these two keep Bullet's own contact, or give them such shapes"
 )
 
 
@@ -204,8 +204,7 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     Raises:
         ValueError: They are such.
     """
-    both = {a.shape, b.shape}
-    if both & {*HULL} and not (a.measured or b.measured or "cylinder" in both):
+    if HULL[0] in (a.shape, b.shape) and not (a.measured or b.measured):
         return
     if "sphere" in (a.shape, b.shape) or (a.shape in ROUND and b.shape in ROUND):
         return
@@ -230,11 +229,10 @@ def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
         ValueError: They are such.
     """
     for name, side in (("a", a), ("b", b)):
-        measured = side.measured or (side.shape == "cylinder" and (a.shape in ROUND or b.shape in ROUND))
-        if pair.radius is None and measured:
+        if pair.radius is None and side.measured:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
-                f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT[:2])}"
+                f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
             )
 
 

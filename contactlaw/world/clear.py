@@ -5,7 +5,7 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, shape_at
 from contactlaw.world.geometry import meet
-from contactlaw.world.records import BOX, CORNER, CYLINDER, EDGE, SEGMENT
+from contactlaw.world.records import BOX, CORNER, EDGE, SEGMENT
 from contactlaw.world.vec import to_body
 
 ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
@@ -18,9 +18,9 @@ def is_clear(w, c):
     The parts of boxes and cylinders have radii by their definition.
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    if sa.kind == CORNER or EDGE <= sa.kind < BOX or (sb.kind != BOX and sb.kind != CYLINDER):
+    if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
         return True
-    if sa.kind == SEGMENT or sb.kind == CYLINDER:
+    if sa.kind == SEGMENT:
         return False
     a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
     _, normal, _, _ = meet(sa, a, sb, b)  # now: the contact's may be of before the box turned
