@@ -48,9 +48,12 @@ def test_substeps_are_refused(client: int) -> None:
 
 def test_shapes_without_a_radius_are_refused(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, 1.0])
-    tin = p.createMultiBody(1.0, shape(client, p.GEOM_CYLINDER, radius=0.1, height=0.2), physicsClientId=client)
+    two = p.createCollisionShapeArray(
+        [p.GEOM_SPHERE] * 2, radii=[0.1, 0.1], collisionFramePositions=[[0, 0, 0], [0.1, 0, 0]], physicsClientId=client
+    )
+    tin = p.createMultiBody(1.0, two, physicsClientId=client)
     callback = ContactCallback(client)
-    with pytest.raises(ValueError, match=r"radius = None: body 2 \(body_a\) is a cylinder"):
+    with pytest.raises(ValueError, match=r"radius = None: body 2 \(body_a\) is a compound"):
         callback.add_contact(tin, body, pair_of())
     with pytest.raises(ValueError, match="neither can move"):
         callback.add_contact(slab(client), floor, pair_of())
