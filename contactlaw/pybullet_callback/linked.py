@@ -76,12 +76,11 @@ class Linked(Joints):
         self._asleep, self._touched = (world.bodies[name][own] for name in ("asleep", "touched"))
         self._centres = world.bodies["position"][own]
 
-    def look_again(self) -> bool:
-        """Read it into `now`; returns whether it is as it was at the start of the last step."""
+    def look_again(self) -> None:
+        """Read it into `now`."""
         self.now = q, v = self.read()
         if not isfinite(q.sum() + v.sum()):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
-        return np.array_equal(q, self.start[0]) and np.array_equal(v, self.start[1])
 
     def receive(self, world: Arrays, gravity: tuple[float, float, float]) -> None:
         """Take where it is at the start of a step; what its place lacks is put right."""
