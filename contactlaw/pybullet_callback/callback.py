@@ -31,7 +31,8 @@ class ContactCallback:
     """The contact law for chosen bodies of one physics client.
 
         contact.step()                                instead of stepSimulation, or
-        contact(); pybullet.stepSimulation()
+        contact(); pybullet.stepSimulation()          once each, or
+        with contact.stepping(): ...                  where somebody else calls stepSimulation
 
     It reads where the bodies are and how they move, moves them through the step in a world of its own (`World`), which
     resolves their impacts however long the step is, and hands back to PyBullet those that were touched; all others it
@@ -52,16 +53,16 @@ class ContactCallback:
       * Radii come from spheres, capsules, planes and box faces. With `pair.radius` a sphere may touch any shape, and a
         capsule any if neither is a body of its own without joints; where PyBullet must measure, the tangent plane at
         the nearest point is what is touched in a step. Others, a box on a plane say, are refused: they touch in more
-        than one point. Without `pair.radius` a box edge or a capsule side is an error when the bodies touch.
-      * Masses and inertias are read when contacts are added or removed, and when something new touches; call `look`
-        after changeDynamics.
+        than one point. Without `pair.radius` a ball on a box's edge is warned of.
+      * Masses and inertias are read as bodies come near each other, and where one that is pressed does not move as it
+        should; call `look` if they are changed in the step before an impact. Of bodies with joints the first alone.
       * Bullet's default damping and its clamp of velocities at 100 m/s and 100 rad/s eat energy. Set
         changeDynamics(body, -1, linearDamping=0, angularDamping=0, maxJointVelocity=1e6).
       * Removing a contact turns the native response of its pairs on, whatever collision groups say: what
         setCollisionFilterPair said before cannot be read.
       * Remove a contact before its bodies. A body that has gone, or another one that PyBullet has given its id, is an
-        error at the next call that sees the number of bodies change, or at the touch. Bodies carry a user data entry
-        for this.
+        error at the next call if there are more or fewer bodies, or none that there were, as after resetSimulation;
+        else within as many calls as there are bodies. They carry a user data entry for this.
 
     Args:
         client: Physics client id.
@@ -117,8 +118,8 @@ class ContactCallback:
             A handle for the other methods.
 
         Raises:
-            ValueError: Unknown ids, the same body twice, two bodies added already, shapes that touch in more than one
-                point, no radius to be had, substeps.
+            ValueError: Unknown ids, the same body twice, two bodies added already, here or in another callback, shapes
+                that touch in more than one point, no radius to be had, substeps.
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
@@ -206,8 +207,8 @@ class ContactCallback:
         """Foresee the step that stepSimulation is about to take, and apply the forces of its contacts.
 
         Raises:
-            ValueError: Bodies, shapes or their motion are not what the class asks for. Nothing has been done in
-                PyBullet then. What is wrong with a contact is raised at every call until these are changed or restored.
+            ValueError: Bodies or their motion are not what the class asks for, or something moves and is where it was
+                at the last call: Bullet has not stepped. Nothing has been done in PyBullet then.
         """
         if stepped_by(self._client) is self:
             raise ValueError("inside `stepping` each stepSimulation is a step of this callback: do not call it as well")

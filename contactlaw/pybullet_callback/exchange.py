@@ -16,10 +16,8 @@ from __future__ import annotations
 from math import isfinite, nan, sqrt
 from typing import Any
 
-from numba import carray  # pyright: ignore[reportPrivateImportUsage]
-
 from contactlaw.jit import jit, jit_inside
-from contactlaw.memory import doubles_at, element
+from contactlaw.memory import element, set_whole
 from contactlaw.world.access import body_at, world_at
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
@@ -45,18 +43,17 @@ ROW = record(
 """A body as the world and PyBullet exchange it."""
 
 HEAD = record(
-    world="u8", rows="u8", jobs="u8", seen="u8", count="i8",
+    world="u8", rows="u8", seen="u8", count="i8",
     dt="f8", gravity=VECTOR,
     plain="i8",  # nobody has joints, or must be measured
     ahead="i8",  # who may touch in the next step must be listed before it
     looked="i8",  # what was asked for in this step has been read
     lists="i8",  # of near pairs that there have been
     bad="i8",  # the row whose numbers are not finite
-    pushed="i8", put="i8",  # how many jobs of either kind
+    named="u8", names="i8",  # rows of bodies that are to be pushed, or put elsewhere, and how many
 )  # fmt: skip
 """What compiled code is given: addresses, the step [s], gravity; and what came out."""
 
-JOB = 14  # numbers of one: its row, then force, torque, point; or position, quaternion, velocity, spin
 EXACT = 1e-12  # relative difference that is rounding
 ENDED, NOTED, LISTED, FLAGS = 1, 2, 4, 8
 NOT_FINITE, NO_ROOM, OTHERS = -1, -2, -3
@@ -66,19 +63,13 @@ row_at: Any = element(ROW)
 
 
 @jit_inside
-def job_at(head, i):
-    """The numbers of a job."""
-    return carray(doubles_at(head.jobs + 8 * JOB * i), JOB)
-
-
-@jit_inside
 def receive(head, w):
     """Take what was read: put right what a body's place lacks, and give the world's bodies their motion.
 
     Returns twice how many bodies must be put elsewhere before Bullet steps, and one more if somebody has put one where
     it is; or -1: not finite.
     """
-    head.put = 0
+    head.names = 0
     head.looked = 0
     strange = 0
     for k in range(head.count):
@@ -115,7 +106,7 @@ def receive(head, w):
             if b.asleep != 0 and norm(v) + norm(load(r.before.spin)) <= EXACT * head.dt * norm(load(b.acceleration)):
                 store(r.before.velocity, (0.0, 0.0, 0.0))
                 store(r.before.spin, (0.0, 0.0, 0.0))
-            put(head, k, r.before)
+            name(head, k)
         if r.strange != 0:
             strange = 1
             r.pressed = 0
@@ -123,7 +114,7 @@ def receive(head, w):
             stir(w)  # itself, and what it may have held
         r.lacks = 0
         set_out(r, b, head.dt)
-    return 2 * head.put + strange
+    return 2 * head.names + strange
 
 
 @jit_inside
@@ -191,9 +182,9 @@ def press(place):
 
 @jit
 def steady(place):
-    """Jobs that push bodies with what pressed on them in the last step; returns how many."""
+    """Name those that are to be pushed with what pressed on them in the last step; returns how many."""
     head = head_at(place, 0)
-    head.pushed = 0
+    head.names = 0
     for k in range(head.count):
         r = row_at(head.rows, k)
         if r.linked != 0 or r.mass == 0.0:
@@ -202,8 +193,8 @@ def steady(place):
             store(r.force, (0.0, 0.0, 0.0))
             store(r.torque, (0.0, 0.0, 0.0))
         else:
-            push(head, k, r)
-    return head.pushed
+            name(head, k)
+    return head.names
 
 
 @jit_inside
@@ -281,22 +272,7 @@ def multiply(turn, q_out):
 
 
 @jit_inside
-def push(head, k, r):
-    """A job: force and torque at the centre of mass."""
-    job = job_at(head, head.pushed)
-    job[0] = k
-    for i in range(3):
-        job[1 + i], job[4 + i], job[7 + i] = r.force[i], r.torque[i], r.before.position[i]
-    head.pushed += 1
-
-
-@jit_inside
-def put(head, k, m):
-    """A job: a place, and a velocity."""
-    job = job_at(head, head.put)
-    job[0] = k
-    for i in range(3):
-        job[1 + i], job[8 + i], job[11 + i] = m.position[i], m.velocity[i], m.spin[i]
-    for i in range(4):
-        job[4 + i] = m.quaternion[i]
-    head.put += 1
+def name(head, k):
+    """Name a row, of a body that Python must push or put."""
+    set_whole(head.named, head.names, k)
+    head.names += 1

@@ -20,8 +20,7 @@ from contactlaw.pybullet_callback.exchange import (
     compare,
     head_at,
     moment,
-    push,
-    put,
+    name,
     receive,
     row_at,
     steady,
@@ -96,12 +95,12 @@ def complete(place, stepped):
 
 @jit_inside
 def hand_back(head, w, stepped):
-    """After the world's step: jobs for the bodies that were touched, pushes or, where Bullet has stepped, places.
+    """After the world's step: names the bodies that were touched, to be pushed with `force` and `torque` or, where
+    Bullet has stepped, put where they are `left`.
 
     Returns FLAGS times how many, and what `look` says.
     """
-    head.pushed = 0
-    head.put = 0
+    head.names = 0
     for k in range(head.count):
         row_at(head.rows, k).pressed = 0
     flags = look(head, w)
@@ -115,10 +114,8 @@ def hand_back(head, w, stepped):
         elif b.asleep != 0 and b.touched == 0:
             hold(r, b)
             keep(r, r.before, 0.0)
-            if stepped == 0:
-                push(head, k, r)
-            elif not alike(r.after, r.before):
-                put(head, k, r.before)
+            if stepped == 0 or not alike(r.after, r.before):
+                name(head, k)
         elif b.touched == 0:
             if stepped == 0:
                 keep(r, r.before, head.dt)
@@ -126,7 +123,7 @@ def hand_back(head, w, stepped):
                 keep(r, r.after, 0.0)
         else:
             finish(head, k, r, b, stepped)
-    return FLAGS * (head.put + head.pushed) + flags
+    return FLAGS * head.names + flags
 
 
 @jit_inside
@@ -197,8 +194,8 @@ def finish(head, k, r, b, stepped):
     store(r.torque, moment(r, b, rate))
     b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3] = qw, qx, qy, qz
     set_axes(b)
+    name(head, k)
     if stepped == 0:
-        push(head, k, r)
         keep(r, m, dt)
         store(r.left.velocity, v)
         place = axpy(dt, v, load(m.position))
@@ -215,7 +212,6 @@ def finish(head, k, r, b, stepped):
     store_quaternion(done.quaternion, (qx, qy, qz, qw))
     store(done.velocity, v)
     store(done.spin, spin)
-    put(head, k, done)
     keep(r, done, 0.0)
     r.lacks = 0
     if b.asleep != 0:

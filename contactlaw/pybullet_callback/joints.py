@@ -31,6 +31,12 @@ def turned_by(turn: Array) -> Array:
     return np.array([np.cos(0.5 * angle), *(0.5 * np.sinc(0.5 * angle / np.pi) * turn)])
 
 
+def axes_of(quaternion: Array) -> Array:
+    """The rotation matrix (3, 3) of a quaternion, scalar first; as `frames.matrix_of`, by PyBullet, faster."""
+    w, x, y, z = quaternion.tolist()
+    return rotation((x, y, z, w))
+
+
 class Joints:
     """The joints of a body of PyBullet, and the bodies that they hold.
 
@@ -158,9 +164,9 @@ class Joints:
                 [speeds[j : j + 3] if kind == BALL else [speeds[j]] for kind, _, j in self._own], self._client,
             )  # fmt: skip
         if self.free:
-            turn = q[3:7]
-            p.resetBasePositionAndOrientation(self.body, q[:3].tolist(), [*turn[1:].tolist(), turn[0]], self._client)
-            p.resetBaseVelocity(self.body, v[:3].tolist(), (matrix_of(turn) @ v[3:6]).tolist(), self._client)
+            x, y, z, *turn = q[:7].tolist()
+            p.resetBasePositionAndOrientation(self.body, (x, y, z), [*turn[1:], turn[0]], self._client)
+            p.resetBaseVelocity(self.body, v[:3].tolist(), (axes_of(q[3:7]) @ v[3:6]).tolist(), self._client)
 
     def moved(self, q: Array, x: Array) -> Array:
         """Coordinates moved by x, shape (v_size,), spins along the bodies' axes."""
@@ -192,5 +198,5 @@ class Joints:
         """Velocities where the spin of the base, along its axes at q, is told along those at other coordinates."""
         out = v.copy()
         if self.free:
-            out[3:6] = matrix_of(other[3:7]).T @ matrix_of(q[3:7]) @ v[3:6]
+            out[3:6] = axes_of(other[3:7]).T @ (axes_of(q[3:7]) @ v[3:6])
         return out

@@ -14,6 +14,8 @@ answer to the push in Bullet's own step shows: one whose motor is at its limit g
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 import pybullet as p
 
@@ -74,19 +76,22 @@ class Linked(Joints):
         self._asleep, self._touched = (world.bodies[name][own] for name in ("asleep", "touched"))
         self._centres = world.bodies["position"][own]
 
-    def look_again(self) -> bool:
-        """Read it into `now`; returns whether it is as it was at the start of the last step."""
+    def look_again(self) -> None:
+        """Read it into `now`."""
         self.now = q, v = self.read()
-        if not np.isfinite(q.sum() + v.sum()):
+        if not isfinite(q.sum() + v.sum()):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
-        return np.array_equal(q, self.start[0]) and np.array_equal(v, self.start[1])
 
     def receive(self, world: Arrays, gravity: tuple[float, float, float]) -> None:
         """Take where it is at the start of a step; what its place lacks is put right."""
         self._look_at(world)
         q, v = self.now
-        off = np.abs(self.between(self.moved(self.left[0], self.ahead * v), q)).max(initial=0.0)
-        self.strange = not off <= EXACT * (1.0 + np.abs(q).max(initial=0.0))
+        left = self.moved(self.left[0], self.ahead * v) if self.ahead > 0.0 else self.left[0]
+        near = EXACT * (1.0 + np.abs(q).max(initial=0.0))
+        self.strange = (
+            not np.abs(left - q).max(initial=0.0) <= 0.5 * near
+            and not np.abs(self.between(left, q)).max(initial=0.0) <= near
+        )
         if self.strange:
             self.force[:], self.push[:], self.pressed = 0.0, 0.0, False
         elif self.ahead > 0.0:
@@ -106,7 +111,7 @@ class Linked(Joints):
     def _learn(self, gained: Array) -> None:
         """What moved the joints, and which of them a motor held against `push`, from the accelerations of a step."""
         known, i = self.matrix @ self.own, self.scalar_v
-        armature, inertia = self._axes["armature"][i], np.diag(self.matrix)[i]
+        armature, inertia = self._axes["armature"][i], self.matrix[i, i]
         held = np.abs(gained[i]) * (inertia - armature) < np.abs(self.push[i])
         self._axes["armature"][i] = np.where(held & self.driven, HELD * (inertia - armature), 0.0)
         self.matrix[i, i] += self._axes["armature"][i] - armature
@@ -131,7 +136,7 @@ class Linked(Joints):
     def compare(self, world: Arrays, dt: float) -> None:
         """After Bullet's step: what moved the joints in it."""
         self.after = self.read()
-        if not np.isfinite(self.after[0].sum() + self.after[1].sum()):
+        if not isfinite(self.after[0].sum() + self.after[1].sum()):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
         self._learn((self.after[1] - self.start[1]) / dt)
         self._place(world, dt)

@@ -126,7 +126,7 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
             members = list(entry)
             if len(members) != 2:
                 raise ValueError(f"body_{which}: holds {entry!r}; each must be a body or (body, link)")
-            side = read_side(client, which, *members, there)
+            side = read_side(client, which, members[0], members[1], there)
         else:
             side = read_side(client, which, entry, link, there)
         sides[side.key] = side

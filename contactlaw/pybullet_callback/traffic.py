@@ -13,7 +13,6 @@ import pybullet as p
 from contactlaw.pybullet_callback.exchange import (
     FLAGS,
     HEAD,
-    JOB,
     MOTION,
     NO_ROOM,
     NOT_FINITE,
@@ -33,8 +32,8 @@ from contactlaw.world.records import Arrays
 from contactlaw.world.step import address_of_pressed, step
 
 WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
-STEP, NUMBERS = struct.Struct("4d"), struct.Struct(f"{JOB}d")
-BEFORE, AFTER = (int(ROW.fields[name][1]) for name in ("before", "after"))  # type: ignore[index]
+STEP, PLACE, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
+BEFORE, AFTER, LEFT, FORCE = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force"))  # type: ignore[index]
 SPEED_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
 STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 
@@ -59,7 +58,7 @@ class Traffic:
         self._client, self._world, self.keys, self.linked, self._measured = client, world, keys, linked, measured
         self._listed: Callable[[], None] = lambda: None
         self.rows: Any = np.zeros(len(keys), ROW)
-        self.jobs: Any = np.zeros((len(keys) + 1, JOB))
+        self._named = np.zeros(len(keys), np.int64)
         self._head: Any = np.zeros(1, HEAD)
         self._head["plain"] = not (linked or measured)
         self._head_at = self._head.ctypes.data
@@ -68,13 +67,13 @@ class Traffic:
         for one in linked:
             self.rows["linked"][one.first : one.first + len(one.keys)] = 1
         plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
-        self._bases = [(key[0], k * ROW.itemsize) for k, key in plain if key[1] == BASE]
-        self._still = [(key, k * ROW.itemsize) for k, key in plain if key[1] != BASE]
+        self._bases = [(key[0], k * SIZE) for k, key in plain if key[1] == BASE]
+        self._still = [(key, k * SIZE) for k, key in plain if key[1] != BASE]
         self._masses: dict[int, tuple[float, tuple[float, ...]]] = {}
         self.bind(world.arrays)
         self.weigh(k for k, _ in plain)
         self._heavy = set(np.flatnonzero(self.rows["mass"]).tolist())
-        self._moving = [one for one in self._bases if one[1] // ROW.itemsize in self._heavy]
+        self._moving = [one for one in self._bases if one[1] // SIZE in self._heavy]
         if not moves:
             self._read()
             self._bases, self._still = self._moving, []
@@ -90,7 +89,7 @@ class Traffic:
         self._world._arrays = self.arrays = arrays.bound()
         self._state, self.seen = arrays.world, np.zeros(arrays.contacts.size)
         head = self._head
-        head["world"], head["rows"], head["jobs"] = (a.ctypes.data for a in (self._state, self.rows, self.jobs))
+        head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
         self._last: list[Any] = [()] * len(self._bases)
 
@@ -150,16 +149,17 @@ class Traffic:
             one.compare(self.arrays, dt)
         done = self._complete(1)
         if done >= FLAGS:
-            self._put(done // FLAGS)
+            self._put(done // FLAGS, LEFT)
         for one in self.linked:
             one.hand_back(self.arrays, dt, True, self._presses(one))
         return done
 
     def _set_off(self, dt: float, gravity: tuple[float, float, float]) -> int:
-        """Read all bodies and set the world's out from there; returns how many have jobs to be pushed, or PASSED."""
+        """Read all bodies and set the world's out from there; returns how many are to be pushed, or PASSED."""
         STEP.pack_into(self._head, STEP_AT, dt, *gravity)
-        again = [one.look_again() for one in self.linked]
-        if not self._read() and self._foreseen and all(again):
+        for one in self.linked:
+            one.look_again()
+        if not self._read() and self._foreseen:
             self._refuse_twice()
         self._foreseen = False
         pushed = set_off(self._head_at)
@@ -198,7 +198,7 @@ class Traffic:
     def _settle(self, dt: float, found: int) -> None:
         """See to what `exchange.receive` found."""
         if found > 1:
-            self._put(found >> 1)
+            self._put(found >> 1, BEFORE)
             self._last = [(p.getBasePositionAndOrientation(body, self._client), p.getBaseVelocity(body, self._client))
                           for body, _ in self._bases]  # fmt: skip
         if found & 1:
@@ -250,27 +250,29 @@ class Traffic:
         return new
 
     def _push(self, number: int) -> None:
-        """Apply the forces and torques of the jobs."""
-        for i in range(number):
-            row, fx, fy, fz, tx, ty, tz, x, y, z = NUMBERS.unpack_from(self.jobs, i * NUMBERS.size)[:10]
-            body = self.keys[int(row)][0]
-            p.applyExternalForce(body, BASE, (fx, fy, fz), (x, y, z), p.WORLD_FRAME, self._client)
+        """Apply the forces and torques of bodies that have been named."""
+        for k in self._named[:number].tolist():
+            body, at = self.keys[k][0], k * SIZE
+            fx, fy, fz, tx, ty, tz = SPEED.unpack_from(self.rows, at + FORCE)
+            place = PLACE.unpack_from(self.rows, at + BEFORE)
+            p.applyExternalForce(body, BASE, (fx, fy, fz), place, p.WORLD_FRAME, self._client)
             if tx != 0.0 or ty != 0.0 or tz != 0.0:
                 p.applyExternalTorque(body, BASE, (tx, ty, tz), p.WORLD_FRAME, self._client)
 
-    def _put(self, number: int) -> None:
-        """Put bodies where the jobs say, moving as they say."""
-        for i in range(number):
-            job = NUMBERS.unpack_from(self.jobs, i * NUMBERS.size)
-            body = self.keys[int(job[0])][0]
-            p.resetBasePositionAndOrientation(body, job[1:4], job[4:8], self._client)  # which stops it
-            p.resetBaseVelocity(body, job[8:11], job[11:14], self._client)
+    def _put(self, number: int, motion: int) -> None:
+        """Put bodies that have been named where a motion in their rows says, moving as it says."""
+        for k in self._named[:number].tolist():
+            body, own = self.keys[k][0], WHOLE.unpack_from(self.rows, k * SIZE + motion)
+            p.resetBasePositionAndOrientation(body, own[:3], own[3:7], self._client)  # which stops it
+            p.resetBaseVelocity(body, own[7:10], own[10:], self._client)
 
     def _refuse_twice(self) -> None:
         """Nothing has moved since a step was foreseen: that is right only if nothing was moving."""
         moving = [body for body, _ in self._moving if any(map(any, p.getBaseVelocity(body, self._client)))]
         moving += [one.body for one in self.linked if one.now[1].any()]
-        if moving:
+        if moving and all(
+            np.array_equal(now, was) for one in self.linked for now, was in zip(one.now, one.start, strict=True)
+        ):
             raise ValueError(
                 f"called again before stepSimulation: body {moving[0]} moves, and is where it was; call it once for "
                 "each step, and let `restore` go with restoreState"

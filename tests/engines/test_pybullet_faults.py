@@ -186,7 +186,7 @@ def test_a_call_that_raised_leaves_the_engine_as_it_was(client: int, fault: str)
     floor = p.createMultiBody(0.0, shape(client, p.GEOM_PLANE), -1, [0, 0, -1.0], physicsClientId=client)
     p.setGravity(0, 0, -9.81, client)
     callback = ContactCallback(client)
-    callback.add_contact([body, other, (arm, 0)], floor, pair_of())
+    callback.add_contact([(body, -1), (other, -1), (arm, 0)], floor, pair_of())
     callback()
     p.stepSimulation(client)
     if fault == "not finite":
