@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import sqrt
 from typing import Any, ClassVar
 
@@ -84,13 +85,20 @@ class Superball(Scene):
         return settled(recording, bounces, asked_bounces=recording.facts["bounces"], garwin=garwins)
 
     def check(self, measured: Measured) -> list[Limit]:
-        """The bounces against the reference; that spin and direction turn round in all but one of them at least."""
+        """The bounces against the reference; that spin and direction turn round in all but one where its do."""
         bounces, wanted = measured["bounces"], measured["asked_bounces"]
         out = check_bounces(bounces, measured["law"], wanted)
         if measured["law"] == "microslip":
-            reversed_ = sum(one["spin_before"] * one["spin_after"] < 0.0 for one in bounces)
             starts = [0.0, *(one["x"] for one in bounces)]
-            back = sum(one["velocity_after"][0] * (x - one["x"]) > 0.0 for one, x in zip(bounces, starts, strict=False))
-            out.append(Limit("bounces that reverse the spin", wanted - 1, reversed_, at_least=True))
-            out.append(Limit("bounces after which it flies towards the last one", wanted - 1, back, at_least=True))
+            for what, told in (("reverse the spin", _reversals), ("send it back", partial(_returns, starts))):
+                asked, found = (told(bounces, kind) for kind in ("_reference", ""))
+                out.append(Limit(f"bounces that {what}", min(asked, wanted) - 1, found, at_least=True))
         return out
+
+
+def _reversals(bounces: list[Measured], kind: str) -> int:
+    return sum(one["spin_before"] * one[f"spin_after{kind}"] < 0.0 for one in bounces)
+
+
+def _returns(starts: list[float], bounces: list[Measured], kind: str) -> int:
+    return sum(one[f"velocity_after{kind}"][0] * (x - one["x"]) > 0.0 for one, x in zip(bounces, starts, strict=False))
