@@ -85,7 +85,7 @@ def panel_of(scene: Scene, recording: Recording) -> Panel:
 
 
 def extent(panels: Sequence[Panel], until: float) -> Array:
-    """What all panels have to show up to a time, with marks that stand or room for others: left, right, below, above."""
+    """What all panels show up to a time, with marks that stand and room for others: left, right, below, above [m]."""
     bounds = []
     for panel in panels:
         recording = panel.recording
@@ -174,20 +174,19 @@ def bodies(axes: Axes, panel: Panel, entry: int, strength: float = 1.0, depth: f
         strength: 0: as pale as paper, 1: full colour.
         depth: What is drawn over what; larger numbers over smaller.
     """
+    from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
-    from matplotlib.patches import Polygon
 
-    drawn = []
-    for track in panel.recording.tracks:
-        for layer, (corners, tone) in enumerate(polygons_of(track, entry, panel.recording.view)):
-            colour = PAPER + strength * (np.array(to_rgb(TONES[panel.kind][tone])) - PAPER)
-            filled = tone != EDGE
-            patch = Polygon(
-                corners, closed=True, fill=filled, facecolor=colour if filled else "none",
-                edgecolor="none" if filled else colour, linewidth=0.9, zorder=depth + 0.01 * layer,
-            )  # fmt: skip
-            drawn.append(axes.add_patch(patch))
-    return drawn
+    view, nothing = panel.recording.view, (0.0, 0.0, 0.0, 0.0)
+    shown = [one for track in panel.recording.tracks for one in polygons_of(track, entry, view)]
+    tones = [PAPER + strength * (np.array(to_rgb(TONES[panel.kind][tone])) - PAPER) for _, tone in shown]
+    inside, around = (
+        [(*colour, 1.0) if (tone == EDGE) == edge else nothing
+         for (_, tone), colour in zip(shown, tones, strict=True)] for edge in (False, True)
+    )  # fmt: skip
+    corners = [points for points, _ in shown]
+    made = PolyCollection(corners, facecolors=inside, edgecolors=around, linewidths=0.9, zorder=depth)
+    return [axes.add_collection(made, autolim=False)]
 
 
 def path(axes: Axes, panel: Panel, until: float) -> list[Any]:

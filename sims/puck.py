@@ -56,7 +56,7 @@ class Puck:
         phase: Part of a step left between the start and the touch.
         friction, restitution: None: as measured in the paper.
         radius: [m].
-        mass: [kg]; 0: a disc's of the material.
+        told_mass: [kg]; None: a disc's of the material.
         table: Whether gravity and a frictionless table are simulated too.
     """
 
@@ -71,7 +71,7 @@ class Puck:
     friction: float | None = None
     restitution: float | None = None
     radius: float = 0.0508  # 4 in diameter
-    mass: float = 0.0
+    told_mass: float | None = None
     table: bool = False
 
     thickness = 0.0254  # 1 in [m]; the paper does not give it, and nothing but the contact time depends on it
@@ -86,9 +86,6 @@ class Puck:
         checks.number("psi_1", self.psi_1, "in [-1000, 1000]", low=-1e3, high=1e3)
         if self.timestep is not None:
             checks.positive("timestep", self.timestep)
-        if not self.mass:
-            density = SURFACES[self.material].material.density or 0.0
-            object.__setattr__(self, "mass", density * pi * self.radius**2 * self.thickness)
 
     @cached_property
     def pair(self) -> ContactPair:
@@ -102,6 +99,11 @@ class Puck:
             radius=self.radius,
             law="microslip" if self.law in NATIVES else self.law,
         )
+
+    @property
+    def mass(self) -> float:
+        """[kg]."""
+        return self.told_mass or (self.pair.a.density or 0.0) * pi * self.radius**2 * self.thickness
 
     @property
     def inertia(self) -> float:
@@ -202,7 +204,8 @@ class Result:
 
 def changes(o: Any) -> dict[str, Any]:
     """What `OPTIONS` change of a puck, without those left to the material."""
-    return {name: getattr(o, name) for name in OPTIONS if getattr(o, name) is not None}
+    names = {name: "told_mass" if name == "mass" else name for name in OPTIONS}
+    return {field: getattr(o, name) for name, field in names.items() if getattr(o, name) is not None}
 
 
 def build(

@@ -45,11 +45,7 @@ def thrown(puck: Puck, steps: int = 400) -> Impact:
 
 def sized(puck: Puck, diameter: float) -> Puck:
     """The same throw of a puck of another diameter [m]."""
-
-    class Sized(Puck):
-        radius = 0.5 * diameter
-
-    return Sized(**{name: getattr(puck, name) for name in puck.__dataclass_fields__})
+    return replace(puck, radius=0.5 * diameter)
 
 
 def recorded(psi: Array, curve: Array, factor: float) -> Array:

@@ -107,8 +107,7 @@ class Coin(Scene):
         """Angles and rates."""
         measured = self.measure(recording)
         first, rates = measured["angle_first_degrees"], (measured["rate_first"], measured["rate_highest"])
-        return (f"round at {rates[0]:.0f} rad/s at {first:.0f}\N{DEGREE SIGN}, {rates[1]:.0f} rad/s at "
-                f"{np.degrees(FLAT):.0f}\N{DEGREE SIGN}")  # fmt: skip
+        return f"round at {rates[0]:.0f} rad/s at {first:.0f}\N{DEGREE SIGN}, then up to {rates[1]:.0f} rad/s"
 
     def figure(self, settings: Settings, recording: Recording) -> Figure:
         """Angle and rate over time, and the rate over the angle beside the closed form."""

@@ -63,6 +63,9 @@ class Galton(Scene):
         radius = o.radius * (PEG / (PEG + o.radius)) ** 0.5
         pair = ContactPair(o.material, o.material, o.friction, o.restitution, radius=radius)
         world.contact(balls, pegs, pair, speed=0.5)
+        world.plane("floor", (0.0, 0.0, -(o.rows + 2) * ROW))
+        soft = ContactPair(o.material, o.material, 1.0, restitution=0.05, rolling_resistance=0.5)
+        world.contact(balls, "floor", soft, speed=1.0)
         return world.record((o.rows + 2) * ROW / SLOWEST, every=4e-3)
 
     def measure(self, recording: Recording) -> Measured:
@@ -112,7 +115,7 @@ class Galton(Scene):
         figure = Figure(figsize=(4.3 * len(runs), 6.4), layout="constrained")
         grid = figure.subplots(2, len(runs), squeeze=False, sharex=True, sharey="row", height_ratios=(3, 2))
         for (board, bins), one, kind in zip(grid.T, runs, ("law", "native"), strict=False):
-            board.set(xlim=(-wide, wide), ylim=(-(rows + 0.5) * ROW, 3.0 * ROW), aspect="equal", anchor="S")
+            board.set(xlim=(-wide, wide), ylim=(-(rows + 2.0) * ROW, 3.0 * ROW), aspect="equal", anchor="S")
             board.set_title(f"{title_of(self, one)}\n{self.caption(one)}", loc="left", fontsize=9)
             surroundings(board, Panel(one, ""), np.array([-wide, wide, 0.0, 0.0]))
             for drawn in path(board, Panel(one, "", kind=kind), one.times[-1]):

@@ -49,7 +49,7 @@ class Run:
         return ENGINE_TOLERANCE if self.engine else LAW_TOLERANCE
 
 
-CHAOTIC = ("heap",)  # scenes that end elsewhere after any change of rounding
+CHAOTIC = ("heap", "galton", "billiard_break", "shapes")  # scenes that end elsewhere after any change of rounding
 
 
 def steel(law: str, **changes: Any) -> ContactPair:
