@@ -94,6 +94,7 @@ TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """Where both are set passive forces, and with them the plugin's, are not computed."""
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
@@ -101,7 +102,6 @@ IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
 """These let `implicitfast` undo what a plugin writes to the angular velocity of free bodies."""
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
-NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 _OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, MODEL, EQUALITIES, FRICTIONS, LIMITS
 KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 """What compiled code that knows the offsets depends on."""
