@@ -132,6 +132,8 @@ def strikes(w, p, crowd):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     slow = loaded(w, a, b) if crowd else 0.0
     if p.closed == 0:
+        if p.toi >= w.step:
+            return False
         closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
         falls = a.active == 0 or (b.active == 0 and b.still == 0)
         push = max(p.acceleration, 0.0) if falls else 0.0

@@ -164,14 +164,16 @@ SHAPE = record(
     deepest="u8",  # address of what finds the deepest point of a disc
     first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
     points="u8",  # address of the first of them
-    meet="u8", curve="u8",  # addresses of what finds where a hull or an ellipsoid meets others, and the radius there
+    # addresses of what finds where a hull or an ellipsoid meets others, and the radius there, of a cylinder too; and
+    # where a hull is nearest to a point
+    meet="u8", curve="u8", nearest="u8",
 )  # fmt: skip
 """A shape fixed to a body.
 
 SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
 SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes and hulls, with its side. BOX,
 CYLINDER, HULL, a polyhedron that a ball sweeps, and PLANE, a half space, meet round shapes. ELLIPSOID: meets all but
-parts and cylinders. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
+parts. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
 small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which meets cylinders alone.
 TANGENT: a plane that is placed anew before each step, where an engine has found two shapes nearest; its pair is always
 looked at.
@@ -200,6 +202,7 @@ NEAR = record(
     seen="f8",  # time [s] when it was last looked at
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
     fastest="f8",  # [m/s] at which any points of both come nearer as a step begins, see `passing`
+    listed="f8",  # gap [m] when it was listed, of what is not looked at as fast as balls are; else zero
 )  # fmt: skip
 """Two shapes that may come to touch; A is round."""
 

@@ -22,7 +22,7 @@ from contactlaw.world.geometry import meet
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import closing_at, fly, follow, greatest_closing, settle
 from contactlaw.world.near import count_slots, list_near, strayed
-from contactlaw.world.pace import loaded, rests
+from contactlaw.world.pace import LONG, loaded, rests
 from contactlaw.world.records import ASKED, CLEAR, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace
@@ -130,7 +130,7 @@ def finish(w, dt):
         if w.stale != 0:
             list_near(w)
         first, shortest = look_ahead(w, now, dt)
-        if now == 0.0 and shortest < dt and some_last(w) and call_on_world(address(w, LAST), w):
+        if now == 0.0 and LONG * shortest <= dt and some_last(w) and call_on_world(address(w, LAST), w):
             first, shortest = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
