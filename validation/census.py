@@ -1,8 +1,9 @@
 """Every MJCF model of installed packages with the law for all its contacts: does it load, last, and what does it cost.
 
-    python -m validation.census gymnasium dm_control gymnasium_robotics --seconds 10 > census.md
+    python -m validation.census gymnasium dm_control.suite --seconds 10
 
-Run it in an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
+It leaves what it found in validation/data/census.json, of which `validation.cases.models` makes a chapter. Run it in
+an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
 actions; then it falls without any, and its energy is looked at. Files that MuJoCo does not load by themselves are parts
 of other models and are left out. Each file has a process of its own and a limit of time.
 """
@@ -20,10 +21,11 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-LIMIT = 600  # [s] of a model
+FOUND = Path(__file__).parent / "data" / "census.json"
 HOLD = 10  # steps that an action is held for
 
 
@@ -62,8 +64,9 @@ def examine(path: str, seconds: float) -> dict[str, Any]:
         warnings.simplefilter("ignore")
         supply(LAST), supply(LIMIT), supply(TWIST)  # compiled, or read, before any clock runs
         driven(mujoco, (native, law), 10.0 * native.opt.timestep)
-        for name, model, found in zip(("native", "law"), (native, law), driven(mujoco, (native, law), seconds), strict=True):
-            out[name] = found | fallen(mujoco, model)
+        found = driven(mujoco, (native, law), seconds)
+        out["native"] = found[0] | fallen(mujoco, native)
+        out["law"] = found[1] | fallen(mujoco, law)
     out["cost"] = out["law"]["us"] / out["native"]["us"]
     return out
 
@@ -116,42 +119,50 @@ def fallen(mujoco: Any, model: Any) -> dict[str, float]:
     return {"gain": (greatest - first) / (9.81 * float(model.body_subtreemass[0]) + 1e-9)}
 
 
-def line(package: str, path: Path, found: dict[str, Any]) -> str:
-    """A row of the table."""
-    name = f"{package}/{path.name}"
-    if "failed" in found:
-        return f"| {name} | | | | | | | failed: {found['failed']} |"
-    law, native = found["law"], found["native"]
-    return (
-        f"| {name} | {found['geoms']} | {found['dofs']} | {law['unstable']} / {native['unstable']} | "
-        f"{law['gain']:.3f} / {native['gain']:.3f} | {native['us']:.0f} | {found['cost']:.2f} | "
-        f"{'; '.join(found['said'])} |"
-    )
+def told(package: str, path: Path, seconds: float, limit: float) -> dict[str, Any]:
+    """What a model does, examined by a process of its own."""
+    row: dict[str, Any] = {"package": package, "name": path.name}
+    command = [sys.executable, "-m", "validation.census", "--one", str(path), "--seconds", str(seconds)]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=limit)
+    except subprocess.TimeoutExpired:
+        return row | {"failed": f"took longer than {limit:g} s"}
+    if run.returncode != 0:
+        return row | {"failed": (run.stderr.strip().splitlines() or ["no word"])[-1][:120]}
+    return row | json.loads(run.stdout.splitlines()[-1])
+
+
+def versions(package: str) -> str:
+    """Of a package and of the MuJoCo beside it."""
+    names = []
+    for name in (package.split(".")[0].replace("_", "-"), "mujoco"):
+        try:
+            names.append(f"{name} {metadata.version(name)}")
+        except metadata.PackageNotFoundError:
+            names.append(name)
+    return ", ".join(names)
 
 
 def main() -> None:
-    """The table of all models of packages, on stdout."""
+    """Examine all models of packages; what is known of other packages stays."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("packages", nargs="*")
     parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--limit", type=float, default=600.0, help="of a model, in all [s]")
     parser.add_argument("--one", help="a single file, as JSON")
     asked = parser.parse_args()
     if asked.one:
         print(json.dumps(examine(asked.one, asked.seconds)))
         return
-    print("| model | geoms | dofs | unstable, law / native | energy gained, law / native | native us | cost | said |")
-    print("|---|---|---|---|---|---|---|---|", flush=True)
+    rows = json.loads(FOUND.read_text())["rows"] if FOUND.exists() else []
     for package in asked.packages:
+        rows = [row for row in rows if row["package"] != package]
         for path in files(package):
-            command = [sys.executable, "-m", "validation.census", "--one", str(path), "--seconds", str(asked.seconds)]
-            try:
-                run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LIMIT)
-                last = (run.stderr.strip().splitlines() or ["no word"])[-1][:120]
-                found = json.loads(run.stdout.splitlines()[-1]) if run.returncode == 0 else {"failed": last}
-            except subprocess.TimeoutExpired:
-                found = {"failed": f"took longer than {LIMIT} s"}
-            if "left_out" not in found:
-                print(line(package, path, found), flush=True)
+            row = told(package, path, asked.seconds, asked.limit)
+            if "left_out" not in row:
+                rows.append(row | {"versions": versions(package), "seconds": asked.seconds})
+                print(f"{package}/{path.name} {row.get('failed') or round(row['cost'], 2)}", flush=True)
+                FOUND.write_text(json.dumps({"rows": rows}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -41,7 +41,8 @@ STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
     layout.DATA[name] for name in ("plugin_state", "time", "qfrc_passive", "qpos", "qvel", "plugin_data")
 )
 TIMESTEP, INTEGRATOR, RUNGE_KUTTA = layout.TIMESTEP, layout.INTEGRATOR, layout.RUNGE_KUTTA
-GRAVITY, DISABLED, NO_GRAVITY, NO_PASSIVE = layout.GRAVITY, layout.DISABLED, layout.NO_GRAVITY, layout.NO_PASSIVE
+GRAVITY, DISABLED = layout.GRAVITY, layout.DISABLED
+NO_GRAVITY, NO_PASSIVE, NO_CONTACT = layout.NO_GRAVITY, layout.NO_PASSIVE, layout.NO_CONTACT
 SENSOR = layout.SENSOR
 LARGEST = 1e100  # [N], a force that can be computed with
 
@@ -208,7 +209,7 @@ def token_of(head, state, first, last):
 def compute(m, d, instance, capability):
     """Note the state, and give the force that contacts press with; or read the sensors once more."""
     head = head_at(block_of(d, instance), 0)
-    if head.leads == 0:
+    if head.leads == 0 or load_int(m + types.uintp(DISABLED)) & NO_CONTACT:
         return
     if capability == SENSOR:
         if head.sense != 0:
@@ -242,7 +243,10 @@ def advance(m, d, instance):
     if head.leads == 0:
         return
     head.model, head.data = m, d
-    if load_int(m + types.uintp(DISABLED)) & NO_PASSIVE == NO_PASSIVE:  # `compute` was not asked
+    off = load_int(m + types.uintp(DISABLED))
+    if off & NO_CONTACT:
+        return
+    if off & NO_PASSIVE == NO_PASSIVE:  # `compute` was not asked
         notice(head, SWITCHED_OFF, 0.0)
         return
     w = world_at(head.world, 0)

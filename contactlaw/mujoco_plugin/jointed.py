@@ -90,9 +90,6 @@ def set_down(t, coordinates, velocities):
 def foresee_jointed(d, head, j):
     """Take a tree to the engine's end of the step, for `passing`."""
     t = tree_at(world_at(head.world, 0).trees, j.tree)
-    for i in range(t.count):
-        if body_at(t.bodies, i).pressed != 0:
-            t.passes = STAYS
     if t.passes != STAYS:
         set_down(t, field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size))
         for i in range(t.count):

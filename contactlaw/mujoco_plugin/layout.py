@@ -96,6 +96,7 @@ TIMESTEP = offset("mjModel", "opt") + offset("mjOption", "timestep")
 INTEGRATOR = offset("mjModel", "opt") + offset("mjOption", "integrator")
 GRAVITY = offset("mjModel", "opt") + offset("mjOption", "gravity")
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 """Where both are set passive forces, and with them the plugin's, are not computed."""
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)

@@ -75,8 +75,7 @@ def approach(w, bodies, pairs, t, until):
             p = near_at(w.near, whole_at(w.island_pairs, i))
             if p.closed == 0:
                 if number == 0 or p.toi <= t + soon:  # who flies does what was foreseen
-                    predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
-                    w.predictions += 1
+                    foresee(w, p, t)
                 first = min(first, p.toi)
                 touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
                 if touches and close(w, whole_at(w.island_pairs, i), -p.gap):
@@ -213,12 +212,18 @@ def substeps_of(w, p, few):
 
 
 @jit_inside
+def foresee(w, p, t):
+    """Look at an open pair, if nobody has at this time."""
+    if p.seen != t:
+        predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
+        w.predictions += 1
+
+
+@jit_inside
 def predict_clear(w, p, t):
     """Look at an open pair, and how long it stays so whatever impacts do."""
-    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    predict(w, p, a, b, t, w.step - t)
-    w.predictions += 1
-    closing = fastest_closing(p, a, b)
+    foresee(w, p, t)
+    closing = fastest_closing(p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
     p.clear_until = t + time_to_close(max(p.gap, 0.0), closing, max(p.acceleration, 0.0))
 
 

@@ -195,6 +195,13 @@ def closing_at(a, arm_a, b, arm_b, n):
 
 
 @jit_inside
+def greatest_closing(a, b):
+    """Speed [m/s] at which any two points of the shapes of two bodies come nearer, at most."""
+    turning = norm(load(a.spin)) * a.reach + norm(load(b.spin)) * b.reach
+    return norm(sub(load(a.velocity), load(b.velocity))) + turning
+
+
+@jit_inside
 def acceleration_at(b, arm):
     """Acceleration [m/s^2] of that point, without contacts and without the change of spin of a free body."""
     w = load(b.spin)

@@ -14,8 +14,8 @@ from numba import types
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.access import body_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.geometry import meet
-from contactlaw.world.motion import closing_at
-from contactlaw.world.records import PASSES, STAYS
+from contactlaw.world.motion import closing_at, greatest_closing
+from contactlaw.world.records import CLEAR, MET, PASSES, STAYS
 from contactlaw.world.vec import load, norm, sub
 
 DOUBT = 0.125  # of a step, times the change of a closing speed: by how much a gap may be less
@@ -76,10 +76,17 @@ def keeps(b):
 
 @jit_inside
 def touches(w, p, a, b):
-    """Whether a pair may have touched within the step."""
+    """Whether a pair may have touched within the step; the next one is left with its gap."""
+    fastest = max(p.fastest, greatest_closing(a, b))  # at both ends
+    if p.gap > 2.0 * w.step * fastest:
+        p.gap -= w.step * fastest
+        p.seen = CLEAR
+        return False
+    before, began = p.gap, p.closing if p.seen == MET else fastest
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
     now = closing_at(a, arm_a, b, arm_b, n)
-    change = abs(now - p.closing)
-    closes, opens = p.closing + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
+    p.gap, p.closing, p.seen = -overlap, now, MET
+    change = abs(now - began)
+    closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
     dip = DOUBT * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)
-    return min(p.gap, -overlap) <= w.step * dip
+    return min(before, p.gap) <= w.step * dip

@@ -20,6 +20,7 @@ NEVER = np.inf
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
+MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
 STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
@@ -200,6 +201,7 @@ NEAR = record(
     clear_until="f8",  # time [s] before which it cannot close whatever impacts do, within a window
     seen="f8",  # time [s] when it was last looked at
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
+    fastest="f8",  # [m/s] at which any points of both come nearer as a step begins, see `passing`
     listed="f8",  # gap [m] when it was listed, of what is not looked at as fast as balls are; else zero
 )  # fmt: skip
 """Two shapes that may come to touch; A is round."""

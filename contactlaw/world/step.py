@@ -20,10 +20,10 @@ from contactlaw.world.call import A_STEP, address, call_on_world, call_step
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet
 from contactlaw.world.island import integrate
-from contactlaw.world.motion import closing_at, fly, follow, settle
+from contactlaw.world.motion import closing_at, fly, follow, greatest_closing, settle
 from contactlaw.world.near import count_slots, list_near, strayed
 from contactlaw.world.pace import LONG, loaded, rests
-from contactlaw.world.records import ASKED, NEVER, PARTED, PASSES, TANGENT
+from contactlaw.world.records import ASKED, CLEAR, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store
@@ -67,18 +67,42 @@ def find_pressed(world):
         list_near(w)
     for i in range(w.body_count):
         body_at(w.bodies, i).pressed = 0
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        pressed = p.closed != 0
-        if not pressed and (asked(a) or asked(b)):
-            overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-            p.gap = -overlap
-            p.closing = closing_at(a, arm_a, b, arm_b, n)
-            pressed = overlap > 0.0
-        if pressed:
-            a.pressed = 1
-            b.pressed = 1
+    for closed in (1, 0):
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            pressed = p.closed != 0
+            if pressed != closed:
+                continue
+            known = True
+            if not pressed and (asked(a) or asked(b)):
+                p.fastest = greatest_closing(a, b)
+                known = is_known(w, p, a, b)
+            if not known:
+                overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+                p.gap = -overlap
+                p.closing = closing_at(a, arm_a, b, arm_b, n)
+                p.seen = MET
+                pressed = overlap > 0.0
+            if pressed:
+                press(a)
+                press(b)
+
+
+@jit_inside
+def is_known(w, p, a, b):
+    """Whether the last step has left an open pair with a gap, and with a speed or so far apart that it needs none."""
+    if a.placed != 0 or b.placed != 0 or p.seen > CLEAR:
+        return False
+    return p.seen == MET or p.gap > 2.0 * w.step * p.fastest
+
+
+@jit_inside
+def press(b):
+    """A body is pressed; its tree does not pass."""
+    b.pressed = 1
+    if b.tree != 0:
+        tree_at(b.tree, 0).passes = STAYS
 
 
 @jit_inside
@@ -170,6 +194,8 @@ def begin(w, dt):
     count_slots(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
+        if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
+            p.seen = -1.0
         if p.slot >= 0 and p.closed == 0:
             release(w, p.slot)
             p.slot = -1

@@ -144,8 +144,9 @@ def bound_delta_v(w, p, a, b, length):
         square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass
     for_a, for_b = lightness(a), lightness(b)
     both = for_a + for_b
-    for_a *= 2.0 * max(sqrt(square), b.delta_v) / both
-    for_b *= 2.0 * max(sqrt(square), a.delta_v) / both
+    handed = 0.0 if a.tree != 0 and a.tree == b.tree else 1.0  # within a tree `spread` has done so
+    for_a *= 2.0 * max(sqrt(square), handed * b.delta_v) / both
+    for_b *= 2.0 * max(sqrt(square), handed * a.delta_v) / both
     more = for_a > GROWN * a.delta_v or for_b > GROWN * b.delta_v
     for one, value in ((a, for_a), (b, for_b)):
         if value > one.delta_v:

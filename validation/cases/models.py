@@ -1,0 +1,73 @@
+"""Models that people have, with the law for all their contacts: whether they last, and what their steps cost.
+
+The models are those of packages that each want a MuJoCo of their own: `validation.census` drives them where these are
+installed, and leaves what it found in validation/data/census.json, which is told here.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+
+FOUND = Path(__file__).parents[1] / "data" / "census.json"
+COST, WORST = 1.5, 3.0  # over the engine's own contact
+GAIN = 1e-2  # of the weight times 1 m
+
+
+@register
+class Models(Case):
+    """What the census found."""
+
+    name = "models"
+    title = "Whole models of other packages"
+    claim = (
+        'Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, then '
+        "a passive fall of 2 s. A step's cost is its processor time over that with the engine's own contact, the two "
+        "taking turns; the energy gained is the greatest in the fall over that at its start, over the weight times 1 m."
+    )
+    place = 61
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Read what the census has left; it is the same, quick or not."""
+        rows = json.loads(FOUND.read_text())["rows"]
+        ran = [row for row in rows if "failed" not in row]
+        costs = [row["cost"] for row in ran]
+        gains = [row["law"]["gain"] - max(row["native"]["gain"], 0.0) for row in ran]
+        shaken = [row for row in ran if row["law"]["unstable"] > row["native"]["unstable"]]
+        progress(1.0)
+        limits = [
+            Limit("cost over the engine's own contact, median", COST, median(costs)),
+            Limit("cost over the engine's own contact, worst", WORST, max(costs)),
+            Limit("models unstable that are not so natively", 0.0, float(len(shaken))),
+            Limit("models refused, or not finished in the time given", 0.0, float(len(rows) - len(ran))),
+            Limit("energy gained in a fall beyond the native model's", GAIN, max(gains)),
+        ]
+        return Outcome(limits, {"rows": rows})
+
+    def table(self, data: Data) -> Table:
+        """A row a package, then a row a model."""
+        rows: list[dict[str, Any]] = data["rows"]
+        heads = ["model", "dofs", "native step [us]", "cost", "unstable, law / native", "gained, law / native"]
+        table = Table(heads)
+        for package in dict.fromkeys(row["package"] for row in rows):
+            own = [row for row in rows if row["package"] == package]
+            costs = [row["cost"] for row in own if "cost" in row]
+            said = f"{own[0]['versions']}: {len(own)} models, {own[0]['seconds']:g} s each"
+            table.rows.append([said, "", "median", f"{median(costs):.2f}" if costs else "", "", ""])
+            table.rows.extend(_words(row) for row in own)
+        return table
+
+
+def _words(row: dict[str, Any]) -> list[str]:
+    name = f"{row['package']}/{row['name']}"
+    if "failed" in row:
+        return [name, "", "", row["failed"], "", ""]
+    law, native = row["law"], row["native"]
+    return [
+        name, str(row["dofs"]), f"{native['us']:.0f}", f"{row['cost']:.2f}",
+        f"{law['unstable']} / {native['unstable']}", f"{law['gain']:.3f} / {native['gain']:.3f}",
+    ]  # fmt: skip
