@@ -136,6 +136,7 @@ def some_last(w):
 def begin(w, dt):
     """What a step starts from."""
     w.step = dt
+    w.twists = 1
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         b.time = 0.0

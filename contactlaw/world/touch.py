@@ -65,6 +65,7 @@ def close(w, k, overlap):
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
     c.torsion.span, c.torsion.moment = 0.0, 0.0
+    c.turned, c.waits = 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
     masses(c, a, b)
