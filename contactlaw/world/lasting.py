@@ -255,7 +255,7 @@ def solve(w, bodies, pairs, stage, time):
             moved, slow = look_at(w, row_at(w.rows, i), stage)
             moves, least = moved or moves, min(least, slow)
         missing = imbalance(w)
-        if not moves or missing <= least:
+        if not moves or missing <= least < NEVER:
             return True
         stalled = 0 if missing < 0.5 * last else stalled + 1
         if stalled == STALLED:
