@@ -1,52 +1,95 @@
-"""Reading memory at an address inside jitted code, for engines that hand their state over as pointers."""
+"""Memory and functions at addresses, for compiled code: of engines that hand their state over, and of worlds.
+
+An array that is passed on or looked into costs a count of references at run time and a second of compiling in every
+function that it goes through; an address costs nothing.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from inspect import Parameter, Signature
 from typing import Any
 
+import numba
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-
-def _loader(number_type: Any, kind: ir.Type) -> Any:
-    def load(typing_context, address):
-        def generate(context, builder, signature, arguments):
-            return builder.load(builder.inttoptr(arguments[0], kind.as_pointer()))
-
-        return number_type(types.uintp), generate
-
-    return intrinsic(load)
+_WHOLE = ir.IntType(64)
 
 
-def _doubles_at(typing_context, address):
-    def generate(context, builder, signature, arguments):
-        return builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
+def built(signature: Any, build: Callable[..., Any]) -> Any:
+    """What compiled code calls with arguments of a numba signature, made by `build(context, builder, _, values)`."""
 
-    return types.CPointer(types.float64)(types.uintp), generate
+    def typing(*_: Any) -> Any:
+        return signature, build
 
-
-def _call_report(typing_context, function, who, code, value):
-    def generate(context, builder, signature, arguments):
-        long, double = ir.IntType(64), ir.DoubleType()
-        kind = ir.FunctionType(ir.VoidType(), [long, long, double])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
-        return context.get_dummy_value()
-
-    return types.none(types.uintp, types.int64, types.int64, types.float64), generate
+    names = "typing_context", *(f"value_{i}" for i in range(len(signature.args)))
+    parameters = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names]
+    typing.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    return intrinsic(typing)
 
 
-load_double: Any = _loader(types.float64, ir.DoubleType())
-"""The float64 at an address."""
+def caller(signature: Any) -> Any:
+    """What calls a C function of a numba signature: with its address, then its arguments."""
 
-load_int: Any = _loader(types.int32, ir.IntType(32))
+    def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
+        nothing = signature.return_type == types.void
+        result = ir.VoidType() if nothing else context.get_value_type(signature.return_type)
+        kind = ir.FunctionType(result, [context.get_value_type(one) for one in signature.args])
+        out = builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
+        return context.get_dummy_value() if nothing else out
+
+    return built(signature.return_type(types.uint64, *signature.args), build)
+
+
+def element(dtype: np.dtype) -> Any:
+    """A function of the address of an array of records and an index, that returns the record there."""
+    kind = numba.from_dtype(dtype)
+
+    def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
+        place = builder.add(values[0], builder.mul(values[1], ir.Constant(_WHOLE, dtype.itemsize)))
+        return builder.inttoptr(place, context.get_value_type(kind))
+
+    return built(kind(types.uint64, types.int64), build)
+
+
+def _loader(kind: Any) -> Any:
+    def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
+        return builder.load(builder.inttoptr(values[0], context.get_value_type(kind).as_pointer()))
+
+    return built(kind(types.uint64), build)
+
+
+def _place(builder: Any, values: Any) -> Any:
+    return builder.gep(builder.inttoptr(values[0], _WHOLE.as_pointer()), [values[1]])
+
+
+def _load_whole(context: Any, builder: Any, _: Any, values: Any) -> Any:
+    return builder.load(_place(builder, values))
+
+
+def _store_whole(context: Any, builder: Any, _: Any, values: Any) -> Any:
+    builder.store(values[2], _place(builder, values))
+    return context.get_dummy_value()
+
+
+def _doubles(context: Any, builder: Any, _: Any, values: Any) -> Any:
+    return builder.inttoptr(values[0], ir.DoubleType().as_pointer())
+
+
+load_int: Any = _loader(types.int32)
 """The C int at an address."""
 
-load_pointer: Any = _loader(types.uintp, ir.IntType(64))
+load_pointer: Any = _loader(types.uintp)
 """The pointer at an address, as an address."""
 
-doubles_at: Any = intrinsic(_doubles_at)
+doubles_at: Any = built(types.CPointer(types.float64)(types.uint64), _doubles)
 """An address as a pointer to float64, for `numba.carray`."""
 
-call_report: Any = intrinsic(_call_report)
-"""Call void (*function)(int64 who, int64 code, double value) at an address."""
+whole_at: Any = built(types.int64(types.uint64, types.int64), _load_whole)
+"""Element of an array of int64, by its address."""
+
+set_whole: Any = built(types.none(types.uint64, types.int64, types.int64), _store_whole)
+"""Write an element of an array of int64."""

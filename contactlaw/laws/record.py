@@ -11,7 +11,7 @@ from llvmlite import ir
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.extending import intrinsic, overload
 
-from contactlaw.memory import doubles_at
+from contactlaw.memory import doubles_at, element
 
 
 def record(*names: str) -> np.dtype:
@@ -54,7 +54,6 @@ PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
 CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())
 
 CONTACT_TYPE = numba.from_dtype(CONTACT)
-PAIR_TYPE = numba.from_dtype(PAIR)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")
 
 FUNCTIONS: dict[int, tuple[Callable[..., Any], np.dtype]] = {}
@@ -101,17 +100,7 @@ def ask_energy(pair: Any, contact: Any, law: Any, memory: Any) -> float:
     return energy(contact, _record_view(law, kind), _vectors(pair, memory))
 
 
-def _view_as(kind: Any) -> Any:
-    def view(typing_context, address):
-        def generate(context, builder, signature, arguments):
-            return builder.inttoptr(arguments[0], context.get_value_type(kind))
-
-        return kind(types.uintp), generate
-
-    return intrinsic(view)
-
-
-_contact_at, _pair_at = _view_as(CONTACT_TYPE), _view_as(PAIR_TYPE)
+_contact_at, _pair_at = element(CONTACT), element(PAIR)
 
 
 def _caller(result: Any, *last: Any) -> Any:
@@ -152,12 +141,12 @@ _call_energy: Any = intrinsic(_energy_typing)
 
 @overload(contact_of, jit_options={"forceinline": True})
 def _contact_of(values):
-    return lambda values: _contact_at(types.uintp(values.ctypes.data))
+    return lambda values: _contact_at(types.uintp(values.ctypes.data), 0)
 
 
 @overload(pair_of, jit_options={"forceinline": True})
 def _pair_of(values):
-    return lambda values: _pair_at(types.uintp(values.ctypes.data))
+    return lambda values: _pair_at(types.uintp(values.ctypes.data), 0)
 
 
 @overload(ask_force, jit_options={"forceinline": True})

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from contactlaw.world.access import element
+from contactlaw.memory import element
 from contactlaw.world.records import VECTOR, Array, Arrays, record
 
 TOKEN, PUSH = 0, 1  # of the state: where its parts begin
@@ -19,14 +19,21 @@ STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four ti
 
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
-    world="u8", pressed="u8",  # addresses of its `records.WORLD` and of `step.find_pressed`
-    report="u8", own="u8",  # addresses of what tells Python, and of this
+    # addresses of its `records.WORLD`, of `step.find_pressed` and `find_passing`
+    world="u8", pressed="u8", passing="u8",
+    report="u8", own="u8", truth="u8",  # addresses: what tells Python; this; `instance.TRUTH`
     state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
     nq="i8", nv="i8",
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
     given="u8",  # address of the generalised force (nv,) that compute gave last
+    # what the world was made of, see `watch`; coefficients of friction that its pairs have been given, NaN: none
+    watch="u8", watch_count="i8", seen="u8", frictions="u8",
+    # sensors, see there: address of `sense`, 0: none; whether it is at work; on means; room; and of each shape where
+    # the centre of mass of its body is, in the frame of its geom
+    sense="u8", sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     token="f8",  # of the state that the world is in
+    idle="i8",  # that is one without contacts
     signature="u8",  # of the model
     geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each instance
@@ -57,13 +64,24 @@ JOINTED = record(
     q="i8", v="i8",  # where its coordinates and velocities begin
     base="i8",  # number in the model of the body that it hangs on
     left="u8",  # address of the coordinates and velocities that the last step left it with
+    there="i8",  # its bodies are where these have them
 )  # fmt: skip
 """Bodies that joints hold: a kinematic tree."""
+
+SENSOR = record(
+    own="i8",  # of the law; else one of touch
+    body="i8", geom="i8", site="i8",  # what it is on, in the model; -1: no geom, no site
+    instance="i8",  # whose contacts it tells of; -1: of all
+    at="i8", cutoff="f8",  # place in sensordata; greatest value, 0: none
+    weight="f8",  # sum of forces, while it is read
+)  # fmt: skip
+"""A sensor of contacts."""
 
 head_at: Any = element(HEAD)
 free_at: Any = element(FREE)
 placed_at: Any = element(PLACED)
 jointed_at: Any = element(JOINTED)
+sensor_at: Any = element(SENSOR)
 
 
 def size_of(world: Arrays, *more: Array) -> int:

@@ -9,30 +9,31 @@ of all that was touched.
 
 from __future__ import annotations
 
-from math import sqrt
-
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
 from contactlaw.memory import load_int, load_pointer
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, jointed_at, placed_at
-from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import (
     find_damping,
+    find_jointed,
+    foresee_jointed,
     lead_jointed,
     note_jointed,
-    press_jointed,
     read_jointed,
     write_jointed,
 )
-from contactlaw.mujoco_plugin.memory import call_on_world, field, floats, inside, place
-from contactlaw.mujoco_plugin.notices import DAMAGED, FULL, SWITCHED_OFF, look_over, notice
+from contactlaw.mujoco_plugin.loads import mean_share, press
+from contactlaw.mujoco_plugin.memory import call_on_world, call_sense, field, floats, inside, place
+from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, look_over, notice, tell_of
 from contactlaw.mujoco_plugin.placed import read_placed
-from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
+from contactlaw.mujoco_plugin.watch import edited
+from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
-from contactlaw.world.force import hardly_moves
+from contactlaw.world.records import PASSES
 from contactlaw.world.state import hole, read, write
 from contactlaw.world.vec import load, scale, store
 
@@ -41,6 +42,7 @@ STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
 )
 TIMESTEP, INTEGRATOR, RUNGE_KUTTA = layout.TIMESTEP, layout.INTEGRATOR, layout.RUNGE_KUTTA
 GRAVITY, DISABLED, NO_GRAVITY, NO_PASSIVE = layout.GRAVITY, layout.DISABLED, layout.NO_GRAVITY, layout.NO_PASSIVE
+SENSOR = layout.SENSOR
 LARGEST = 1e100  # [N], a force that can be computed with
 
 free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
@@ -58,17 +60,15 @@ def move(m, d, head, w, state):
     w.step = head.step_size
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
-    if head.tree_count > 0:
-        find_damping(m, d)
     for i in range(head.tree_count):
-        read_jointed(m, d, head, jointed_at(head.trees, i))
+        find_jointed(d, head, jointed_at(head.trees, i))
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
     call_on_world(head.pressed, head.world)
+    if head.tree_count > 0 and read_trees(m, d, head, w) and head.free_count == 0 and head.idle != 0:
+        return
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
-    for i in range(head.tree_count):
-        lead_jointed(head, jointed_at(head.trees, i))
     call_step(address(w, STEP), w, head.step_size, False)
     call_on_world(head.pressed, head.world)
     if head.lag > 0.0:
@@ -82,6 +82,27 @@ def move(m, d, head, w, state):
 
 
 @jit
+def read_trees(m, d, head, w):
+    """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
+    for i in range(head.tree_count):
+        foresee_jointed(d, head, jointed_at(head.trees, i))
+    call_on_world(head.passing, head.world)
+    known = False
+    for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        t = tree_at(w.trees, j.tree)
+        if t.passes == PASSES:
+            j.there = 1
+            continue
+        if not known:
+            find_damping(m, d)
+            known = True
+        read_jointed(m, d, head, j)
+        lead_jointed(head, j)
+    return not known
+
+
+@jit
 def keep_near(w):
     """Let all trees that are near something be where the world has them.
 
@@ -91,7 +112,7 @@ def keep_near(w):
         p = near_at(w.near, k)
         for i in (p.body_a, p.body_b):
             b = body_at(w.bodies, i)
-            if b.tree != 0:
+            if b.tree != 0 and b.done == 0:
                 b.touched = 1
 
 
@@ -114,6 +135,15 @@ def find_start(m, d, head):
 
 
 @jit
+def take(d, head):
+    """The state; the world is brought to it."""
+    state = field(d, STATE, head.state, PUSH + head.nv + head.state_size)
+    if state[TOKEN] != head.token:
+        take_over(head, world_at(head.world, 0), state)
+    return state
+
+
+@jit
 def take_over(head, w, state):
     """Bring the world to a state that its own last step did not leave."""
     sound = state[TOKEN] == token_of(head, state, state.size, state.size)
@@ -121,7 +151,7 @@ def take_over(head, w, state):
         for i in range(PUSH, state.size):
             state[i] = 0.0
     dropped = read(w, state[PUSH + head.nv :])
-    head.token = state[TOKEN]
+    head.token, head.idle = state[TOKEN], 0
     if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
 
@@ -150,35 +180,11 @@ def leave(head, w, state):
             press(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
     lost = write(w, state[PUSH + head.nv :])
     if lost > 0:
-        notice(head, FULL, float(w.contact_room))
+        notice(head, UNSAVED, float(lost))
     first, last = hole(w, state[PUSH + head.nv :])
     head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
-
-
-@jit
-def mean_share(c, dt):
-    """What a closed contact will press with in the mean over the next step, over what it presses with now.
-
-    Of an impact that is going on the impulse left is m (v + u): v closing speed now, u parting speed, from
-    m u^2/2 = m v^2/2 + 2/5 P delta. Limits and equalities would hold against all of its force for a whole step.
-    """
-    t = c.touch
-    if t.force <= 0.0 or hardly_moves(c, 1.0):
-        return 1.0
-    parting = sqrt(t.closing * t.closing + 0.8 * t.force * max(t.overlap, 0.0) / t.mass)
-    return min(t.mass * (t.closing + parting) / (t.force * dt), 1.0)
-
-
-@jit
-def press(head, body, arm, force, push_io):
-    """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised one."""
-    if 0 < body <= head.free_count:
-        press_free(head, free_at(head.frees, body - 1), arm, force, push_io)
-        return
-    b = body_at(world_at(head.world, 0).bodies, body)
-    if b.tree != 0:
-        press_jointed(head, b, arm, force, push_io)
+    head.idle = 1 if w.spares == w.contact_room else 0
 
 
 @jit
@@ -200,10 +206,19 @@ def token_of(head, state, first, last):
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
 def compute(m, d, instance, capability):
-    """Note the state, and give the force that contacts press with."""
+    """Note the state, and give the force that contacts press with; or read the sensors once more."""
     head = head_at(block_of(d, instance), 0)
     if head.leads == 0:
         return
+    if capability == SENSOR:
+        if head.sense != 0:
+            take(d, head)
+            call_sense(head.sense, m, d, head.own, head.averages)
+        return
+    head.model, head.data = m, d
+    if edited(m, head):
+        tell_of(head, EDITED, 0.0)
+        head = head_at(block_of(d, instance), 0)
     nq, nv = head.nq, head.nv
     head.turn = (head.turn + 1) % STARTS
     start = floats(head.starts, head.turn * (1 + nq + nv), 1 + nq + nv)
@@ -232,15 +247,17 @@ def advance(m, d, instance):
         return
     w = world_at(head.world, 0)
     find_start(m, d, head)
-    state = field(d, STATE, head.state, PUSH + head.nv + head.state_size)
-    if state[TOKEN] != head.token:
-        take_over(head, w, state)
+    state = take(d, head)
     if w.nears > 0 or w.stale != 0 or not all_far(d, head):
         move(m, d, head, w, state)
     for i in range(head.free_count):
         note(d, free_at(head.frees, i))
     for i in range(head.tree_count):
         note_jointed(d, head, jointed_at(head.trees, i))
+    if head.sense != 0:
+        head.averages = 1
+        call_sense(head.sense, m, d, head.own, 1)
+        head.averages = 0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)

@@ -15,9 +15,9 @@ from contactlaw import checks
 from contactlaw.material import Material
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of
-from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.whole import Entry, is_every, solid
 from contactlaw.pair import ContactPair
+from contactlaw.world.sets import groups
 
 Which = Selector | Sequence[Selector]
 Contacts = (
@@ -68,10 +68,10 @@ def entry_of(entry: Chosen) -> Entry:
     others = entry.settings.get("others", True)
     rounding = entry.settings.get("rounding")
     rounding = None if rounding is None else checks.positive("rounding", rounding)
-    unknown = set(entry.settings) - {"substeps", "others", "rounding"}
+    unknown = set(entry.settings) - {"substeps", "others", "rounding", "frictions"}
     if unknown:
         raise TypeError(f"contacts[{entry.number}]: there is no setting {sorted(unknown)[0]!r}")
-    return Entry(entry.ones, entry.twos, entry.pair, substeps, others, rounding)
+    return Entry(entry.ones, entry.twos, entry.pair, substeps, others, rounding, entry.settings.get("frictions", 0))
 
 
 def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Entry]:
@@ -106,18 +106,16 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
 def _of_materials(
     spec: mujoco.MjSpec, table: Mapping[Any, Any], friction: Value | None, restitution: Value
 ) -> Iterator[tuple[Any, ...]]:
-    """Entries for geoms of each two materials, and of each two frictions where those of the geoms hold."""
+    """Entries for geoms of each two materials."""
     owner: dict[Any, Material] = {}
     for what, material in table.items():
         if not isinstance(material, Material):
             raise ValueError(f"contacts[{what!r}] = {material!r}: must be a contactlaw.Material")
         owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), material)
-    alike = groups(owner, lambda g: (owner[g], *((float(g.friction[0]), g.priority) if friction is None else ())))
-    for a, b in combinations_with_replacement(alike, 2):
-        one, two = a[0], b[0]
-        if friction is None:  # the engine's own rule
-            mu = max(a[1], b[1]) if a[2] == b[2] else (a if a[2] > b[2] else b)[1]
-        else:
-            mu = friction(one, two) if callable(friction) else friction
+    alike = groups(owner, owner.__getitem__)
+    room = config.FRICTIONS + len({(float(geom.friction[0]), geom.priority) for geom in owner})
+    for one, two in combinations_with_replacement(alike, 2):
+        mu = friction(one, two) if callable(friction) else friction or 0.0
         e = restitution(one, two) if callable(restitution) else restitution
-        yield alike[a], alike[b], ContactPair(one, two, mu, e), {"native": True}
+        own = {"native": True, "frictions": room if friction is None else 0}
+        yield alike[one], alike[two], ContactPair(one, two, mu, e), own

@@ -23,7 +23,8 @@ geom1 and geom2 are names of geoms, or several with spaces, or with bars "|", be
 of the second. native: of these only those that the engine would make by itself, if each geom had the contype and
 conaffinity that are written here: "1/1", or "1/1x20 0/1x3" for runs of them, the geoms of the first set first. A
 material is a name in `MATERIALS` or "E nu" in SI units. friction, restitution: a number, or one of `contactlaw.losses`
-with its fields, "plastic yield_speed=0.1" say. law: as for `laws.law_of`, "microslip node_count=32" say.
+with its fields, "plastic yield_speed=0.1" say; friction "geoms": that of the geoms as the model has it, by the engine's
+rule, "geoms 12": with room for so many different ones, else 8. law: as for `laws.law_of`, "microslip node_count=32".
 substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
 rounding: radius of the edges of boxes and cylinders [m]; a tenth of their smallest half length, where it is not given.
 """
@@ -32,7 +33,7 @@ SUBSTEPS = 100
 """Least number of substeps in a contact, unless told otherwise: the error of an impact is then some 3e-4 in psi_2."""
 
 
-LEAST_SUBSTEPS = 10
+LEAST_SUBSTEPS, FRICTIONS = 10, 8
 
 
 def instance_name(geoms1: tuple[str, ...], geoms2: tuple[str, ...]) -> str:
@@ -51,6 +52,7 @@ class Contact:
         pair: The contact.
         substeps: Least number of the law's steps in a contact.
         rounding: Radius of the edges of boxes and cylinders [m]; None: see `world.shapes.ROUNDING`.
+        frictions: How many different coefficients of its geoms there is room for; 0: the pair's own holds.
         native: Contype and conaffinity that each of the geoms had, the first ones first, if only those touch that would
             do so natively; else empty.
     """
@@ -61,6 +63,7 @@ class Contact:
     substeps: int = SUBSTEPS
     rounding: float | None = None
     native: tuple[tuple[int, int], ...] = ()
+    frictions: int = 0
 
 
 def write(contact: Contact) -> dict[str, str]:
@@ -71,7 +74,7 @@ def write(contact: Contact) -> dict[str, str]:
         "geom2": _joined(contact.geoms2),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
-        "friction": losses.text_of(pair.friction),
+        "friction": f"geoms {contact.frictions}" if contact.frictions else losses.text_of(pair.friction),
         "restitution": losses.text_of(pair.restitution),
         "law": text_of(pair.rule),
     }
@@ -111,13 +114,15 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         if key not in config:
             raise ValueError(f"{key}: missing in the configuration of {PLUGIN_NAME}")
 
+    of_geoms = re.fullmatch(r"geoms(?: (\d+))?", config["friction"])
+
     def optional(key: str) -> float | None:
         return _float(key, config[key]) if key in config else None
 
     pair = ContactPair(
         _material("material1", config["material1"]),
         _material("material2", config["material2"]),
-        losses.read("friction", config["friction"]),
+        0.0 if of_geoms else losses.read("friction", config["friction"]),
         restitution=losses.read("restitution", config.get("restitution", "1")),
         radius=optional("radius"),
         law=law_of(config.get("law", "microslip")),
@@ -129,6 +134,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         _count("substeps", config.get("substeps", str(SUBSTEPS)), LEAST_SUBSTEPS),
         optional("rounding"),
         tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
+        int(of_geoms[1] or FRICTIONS) if of_geoms else 0,
     )  # fmt: skip
 
 

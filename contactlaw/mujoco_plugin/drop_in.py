@@ -41,12 +41,13 @@ from contactlaw.mujoco_plugin.choose import Contacts, chosen, entry_of, skipped
 from contactlaw.mujoco_plugin.members import members
 from contactlaw.mujoco_plugin.overlaps import warn_of_start
 from contactlaw.mujoco_plugin.selection import label
-from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.spec import add_contact
 from contactlaw.mujoco_plugin.whole import put_natives
 from contactlaw.pair import ContactWarning
+from contactlaw.world.sets import groups
 
 Source = str | bytes | os.PathLike[str]
+NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
 OVERLAPS = ("warn", "keep", "raise")
 
 
@@ -134,7 +135,7 @@ def save_model(
                 raise ValueError(
                     f"target = {str(path)!r}: must be another file than the model's own and what it refers to"
                 )
-    text = model_xml(model, contacts, assets=assets, **settings)
+    text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
     beside = path.resolve().with_name(f"{path.name}.{os.getpid()}")
     try:
         beside.write_text(text, encoding="utf-8")

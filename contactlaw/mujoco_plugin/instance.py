@@ -5,21 +5,22 @@
 
 from __future__ import annotations
 
+import copyreg
 import ctypes
 import sys
-import threading
-import time
 import warnings
-from collections.abc import Iterator
-from types import FrameType
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import layout, notices
 from contactlaw.mujoco_plugin.block import HEAD
-from contactlaw.mujoco_plugin.members import LIBRARY, members
+from contactlaw.mujoco_plugin.edit import give_frictions, given_frictions
+from contactlaw.mujoco_plugin.members import LIBRARY, instances, members
 from contactlaw.mujoco_plugin.model import Model
+from contactlaw.mujoco_plugin.readout import record_at
+from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import DEEPEST, ContactWarning
 
 LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
@@ -37,9 +38,15 @@ def nstate(model: int, number: int) -> int:
     """Size of the state of an instance, called when a model is compiled."""
     try:
         view = layout.ModelView(model)
-        return Model(view).state_size if number == members(view)[0] else 0
+        return Model(view).state_size if [number] == members(view)[:1] else 0
     except Exception:  # `init` comes next, fails in the same way and says why
         return 0
+
+
+@ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)
+def nsensordata(model: int, number: int, sensor: int) -> int:
+    """How many numbers a sensor has."""
+    return NUMBERS
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
@@ -53,7 +60,7 @@ def init(model: int, data: int, number: int) -> int:
             raise ValueError("integrator: implicitfast of MuJoCo 3.7 to 3.10 loses the spin of impacts; take implicit")
         if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
-        _place(data, number).value = _block(view, number == members(view)[0])
+        _place(data, number).value = _block(view, [number] == members(view)[:1])
     except Exception as error:
         _complain(number, error)
         return -1
@@ -80,24 +87,44 @@ def _block(view: layout.ModelView, leads: bool) -> int:
     here = np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory))
     here[:] = 0
     if made:
-        made.fill(here, _REPORT_ADDRESS)
+        made.fill(here, _REPORT_ADDRESS, TRUTH)
     return int(memory)
 
 
-def renew(model: int, data: int) -> None:
-    """Make the leading block of an mjData anew, of the model as it is now; errors as for `_block`."""
+def _renew(model: int, data: int) -> str:
+    """Make the leading block of an mjData anew, of the model as it is now; returns why not, or nothing."""
     view = layout.ModelView(model)
-    known = members(view)
-    if known:
-        place, made = _place(data, known[0]), _block(view, True)
-        LIBRARY.mju_free(place.value)
-        place.value = made
+    place = _place(data, members(view)[0])
+    old = record_at(place.value, HEAD, 1)[0]
+    try:
+        made = _block(view, True)
+    except Exception as error:
+        runs = record_at(int(old["watch"]), np.dtype(np.int64), 3 * int(old["watch_count"])).reshape(-1, 3)
+        at = int(old["seen"])
+        for field, first, count in runs.tolist():
+            start = ctypes.c_size_t.from_address(model + field).value
+            ctypes.memmove(at, start + 8 * first, 8 * count)
+            at += 8 * count
+        return str(error)
+    give_frictions(record_at(made, HEAD, 1)[0], given_frictions(old).copy())
+    LIBRARY.mju_free(place.value)
+    place.value = made
+    return ""
 
 
-@ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
-def report(address: int, code: int, value: float) -> None:
-    """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
-    if code == notices.DEEP:
+@ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
+def report(address: int, code: int, value: float) -> int:
+    """Something that a compiled callback noticed, once for each instance and mjData; address: of the block.
+
+    Returns the address of what asks to be raised, see `_Raised`, or zero.
+    """
+    if code == notices.EDITED:
+        head = record_at(address, HEAD, 1)[0]
+        why = _renew(int(head["model"]), int(head["data"]))
+        if not why:
+            return 0
+        text = f"the model has been changed, and the law goes on with what it was: {why}"
+    elif code == notices.DEEP:
         text = f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right"
     elif code == notices.UNCLEAR_RADIUS:
         text = (
@@ -111,17 +138,20 @@ def report(address: int, code: int, value: float) -> None:
         )
     elif code == notices.SWITCHED_OFF:
         text = "disableflags: spring and damper are both disabled, and with them all passive forces: nothing touches"
+    elif code == notices.UNSAVED:
+        text = f"the state has no room for {value:.0f} of the contacts: they begin anew where it is set back"
     else:
         text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten"
     try:
         warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=2)
     except ContactWarning as warning:
-        _raise_in_caller(warning)
+        return id(_Raised(warning))
+    return 0
 
 
 def _whereabouts(address: int) -> str:
     """Which geoms a notice is of, and when."""
-    head = np.ctypeslib.as_array((ctypes.c_uint8 * HEAD.itemsize).from_address(address)).view(HEAD)[0]
+    head = record_at(address, HEAD, 1)[0]
     time = ctypes.c_double.from_address(int(head["data"]) + layout.DATA["time"]).value
     view = layout.ModelView(int(head["model"]))
     geoms = [int(head[name]) for name in ("told_a", "told_b") if head[name] >= 0]
@@ -135,28 +165,48 @@ def _name(view: layout.ModelView, kind: int, number: int) -> str:
     return repr(name) if name else str(number)
 
 
-def _raise_in_caller(error: Exception) -> None:
-    """Raise what cannot cross MuJoCo's C frames in the thread that called it, once it is out of them."""
-    kind = type(type(error).__name__, (type(error),), {"__str__": lambda _: str(error)})
-    known = {thread.ident for thread in threading.enumerate() if not isinstance(thread, threading._DummyThread)}
-    here = threading.get_ident()
-    caller = here if here in known else threading.main_thread().ident or here
+class _Raised:
+    """An error that cannot cross MuJoCo's C frames: Python asks whether it is true when the step has returned.
 
-    def later() -> None:
-        while any(frame.f_code.co_filename == __file__ for frame in _frames(here)):
-            time.sleep(1e-4)
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(caller), ctypes.py_object(kind))
+    A pending call of the interpreter (`Py_AddPendingCall`, the way of signals) does so in the main thread, at address
+    `TRUTH`: PyObject_IsTrue, which takes an object and fails as that does. No call from Python could put it there, for
+    it would be made at once, in the callback.
+    """
 
-    threading.Thread(target=later).start()
+    waiting: ClassVar[list[_Raised]] = []
 
+    def __init__(self, error: Warning) -> None:
+        self.error = error
+        self.waiting.append(self)
 
-def _frames(thread: int) -> Iterator[FrameType]:
-    """What a thread is in, innermost first."""
-    frame = sys._current_frames().get(thread)
-    while frame is not None:
-        yield frame
-        frame = frame.f_back
+    def __bool__(self) -> bool:
+        self.waiting.remove(self)
+        raise self.error
 
 
+TRUTH = ctypes.cast(ctypes.pythonapi.PyObject_IsTrue, ctypes.c_void_p).value or 0
 _GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0
+
+
+def _reduce(whole: mujoco.MjModel | mujoco.MjData) -> tuple[Any, ...]:
+    """How a model or an mjData is pickled: what reads one with the law imports this module first."""
+    model = whole.model if isinstance(whole, mujoco.MjData) else whole
+    if not instances(layout.ModelView(model._address)):
+        return whole.__reduce_ex__(2)
+    return _read, (type(whole), whole.__getstate__())
+
+
+def _read(kind: type, state: bytes) -> mujoco.MjModel | mujoco.MjData:
+    """One from a pickle: MuJoCo copies the addresses of blocks, which another mjData has, or another process."""
+    whole = kind.__new__(kind)
+    whole.__setstate__(state)
+    if isinstance(whole, mujoco.MjData):
+        view = layout.ModelView(whole.model._address)
+        for number in instances(view):
+            _place(whole._address, number).value = _block(view, [number] == members(view)[:1])
+    return whole
+
+
+for _kind in (mujoco.MjModel, mujoco.MjData):
+    copyreg.pickle(_kind, _reduce)  # type: ignore[arg-type]

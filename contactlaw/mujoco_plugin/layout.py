@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -34,16 +35,20 @@ _NUMBERS: dict[str, Any] = {
 DATA_FIELDS = (
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
     "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat",
+    "qacc", "sensordata", "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat",
     "efc_id", "efc_type", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "efc_force",
 )  # fmt: skip
 MODEL_FIELDS = (
     "dof_damping", "dof_armature", "dof_treeid", "geom_type", "geom_size", "geom_bodyid", "geom_pos", "geom_quat",
     "geom_rbound", "geom_dataid", "mesh_vertadr", "mesh_vertnum", "mesh_vert", "mesh_graphadr", "mesh_graph",
-    "geom_contype", "geom_conaffinity", "body_parentid", "body_weldid", "body_treeid", "body_plugin",
+    "geom_contype", "geom_conaffinity", "geom_friction", "geom_priority", "body_parentid", "body_weldid", "body_treeid",
+    "body_plugin",
     "body_rootid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_subtreemass",
     "body_inertia", "body_mocapid", "body_jntadr", "body_jntnum", "body_dofadr", "body_dofnum", "jnt_type",
     "jnt_qposadr", "jnt_dofadr", "jnt_pos", "jnt_axis", "qpos0", "pair_geom1", "pair_geom2", "pair_margin",
-    "exclude_signature", "plugin", "plugin_stateadr", "D_rowadr", "D_diag", "jnt_range",
+    "exclude_signature", "plugin", "plugin_stateadr", "D_rowadr", "D_diag", "jnt_range", "site_bodyid", "site_type",
+    "site_size", "sensor_type", "sensor_needstage", "sensor_objtype", "sensor_objid", "sensor_adr", "sensor_cutoff",
+    "sensor_plugin",
 )  # fmt: skip
 
 
@@ -83,10 +88,7 @@ def offset(struct: str, field: str) -> int:
 
 
 DATA = {field: offset("mjData", field) for field in DATA_FIELDS}
-MODEL = {
-    field: offset("mjModel", field)
-    for field in ("D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range")
-}
+MODEL = {field: offset("mjModel", field) for field in MODEL_FIELDS}
 EQUALITIES, FRICTIONS, LIMITS = (offset("mjData", count) for count in ("ne", "nf", "nl"))
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 DISABLED = offset("mjModel", "opt") + offset("mjOption", "disableflags")
@@ -101,7 +103,8 @@ IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
 """These let `implicitfast` undo what a plugin writes to the angular velocity of free bodies."""
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
-NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+SENSOR_SYMBOLS = ("mj_rnePostConstraint", "mj_sensorAcc", "mj_applyFT", "mj_solveM", "mju_rayGeom")
+SENSOR = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR)
 _OFFSETS = DISABLED, TIMESTEP, INTEGRATOR, GRAVITY, MODEL, EQUALITIES, FRICTIONS, LIMITS
 KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 """What compiled code that knows the offsets depends on."""
@@ -135,6 +138,14 @@ class ModelView:
         """The entries of a float array, so many."""
         return self._array(field, count, ctypes.c_float)
 
+    @property
+    def signature(self) -> int:
+        """What tells a model from others, also where it comes from a pickle or a binary file: its sizes and names."""
+        names = ctypes.string_at(ctypes.c_void_p.from_address(self.address + offset("mjModel", "names")).value or 0,
+                                 self.size("nnames"))  # fmt: skip
+        sizes = [self.size(name) for name in ("nq", "nv", "nbody", "ngeom", "npluginstate")]
+        return int.from_bytes(hashlib.sha256(repr(sizes).encode() + names).digest()[:8], "little")
+
     def _array(self, field: str, count: int, kind: Any) -> NDArray[Any]:
         if count == 0:
             return np.empty(0, dtype=kind)
@@ -157,7 +168,7 @@ def check() -> None:
     """Compare the offsets with a live model; refuse a MuJoCo whose layout differs."""
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/>"
-        "</body></worldbody></mujoco>"
+        "<site name='s'/></body></worldbody><sensor><touch site='s'/></sensor></mujoco>"
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

@@ -6,17 +6,19 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import cached_property
-from math import inf
+from math import inf, isnan, nan
 
 import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
-from contactlaw.mujoco_plugin.native import Bits, Rules, touch
-from contactlaw.mujoco_plugin.sets import Sets
-from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius, native_margin
+from contactlaw.mujoco_plugin.native import Bits, Rules, friction_of, touch
+from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, native_margin
+from contactlaw.pair import ContactPair
+from contactlaw.world.sets import Sets, groups
 
 LIBRARY = layout.library()
 LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
@@ -36,11 +38,19 @@ def contact_of(model: int, number: int) -> config.Contact:
     return config.read(tuple((key, value.decode()) for key, value in items if value))
 
 
-def members(view: layout.ModelView) -> list[int]:
+def instances(view: layout.ModelView) -> list[int]:
     """Numbers of this plugin's instances in a model."""
     slot = ctypes.c_int(-1)
     LIBRARY.mjp_getPlugin(config.PLUGIN_NAME.encode(), ctypes.byref(slot))
     return np.flatnonzero(view.ints("plugin", view.size("nplugin")) == slot.value).tolist()
+
+
+def members(view: layout.ModelView) -> list[int]:
+    """Those of them that are contacts; what is not configured at all is a sensor of all contacts."""
+    return [
+        number for number in instances(view)
+        if any(LIBRARY.mj_getPluginConfig(view.address, number, key.encode()) for key in config.KEYS)
+    ]  # fmt: skip
 
 
 class Member:
@@ -108,6 +118,30 @@ class Member:
             return self.product
         return self.product.among(Rules(self.view, self.native).allow)
 
+    def by_friction(self, ones: Iterable[int], twos: Iterable[int]) -> Iterator[tuple[float, list[int], list[int]]]:
+        """Geoms of one set that touch those of another, by their coefficient of friction."""
+        if not self.contact.frictions:
+            yield nan, list(ones), list(twos)
+            return
+        count = self.view.size("ngeom")
+        mu, priority = self.view.doubles("geom_friction", 3 * count)[::3], self.view.ints("geom_priority", count)
+        first, second = (groups(own, lambda geom: (float(mu[geom]), int(priority[geom]))) for own in (ones, twos))
+        for one, these in first.items():
+            yield from ((friction_of(one, two), these, those) for two, those in second.items())
+
+    @cached_property
+    def pairs(self) -> dict[float, ContactPair]:
+        """What its contacts are, by their coefficients of friction; NaN: that of the pair.
+
+        Raises:
+            ValueError: There are more different ones than there is room for.
+        """
+        pair, room = self.contact.pair, self.contact.frictions or 1
+        known = dict.fromkeys(mu for mu, _, _ in self.by_friction(*self._ids))
+        if len(known) > room:
+            raise ValueError(f"geom_friction: of one pair of materials {len(known)} different ones; room is for {room}")
+        return {mu: pair if isnan(mu) else replace(pair, friction=mu) for mu in known}
+
     @cached_property
     def shapes(self) -> dict[int, Shape]:
         """All geoms of the instance."""
@@ -120,12 +154,10 @@ class Member:
         return {geom: Shape(name(geom), int(types[geom]), sizes[geom].copy()) for geom in self.geoms}
 
 
-def check(
-    view: layout.ModelView, known: list[Member], moves: Callable[[int], bool], is_free: Callable[[int], bool]
-) -> None:
+def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bool]) -> None:
     """Each pair belongs to one instance, can move, and has no contact by the engine itself.
 
-    moves, is_free: whether a geom does, and whether it does so with a free joint.
+    moves: whether a geom does.
 
     Raises:
         ValueError: Not so; the message names the geoms.
@@ -143,9 +175,8 @@ def check(
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
         for shape in shapes.values():
             check_measurable(shape)
-        for one, two in member.sets.by_kinds(lambda geom: (shapes[geom].kind, is_free(geom))):  # noqa: B023  (used at once)
-            check_served(shapes[one], shapes[two], is_free(one) or is_free(two))
-            effective_radius(shapes[one], shapes[two], member.contact.pair.radius)
+        for one, two in member.sets.by_kinds(lambda geom: shapes[geom].kind):  # noqa: B023  (used at once)
+            check_served(shapes[one], shapes[two])
         on = native.example(member.sets)
         if on:
             one, two = (shapes[geom] for geom in on)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import ir
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
-from numba.extending import intrinsic
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import doubles_at, load_int, load_pointer
+from contactlaw.memory import caller, doubles_at, load_int, load_pointer
 
 
 @jit_inside
@@ -42,14 +40,11 @@ def inside(base, offset, size):
     return carray(doubles_at(types.uintp(base) + types.uintp(offset)), size)
 
 
-def _call_on_world(typing_context, function, world):
-    def generate(context, builder, signature, arguments):
-        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
-        return context.get_dummy_value()
-
-    return types.none(types.uint64, types.uint64), generate
-
-
-call_on_world: Any = intrinsic(_call_on_world)
+call_on_world: Any = caller(types.void(types.uint64))
 """Call void (*function)(uint64 world) at an address."""
+
+call_report: Any = caller(types.uint64(types.int64, types.int64, types.float64))
+"""Call uint64 (*function)(int64 who, int64 code, double value) at an address."""
+
+call_sense: Any = caller(types.void(*4 * [types.uint64]))
+"""Call void (*function)(uint64 m, uint64 d, uint64 block, uint64 mean) at an address."""

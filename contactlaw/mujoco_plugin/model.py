@@ -14,15 +14,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PUSH, STARTS, fill, size_of
-from contactlaw.mujoco_plugin.members import Member, check, members
+from contactlaw.mujoco_plugin import layout, sensors, watch
+from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PUSH, SENSOR, STARTS, fill, size_of
+from contactlaw.mujoco_plugin.members import Member, check, instances, members
 from contactlaw.mujoco_plugin.native import Rules
-from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE
+from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, MESH, PLANE
+from contactlaw.mujoco_plugin.shapes import SPHERE as SPHERE_GEOM
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.demand import STEP, supply
 from contactlaw.world.frames import matrix_of, product
+from contactlaw.world.passing import address_of_passing
 from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
@@ -35,6 +37,9 @@ UNIT = np.array([1.0, 0.0, 0.0, 0.0])
 # touch 7.5 times their number at most, Kuperberg & Schramm 1994), a hull's with those of its parts; and near pairs
 NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID_SHAPE: 8, HULL: 32}
 LISTED, LISTED_PART = 40, 8
+# Contacts of a geom that the state has room for: those that last from one step to the next. Equal balls touch three
+# times their number in the densest heap
+LASTING = {SPHERE_GEOM: 4, ELLIPSOID: 4, CAPSULE: 4, BOX: 8, CYLINDER: 8, MESH: 12}
 
 
 class Pose(NamedTuple):
@@ -79,7 +84,7 @@ class Model:
         self._add_bodies()
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         self._instances: list[int] = []  # of each pair of the world
-        self._pairs: dict[int, int] = {}  # and the other way round
+        self._pairs: dict[tuple[int, float], int] = {}  # of each instance and coefficient of friction
         natives = [number for number, member in enumerate(self._members) if member.native]
         self._order = natives + [number for number in range(len(self._members)) if number not in natives]
         for number in self._order:
@@ -113,21 +118,23 @@ class Model:
         return contacts, max(min(pairs, near), 1)
 
     def _touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
-        """Let geoms of an instance touch."""
-        self._meet(number, self._shapes_of(ones), self._shapes_of(twos))
+        """Let geoms of an instance touch; the first time, all of it."""
+        member, known = self._members[number], self._pairs
+        for mu, *sets in member.by_friction(ones, twos):
+            shapes = [self._shapes_of(geoms) for geoms in sets]
+            if not all(shapes):
+                continue
+            if (number, mu) not in known:  # as many as there may be: the state is as long whatever they are now
+                for own in [*member.pairs, *(member.contact.frictions - len(member.pairs)) * [mu]]:
+                    known.setdefault((number, own), len(self._instances))
+                    self._world.add_contact(*shapes, member.pairs[own])
+                    self._instances.append(number)
+                if not member.contact.frictions:
+                    continue
+            self._world.add_rule(*shapes, known[number, mu])
 
     def _shapes_of(self, geoms: Iterable[int]) -> list[int]:
         return [shape for geom in geoms for shape in self._shapes[geom]]
-
-    def _meet(self, number: int, ones: list[int], twos: list[int]) -> None:
-        if not (ones and twos):
-            return
-        if number in self._pairs:
-            self._world.add_rule(ones, twos, self._pairs[number])
-        else:
-            self._world.add_contact(ones, twos, self._members[number].contact.pair)
-            self._pairs[number] = len(self._instances)
-            self._instances.append(number)
 
     def _keep_rules(self, natives: list[int]) -> None:
         """Take from instances that touch as they would natively what the engine does not let touch, or others have."""
@@ -138,7 +145,7 @@ class Model:
                 self._world.add_rule(ones, twos)
             for number in natives if rule.allowed else ():
                 if all(self._members[number].sets.hold(one, two) for one in rule.ones for two in rule.twos):
-                    self._meet(number, ones, twos)
+                    self._touch(number, rule.ones, rule.twos)
         for number in self._order[len(natives) :]:
             self._touch(number, self._members[number].sets.ones, self._members[number].sets.twos)
 
@@ -150,7 +157,8 @@ class Model:
     @property
     def _world_size(self) -> int:
         a = self.arrays
-        return state_size(a.contacts.size, a.memory.shape[1], a.bodies.size, a.pairs.size)
+        room = min(a.contacts.size, sum(LASTING.get(shape.type, 0) for shape in self._kinds.values()))
+        return state_size(max(room, 1), a.memory.shape[1], a.bodies.size, a.pairs.size)
 
     def check(self) -> None:
         """See that the law can serve it; its pairs are there only once it is compiled as a whole.
@@ -158,10 +166,9 @@ class Model:
         Raises:
             ValueError: It cannot; the message names the geoms.
         """
-        free = {row["id"] for row in self._frees}
         carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
         dofs = self._m.body_dofnum
-        check(self._view, self._members, lambda geom: dofs[carriers[geom]] > 0, lambda geom: carriers[geom] in free)
+        check(self._view, self._members, lambda geom: dofs[carriers[geom]] > 0)
         if self._view.size("npluginstate") < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
@@ -169,16 +176,20 @@ class Model:
         """Bytes of the block."""
         return size_of(self.arrays, *self._tables.values())
 
-    def fill(self, memory: NDArray[np.uint8], report: int) -> None:
-        """Write the block of the leading instance, where it will stay; report: address of what tells Python."""
+    def fill(self, memory: NDArray[np.uint8], report: int, truth: int) -> None:
+        """Write the block of the leading instance, where it will stay; report, truth: addresses that `block` names."""
         head = np.zeros(1, HEAD)
         addresses = self._view.ints("plugin_stateadr", self._view.size("nplugin"))
         fields = {
             "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
-            "report": report, "state": addresses[self._members[0].number], "state_size": self._world_size,
+            "passing": address_of_passing() if self._trees else 0,
+            "report": report, "truth": truth, "body_count": self._view.size("nbody"),
+            "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
+            "watch_count": len(self._seen[0]),
+            "state": addresses[self._members[0].number], "state_size": self._world_size,
             "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
             "placed_count": len(self._placed), "tree_count": len(self._trees),
-            "signature": self._view.size("signature") % 2**64,
+            "signature": self._view.signature,
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value
@@ -194,8 +205,28 @@ class Model:
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "left": np.zeros(self._left),
             "geoms": self._geom_of_shapes(), "instances": np.array(self._instances, np.int64),
-            "said": np.zeros(len(self._members), np.int64),
+            "said": np.zeros(len(self._members), np.int64), "frictions": np.full(len(self._instances), np.nan),
+            "watch": self._seen[0], "seen": self._seen[1], "sensors": with_rows(np.zeros(0, SENSOR), self._sensors[1]),
+            "centres": np.array([self._pose_of(int(geom)).inverse().place for geom in self._geom_of_shapes()]),
+            "loads": np.zeros(12 * self._view.size("nbody") + 2 * nv + 6),
         }  # fmt: skip
+
+    @cached_property
+    def _sensors(self) -> tuple[bool, list[dict[str, Any]]]:
+        own = {member.number: number for number, member in enumerate(self._members)}
+        return sensors.rows_of(self._view, dict.fromkeys(instances(self._view), -1) | own)
+
+    @cached_property
+    def _seen(self) -> tuple[NDArray[np.int64], Array]:
+        """What the world is made of: trees, and all that geoms hang on."""
+        parent, roots = self._m.body_parentid.tolist(), self._roots
+        bodies = {int(self._owner[geom]) for geom in self._kinds}
+        bodies |= set(np.flatnonzero(np.isin(roots, [roots[body] for body in bodies if roots[body]])).tolist())
+        for body in tuple(bodies):
+            while body:
+                bodies.add(body)
+                body = parent[body]
+        return watch.seen(self._view, sorted(bodies), sorted(self._kinds))
 
     def _geom_of_shapes(self) -> NDArray[np.int64]:
         geoms = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}

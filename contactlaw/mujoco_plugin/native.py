@@ -18,7 +18,7 @@ from typing import NamedTuple
 import mujoco
 
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.sets import groups
+from contactlaw.world.sets import groups
 
 Bits = tuple[int, int]
 FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
@@ -27,6 +27,11 @@ FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
 def touch(one: Bits, two: Bits) -> bool:
     """Whether geoms with this contype and conaffinity touch natively."""
     return bool(one[0] & two[1] or two[0] & one[1])
+
+
+def friction_of(one: tuple[float, int], two: tuple[float, int]) -> float:
+    """Coefficient of geoms with these frictions and priorities: the greater, or that of the greater priority."""
+    return max(one[0], two[0]) if one[1] == two[1] else max(one, two, key=lambda own: own[1])[0]
 
 
 class Rule(NamedTuple):

@@ -15,6 +15,7 @@ from numba.core import config as numba_config
 
 from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout
+from contactlaw.mujoco_plugin.layout import SENSOR_SYMBOLS
 
 COMPILE_TIME = 30  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
@@ -70,7 +71,8 @@ def register() -> _Plugin:
 
     plugin.nstate = ctypes.cast(instance.nstate, ctypes.c_void_p)
     plugin.init = ctypes.cast(instance.init, ctypes.c_void_p)
-    _keep(instance.nstate, instance.init, instance.report)
+    plugin.nsensordata = ctypes.cast(instance.nsensordata, ctypes.c_void_p)
+    _keep(instance.nstate, instance.init, instance.nsensordata, instance.report)
     if address is None:
         library.mjp_registerPlugin(ctypes.byref(plugin))
         sys.modules[REGISTERED] = known = ModuleType(REGISTERED, "What contactlaw has registered with MuJoCo.")
@@ -85,8 +87,10 @@ def _stamp() -> str:
 
 def _first(library: ctypes.CDLL) -> _Plugin:
     """The plugin's struct, but for what MuJoCo asks of Python."""
-    for name in ("mj_geomDistance", "mjd_smooth_vel", "mju_free"):
+    for name in ("mjd_smooth_vel", "mju_free", *SENSOR_SYMBOLS):
         llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
+    later = ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value
+    llvmlite.binding.add_symbol("Py_AddPendingCall", later)
     with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
         from contactlaw.mujoco_plugin import callbacks  # compiled against the symbols just added
 
@@ -95,7 +99,8 @@ def _first(library: ctypes.CDLL) -> _Plugin:
     keys = (ctypes.c_char_p * len(config.KEYS))(*(key.encode() for key in config.KEYS))
     plugin.name = config.PLUGIN_NAME.encode()
     plugin.nattribute, plugin.attributes = len(keys), keys
-    plugin.capabilityflags = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
+    plugin.capabilityflags = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE) | layout.SENSOR
+    plugin.needstage = int(mujoco.mjtStage.mjSTAGE_ACC)
     plugin.compute, plugin.advance = callbacks.compute, callbacks.advance
     plugin.reset, plugin.destroy = callbacks.reset, callbacks.destroy
     _keep(plugin, keys, jit.CALLBACKS)

@@ -1,68 +1,25 @@
 """Elements of the arrays of a world, by their addresses: compiled code sees one record, `WORLD`, and what it points to.
 
-An array that is passed on or looked into costs a count of references at run time and a second of compiling in every
-function that it goes through; an address costs nothing. The arrays belong to Python (`world.arrays`), which keeps them
-alive and writes their addresses into the record.
+The arrays belong to Python (`world.arrays`), which keeps them alive and writes their addresses into the record.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import numba
-import numpy as np
-from llvmlite import ir
-from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
-from numba.extending import intrinsic
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import CONTACT_SIZE, PAIR_SIZE
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.torsion import TORSION
+from contactlaw.memory import doubles_at, element
+from contactlaw.memory import set_whole as set_whole
+from contactlaw.memory import whole_at as whole_at
 from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # what laws know of a contact, its first numbers
 BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
-
-
-def element(dtype: np.dtype) -> Any:
-    """A function of the address of an array of records and an index, that returns the record there."""
-    kind = numba.from_dtype(dtype)
-    size = dtype.itemsize
-
-    def at(typing_context, address, index):
-        def generate(context, builder, signature, arguments):
-            place = builder.add(arguments[0], builder.mul(arguments[1], ir.Constant(ir.IntType(64), size)))
-            return builder.inttoptr(place, context.get_value_type(kind))
-
-        return kind(types.uint64, types.int64), generate
-
-    return intrinsic(at)
-
-
-def _whole(typing_context, address, index):
-    def generate(context, builder, signature, arguments):
-        start = builder.inttoptr(arguments[0], ir.IntType(64).as_pointer())
-        return builder.load(builder.gep(start, [arguments[1]]))
-
-    return types.int64(types.uint64, types.int64), generate
-
-
-def _set_whole(typing_context, address, index, value):
-    def generate(context, builder, signature, arguments):
-        start = builder.inttoptr(arguments[0], ir.IntType(64).as_pointer())
-        builder.store(arguments[2], builder.gep(start, [arguments[1]]))
-        return context.get_dummy_value()
-
-    return types.none(types.uint64, types.int64, types.int64), generate
-
-
-def _numbers(typing_context, address):
-    def generate(context, builder, signature, arguments):
-        return builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
-
-    return types.CPointer(types.float64)(types.uint64), generate
-
 
 body_at: Any = element(BODY)
 shape_at: Any = element(SHAPE)
@@ -77,20 +34,11 @@ joint_at: Any = element(JOINT)
 axis_at: Any = element(AXIS)
 row_at: Any = element(ROW)
 
-whole_at: Any = intrinsic(_whole)
-"""Element of an array of int64."""
-
-set_whole: Any = intrinsic(_set_whole)
-"""Write an element of an array of int64."""
-
-numbers_at: Any = intrinsic(_numbers)
-"""An address as a pointer to float64, for `carray`."""
-
 
 @jit_inside
 def copy_numbers(source, target, count):
     """Copy so many numbers from one address to another."""
-    numbers, copy = carray(numbers_at(source), count), carray(numbers_at(target), count)
+    numbers, copy = carray(doubles_at(source), count), carray(doubles_at(target), count)
     for k in range(count):
         copy[k] = numbers[k]
 
@@ -154,7 +102,7 @@ def bring_back_touch(w, slot):
 @jit_inside
 def memory_of(w, slot):
     """What the law remembers of the contact in a slot, shape (size,)."""
-    return carray(numbers_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
+    return carray(doubles_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
 
 
 @jit_inside
@@ -166,10 +114,10 @@ def law_of(w, pair):
 @jit_inside
 def law_numbers(w, pair):
     """The law's own numbers."""
-    return carray(numbers_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
+    return carray(doubles_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
 
 
 @jit_inside
 def speed_numbers(w, pair):
     """What `laws.speeds` reads of a pair that has it."""
-    return carray(numbers_at(w.numbers + 8 * (pair.numbers + int(law_of(w, pair).speeds))), 1)
+    return carray(doubles_at(w.numbers + 8 * (pair.numbers + int(law_of(w, pair).speeds))), 1)

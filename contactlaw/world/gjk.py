@@ -11,7 +11,7 @@ from math import atan2, copysign, cos, floor, pi, sin
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import numbers_at
+from contactlaw.memory import doubles_at
 from contactlaw.world.records import BOX, CYLINDER, HULL, SEGMENT
 from contactlaw.world.vec import add, axpy, dot, load, scale, sub, to_body, to_world
 
@@ -32,7 +32,7 @@ def support(s, b, d):
     at = load(s.at)
     if s.kind == HULL:
         own = to_body(b.axes, d)
-        points = carray(numbers_at(s.points), 3 * s.count)
+        points = carray(doubles_at(s.points), 3 * s.count)
         best, most = 0, -1e300
         for i in range(s.count):
             far = points[3 * i] * own[0] + points[3 * i + 1] * own[1] + points[3 * i + 2] * own[2]

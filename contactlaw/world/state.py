@@ -18,6 +18,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPRUNG
+from contactlaw.memory import doubles_at
 from contactlaw.world.access import (
     KNOWN_NUMBERS,
     body_at,
@@ -25,7 +26,6 @@ from contactlaw.world.access import (
     law_of,
     memory_of,
     near_at,
-    numbers_at,
     pair_at,
     set_whole,
     shape_at,
@@ -63,7 +63,7 @@ def hole(w, row):
 @jit_inside
 def part(w, slot, offset, count):
     """Numbers of the record of a contact, a view."""
-    return carray(numbers_at(w.contacts + RECORD * slot + offset), count)
+    return carray(doubles_at(w.contacts + RECORD * slot + offset), count)
 
 
 @jit_inside

@@ -16,7 +16,8 @@ from math import cos, sin, sqrt
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import axis_at, body_at, joint_at, link_at, numbers_at
+from contactlaw.memory import doubles_at
+from contactlaw.world.access import axis_at, body_at, joint_at, link_at
 from contactlaw.world.motion import set_axes
 from contactlaw.world.records import BALL, FREE_JOINT, SLIDE
 from contactlaw.world.vec import (
@@ -41,7 +42,7 @@ NONE = (0.0, 0.0, 0.0)
 @jit_inside
 def vector(address, size):
     """The numbers at an address."""
-    return carray(numbers_at(address), size)
+    return carray(doubles_at(address), size)
 
 
 def move(t):

@@ -1,5 +1,6 @@
 """What a user reads of contacts and changes while a model runs."""
 
+import re
 import warnings
 
 import numba
@@ -12,12 +13,13 @@ if numba.config.DISABLE_JIT:
 
 from mujoco_scenes import steel_pair  # noqa: E402
 
-from contactlaw import MATERIALS, ContactPair  # noqa: E402
+from contactlaw import MATERIALS, ContactPair, ContactWarning  # noqa: E402
 from contactlaw.mujoco_plugin import (  # noqa: E402
     contact_wrenches,
     contacts_of,
+    instances_of,
     load_model,
-    reread,
+    model_xml,
     save_model,
     set_friction,
 )
@@ -97,9 +99,7 @@ def test_a_model_that_was_changed_is_read_again(change):
         data = mujoco.MjData(model)
         change(model)
         mujoco.mj_setConst(model, data)
-        if late:
-            reread(model, data)
-        else:
+        if not late:
             data = mujoco.MjData(model)
         data.qpos[2] = 0.1
         data.qvel[:] = [0.3, 0.0, -1.0, 0.0, 0.0, 0.0]
@@ -115,7 +115,7 @@ def test_a_contact_goes_on_when_the_model_is_read_again():
     mujoco.mj_step(model, data, 500)
     [before] = contacts_of(model, data, NAME)
     model.body_mass[1] *= 1.5
-    reread(model, data)
+    mujoco.mj_forward(model, data)
     [held] = contacts_of(model, data, NAME)
     assert held.overlap == before.overlap
     mujoco.mj_step(model, data, 1000)
@@ -190,3 +190,89 @@ def test_the_ant_of_gymnasium_has_its_observations_back(tmp_path):
             lifted.append(env.contact_forces[:, 5].sum() / (9.81 * env.model.body_subtreemass[0]))
             env.close()
     assert lifted == pytest.approx([1.0, 1.0], abs=0.05)
+
+
+def test_friction_of_geoms_is_what_the_model_has():
+    """Of a table without friction: as geom_friction is, by the engine's rule, also where somebody edits it."""
+    model = load_model(SLED, {"*": RUBBER}, restitution=0.5)
+    data, found = mujoco.MjData(model), []
+    data.qvel[0] = 3.0
+    for friction in ((0.2, 0.05), (0.05, 0.3), (0.1, 0.1)):  # of the floor and of the feet
+        model.geom_friction[0, 0], model.geom_friction[1:, 0] = friction
+        mujoco.mj_step(model, data, 20)
+        before = data.qvel[0]
+        mujoco.mj_step(model, data, 100)
+        found.append((before - data.qvel[0]) / 0.2)
+    assert found == pytest.approx([0.2 * 9.81, 0.3 * 9.81, 0.1 * 9.81], rel=0.01)
+    model.geom_friction[2, 0] = 0.4  # one of four feet
+    mujoco.mj_step(model, data, 5)
+    [name] = instances_of(model)
+    limits = sorted(
+        (contact.geom2, round(float(np.linalg.norm(contact.tangential_force) / contact.normal_force), 4))
+        for contact in contacts_of(model, data, name)
+    )
+    assert limits == [(1, 0.1), (2, 0.4), (3, 0.1), (4, 0.1)]
+
+
+def test_what_cannot_be_served_is_refused_with_a_word():
+    """More frictions than there is room for; the law goes on with what the model was."""
+    text = model_xml(SLED, {"*": RUBBER}, restitution=0.5)
+    model = mujoco.MjModel.from_xml_string(re.sub('value="geoms [0-9]+"', 'value="geoms 1"', text))
+    data = mujoco.MjData(model)
+    data.qvel[0] = 4.0
+    mujoco.mj_step(model, data, 20)
+    model.geom_friction[2, 0] = 2.0
+    with pytest.warns(ContactWarning, match="what it was: geom_friction: of one pair .* 2 different"):
+        mujoco.mj_step(model, data, 2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, data, 2)
+    model.geom_friction[:, 0] = 0.3
+    mujoco.mj_step(model, data, 100)
+    before = data.qvel[0]
+    mujoco.mj_step(model, data, 100)
+    assert before - data.qvel[0] == pytest.approx(0.2 * 0.3 * 9.81, rel=0.01)
+
+
+def heavier(model):
+    model.body_subtreemass[1:] *= 3.0
+    model.body_mass[:] *= 3.0
+    model.body_inertia[:] *= 3.0
+
+
+def turned(model):
+    model.opt.gravity[:] = [9.81, 0.0, 0.0]
+
+
+def lowered(model):
+    model.body_pos[1, 2] -= 0.1
+
+
+def stiffer(model):
+    model.dof_armature[:] += 5.0
+
+
+@pytest.mark.parametrize("change", [heavier, turned, lowered, stiffer])
+@pytest.mark.parametrize("integrator", ["EULER", "RK4"])
+def test_a_jointed_model_that_is_changed_moves_as_one_that_was_so_from_the_start(change, integrator):
+    """An arm falls on a post that stands on another body; both runs have the state before the change in common."""
+    scene = """<mujoco><option timestep=".002"/><worldbody><body name="stand" pos="0 0 .1">
+    <geom name="post" size=".05"/></body><body name="arm" pos="-.3 0 .3"><joint axis="0 1 0" damping=".1"/>
+    <geom name="rod" type="capsule" fromto="0 0 0 .4 0 0" size=".02" density="300"/></body></worldbody></mujoco>"""
+    ends = []
+    for late in (False, True):
+        model = load_model(scene, [("rod", "post", ContactPair(RUBBER, RUBBER, 0.5, 0.5))])
+        model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 200)
+        assert contacts_of(model, data, "contactlaw:rod:post")
+        change(model)
+        if not late:
+            kind = mujoco.mjtState.mjSTATE_INTEGRATION
+            state = np.empty(mujoco.mj_stateSize(model, kind))
+            mujoco.mj_getState(model, data, state, kind)
+            data = mujoco.MjData(model)
+            mujoco.mj_setState(model, data, state, kind)
+        mujoco.mj_step(model, data, 300)
+        ends.append(np.concatenate([data.qpos, data.qvel]))
+    assert ends[0] == pytest.approx(ends[1], abs=1e-5)  # what is set back wakes

@@ -1,0 +1,256 @@
+"""Sensors of forces and accelerations: the engine's own with the contacts of the law in them, and the law's own.
+
+The engine's `force`, `torque`, `accelerometer` and acceleration sensors, cacc, cfrc_int and cfrc_ext come from
+mj_rnePostConstraint. It knows the engine's contacts and `xfrc_applied`, not generalised forces: while sensors are read,
+and no longer, what contacts do to bodies stands in `xfrc_applied`. At the end of mj_forward that is what they press
+with. After a step sensors are read again, with the mean over the step, R = impulse/step, and the accelerations that
+belong to it, qacc + M^-1 (J^T R - Q), Q the generalised force that the engine has had for its contacts: forces and
+accelerations then obey the equation of motion of that step.
+
+`touch` sensors get the law's contacts too, by the engine's rule: the ray from a contact along its normal meets the
+site. The law's own sensor, `<plugin plugin="contactlaw.contact" objtype="body" objname="foot"/>`, tells of all contacts
+of a body, a geom, or a site (by the same rule), or with `instance=` of those of one instance: how many there are, the
+force on it [N] and the moment [N m] about the point of contact, world frame, and that point [m]; of several contacts
+the mean, weighted by their forces.
+"""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import mujoco
+from numba import types
+
+from contactlaw.jit import address_of, compiling
+from contactlaw.memory import load_pointer
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.block import head_at, sensor_at
+from contactlaw.mujoco_plugin.free import jit
+from contactlaw.mujoco_plugin.loads import mean_share
+from contactlaw.mujoco_plugin.memory import entry, field, floats, inside, place
+from contactlaw.world.access import body_at, contact_at, whole_at, world_at
+from contactlaw.world.near import count_slots
+from contactlaw.world.records import CLOSED, FREE
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_world
+
+NUMBERS = 10
+"""Of a sensor of the law: contacts, force, moment, point."""
+
+ACCELERATIONS, TIME, XFRC, READINGS, PLACES, TURNS, CENTRES = (
+    layout.DATA[name]
+    for name in ("qacc", "time", "xfrc_applied", "sensordata", "geom_xpos", "geom_xmat", "xipos")
+)  # fmt: skip
+SITE_PLACES, SITE_TURNS = layout.DATA["site_xpos"], layout.DATA["site_xmat"]
+OWNER, SITE_TYPE, SITE_SIZE = (layout.MODEL[name] for name in ("geom_bodyid", "site_type", "site_size"))
+TIMESTEP = layout.TIMESTEP
+
+POINTER = types.uintp
+find_forces = types.ExternalFunction("mj_rnePostConstraint", types.void(POINTER, POINTER))
+read_sensors = types.ExternalFunction("mj_sensorAcc", types.void(POINTER, POINTER))
+generalise = types.ExternalFunction("mj_applyFT", types.void(*5 * [POINTER], types.int32, POINTER))
+solve = types.ExternalFunction("mj_solveM", types.void(*4 * [POINTER], types.int32))
+ray = types.ExternalFunction("mju_rayGeom", types.float64(*5 * [POINTER], types.int32, POINTER))
+
+_BODY, _XBODY, _GEOM, _SITE = (
+    int(kind) for kind in (
+        mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY, mujoco.mjtObj.mjOBJ_GEOM, mujoco.mjtObj.mjOBJ_SITE,
+    )
+)  # fmt: skip
+_TOUCH, _PLUGIN = int(mujoco.mjtSensor.mjSENS_TOUCH), int(mujoco.mjtSensor.mjSENS_PLUGIN)
+
+
+def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, list[dict[str, Any]]]:
+    """Whether a model senses forces or accelerations, and `block.SENSOR` of those that the law adds to or tells.
+
+    instances: numbers of all of the plugin's, and which contact of the model each is; -1: none, all are meant.
+
+    Raises:
+        ValueError: A sensor of the law is on something else than a body, geom or site.
+    """
+    count = view.size("nsensor")
+    names = ("type", "needstage", "objtype", "objid", "adr", "plugin")
+    kinds, stages, on, ids, places, plugins = (view.ints(f"sensor_{name}", count).tolist() for name in names)
+    cutoffs, owner = view.doubles("sensor_cutoff", count).tolist(), view.ints("site_bodyid", view.size("nsite"))
+    rows = []
+    for i, kind in enumerate(kinds):
+        own = kind == _PLUGIN and plugins[i] in instances
+        if own and on[i] not in (_BODY, _XBODY, _GEOM, _SITE):
+            raise ValueError(f"sensor {i}: objtype of a sensor of contacts must be body, xbody, geom or site")
+        if own or kind == _TOUCH:
+            site = ids[i] if on[i] == _SITE else -1
+            rows.append({
+                "own": own, "site": site, "geom": ids[i] if on[i] == _GEOM else -1, "at": places[i],
+                "body": owner[site] if site >= 0 else ids[i], "cutoff": cutoffs[i],
+                "instance": instances[plugins[i]] if own else -1,
+            })  # fmt: skip
+    return int(mujoco.mjtStage.mjSTAGE_ACC) in stages, rows
+
+
+@lru_cache
+def address() -> int:
+    """Of `sense`, compiled when a model that senses is made."""
+    with compiling("sensors", 4):
+        return address_of(sense, types.void(*4 * [types.uint64]), layout.KEY)
+
+
+def sense(m, d, block, mean):
+    """Read sensors with the contacts of the law; mean: over the step, else as they press now.
+
+    The engine, asked to read its sensors, asks for those of the law in turn.
+    """
+    head = head_at(block, 0)
+    if head.sensing != 0:
+        tell(m, d, head, mean)
+        return
+    head.sensing = 1
+    if gather(m, d, head, mean):
+        read_again(m, d, head, mean)
+    else:
+        tell(m, d, head, mean)
+    head.sensing = 0
+
+
+@jit
+def read_again(m, d, head, mean):
+    """Let the engine read its sensors with what has been gathered; all else is as it was when this returns."""
+    n = 6 * head.body_count
+    applied, loads, kept = field(d, XFRC, 0, n), floats(head.loads, 0, n), floats(head.loads, n, n)
+    q = floats(head.loads, 2 * n, head.nv)
+    accelerations, before = field(d, ACCELERATIONS, 0, head.nv), floats(head.loads, 2 * n + head.nv, head.nv)
+    clock = inside(d, TIME, 1)
+    now = clock[0]
+    for i in range(head.nv):
+        before[i], q[i] = accelerations[i], -floats(head.given, i, 1)[0]
+    for i in range(n):
+        kept[i] = applied[i]
+        applied[i] += loads[i]
+    if mean != 0:
+        clock[0] = floats(head.start, 0, 1)[0]
+        push = place(head.loads, 0)
+        for body in range(1, head.body_count):
+            wrench = place(push, 6 * body)
+            centre = place(load_pointer(d + POINTER(CENTRES)), 3 * body)
+            generalise(m, d, wrench, place(wrench, 3), centre, types.int32(body), place(push, 2 * n))
+        solve(m, d, place(push, 2 * n), place(push, 2 * n), types.int32(1))
+        for i in range(head.nv):
+            accelerations[i] += q[i]
+    find_forces(m, d)
+    read_sensors(m, d)
+    clock[0] = now
+    for i in range(head.nv):
+        accelerations[i] = before[i]
+    for i in range(n):
+        applied[i] = kept[i]
+
+
+@jit
+def gather(m, d, head, mean):
+    """Find what contacts do to each body, about its centre of mass; returns whether there are any."""
+    w, some = world_at(head.world, 0), False
+    loads = floats(head.loads, 0, 6 * head.body_count)
+    count_slots(w)
+    for i in range(loads.size):
+        loads[i] = 0.0
+    for slot in range(w.slots):
+        c = contact_at(w.contacts, slot)
+        if c.phase == FREE or (mean == 0 and c.phase != CLOSED):
+            continue
+        some = True
+        x, (force, moment) = point_of(d, head, c), load_of(m, w, c, mean)
+        for shape, sign in ((c.shape_a, 1.0), (c.shape_b, -1.0)):
+            body = entry(m, OWNER, whole_at(head.geoms, shape))
+            arm = sub(x, load(field(d, CENTRES, 3 * body, 3)))
+            push, turn = loads[6 * body : 6 * body + 3], loads[6 * body + 3 : 6 * body + 6]
+            store(push, axpy(sign, force, load(push)))
+            store(turn, axpy(sign, add(moment, cross(arm, force)), load(turn)))
+    return some
+
+
+@jit
+def load_of(m, w, c, mean):
+    """Force on A [N], and the moment on it besides [N m]."""
+    step = inside(m, TIMESTEP, 1)[0]
+    sleeps = body_at(w.bodies, c.body_a).asleep != 0 or body_at(w.bodies, c.body_b).asleep != 0
+    if sleeps or mean == 0:
+        force = load(c.force) if sleeps else scale(mean_share(c, step), load(c.force))
+    else:
+        force = scale(1.0 / step, sub(load(c.impulse), load(c.earlier)))
+    return force, scale(-c.torsion.moment, load(c.normal))
+
+
+@jit
+def point_of(d, head, c):
+    """Where a contact is, by the place of the geom of A [m]."""
+    geom, centre = whole_at(head.geoms, c.shape_a), load(floats(head.centres, 3 * c.shape_a, 3))
+    turned = to_world(field(d, TURNS, 9 * geom, 9), centre)
+    return add(load(c.arm_a), add(load(field(d, PLACES, 3 * geom, 3)), turned))
+
+
+@jit
+def tell(m, d, head, mean):
+    """Write the law's own sensors, and add to those of touch."""
+    w = world_at(head.world, 0)
+    for i in range(head.sensor_count):
+        s = sensor_at(head.sensors, i)
+        out, s.weight = field(d, READINGS, s.at, NUMBERS), 0.0
+        for k in range(NUMBERS if s.own != 0 else 0):
+            out[k] = 0.0
+    for slot in range(w.slots):
+        c = contact_at(w.contacts, slot)
+        if c.phase != FREE and (mean != 0 or c.phase == CLOSED):
+            for i in range(head.sensor_count):
+                add_to(m, d, head, sensor_at(head.sensors, i), c, mean)
+    for i in range(head.sensor_count):
+        s = sensor_at(head.sensors, i)
+        out = field(d, READINGS, s.at, NUMBERS)
+        if s.own == 0:
+            out[0] = min(out[0], s.cutoff) if s.cutoff > 0.0 else out[0]
+        elif s.weight > 0.0:
+            x = scale(1.0 / s.weight, load(out[7:10]))
+            store(out[7:10], x)
+            store(out[4:7], sub(load(out[4:7]), cross(x, load(out[1:4]))))
+
+
+@jit
+def add_to(m, d, head, s, c, mean):
+    """Add a contact to what a sensor reads, if it is one of that."""
+    if s.instance >= 0 and s.instance != whole_at(head.instances, c.pair):
+        return
+    side = 0.0
+    for shape, sign in ((c.shape_b, -1.0), (c.shape_a, 1.0)):
+        geom = whole_at(head.geoms, shape)
+        if geom == s.geom or (s.geom < 0 and entry(m, OWNER, geom) == s.body):
+            side = sign
+    w, x = world_at(head.world, 0), point_of(d, head, c)
+    force, moment = load_of(m, w, c, mean)
+    normal, out = dot(force, load(c.normal)), field(d, READINGS, s.at, NUMBERS)
+    if side == 0.0 or normal <= 0.0 or (s.site >= 0 and not meets(m, d, head, s.site, x, scale(-side, load(c.normal)))):
+        return
+    if s.own == 0:
+        out[0] += normal
+        return
+    force = scale(side, force)
+    s.weight += norm(force)
+    out[0] += 1.0
+    store(out[1:4], add(load(out[1:4]), force))
+    store(out[4:7], add(load(out[4:7]), axpy(side, moment, cross(x, force))))
+    store(out[7:10], axpy(norm(force), x, load(out[7:10])))
+
+
+@jit
+def meets(m, d, head, site, x, direction):
+    """Whether a ray from a point meets a site."""
+    room = place(head.loads, 12 * head.body_count + 2 * head.nv)
+    store(floats(room, 0, 3), x)
+    store(floats(room, 3, 3), direction)
+    at, turn = (
+        place(load_pointer(d + POINTER(SITE_PLACES)), 3 * site),
+        place(load_pointer(d + POINTER(SITE_TURNS)), 9 * site),
+    )
+    size, kind = place(load_pointer(m + POINTER(SITE_SIZE)), 3 * site), types.int32(entry(m, SITE_TYPE, site))
+    # from 3.4 on it writes a normal, where there is room for one
+    return ray(at, turn, size, room, place(room, 3), kind, POINTER(0)) >= 0.0
