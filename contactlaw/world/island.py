@@ -77,7 +77,6 @@ def approach(w, bodies, pairs, t, until):
             if p.closed == 0:
                 if number == 0 or p.toi <= t + soon:  # who flies does what was foreseen
                     predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
-                    w.predictions += 1
                 first = min(first, p.toi)
                 touches = p.toi <= t + soon and p.gap <= TOUCHING * radius_of(w, p)
                 if touches and close(w, whole_at(w.island_pairs, i), -p.gap):
@@ -220,7 +219,6 @@ def predict_clear(w, p, t):
     """Look at an open pair, and how long it stays so whatever impacts do."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     predict(w, p, a, b, t, w.step - t)
-    w.predictions += 1
     closing = fastest_closing(p, a, b)
     p.clear_until = t + time_to_close(max(p.gap, 0.0), closing, max(p.acceleration, 0.0))
 

@@ -53,7 +53,6 @@ from contactlaw.world.motion import follow, settle, spin_rate
 from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
 from contactlaw.world.pace import loaded, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
-from contactlaw.world.rolling import add_rolling_work
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
@@ -378,7 +377,6 @@ def end(w, r, found):
     else:
         gained = t.overlap - t.before
         add_work(c, 1.0, gained, load(c.moved))
-        add_rolling_work(c, 1.0)
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = gained / w.step

@@ -164,15 +164,10 @@ def enter(w, r, stage):
     k = slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
-    count_a, count_b = freedoms(a), freedoms(b)
-    if a.unknown == b.unknown:  # of one tree
-        count_b = 0
+    count_a = freedoms(a)
+    count_b = freedoms(b) if a.unknown != b.unknown else 0  # they may be of one tree
     for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f), (TURN, n)):
-        row = part(w, number)
-        for p in range(count_a):
-            row[a.unknown + p] = 0.0
-        for p in range(count_b):
-            row[b.unknown + p] = 0.0
+        row = empty_row(w, number, a, b)
         if number == TURN:
             if k[7] != 0.0:
                 twist(a, n, e, row)
@@ -204,18 +199,23 @@ def enter(w, r, stage):
 
 
 @jit_inside
+def empty_row(w, number, a, b):
+    """A row of a Jacobian without entries for two bodies."""
+    row = part(w, number)
+    for one in (a, b):
+        for p in range(freedoms(one)):
+            row[one.unknown + p] = 0.0
+    return row
+
+
+@jit_inside
 def enter_rolling(w, a, b, axis, n, k):
     """Enter by how much a moment changes with the angle about an axis across the normal; k: times b^2."""
     if k == 0.0:
         return
-    h, row = matrix(w), part(w, TURN)
-    count_a, count_b = freedoms(a), freedoms(b)
-    if a.unknown == b.unknown:
-        count_b = 0
-    for p in range(count_a):
-        row[a.unknown + p] = 0.0
-    for p in range(count_b):
-        row[b.unknown + p] = 0.0
+    h, row = matrix(w), empty_row(w, TURN, a, b)
+    count_a = freedoms(a)
+    count_b = freedoms(b) if a.unknown != b.unknown else 0
     twist(a, axis, n, row)
     twist(b, scale(-1.0, axis), n, row)
     for p in range(count_a + count_b):

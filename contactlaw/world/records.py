@@ -254,13 +254,12 @@ WORLD = record(
     stale="i8",  # a body has travelled further than the list of near pairs holds
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
-    windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
+    kicks="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
     twists="i8",  # contacts are twisted in this substep, see `island.TWISTS`
     lost="i8",  # contacts and pairs that there was no room for
     demand="u8",  # address of what compiles what is needed, see `demand`
     found=("u8", FOUND.shape),  # addresses of that, by its numbers
-    slept="f8",  # energy of motion of bodies when they fell asleep [J]
 )  # fmt: skip
 """A world as a whole: what compiled code is given."""
 

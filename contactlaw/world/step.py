@@ -123,7 +123,6 @@ def finish(w, dt):
         link(w)
         for k in range(w.islands):
             integrate(w, whole_at(w.roots, k), now, until)
-        w.windows += 1
         now = until
         watch(w, dt - now)
     for k in range(w.body_count):
