@@ -17,13 +17,19 @@ RIGHT, VELOCITY, BEGUN, BEFORE, FREE, ACCELERATION, NORMAL, SIDE_U, SIDE_V, TURN
 def room_for(unknowns):
     """Shape of the room for the equations of so many unknowns: the matrix, and the vectors as rows below it."""
     size = min(unknowns, LARGEST)
-    return size + 11, size
+    return 2 * size + 11, size
 
 
 @jit_inside
 def matrix(w):
     """H, and then its factors; shape (unknown_room, unknown_room)."""
     return vector(w.equations, (w.unknown_room, w.unknown_room))
+
+
+@jit_inside
+def masses(w):
+    """M of the bodies, which lies within the envelope that they begin."""
+    return vector(w.equations + 8 * w.unknown_room * (w.unknown_room + 11), (w.unknown_room, w.unknown_room))
 
 
 @jit_inside

@@ -34,9 +34,14 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
             memory[i] = 0.0
     du, dv, angle = moved
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
+    if spun:
+        c.turned += angle
+        if w.twists == 0 and t.state != OPEN:
+            c.waits = c.waits if c.waits > 0.0 else t.before
+            spun = False
     left = 0.0
     if spun:
-        left = call_limit(address(w, LIMIT), c, t.mu, moved)
+        left = call_limit(address(w, LIMIT), c, t.mu, (du, dv, c.turned))
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
     inertia = 0.0
     if t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0):
@@ -46,7 +51,10 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
             turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
             inertia = 1.0 / turn
     if spun:
-        call_twist(address(w, TWIST), c, law.g_t, angle, left, (slide[2], inertia))
+        before = t.before
+        t.before = c.waits if c.waits > 0.0 else before
+        call_twist(address(w, TWIST), c, law.g_t, c.turned, left, (slide[2], inertia))
+        t.before, c.turned, c.waits = before, 0.0, 0.0
 
 
 @jit_inside

@@ -43,17 +43,16 @@ from contactlaw.world.equations import (
     RIGHT,
     VELOCITY,
     factorise,
-    matrix,
+    masses,
     part,
     substitute,
 )
 from contactlaw.world.force import rigid
 from contactlaw.world.island import members
 from contactlaw.world.motion import follow, settle, spin_rate
-from contactlaw.world.newton import begin_equations, enter, look_at
+from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
 from contactlaw.world.pace import loaded, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
-from contactlaw.world.rolling import add_rolling_work
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
@@ -62,7 +61,8 @@ from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
-LOOKS, STALLED = 12, 3  # steps of Newton's method at most, and those in a row that do not halve what is missing
+LOOKS, STALLED = 25, 4  # steps of Newton's method at most, and those in a row that do not halve what is missing
+CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
 WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
@@ -75,7 +75,8 @@ def let_last(w):
     some = False
     for k in range(w.islands):
         bodies, pairs = members(w, whole_at(w.roots, k))
-        if lasts(w, bodies, pairs) and last(w, bodies, pairs):
+        stages = stages_of(w, bodies, pairs)
+        if stages > 0 and last(w, bodies, pairs, stages):
             fall_asleep(w, bodies, pairs)
             some = True
     return some
@@ -87,13 +88,13 @@ def address() -> int:
 
 
 @jit_inside
-def lasts(w, bodies, pairs):
-    """Whether nothing strikes in an island within the step, and it is worth an implicit one."""
+def stages_of(w, bodies, pairs):
+    """Two if nothing strikes in an island within the step; one if what strikes does so slowly; zero: it is stepped."""
     unknowns = 0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         if b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN:
-            return False
+            return 0
         b.unknown = -1
         b.active = 0
         if b.tree != 0:
@@ -106,7 +107,7 @@ def lasts(w, bodies, pairs):
             unknowns += 6
     w.unknowns = unknowns
     if unknowns > w.unknown_room:
-        return False
+        return 0
     closed = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -116,10 +117,14 @@ def lasts(w, bodies, pairs):
             b.active = max(b.active, p.closed)
             if b.still != 0:
                 b.unknown = -1
+    stages = 2 if closed > 0 else 0
     for i in range(pairs):
-        if strikes(w, near_at(w.near, whole_at(w.island_pairs, i)), closed > w.crowd):
-            return False
-    return closed > 0
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if strikes(w, p, False):
+            stages = min(stages, 1)
+            if closed <= w.crowd or strikes(w, p, True):
+                return 0
+    return stages
 
 
 @jit_inside
@@ -156,13 +161,13 @@ def whirls(s, a, n, spin, time):
 
 
 @jit_inside
-def last(w, bodies, pairs):
+def last(w, bodies, pairs, stages):
     """Take the step with an island of lasting contacts; returns whether it was found."""
     begin(w, bodies, pairs)
-    stage = SHARE * w.step
+    stage = SHARE * w.step if stages == 2 else w.step
     launch(w, stage, 0.0)
     found = solve(w, bodies, pairs, stage, stage)
-    if found:
+    if found and stages == 2:
         add_impulses(w, pairs, w.step - stage)
         launch(w, stage, w.step - stage)
         found = solve(w, bodies, pairs, stage, w.step) and not changes(w, pairs)
@@ -243,7 +248,7 @@ def solve(w, bodies, pairs, stage, time):
     time [s]: since the step began.
     """
     velocity, change = part(w, VELOCITY), part(w, RIGHT)
-    lowest, stalled = NEVER, 0
+    last, stalled = 0.0 if stage == time else NEVER, 0
     for look in range(LOOKS):
         for i in range(bodies):
             place(w, whole_at(w.island_bodies, i), stage, time)
@@ -253,17 +258,19 @@ def solve(w, bodies, pairs, stage, time):
             moved, slow = look_at(w, row_at(w.rows, i), stage)
             moves, least = moved or moves, min(least, slow)
         missing = imbalance(w)
-        if not moves or missing <= least:
+        if not moves or missing <= least < NEVER:
             return True
-        stalled = 0 if missing < 0.5 * lowest else stalled + 1
-        lowest = min(lowest, missing)
+        stalled = 0 if missing < 0.5 * last else stalled + 1
         if stalled == STALLED:
             return False
-        for i in range(pairs):
-            enter(w, row_at(w.rows, i), stage)
-        factorise(w)
+        if not missing < CHORD * last:
+            begin_matrix(w, bodies)
+            for i in range(pairs):
+                enter(w, row_at(w.rows, i), stage)
+            factorise(w)
+            w.solved += 1
+        last = missing
         substitute(w)
-        w.solved += 1
         total = 0.0
         for i in range(w.unknowns):
             velocity[i] += change[i]
@@ -276,10 +283,10 @@ def solve(w, bodies, pairs, stage, time):
 @jit_inside
 def imbalance(w):
     """By how much [m/s] a velocity could change at most where momenta are missing, whatever contacts do."""
-    h, right = matrix(w), part(w, RIGHT)
+    m, right = masses(w), part(w, RIGHT)
     most = 0.0
     for i in range(w.unknowns):
-        most = max(most, abs(right[i]) / h[i, i])
+        most = max(most, abs(right[i]) / m[i, i])
     return most
 
 
@@ -370,7 +377,6 @@ def end(w, r, found):
     else:
         gained = t.overlap - t.before
         add_work(c, 1.0, gained, load(c.moved))
-        add_rolling_work(c, 1.0)
         store(c.impulse, add(load(c.impulse), load(r.impulse)))
         store(c.force, force_of(c))
         t.closing = gained / w.step

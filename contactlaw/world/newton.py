@@ -24,7 +24,7 @@ from contactlaw.world.access import (
     whole_at,
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
-from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, matrix, part
+from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, masses, matrix, part
 from contactlaw.world.force import ask_at, slopes
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import velocity_at
@@ -42,13 +42,8 @@ ROUNDING = 4e-15  # of a place, the same
 @jit_inside
 def begin_equations(w, bodies, stage):
     """Masses and moments of inertia, and the momenta that bodies have too little."""
-    h, first, right = matrix(w), part(w, FIRST), part(w, RIGHT)
+    m, right = masses(w), part(w, RIGHT)
     velocity, free = part(w, VELOCITY), part(w, FREE)
-    for i in range(w.unknowns):
-        for j in range(w.unknowns):
-            h[i, j] = 0.0
-        first[i] = i
-        right[i] = 0.0
     for k in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, k))
         count, o = freedoms(b), b.unknown
@@ -56,19 +51,41 @@ def begin_equations(w, bodies, stage):
             if b.member != 0:
                 continue
             t = tree_at(b.tree, 0)
-            t.weights, t.stride, t.stage = w.equations + 8 * o * (w.unknown_room + 1), w.unknown_room, stage
-            call_with_body(t.weigh, b)
-        elif count > 0:
-            weigh(b, h)
+            place = o + w.unknown_room * (w.unknown_room + 11 + o)
+            t.weights, t.stride, t.stage = w.equations + 8 * place, w.unknown_room, stage
         for i in range(o, o + count):
-            first[i] = o
+            right[i] = 0.0
             for j in range(o, o + count):
-                right[i] += h[i, j] * (free[j] - velocity[j])
+                m[i, j] = 0.0
+        if b.tree != 0:
+            call_with_body(tree_at(b.tree, 0).weigh, b)
+        elif count > 0:
+            weigh(b, m)
+        for i in range(o, o + count):
+            for j in range(o, o + count):
+                right[i] += m[i, j] * (free[j] - velocity[j])
         if b.tree != 0:
             call_with_body(tree_at(b.tree, 0).resist, b)
             x = vector(tree_at(b.tree, 0).x, count)
             for i in range(count):
                 right[o + i] += stage * x[i]
+
+
+@jit_inside
+def begin_matrix(w, bodies):
+    """H without contacts."""
+    h, m, first = matrix(w), masses(w), part(w, FIRST)
+    for k in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, k))
+        if b.tree != 0 and b.member != 0:
+            continue
+        o = b.unknown
+        for i in range(o, o + freedoms(b)):
+            first[i] = o
+            for j in range(w.unknowns):
+                h[i, j] = 0.0
+            for j in range(o, o + freedoms(b)):
+                h[i, j] = m[i, j]
 
 
 @jit_inside
@@ -80,14 +97,14 @@ def freedoms(b):
 
 
 @jit_inside
-def weigh(b, h):
+def weigh(b, m):
     """Mass and moments of inertia of a body that is free."""
-    m, o = b.axes, b.unknown
+    axes, o = b.axes, b.unknown
     for i in range(3):
-        h[o + i, o + i] = 1.0 / b.inverse_mass
+        m[o + i, o + i] = 1.0 / b.inverse_mass
         for j in range(3):
             for q in range(3):
-                h[o + 3 + i, o + 3 + j] += m[3 * i + q] * m[3 * j + q] / b.inverse_inertia[q]
+                m[o + 3 + i, o + 3 + j] += axes[3 * i + q] * axes[3 * j + q] / b.inverse_inertia[q]
 
 
 @jit_inside
@@ -147,15 +164,10 @@ def enter(w, r, stage):
     k = slopes(w, c, r.slot, load(c.moved), load(r.slide), stage)
     n, e = load(c.normal), load(c.tangent)
     f = cross(n, e)
-    count_a, count_b = freedoms(a), freedoms(b)
-    if a.unknown == b.unknown:  # of one tree
-        count_b = 0
+    count_a = freedoms(a)
+    count_b = freedoms(b) if a.unknown != b.unknown else 0  # they may be of one tree
     for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f), (TURN, n)):
-        row = part(w, number)
-        for p in range(count_a):
-            row[a.unknown + p] = 0.0
-        for p in range(count_b):
-            row[b.unknown + p] = 0.0
+        row = empty_row(w, number, a, b)
         if number == TURN:
             if k[7] != 0.0:
                 twist(a, n, e, row)
@@ -187,18 +199,23 @@ def enter(w, r, stage):
 
 
 @jit_inside
+def empty_row(w, number, a, b):
+    """A row of a Jacobian without entries for two bodies."""
+    row = part(w, number)
+    for one in (a, b):
+        for p in range(freedoms(one)):
+            row[one.unknown + p] = 0.0
+    return row
+
+
+@jit_inside
 def enter_rolling(w, a, b, axis, n, k):
     """Enter by how much a moment changes with the angle about an axis across the normal; k: times b^2."""
     if k == 0.0:
         return
-    h, row = matrix(w), part(w, TURN)
-    count_a, count_b = freedoms(a), freedoms(b)
-    if a.unknown == b.unknown:
-        count_b = 0
-    for p in range(count_a):
-        row[a.unknown + p] = 0.0
-    for p in range(count_b):
-        row[b.unknown + p] = 0.0
+    h, row = matrix(w), empty_row(w, TURN, a, b)
+    count_a = freedoms(a)
+    count_b = freedoms(b) if a.unknown != b.unknown else 0
     twist(a, axis, n, row)
     twist(b, scale(-1.0, axis), n, row)
     for p in range(count_a + count_b):

@@ -214,6 +214,7 @@ CONTACT = record(
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
     moved=VECTOR,  # of A over B along both tangents [m], and about the normal [rad], in the last substep
     rolled=VECTOR,  # by A over B in it, about both tangents [rad]; what the limit leaves of the spring's moment
+    turned="f8", waits="f8",  # [rad] by A over B since it was last twisted; its overlap then [m], zero: nothing waits
     interval="f8",  # [s] of the last substep
     closing_acceleration="f8",  # closing acceleration over it [m/s^2]
     end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
@@ -255,12 +256,12 @@ WORLD = record(
     stale="i8",  # a body has travelled further than the list of near pairs holds
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
-    windows="i8", kicks="i8", predictions="i8", lists="i8",  # counted for good
+    kicks="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
+    twists="i8",  # contacts are twisted in this substep, see `island.TWISTS`
     lost="i8",  # contacts and pairs that there was no room for
     demand="u8",  # address of what compiles what is needed, see `demand`
     found=("u8", FOUND.shape),  # addresses of that, by its numbers
-    slept="f8",  # energy of motion of bodies when they fell asleep [J]
 )  # fmt: skip
 """A world as a whole: what compiled code is given."""
 

@@ -65,9 +65,3 @@ def apply_rolling(c, a, b, time):
     moment = scale(time, moment_of(c))
     turn(a, scale(-1.0, moment))
     turn(b, moment)
-
-
-@jit_inside
-def add_rolling_work(c, share):
-    """Enter the work of a share of it into the contact's ledger."""
-    c.friction_work -= share * (c.bending[0] * c.rolled[0] + c.bending[1] * c.rolled[1])

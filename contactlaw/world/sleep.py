@@ -23,7 +23,7 @@ SAME = 1e-12  # of an acceleration, a change that is none
 @jit_inside
 def fall_asleep(w, bodies, pairs):
     """Put an island to sleep if it hardly moves and is in balance."""
-    if w.stillness == 0.0 or not slow(w, pairs, w.stillness):
+    if w.stillness == 0.0 or not hardly(w, pairs, w.stillness, 1):
         return
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -44,7 +44,7 @@ def fall_asleep(w, bodies, pairs):
                 n, moment = load(c.normal), moment_of(c)
                 couple(body_at(w.bodies, p.body_a), n, cross(n, moment))
                 couple(body_at(w.bodies, p.body_b), n, cross(moment, n))
-    if not balanced(w, pairs, w.stillness):
+    if not hardly(w, pairs, w.stillness, 2):
         return
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -52,7 +52,6 @@ def fall_asleep(w, bodies, pairs):
             return
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        w.slept += 0.5 * dot(load(b.velocity), load(b.velocity)) / b.inverse_mass
         store(b.held, load(b.acceleration))
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
@@ -64,8 +63,11 @@ def fall_asleep(w, bodies, pairs):
 
 
 @jit_inside
-def slow(w, pairs, part):
-    """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time."""
+def hardly(w, pairs, part, order):
+    """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time.
+
+    order: 1, by their velocities; 2, by the accelerations in `shift` and `twist`.
+    """
     some = False
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -73,34 +75,30 @@ def slow(w, pairs, part):
             some = True
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            speed = speed_of(a, norm(load(c.arm_a))) + speed_of(b, norm(load(c.arm_b)))
-            if speed * contact_time(w, c, a, b) > least_move(c, a, b, part):
+            time = contact_time(w, c, a, b)
+            rate = rate_of(a, norm(load(c.arm_a)), order) + rate_of(b, norm(load(c.arm_b)), order)
+            if rate * time * (time if order == 2 else 1.0) > least_move(c, a, b, part):
                 return False
     return some
 
 
 @jit_inside
-def speed_of(b, arm):
-    """How fast a point of a body moves at most, this far from its centre of mass [m]; of a tree, one of any of them."""
-    out = norm(load(b.velocity)) + norm(load(b.spin)) * arm
+def rate_of(b, arm, order):
+    """Speed of a point of a body at most, this far from its centre of mass [m]; of a tree, of any of them."""
+    out = rate_of_one(b, arm, order)
     if b.tree != 0:
         t = tree_at(b.tree, 0)
         for i in range(t.count):
-            one = body_at(t.bodies, i)
-            out = max(out, norm(load(one.velocity)) + norm(load(one.spin)) * arm)
+            out = max(out, rate_of_one(body_at(t.bodies, i), arm, order))
     return out
 
 
 @jit_inside
-def change_of(b, arm):
-    """The same of the accelerations in `shift` and `twist`."""
-    out = norm(load(b.shift)) + norm(load(b.twist)) * arm
-    if b.tree != 0:
-        t = tree_at(b.tree, 0)
-        for i in range(t.count):
-            one = body_at(t.bodies, i)
-            out = max(out, norm(load(one.shift)) + norm(load(one.twist)) * arm)
-    return out
+def rate_of_one(b, arm, order):
+    """The same of one body; or its acceleration."""
+    if order == 2:
+        return norm(load(b.shift)) + norm(load(b.twist)) * arm
+    return norm(load(b.velocity)) + norm(load(b.spin)) * arm
 
 
 @jit_inside
@@ -125,21 +123,6 @@ def couple(b, arm, force):
     """The same of a force at half an arm and its opposite at the opposite half."""
     press(b, scale(0.5, arm), force)
     press(b, scale(-0.5, arm), scale(-1.0, force))
-
-
-@jit_inside
-def balanced(w, pairs, part):
-    """Whether the accelerations too, in `shift` and `twist`, would move the contacts by less."""
-    for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if p.closed != 0:
-            c = contact_at(w.contacts, p.slot)
-            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            time = contact_time(w, c, a, b)
-            rate = change_of(a, norm(load(c.arm_a))) + change_of(b, norm(load(c.arm_b)))
-            if rate * time * time > least_move(c, a, b, part):
-                return False
-    return True
 
 
 @jit_inside

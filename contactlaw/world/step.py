@@ -147,7 +147,6 @@ def finish(w, dt):
         link(w)
         for k in range(w.islands):
             integrate(w, whole_at(w.roots, k), now, until)
-        w.windows += 1
         now = until
         watch(w, dt - now)
     for k in range(w.body_count):
@@ -171,6 +170,7 @@ def some_last(w):
 def begin(w, dt):
     """What a step starts from."""
     w.step = dt
+    w.twists = 1
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES

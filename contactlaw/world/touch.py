@@ -23,7 +23,7 @@ from contactlaw.world.geometry import meet
 from contactlaw.world.motion import kick, moved_at, turn, velocity_at
 from contactlaw.world.pace import masses, radius_of
 from contactlaw.world.records import CLOSED, FREE, PARTED
-from contactlaw.world.rolling import add_rolling_work, advance_rolling, apply_rolling, rolled
+from contactlaw.world.rolling import advance_rolling, apply_rolling, rolled
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
 NONE = (0.0, 0.0, 0.0)
@@ -65,6 +65,7 @@ def close(w, k, overlap):
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
     c.torsion.span, c.torsion.moment = 0.0, 0.0
+    c.turned, c.waits = 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
     masses(c, a, b)
@@ -195,12 +196,8 @@ def advance(w, c, slot, span):
             c.end_weight = elastic_end(before / (before - overlap), linear)
             store(c.force, force_of(c))
         add_work(c, 0.5 + c.end_weight, overlap - before, moved)
-        if law.rolling != 0.0:
-            add_rolling_work(c, 0.5 + c.end_weight)
         return
     add_work(c, 0.5, overlap - before, moved)
-    if law.rolling != 0.0:
-        add_rolling_work(c, 0.5)
     closing = (overlap - before) / h
     own = t.force / t.mass
     if c.interval > 0.0:
@@ -221,10 +218,9 @@ def advance(w, c, slot, span):
         c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
     store(c.force, force_of(c))
     c.interval = h
-    add_work(c, 0.5 + c.end_weight, overlap - before, moved)
     if law.rolling != 0.0:
         advance_rolling(w, c, law.rolling, (c.rolled[0] / h, c.rolled[1] / h))
-        add_rolling_work(c, 0.5 + c.end_weight)
+    add_work(c, 0.5 + c.end_weight, overlap - before, moved)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
@@ -241,6 +237,7 @@ def add_work(c, share, gained, moved):
     du, dv, angle = moved
     c.normal_work -= share * t.force * gained
     c.friction_work -= share * (t.f * du + t.g * dv + c.torsion.moment * angle)
+    c.friction_work -= share * (c.bending[0] * c.rolled[0] + c.bending[1] * c.rolled[1])
 
 
 @jit_inside
