@@ -36,8 +36,8 @@ class Turning(Case):
         "Where a slide turns, `MicroslipTurning` keeps friction's limit on the surface of the contact, not on its line "
         "of springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five "
         "times the price of a straight step; a slide that does not turn pays nothing. Slips confined to the outermost "
-        "tenth of the contact (amplitude 0.2) need 32 nodes for the loss; with 16 it is off by up to 12 %. An impact that "
-        "spins about its normal is followed by the default law, in sectors, as the grid has it."
+        "tenth of the contact (amplitude 0.2) need 32 nodes for the loss; with 16 it is off by up to 12 %. An impact "
+        "that spins about its normal is followed by the default law, in sectors, as the grid has it."
     )
     caption = (
         "Force along the motion on a circle, from the middle out and around, and on a figure of eight, 0.8 of the "
