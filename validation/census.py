@@ -62,9 +62,7 @@ def examine(path: str, seconds: float) -> dict[str, Any]:
         warnings.simplefilter("ignore")
         supply(LAST), supply(LIMIT), supply(TWIST)  # compiled, or read, before any clock runs
         driven(mujoco, (native, law), 10.0 * native.opt.timestep)
-        for name, model, found in zip(
-            ("native", "law"), (native, law), driven(mujoco, (native, law), seconds), strict=True
-        ):
+        for name, model, found in zip(("native", "law"), (native, law), driven(mujoco, (native, law), seconds), strict=True):
             out[name] = found | fallen(mujoco, model)
     out["cost"] = out["law"]["us"] / out["native"]["us"]
     return out
