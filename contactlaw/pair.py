@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import checks, losses
-from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator
+from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator, sectors
 from contactlaw.losses import OverSpeed
 from contactlaw.material import Material, material_of
 
@@ -189,7 +189,8 @@ class ContactPair:
     @property
     def memory_size(self) -> int:
         """Numbers that the law remembers of a contact in an engine."""
-        return 2 * self.rule.with_nodes(None).memory
+        law = self.rule.with_nodes(None)
+        return max(2 * law.memory, sectors.NUMBERS if law.sectors else 0)
 
     def parameters(self, radius: float | None = None, nodes: int | None = None) -> NDArray[np.float64]:
         """The pair as the kernels read it: `laws.record.PAIR`, then the law's own numbers.

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw import MATERIALS, ContactPair, force_along_path
+from contactlaw import MATERIALS, ContactPair, Material, force_along_path
 from contactlaw.jit import jit
 from contactlaw.laws import Law
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
 from contactlaw.turning import MicroslipTurning
+from validation.reference.turning_data import BALL_CHI
 from validation.reference.turning_paths import MARKS, path
 
 TURNING = MicroslipTurning()
@@ -64,6 +65,41 @@ def psi_2(world: Any, bodies: list[int]) -> Array:
     v, spin = world.velocity[bodies], world.spin[bodies]
     slide = np.stack([v[:, 0] - RADIUS * spin[:, 1], v[:, 1] + RADIUS * spin[:, 0]], 1)
     return slide * pair_of_law(radius=None).kappa / (FRICTION * SPEED)
+
+
+def spun_world(rows: list[Any], heading: float = 0.0) -> tuple[Any, list[int]]:
+    """The same of balls that spin about the normal too.
+
+    rows: nu, chi_s, psi_1, sigma_1, whatever follows, as in `turning.json`; a chi_s of less than that of the ball is
+    taken for that. heading: of the slide [rad].
+    """
+    from contactlaw.world import World
+
+    world, bodies = World(0.0, 1e-3), []
+    plane = world.add_plane(None, (0, 0, 0), (0, 0, 1))
+    for number, (nu, chi_s, psi, sigma, *_) in enumerate(rows):
+        steel = Material(MATERIALS["steel"].youngs_modulus, nu)
+        pair = ContactPair(steel, steel, FRICTION, radius=RADIUS)
+        deepest = pair.greatest_overlap(MASS, SPEED)
+        unit, a = FRICTION * SPEED / pair.kappa, np.sqrt(RADIUS * deepest)
+        across = MASS * RADIUS**2 / (2.0 * BALL_CHI / pair.kappa - 1.0)
+        about = min(across, 0.5 * pair.kappa * MASS * deepest * RADIUS / max(chi_s, 1e-9))
+        velocity = psi * unit * np.cos(heading), psi * unit * np.sin(heading), -SPEED
+        place, spin = (0.1 * number, 0.0, RADIUS + 1e-5), (0.0, 0.0, sigma * unit / a)
+        bodies.append(world.add_body(MASS, (across, across, about), place, velocity, spin=spin))
+        world.add_contact(world.add_sphere(bodies[-1], RADIUS), plane, pair)
+    return world, bodies
+
+
+def spun_errors(rows: list[Any], heading: float = 0.0) -> Array:
+    """By how much psi_2 along the slide is off from the rows', shape (n,)."""
+    world, bodies = spun_world(rows, heading)
+    world.step(3)
+    v, spin = world.velocity[bodies], world.spin[bodies]
+    along, across = v[:, 0] - RADIUS * spin[:, 1], v[:, 1] + RADIUS * spin[:, 0]
+    kappa = np.array([2.0 * (1.0 - row[0]) / (2.0 - row[0]) for row in rows])
+    found = (along * np.cos(heading) + across * np.sin(heading)) * kappa / (FRICTION * SPEED)
+    return found - np.array([row[4] for row in rows])
 
 
 def random_path(rng: np.random.Generator, kind: str, parts: int) -> tuple[Array, Array]:

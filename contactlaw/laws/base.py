@@ -56,6 +56,7 @@ class Law:
         rung: Its place in the ladder, by which `LAWS` is ordered.
         memory: How many vectors it remembers.
         linear: Whether the normal spring is linear as well.
+        sectors: Whether it is Microslip's theory, so that `laws.sectors` may stand for it in contacts that spin.
     """
 
     name: ClassVar[str]
@@ -63,6 +64,7 @@ class Law:
     rung: ClassVar[float] = inf
     memory: ClassVar[Any] = 1
     linear: ClassVar[bool] = False
+    sectors: ClassVar[Any] = False
     force: ClassVar[Callable[..., tuple[float, float]]]
     stiffness: ClassVar[Callable[..., float]] = staticmethod(stuck_stiffness)
     energy: ClassVar[Callable[..., float]] = staticmethod(energy_of_force)
@@ -96,7 +98,7 @@ class Law:
         """
         own = self.numbers().view(np.float64)
         at = 0 if speeds is None else record.PAIR_SIZE + own.size
-        pair = np.array((*known, at, self.linear, self.memory, *self.addresses()), record.PAIR)
+        pair = np.array((*known, at, self.linear, self.memory, self.sectors, *self.addresses()), record.PAIR)
         return np.concatenate([pair.reshape(1).view(np.float64), own, *([] if speeds is None else [speeds])])
 
     def new_contact(self) -> tuple[Array, Array]:

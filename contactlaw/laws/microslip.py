@@ -59,6 +59,11 @@ class Microslip(Law):
         """A traction for each node."""
         return self.node_count or NODES
 
+    @property
+    def sectors(self) -> bool:
+        """Without losses in shear."""
+        return not self.shear_loss
+
     def with_nodes(self, suggested: int | None) -> Microslip:
         """As many as it says, else as suggested."""
         return replace(self, node_count=self.node_count or suggested or NODES)

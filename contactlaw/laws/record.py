@@ -25,9 +25,9 @@ CONTACT = record(
 )  # fmt: skip
 """One contact.
 
-state: OPEN, SLIDING (as a whole since the touch) or SPRUNG. course: of the damped normal motion, PRESSED, then
-EXPANDING, then, if the bodies do not part, LASTING. overlap [m]: now; before: at the start of the step, below zero
-apart. closing: mean closing speed over the step [m/s]. force: P [N]; elastic:
+state: OPEN, SLIDING (as a whole since the touch), SPRUNG, or SPUN, where `laws.sectors` stand for the law. course: of
+the damped normal motion, PRESSED, then EXPANDING, then, if the bodies do not part, LASTING. overlap [m]: now; before:
+at the start of the step, below zero apart. closing: mean closing speed over the step [m/s]. force: P [N]; elastic:
 without the damper. ratio: of the tangential force to that of the
 springs alone, see `slip.carried`. f, g: tangential force along both tangents [N], as of the last step until the law
 gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's own use. mass,
@@ -38,17 +38,18 @@ coefficient and damping ratio, as of the touch. friction: what spin leaves of mu
 
 PAIR = record(
     "e_star", "g_star", "radius", "friction", "zeta", "duration", "g_t", "rolling", "speeds", "linear", "vectors",
-    "force_at", "stiffness_at", "energy_at",
+    "sectors", "force_at", "stiffness_at", "energy_at",
 )  # fmt: skip
 """Two materials and their law.
 
 duration: of a contact, times speed over the undamped greatest overlap. g_t: G_t of torsion [Pa]. rolling: coefficient
 of rolling resistance. speeds: where the numbers of `laws.speeds` stand, counted from here; 0: friction and zeta are the
-same at any speed. linear: 1 where the normal spring is linear. vectors: how many the law remembers. force_at,
+same at any speed. linear: 1 where the normal spring is linear. vectors: how many the law remembers. sectors: 1 where
+`laws.sectors` may stand for the law. force_at,
 stiffness_at, energy_at: addresses of the law's functions, whole numbers below 2^53. The law's own numbers follow.
 """
 
-OPEN, SLIDING, SPRUNG = 0.0, 1.0, 2.0
+OPEN, SLIDING, SPRUNG, SPUN = 0.0, 1.0, 2.0, 3.0
 PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
 
 CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())

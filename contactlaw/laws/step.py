@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
-from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, ask_force
+from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
 
 # Of the greatest overlap foreseen: the steps' own error must not outgrow it. The square of 1.02, of a contact radius.
 MARGIN = 1.0404
@@ -41,6 +41,8 @@ def prescribe(contact, pair, deepest):
 @jit
 def ask(contact, pair, law, memory, du, dv, dt):
     """The law's tangential force, for the normal forces that the contact has; see `record.ask_force`."""
+    if contact.state == SPUN:
+        return
     if contact.friction == 0.0:
         contact.state = SLIDING
         return

@@ -24,9 +24,8 @@ like the series and meets the first pair at k = 1; F follows from dF = -k dM (`t
 This limit curve bounds all F and M, and (v, omega a) is along its normal (Goyal, Ruina & Papadopoulos, Wear 143, 1991).
 So the law of the tangential force and the rings have their friction lowered to the point of the curve nearest to where
 F and M would go if the contact hardly slipped; inside the curve they are not coupled. Friction that is lowered only
-takes energy. With sigma = (kappa/mu) omega a_max/V_z1 = 0.1 and chi = 1.465, psi_2 of an impact is within 5e-3 of a
-grid's for psi_1 from 1 to 5; where psi_1 is smaller, the rim slips by spin while F is inside the curve, and of what
-spin does to psi_2, -0.03, three quarters are missed.
+takes energy. Where the rim slips by spin while F is inside the curve this misses most of what spin does to psi_2: an
+impact on springs has `sectors` from sigma = 0.02 on.
 """
 
 from __future__ import annotations
@@ -41,8 +40,11 @@ from contactlaw.laws.slip import span_of
 
 RINGS = 12
 EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.7  # of the span; narrower towards the rim, where slip begins
-TORSION = np.dtype([("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,))], align=True)
-"""Radius that the rings span [m], zero: not spun since the touch; moment against the spin [N m]; their angles [rad]."""
+TORSION = np.dtype(
+    [("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,)), ("stored", "f8"), ("missed", "f8", (3,))]
+)
+"""Radius that the rings span [m], zero: not spun since the touch; moment against the spin [N m]; the rings' angles
+[rad]; of `sectors` the elastic energy [J], and `sectors.missed`."""
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
 LEAST = 1e-9  # of its friction, what spin leaves a contact
@@ -105,8 +107,6 @@ def follow(state, contact, radius):
     span = state.span
     if span == 0.0:
         state.span = sqrt(contact.radius * max(contact.reach, contact.overlap))
-        for i in range(RINGS):
-            state.twists[i] = 0.0
         return
     state.span = span_of(contact, span)
     if state.span != span:

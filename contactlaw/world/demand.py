@@ -30,7 +30,7 @@ def supply(what: int) -> int:
         with compiling("contacts that last", 8):
             FOUND[what] = lasting.address()
     else:
-        with compiling("contacts that spin", 2):
+        with compiling("contacts that spin", 4):
             FOUND[what] = (spinning.address_of_limit if what == LIMIT else spinning.address_of_twist)()
     return int(FOUND[what])
 

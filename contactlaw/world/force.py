@@ -7,12 +7,13 @@ from math import isfinite, sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws import rolling, torsion
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.record import LASTING, OPEN, ask_energy, ask_stiffness
+from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
 from contactlaw.world.access import body_at, bring_back_touch, law_numbers, law_of, memory_of, pair_at
 from contactlaw.world.call import address, call_limit, call_twist
 from contactlaw.world.demand import LIMIT, TWIST
 from contactlaw.world.motion import give
+from contactlaw.world.records import EACH, LATER
 from contactlaw.world.vec import dot, load, sub
 
 PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
@@ -36,25 +37,27 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
         c.turned += angle
-        if w.twists == 0 and t.state != OPEN:
+        if w.twists == LATER and t.state != OPEN and t.state != SPUN:
             c.waits = c.waits if c.waits > 0.0 else t.before
             spun = False
-    left = 0.0
+    own, left, turned = w.memory + 8 * w.memory_size * slot, 0.0, (du, dv, c.turned)
     if spun:
-        left = call_limit(address(w, LIMIT), c, t.mu, (du, dv, c.turned))
+        room = law.sectors * law.vectors if w.twists == EACH or t.state == SPUN else 0.0
+        left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    inertia = 0.0
-    if t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0):
-        calm(t, slide[0], slide[1])
-        if spun:
+    calms = t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
+    if spun:
+        inertia = 0.0
+        if calms:
             n = load(c.normal)
             turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
             inertia = 1.0 / turn
-    if spun:
         before = t.before
         t.before = c.waits if c.waits > 0.0 else before
-        call_twist(address(w, TWIST), c, law.g_t, c.turned, left, (slide[2], inertia))
+        call_twist(address(w, TWIST), c, own, law.g_t, turned, left, (slide[2], inertia))
         t.before, c.turned, c.waits = before, 0.0, 0.0
+    if calms:
+        calm(t, slide[0], slide[1])
 
 
 @jit_inside
@@ -144,7 +147,9 @@ def stored_energy(w, c, slot):
         return 0.0
     linear = law.linear != 0.0
     out = (0.5 if linear else 0.4) * elastic_force(t, linear, t.overlap) * t.overlap
-    if t.friction > 0.0:
+    if t.state == SPUN:
+        out += c.torsion.stored
+    elif t.friction > 0.0:
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
         out += torsion.stored(c.torsion, t, law.g_t)
     if law.rolling > 0.0:

@@ -14,7 +14,7 @@ from contactlaw.world.bounds import time_to_close
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import EACH, LATER, NEVER, NOW
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.window import fastest_closing
@@ -121,7 +121,8 @@ def run(w, bodies, pairs, t, now, until):
         t = until if last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        w.twists = 1 if last or closed <= w.crowd or done % TWISTS == 0 else 0
+        crowd = NOW if last or done % TWISTS == 0 else LATER
+        w.twists = EACH if closed <= w.crowd else crowd
         closed, news = forces(w, pairs, (h, following))
         going = closed > 0 and not last
         if not going:
@@ -144,7 +145,7 @@ def run(w, bodies, pairs, t, now, until):
                 open_up(p, c)
         w.kicks += closed
         h = following
-    w.twists = 1
+    w.twists = EACH
     for i in range(bodies):
         settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
     return t

@@ -17,7 +17,7 @@ from math import sqrt
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
-from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPRUNG
+from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
 from contactlaw.memory import doubles_at
 from contactlaw.world.access import (
     KNOWN_NUMBERS,
@@ -234,7 +234,8 @@ def admit(w, c, a, b):
     both = sa.radius + sb.radius
     arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
     arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
-    if not (arms and sound_touch(t) and sound_frame(c, law.rolling)):
+    kept = t.state != SPUN or law.sectors > 0.0
+    if not (arms and kept and sound_touch(t) and sound_frame(c, law.rolling)):
         return False
     w.spares -= 1
     c.phase = CLOSED
@@ -249,7 +250,7 @@ def admit(w, c, a, b):
 def sound_touch(t):
     """Whether what the law knows of a contact can be true."""
     strongest = STRONGEST * t.e_star * t.radius * t.radius
-    phases = (t.state == OPEN or 1.0 <= t.state <= SPRUNG) and PRESSED <= t.course <= LASTING
+    phases = (t.state == OPEN or 1.0 <= t.state <= SPUN) and PRESSED <= t.course <= LASTING
     overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
     least = min(min(t.mass, t.tangential_mass), min(t.stiffness, t.radius))

@@ -23,7 +23,7 @@ from contactlaw.world.island import integrate
 from contactlaw.world.motion import closing_at, fly, follow, greatest_closing, settle
 from contactlaw.world.near import count_slots, list_near, strayed
 from contactlaw.world.pace import LONG, loaded, rests
-from contactlaw.world.records import ASKED, CLEAR, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
+from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store
@@ -170,7 +170,7 @@ def some_last(w):
 def begin(w, dt):
     """What a step starts from."""
     w.step = dt
-    w.twists = 1
+    w.twists = EACH
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES

@@ -6,6 +6,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws import speeds
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import know
+from contactlaw.laws.torsion import RINGS
 from contactlaw.world import force
 from contactlaw.world.access import (
     body_at,
@@ -64,7 +65,7 @@ def close(w, k, overlap):
     c.interval = 0.0
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
-    c.torsion.span, c.torsion.moment = 0.0, 0.0
+    clear_torsion(c.torsion)
     c.turned, c.waits = 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
@@ -95,6 +96,16 @@ def replace(w, c):
     store(c.arm_b, arm_b)
     c.touch.overlap = overlap
     store(c.force, force_of(c))
+
+
+@jit_inside
+def clear_torsion(state):
+    """Begin a contact that has not spun."""
+    state.span, state.moment, state.stored = 0.0, 0.0, 0.0
+    for i in range(RINGS):
+        state.twists[i] = 0.0
+    for i in range(3):
+        state.missed[i] = 0.0
 
 
 @jit_inside
