@@ -111,48 +111,39 @@ KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 
 
 class ModelView:
-    """A compiled model at an address, as the callbacks get it, with the arrays that they need."""
+    """A compiled model at an address, as the callbacks get it: sizes as whole numbers, arrays as views, by name."""
 
     def __init__(self, address: int) -> None:
         self.address = address
-        self._arrays: dict[str, NDArray[Any]] = {}
 
-    def size(self, field: str) -> int:
-        """An integer size, such as nv."""
-        return int(getattr(structure("mjModel").from_address(self.address), field))
+    def __getattr__(self, name: str) -> Any:
+        if name not in _MODEL:
+            raise AttributeError(name)
+        at, own = self.address + offset("mjModel", name), _MODEL[name]
+        if not own.array_extent:
+            return int(getattr(structure("mjModel").from_address(self.address), name))
+        shape = [extent if isinstance(extent, int) else getattr(self, extent) for extent in own.array_extent]
+        kind, count = _NUMBERS[own.type.inner_type.name], int(np.prod(shape))
+        place = ctypes.c_void_p.from_address(at).value
+        array = np.ctypeslib.as_array((kind * count).from_address(place)) if count else np.empty(0, dtype=kind)
+        self.__dict__[name] = array.reshape(shape)
+        return self.__dict__[name]
 
     def option(self, field: str) -> int:
         """An integer option, such as disableflags."""
         at = self.address + offset("mjModel", "opt") + offset("mjOption", field)
         return ctypes.c_int.from_address(at).value
 
-    def ints(self, field: str, count: int) -> NDArray[np.intc]:
-        """The entries of an int array, so many."""
-        return self._array(field, count, ctypes.c_int)
-
-    def doubles(self, field: str, count: int) -> NDArray[np.float64]:
-        """The entries of an mjtNum array, so many."""
-        return self._array(field, count, ctypes.c_double)
-
-    def floats(self, field: str, count: int) -> NDArray[np.float32]:
-        """The entries of a float array, so many."""
-        return self._array(field, count, ctypes.c_float)
-
     @property
     def signature(self) -> int:
         """What tells a model from others, also where it comes from a pickle or a binary file: its sizes and names."""
         names = ctypes.string_at(ctypes.c_void_p.from_address(self.address + offset("mjModel", "names")).value or 0,
-                                 self.size("nnames"))  # fmt: skip
-        sizes = [self.size(name) for name in ("nq", "nv", "nbody", "ngeom", "npluginstate")]
+                                 self.nnames)  # fmt: skip
+        sizes = [self.nq, self.nv, self.nbody, self.ngeom, self.npluginstate]
         return int.from_bytes(hashlib.sha256(repr(sizes).encode() + names).digest()[:8], "little")
 
-    def _array(self, field: str, count: int, kind: Any) -> NDArray[Any]:
-        if count == 0:
-            return np.empty(0, dtype=kind)
-        if field not in self._arrays:
-            pointer = ctypes.c_void_p.from_address(self.address + offset("mjModel", field)).value
-            self._arrays[field] = np.ctypeslib.as_array((kind * count).from_address(pointer))
-        return self._arrays[field]
+
+_MODEL = {field.name: field for field in structs.STRUCTS["mjModel"].fields}
 
 
 def library() -> ctypes.CDLL:
@@ -191,7 +182,7 @@ def check() -> None:
         if misplaced(model._address, offset("mjModel", field), getattr(model, field))
     ]
     view = ModelView(model._address)
-    if view.size("nv") != model.nv or view.option("disableflags") != model.opt.disableflags:
+    if view.nv != model.nv or view.option("disableflags") != model.opt.disableflags:
         wrong.append("the sizes or options of mjModel")
     if ctypes.c_double.from_address(model._address + TIMESTEP).value != model.opt.timestep:
         wrong.append("mjModel.opt.timestep")
