@@ -199,7 +199,7 @@ def _reduce(whole: mujoco.MjModel | mujoco.MjData) -> tuple[Any, ...]:
 
 def _read(kind: type, state: bytes) -> mujoco.MjModel | mujoco.MjData:
     """One from a pickle: MuJoCo copies the addresses of blocks, which another mjData has, or another process."""
-    whole = kind.__new__(kind)
+    whole = kind.__new__(kind)  # type: ignore[call-overload]
     whole.__setstate__(state)
     if isinstance(whole, mujoco.MjData):
         view = layout.ModelView(whole.model._address)

@@ -14,7 +14,6 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco.introspect import ast_nodes, structs
-from numpy.typing import NDArray
 
 _NUMBERS: dict[str, Any] = {
     "int": ctypes.c_int,
@@ -164,32 +163,24 @@ def check() -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
 
-    def pointer(base: int, at: int) -> int:
-        return ctypes.c_size_t.from_address(base + at).value
+    def at(kind: Any, base: int, place: int) -> Any:
+        return kind.from_address(base + place).value
 
-    def misplaced(base: int, at: int, array: NDArray[Any]) -> bool:
-        return array.size > 0 and pointer(base, at) != array.ctypes.data
+    def misplaced(live: Any, struct: str, places: dict[str, int]) -> list[str]:
+        arrays = {
+            field: getattr(live, field) for field in places if field not in ("plugin_state", "plugin_data", "time")
+        }
+        return [
+            f"{struct}.{field}" for field, array in arrays.items()
+            if array.size and at(ctypes.c_size_t, live._address, places[field]) != array.ctypes.data
+        ]  # fmt: skip
 
-    elsewhere = ("plugin_state", "plugin_data", "time")
-    wrong = [
-        f"mjData.{field}"
-        for field in DATA_FIELDS
-        if field not in elsewhere and misplaced(data._address, DATA[field], getattr(data, field))
-    ]
-    wrong += [
-        f"mjModel.{field}"
-        for field in MODEL_FIELDS
-        if misplaced(model._address, offset("mjModel", field), getattr(model, field))
-    ]
-    view = ModelView(model._address)
-    if view.nv != model.nv or view.option("disableflags") != model.opt.disableflags:
+    wrong = misplaced(data, "mjData", DATA) + misplaced(model, "mjModel", MODEL)
+    numbers = {"timestep": (ctypes.c_double, TIMESTEP), "integrator": (ctypes.c_int, INTEGRATOR)}
+    numbers["disableflags"] = ctypes.c_int, DISABLED
+    wrong += [name for name, own in numbers.items() if at(own[0], model._address, own[1]) != getattr(model.opt, name)]
+    if ModelView(model._address).nv != model.nv or at(ctypes.c_double, model._address, GRAVITY + 16) != -9.81:
         wrong.append("the sizes or options of mjModel")
-    if ctypes.c_double.from_address(model._address + TIMESTEP).value != model.opt.timestep:
-        wrong.append("mjModel.opt.timestep")
-    if ctypes.c_int.from_address(model._address + INTEGRATOR).value != model.opt.integrator:
-        wrong.append("mjModel.opt.integrator")
-    if ctypes.c_double.from_address(model._address + GRAVITY + 16).value != model.opt.gravity[2]:
-        wrong.append("mjModel.opt.gravity")
     if wrong:
         raise ImportError(
             f"contactlaw does not fit MuJoCo {mujoco.__version__}: {', '.join(wrong)} not where its description says"

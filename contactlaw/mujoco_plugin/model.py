@@ -116,8 +116,8 @@ class Model:
     def _touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
         """Let geoms of an instance touch; the first time, all of it."""
         member, known = self._members[number], self._pairs
-        for mu, *sets in member.by_friction(ones, twos):
-            shapes = [self._shapes_of(geoms) for geoms in sets]
+        for mu, these, those in member.by_friction(ones, twos):
+            shapes = self._shapes_of(these), self._shapes_of(those)
             if not all(shapes):
                 continue
             if (number, mu) not in known:  # as many as there may be: the state is as long whatever they are now

@@ -37,7 +37,7 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
             Patterns and bodies leave out geoms that the engine lets touch nothing (contype = conaffinity = 0), as those
             are there to be looked at; one that is wanted all the same is given by its name or id.
         argument: What messages call it.
-        known: All geoms of the specification, where they have been listed, which takes a time that grows as their square.
+        known: All geoms of the specification, if they have been listed, which takes a time that grows as their square.
 
     Raises:
         ValueError: Nothing is meant; the message has the nearest names.

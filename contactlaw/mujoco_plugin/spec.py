@@ -45,8 +45,8 @@ def add_contact(
     Args:
         spec: The model, before it is compiled.
         geom1, geom2: Names, patterns, bodies or geoms (one without a name is given one), see `geoms_of`, or sequences
-            of them: then each of the first may touch each of the second, but none itself or one of its own body. A geom may be in both.
-            Sets of more than 256 pairs are kept apart natively by their `contype` and `conaffinity`.
+            of them: then each of the first may touch each of the second, but none itself or one of its own body. A geom
+            may be in both. Sets of more than 256 pairs are kept apart natively by their `contype` and `conaffinity`.
         pair: The contact; its radius, where None, is read from the geoms.
         others: Whether these geoms may touch any other natively. False takes them out of the engine's collision
             detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to

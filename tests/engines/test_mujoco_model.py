@@ -140,7 +140,7 @@ def shapes_spec():
     ("change", "said"),
     [
         ({"geom2": "flor"}, "geom2 = 'flor': is the name of no geom of the model; did you mean 'floor'"),
-        ({"geom1": 3}, "geom1 = 3"),
+        ({"geom1": 99}, "geom1 = 99"),
         ({"geom1": "can", "geom2": "egg"}, "cylinder 'can' on ellipsoid 'egg': they touch along a face"),
         ({"geom2": "ball"}, "another geom"),
         ({"pair": 0.1}, "pair = 0.1"),
