@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, figure_for, marks, note, path
+from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, figure_for, marks, note, path, write
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -41,7 +41,8 @@ def draw_animation(
     end = end if until is None else min(until, end)
     figure, axes = figure_for(panels, end)
     for one, panel in zip(axes, panels, strict=True):
-        marks(one, panel)
+        if not panel.marks_move:
+            marks(one, panel)
     speed = "as fast as life" if slow == 1.0 else f"{slow:g} times slower than life"
     note(axes[-1], f"{speed}; half of each body is dark")
     figure.set_dpi(dpi)
@@ -54,6 +55,7 @@ def draw_animation(
         for one, panel in zip(axes, panels, strict=True):
             entry = int(np.argmin(np.abs(panel.recording.times - instant)))
             drawn = path(one, panel, float(panel.recording.times[entry])) + bodies(one, panel, entry)
+            drawn += [write(one, panel, mark) for mark in panel.marks_at(entry) if panel.marks_move]
             for artist in sorted(drawn, key=lambda each: each.get_zorder()):
                 one.draw_artist(artist)
                 artist.remove()
@@ -71,9 +73,6 @@ def draw_animation(
 
 def _video(frames: Sequence[Image], file: Path) -> Path:
     """Write frames as a video, the last one as long as in a GIF."""
-    from contactlaw import checks
-
-    checks.need("imageio_ffmpeg", "a video", "video")
     ffmpeg = import_module("imageio_ffmpeg")
     width, height = (2 * (side // 2) for side in frames[0].size)
     writer = ffmpeg.write_frames(str(file), (width, height), fps=1.0 / FRAME, macro_block_size=2)

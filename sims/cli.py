@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import difflib
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from contactlaw.laws import choices
 from sims import compare, puck, show
-from sims.commands import GIF, PLOT, VIEW, add_scene, settings_of
-from sims.scene import NATIVES, check_step, find_scenes
+from sims.commands import add_scene, settings_of
+from sims.scene import Scene, find_scenes
 from sims.show import console, show_all
 
 SCENES = find_scenes()
@@ -63,40 +64,32 @@ def run_all(
     raise typer.Exit(show_all(list(SCENES.values()), out))
 
 
-@app.command("puck", help=f"{SCENES['puck'].title}.")
-def run_puck(
-    engine: Annotated[str, typer.Option(help="|".join(puck.ENGINES))] = "mujoco",
-    material: Annotated[str, typer.Option(help="|".join(puck.SURFACES))] = "steel",
-    psi1: Annotated[float, typer.Option(help="(kappa/mu) V_x/V_z1 before the impact.")] = 1.2,
-    law: Annotated[str, typer.Option(help=f"{choices()}|{'|'.join(NATIVES)}")] = "microslip",
-    timestep: Annotated[float | None, typer.Option(help="Engine step in s; default: a 200th of the contact.")] = None,
-    launch: Annotated[str, typer.Option(help="|".join(puck.LAUNCHES))] = "oblique",
-    heading: Annotated[float, typer.Option(help="Direction of the block's normal in the plane, in rad.")] = 0.0,
-    table: Annotated[bool, typer.Option(help="Simulate gravity and a frictionless table too.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
-    plot: Annotated[Path | None, typer.Option(help=PLOT)] = None,
-    gif: Annotated[Path | None, typer.Option(help=GIF)] = None,
-    view: Annotated[bool, typer.Option("--view", help=VIEW)] = False,
-) -> None:
+def run_puck(scene: Scene, values: Mapping[str, Any]) -> None:
     """Throw the puck once; to be seen, again, from further away and at the engine's own step."""
-    try:
-        check_step(timestep)
-        throw = puck.Puck(material, psi1, law, launch, timestep, heading=heading, table=table)  # type: ignore[arg-type]
-        result = puck.run(throw, engine)
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
-    values = puck.as_json(result)
-    if as_json:
-        print(json.dumps(values))
+    values = {**values, "spin": int(values["launch"] == "spin")}
+    settings = settings_of(scene, values)
+    told = SimpleNamespace(**scene.demand(settings))
+    throw = puck.Puck(
+        told.material, told.psi1, settings.law or "microslip", values["launch"], settings.timestep,
+        heading=values["heading"], table=values["table"], **puck.changes(told),
+    )  # fmt: skip
+    result = puck.as_json(puck.run(throw, settings.engine))
+    if values["as_json"]:
+        print(json.dumps(result))
     else:
-        show.figures(values)
-    if plot or gif or view:
-        watched = SCENES["puck"]
-        own = {"psi1": psi1, "spin": float(launch == "spin")}
-        settings = settings_of(watched, engine, law, material, timestep, own, view)
-        show.pictures(watched, settings, show.run(watched, settings), plot, gif)
+        show.figures(result)
+    if values["plot"] or values["gif"] or values["mp4"] or values["view"]:
+        recording = show.run(scene, settings)
+        show.pictures(scene, settings, recording, values["plot"], values["gif"], mp4=values["mp4"])
 
 
 for _scene in SCENES.values():
-    if _scene.name != "puck":  # has more to be asked, and a step that resolves the contact
+    if _scene.name != "puck":
         add_scene(app, _scene)
+add_scene(  # with more to be asked, and a step that resolves the contact
+    app, SCENES["puck"], run_puck, spin=(int, 0, typer.Option(hidden=True)),
+    launch=(str, "oblique", typer.Option(help="|".join(puck.LAUNCHES))),
+    heading=(float, 0.0, typer.Option(help="Direction of the block's normal in the plane, in rad.")),
+    table=(bool, False, typer.Option("--table", help="Simulate gravity and a frictionless table too.")),
+    timestep=(float | None, None, typer.Option(help="Engine step in s; default: a 200th of the contact.")),
+)  # fmt: skip

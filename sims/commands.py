@@ -6,18 +6,19 @@ import inspect
 import json
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from contactlaw import MATERIALS
+from contactlaw import MATERIALS, checks
 from contactlaw.laws import choices
 from sims import show
 from sims.scene import ENGINES, NATIVES, OWN_STEP, Scene, Settings, check_step
 
 BOTH = ("both",)
+KINDS = ("plot", "gif", "mp4")  # of pictures
 PLOT, GIF, MP4, VIEW = (
     "Many exposures in one picture, .png.",
     "Moving picture, .gif.",
@@ -28,22 +29,29 @@ LAW = "native: the engine's own contact; default: the simplest by which the scen
 STEPS = ", ".join(f"{engine} {step:.4g}" for engine, step in OWN_STEP.items())
 
 
-def add_scene(app: typer.Typer, scene: Scene) -> None:
-    """Give a scene its command."""
+def add_scene(
+    app: typer.Typer, scene: Scene, run: Callable[[Scene, Mapping[str, Any]], None] | None = None, **more: Any
+) -> None:
+    """Give a scene its command; run: what it does if not the usual; more: options of its own, as typer has them."""
 
     def command(**values: Any) -> None:
         try:
-            _run(scene, values)
+            _for_each_engine(run or run_scene, scene, values)
+        except typer.Exit:
+            raise
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
-        except ArithmeticError as error:
-            raise typer.BadParameter(f"these values together lead to numbers that do not exist ({error})") from None
+        except (ModuleNotFoundError, OSError) as error:
+            raise typer.BadParameter(str(error)) from None
+        except (ArithmeticError, RuntimeError) as error:
+            raise typer.BadParameter(f"with these values it cannot be moved: {error}") from None
 
     natives = NATIVES[: 1 + scene.beside_damped]
     options: dict[str, tuple[Any, Any, Any]] = {
         "engine": (str, scene.engines[0], typer.Option(help="|".join([*scene.engines, *BOTH * _has_both(scene)]))),
         "law": (str | None, None, typer.Option(help="|".join([choices(), *natives]) + f"; {LAW}")),
-        "material": (str | None, None, typer.Option(help="|".join(MATERIALS) + "; default: the scene's own")),
+        "material": (str | None, None, typer.Option(
+            help="|".join(MATERIALS) + "; default: the scene's own", hidden=scene.material is None)),
         "timestep": (float | None, None, typer.Option(help=f"Engine step in s; default: the engine's own, {STEPS}.")),
         "as_json": (bool, False, typer.Option("--json", help="Print one JSON object.")),
         "plot": (Path | None, None, typer.Option(help=PLOT)),
@@ -51,9 +59,10 @@ def add_scene(app: typer.Typer, scene: Scene) -> None:
         "mp4": (Path | None, None, typer.Option(help=MP4)),
         "view": (bool, False, typer.Option("--view", help=VIEW)),
     } | {
-        name: (type(default), default, typer.Option(f"--{name.replace('_', '-')}", help=text))
-        for name, (default, text) in scene.options.items()
-    }  # fmt: skip
+        name: (float | None if one.default is None else type(one.default), one.default,
+               typer.Option(f"--{name.replace('_', '-')}", help=one.help))
+        for name, one in scene.options.items()
+    } | more  # fmt: skip
     parameters = [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, option])
         for name, (kind, default, option) in options.items()
@@ -68,19 +77,22 @@ def _has_both(scene: Scene) -> bool:
     return set(ENGINES) <= set(scene.engines)
 
 
-def _run(scene: Scene, values: Mapping[str, Any]) -> None:
-    if values["engine"] == "both" and _has_both(scene):
-        for engine in ENGINES:
-            files = {kind: values[kind] and values[kind].with_stem(f"{values[kind].stem}_{engine}")
-                     for kind in ("plot", "gif", "mp4")}  # fmt: skip
-            if not values["as_json"]:
-                show.console.rule(engine, align="left")
-            _run(scene, {**values, **files, "engine": engine})
+def _for_each_engine(run: Callable[[Scene, Mapping[str, Any]], None], scene: Scene, values: Mapping[str, Any]) -> None:
+    """In the engine asked for, or in both."""
+    if values["engine"] != BOTH[0] or not _has_both(scene):
+        run(scene, values)
         return
-    own = {name: values[name] for name in scene.options}
-    settings = settings_of(
-        scene, values["engine"], values["law"], values["material"], values["timestep"], own, values["view"]
-    )  # fmt: skip
+    for engine in ENGINES:
+        files = {kind: values[kind] and values[kind].with_stem(f"{values[kind].stem}_{engine}")
+                 for kind in KINDS}  # fmt: skip
+        if not values["as_json"]:
+            show.console.rule(engine, align="left")
+        run(scene, {**values, **files, "engine": engine})
+
+
+def run_scene(scene: Scene, values: Mapping[str, Any]) -> None:
+    """Run a scene with the values of its command, print its figures and checks, make its pictures."""
+    settings = settings_of(scene, values)
     recording = show.run(scene, settings)
     measured = scene.measure(recording)
     if values["as_json"]:
@@ -93,19 +105,27 @@ def _run(scene: Scene, values: Mapping[str, Any]) -> None:
         raise typer.Exit(1)
 
 
-def settings_of(
-    scene: Scene, engine: str, law: str | None, material: str | None, timestep: float | None,
-    options: Mapping[str, float], view: bool,
-) -> Settings:  # fmt: skip
+def settings_of(scene: Scene, values: Mapping[str, Any]) -> Settings:
     """What the command line asks of a scene.
 
     Raises:
         ValueError: It cannot be done; the message says why.
     """
-    if view and not _has_display():
+    if values["view"] and not _has_display():
         raise ValueError("view: there is no display to open a window on; --gif makes a moving picture")
-    check_step(timestep)
-    settings = Settings(engine, law, material, timestep, options, watch=scene.slow if view else 0.0)
+    if values["view"] and not (scene.in_window and values["engine"] in ENGINES):
+        where = f"{scene.name} in engine = {values['engine']!r}"
+        raise ValueError(f"view: there is no window for {where}; --gif makes a moving picture")
+    for kind in KINDS:
+        file = values[kind]
+        if file and file.suffix != (".png" if kind == "plot" else f".{kind}"):
+            raise ValueError(f"{kind} = {str(file)!r}: must end in .{'png' if kind == 'plot' else kind}")
+    if values["mp4"]:
+        checks.need("imageio_ffmpeg", "a video", "video")
+    check_step(values["timestep"])
+    engine, law, material, timestep = (values[name] for name in ("engine", "law", "material", "timestep"))
+    options = {name: values[name] for name in scene.options}
+    settings = Settings(engine, law, material, timestep, options, watch=scene.slow if values["view"] else 0.0)
     scene.demand(settings)
     return settings
 

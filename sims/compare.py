@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from contactlaw.laws import LAWS
 from sims.puck import ENGINES, SURFACES, Puck, Result, reference, run
 from sims.scene import NATIVE_DAMPED, NATIVES
+from sims.show import bar
 
 FIGURES = Path("figures")
 """Where pictures go unless told otherwise, in the folder that one is in."""
@@ -45,7 +45,7 @@ def main_job(console: Console, out: Path) -> int:
     ]
     throws = table_throws + curve_throws
     warm_up = [(engine, Puck()) for engine in engines]  # the first one compiles
-    with _progress(console) as progress:
+    with bar() as progress:
         curves = {
             material: np.array(
                 [reference(float(psi), Puck(material).chi, Puck(material).pair.restitution) for psi in FINE_PSI_1]
@@ -68,13 +68,6 @@ def main_job(console: Console, out: Path) -> int:
     for message in failed:
         console.print(f"[red]{message}[/]")
     return 1 if failed else 0
-
-
-def _progress(console: Console) -> Progress:
-    return Progress(
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
-        console=console, transient=True,
-    )  # fmt: skip
 
 
 def _failure(result: Result) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import rebound
+from sims.panel import save
 from sims.puck import Result
 
 BLUE, ORANGE, GREY = "#1f4e9c", "#d9730d", "#777777"
@@ -47,7 +48,5 @@ def draw_rebounds(
         axis.grid(alpha=0.25)
     np.atleast_1d(axes)[0].set_ylabel(r"after: $\psi_2$   (below 0: the contact point reverses)")
     np.atleast_1d(axes)[0].legend(loc="upper left", fontsize=9)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=130, metadata={"Software": None})
     plt.close(figure)
-    return path
+    return save(figure, path)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from math import ceil, pi
+from math import ceil
 from time import process_time
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from contactlaw import MATERIALS, ContactPair
+from contactlaw import ContactPair
 from sims.contact_point import Array
+from sims.options import ball_mass, of_ball
 from sims.scene import NATIVE, NONE, Settings
 from sims.worlds import World, new_world
 
@@ -17,50 +19,51 @@ GRAVITY = 9.81  # [m/s^2]
 RADIUS = 0.01  # [m]
 PITCH = 2.1 * RADIUS  # of the balls at the start
 FRICTION, RESTITUTION = 0.3, 0.5
+OPTIONS = of_ball(RADIUS, FRICTION, RESTITUTION)
+DEFAULT = SimpleNamespace(material="steel", **{name: one.default for name, one in OPTIONS.items()})
 WALLS = {"left": (1.0, 0.0), "right": (-1.0, 0.0), "front": (0.0, 1.0), "back": (0.0, -1.0)}  # normals, x and y
 SOLVERS = ("CG", "Newton")
 BLOCK = 10  # steps that are timed at once
 
 
-def mass_of(material: str) -> float:
+def mass_of(o: Any = DEFAULT) -> float:
     """Of a ball [kg]."""
-    return 4.0 / 3.0 * pi * RADIUS**3 * (MATERIALS[material].density or 1000.0)
+    return o.mass or ball_mass(o.material, o.radius)
 
 
-def places(count: int, pitch: float = PITCH, seed: int = 0) -> tuple[Array, float]:
+def places(count: int, pitch: float = PITCH, radius: float = RADIUS, seed: int = 0) -> tuple[Array, float]:
     """Where the balls start [m], a lattice with jitter, shape (count, 3); and half the width of the box [m].
 
-    pitch: [m]; with the usual one they fill the floor. On a wider one single balls roll, which nothing brakes.
+    pitch: [m]; with the usual one, 2.1 radii, they fill the floor. On a wider one single balls roll, which nothing
+    brakes.
     """
     random = np.random.default_rng(seed)
     across = ceil(count ** (1 / 3) - 1e-9)
     number = np.arange(count)
     lattice = np.stack([number % across, number // across % across, number // across**2], 1) + 0.5
     half = 0.5 * across * pitch
-    jitter = 0.4 * (pitch - 2.0 * RADIUS) * random.uniform(-1.0, 1.0, (count, 3))
-    return pitch * lattice + jitter + [-half, -half, 2.0 * RADIUS], half
+    jitter = 0.4 * (pitch - 2.0 * radius) * random.uniform(-1.0, 1.0, (count, 3))
+    return pitch * lattice + jitter + [-half, -half, 2.0 * radius], half
 
 
-def poured(settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH) -> Any:
+def poured(settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH, o: Any = DEFAULT) -> Any:
     """A world with the balls over the floor of the box; solver: MuJoCo's, where the contact is its own."""
     world: Any = new_world(settings, (0.0, 0.0, -GRAVITY))
-    starts, half = places(count, pitch)
-    material = settings.material or "steel"
+    starts, half = places(count, pitch * o.radius / RADIUS, o.radius)
     world.plane("floor")
     for name, normal in WALLS.items():
         world.plane(name, (-half * normal[0], -half * normal[1], 0.0), (*normal, 0.0))
     balls = [f"ball{number}" for number in range(count)]
     for name, place in zip(balls, starts, strict=True):
-        world.ball(name, RADIUS, mass_of(material), place)
+        world.ball(name, o.radius, mass_of(o), place)
     if settings.law == NATIVE:
-        world.native(FRICTION, RESTITUTION)
+        world.native(o.friction, o.restitution)
         if settings.engine == "mujoco":
             import mujoco
 
             world.spec.option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver.upper()}")  # type: ignore[attr-defined]
     else:
-        steel = MATERIALS[material]
-        world.contact(balls, [*balls, "floor", *WALLS], ContactPair(steel, steel, FRICTION, RESTITUTION))
+        world.contact(balls, [*balls, "floor", *WALLS], ContactPair(o.material, o.material, o.friction, o.restitution))
     return world
 
 
@@ -86,10 +89,10 @@ def support(world: Any) -> float:
     ))  # fmt: skip
 
 
-def costs(count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH) -> dict[str, Any]:
+def costs(count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT) -> dict[str, Any]:
     """Processor time of a drop in MuJoCo, by the law and natively with each solver; see `timed`."""
-    made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch)}
-    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch) for one in SOLVERS}
+    made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch, o=o)}
+    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch, o) for one in SOLVERS}
     return {"balls": count} | timed(made, seconds)
 
 

@@ -16,7 +16,8 @@ Polygon = tuple[Array, str]
 def polygons_of(track: Track, entry: int, view: tuple[int, int]) -> list[Polygon]:
     """A body at one entry of its track.
 
-    Half of a round body, the one that its own x axis points to, is dark; of a box and of a capsule one end.
+    Half of a round body, the one that its own x axis points to, is dark; half an end of a cylinder; of a box and of a
+    capsule one end.
 
     Args:
         track: The body.
@@ -39,6 +40,14 @@ def polygons_of(track: Track, entry: int, view: tuple[int, int]) -> list[Polygon
         end = _hull(centre + ((np.array([0.75, 0.0, 0.0]) + _signs() * [0.25, 1.0, 1.0]) * half @ turn.T)[:, :2])
         return [(whole, LIGHT), (end, DARK), (whole, EDGE)]
     radius, half_length = track.size
+    if track.shape == "cylinder":
+        discs = [
+            centre + (radius * _circle(turn[:, 0], turn[:, 1], 2.0 * np.pi) + side * half_length * turn[:, 2])[:, :2]
+            for side in (-1.0, 1.0)
+        ]
+        end = discs[int(turn[2, 2] > 0.0)]  # the one that is seen
+        whole, near = _hull(np.concatenate(discs)), np.concatenate([end[: CORNERS // 2], end[:1]])
+        return [(whole, LIGHT), (near, DARK), (whole, EDGE), (end, EDGE)]
     ends = [centre + side * half_length * turn[:2, 2] for side in (1.0, -1.0)]
     rings = [end + radius * _circle(np.array([1.0, 0.0]), np.array([0.0, 1.0]), 2.0 * np.pi) for end in ends]
     whole = _hull(np.concatenate(rings))
@@ -66,7 +75,7 @@ def _signs() -> Array:
 
 
 def _circle(first: Array, second: Array, angle: float) -> Array:
-    """From the first of two perpendicular radii towards the second one and on."""
+    """From the first of two perpendicular radii towards the second one and on, in the plane or in space."""
     angles = np.linspace(0.0, angle, CORNERS)[:, None]
     return np.cos(angles) * first + np.sin(angles) * second
 

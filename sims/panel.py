@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sims.outlines import DARK, EDGE, LIGHT, polygons_of, scenery_of
 from sims.recording import Array, Recording
-from sims.scene import NATIVE_DAMPED, NATIVES, Scene
+from sims.scene import NATIVE_DAMPED, NATIVES, NONE, Mark, Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,8 +32,9 @@ BELOW = 0.1  # room for a mark, of the height
 TITLES = 0.55  # [in], over a panel
 MARGIN = np.array([0.03, 0.1])  # around what is shown, of its width and height
 LARGER = 0.6  # share of the width that a panel must do with, to be drawn larger
+WIDE = 1.3  # width over height from which panels stand above each other
 MOST_WIDTH, MOST_HEIGHT = 9.0, 9.0  # of a figure [in]
-ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
+ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet", NONE: "its own world"}
 
 
 @dataclass(frozen=True)
@@ -43,31 +46,46 @@ class Panel:
         title: Over the panel, on the left.
         caption: Over the panel, on the right.
         kind: "law", "native" or "ideal": the colours.
-        marks: Short texts, each below a point of the picture [m].
+        marks_at: Short texts, each below a point of the picture [m], at an entry; those of the last one are `marks`.
     """
 
     recording: Recording
     title: str
     caption: str = ""
     kind: str = "law"
-    marks: Sequence[tuple[float, float, str]] = ()
+    marks_at: Callable[[int], Sequence[Mark]] = lambda entry: ()
+
+    @cached_property
+    def marks(self) -> Sequence[Mark]:
+        """At the end."""
+        return self.marks_at(-1)
+
+    @cached_property
+    def marks_move(self) -> bool:
+        """Whether they go with the bodies."""
+        return list(self.marks_at(0)) != list(self.marks)
 
 
-def panel_of(scene: Scene, recording: Recording) -> Panel:
-    """The panel of a scene's recording, titled by engine and law."""
+def title_of(scene: Scene, recording: Recording) -> str:
+    """Engine, law and step of a recording; of the engine's own contact what it is set for."""
     engine, law = ENGINE_NAMES[recording.facts["engine"]], recording.facts["law"]
     title = f"contactlaw in {engine}" + ("" if "microslip" in law else f", law {law}")
     if law in NATIVES:
-        title = f"{engine}'s own contact"
-        if scene.beside_damped and engine == "MuJoCo":
-            damped = "friction (elliptic cone, solreffriction)"
-            title = f"MuJoCo's own, set for {damped if law == NATIVE_DAMPED else 'restitution (solref)'}"
-    kind = "native" if law in NATIVES else "law"
-    return Panel(recording, title, scene.caption(recording), kind, scene.marks(recording))
+        damped = "friction (elliptic cone, solreffriction)"
+        aim = f", set for {damped if law == NATIVE_DAMPED else 'restitution (solref)'}"
+        title = f"{engine}'s own contact" + (aim if scene.beside_damped and engine == "MuJoCo" else "")
+    return f"{title}, {1e3 * recording.facts['timestep']:.3g} ms"
+
+
+def panel_of(scene: Scene, recording: Recording) -> Panel:
+    """The panel of a scene's recording."""
+    kind = "native" if recording.facts["law"] in NATIVES else "law"
+    title, marks = title_of(scene, recording), partial(scene.marks, recording)
+    return Panel(recording, title, scene.caption(recording), kind, marks)
 
 
 def extent(panels: Sequence[Panel], until: float) -> Array:
-    """What all panels have to show up to a time: left, right, below, above [m]."""
+    """What all panels have to show up to a time, with marks that stand or room for others: left, right, below, above."""
     bounds = []
     for panel in panels:
         recording = panel.recording
@@ -76,9 +94,10 @@ def extent(panels: Sequence[Panel], until: float) -> Array:
             reach = track.size[0] if track.shape in ("ball", "disc") else float(np.linalg.norm(track.size))
             flat = track.positions[here][:, list(recording.view)]
             bounds.append([*(flat.min(axis=0) - reach), *(flat.max(axis=0) + reach)])
-        bounds += [[x, y, x, y] for x, y, _ in panel.marks if np.isfinite([x, y]).all()]
+        bounds += [[x, y, x, y] for x, y, _ in panel.marks if not panel.marks_move and np.isfinite([x, y]).all()]
     low, high = np.min(bounds, axis=0)[:2], np.max(bounds, axis=0)[2:]
-    lowest = min((y for panel in panels for _, y, _ in panel.marks), default=np.inf)
+    lows = [low[1] if panel.marks_move else y for panel in panels for _, y, _ in panel.marks]
+    lowest = min(lows, default=np.inf)
     low[1] = min(low[1], lowest - BELOW * (high[1] - low[1]))
     margin = np.maximum(MARGIN * (high - low), 0.03 * float(np.max(high - low)))
     return np.array([low[0], high[0], low[1], high[1]]) + np.array([-1.0, 1.0, -1.0, 1.0]) * np.repeat(margin, 2)
@@ -93,7 +112,7 @@ def figure_for(panels: Sequence[Panel], until: float) -> tuple[Figure, list[Axes
 
     bounds, count = extent(panels, until), len(panels)
     width, height = bounds[1] - bounds[0], bounds[3] - bounds[2]
-    stacked = width > 1.3 * height
+    stacked = width > WIDE * height
     across, down = (1, count) if stacked else (count, 1)
     scale = min((MOST_WIDTH - 0.8) / (across * width), (MOST_HEIGHT - 0.6 - TITLES * down) / (down * height))
     room = max(
@@ -173,13 +192,16 @@ def bodies(axes: Axes, panel: Panel, entry: int, strength: float = 1.0, depth: f
 
 def path(axes: Axes, panel: Panel, until: float) -> list[Any]:
     """The paths of the bodies' centres up to a time; returns what was drawn."""
+    from matplotlib.collections import LineCollection
+
     right, up = panel.recording.view
     here = panel.recording.times <= until
-    style = {"color": TONES[panel.kind][EDGE], "linewidth": 0.8, "alpha": 0.6, "zorder": 2.5}
-    return [
-        axes.plot(track.positions[here, right], track.positions[here, up], **style)[0]
-        for track in panel.recording.tracks
-    ]
+    alone = len(panel.recording.tracks) == 1
+    lines = [track.positions[here][:, [right, up]] for track in panel.recording.tracks]
+    made = LineCollection(
+        lines, colors=TONES[panel.kind][EDGE], linewidths=0.8, alpha=0.6, zorder=8.0 if alone else 2.5
+    )
+    return [axes.add_collection(made, autolim=False)]
 
 
 def ways(axes: Axes, panel: Panel, instants: Array) -> None:
@@ -198,11 +220,11 @@ def ways(axes: Axes, panel: Panel, instants: Array) -> None:
             axes.annotate("", (tip[0], tip[1]), (here[0], here[1]), arrowprops=style, zorder=9)
 
 
-def marks(axes: Axes, panel: Panel) -> None:
-    """The marks inside the panel; those at one place are put in one text."""
+def marks(axes: Axes, panel: Panel, entry: int = -1) -> None:
+    """The marks inside the panel; those at one place are put in one text, and none over another."""
     left, right = axes.get_xlim()
     placed: list[tuple[float, float, str]] = []
-    for x, y, text in panel.marks:
+    for x, y, text in panel.marks if entry == -1 else panel.marks_at(entry):
         for number, (near, level, before) in enumerate(placed):
             if abs(x - near) < 0.025 * (right - left) and y == level:
                 many = text.isdecimal() and (" to " in before or ", " in before)
@@ -211,12 +233,25 @@ def marks(axes: Axes, panel: Panel) -> None:
                 break
         else:
             placed.append((x, y, text))
-    for x, y, text in placed:
-        if left < x < right:
-            axes.annotate(
-                text, (x, y), xytext=(0, -4), textcoords="offset points", ha="center", va="top", fontsize=9,
-                fontweight="bold", color=TONES[panel.kind][DARK], zorder=10,
-            )  # fmt: skip
+    if figure := axes.get_figure(root=True):
+        figure.draw_without_rendering()  # so that it is known how large texts are
+    boxes: list[Any] = []
+    for mark in placed:
+        if left < mark[0] < right:
+            made = write(axes, panel, mark)
+            while any(made.get_window_extent().overlaps(box) for box in boxes):
+                made.xyann = (0, made.xyann[1] + 3)
+            boxes.append(made.get_window_extent())
+
+
+def write(axes: Axes, panel: Panel, mark: Mark) -> Any:
+    """One mark where it stands."""
+    made = axes.annotate(
+        mark[2], mark[:2], xytext=(0, -4), textcoords="offset points", ha="center", va="top", fontsize=9,
+        fontweight="bold", color=TONES[panel.kind][DARK], zorder=10,
+    )  # fmt: skip
+    made.set_in_layout(False)
+    return made
 
 
 def note(axes: Axes, text: str) -> Any:
@@ -225,3 +260,10 @@ def note(axes: Axes, text: str) -> Any:
         text, (1.0, 0.0), xycoords="axes fraction", xytext=(0, -37), textcoords="offset points", ha="right", va="top",
         fontsize=8, color=NOTES,
     )  # fmt: skip
+
+
+def save(figure: Figure, file: Path, dpi: int = 130) -> Path:
+    """Write a picture, without what would make two of the same differ; returns its path."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, dpi=dpi, metadata={"Software": None}, bbox_inches="tight", pad_inches=0.08)
+    return file

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from sims.animation import draw_animation
@@ -24,11 +25,11 @@ def panels_of(scene: Scene, settings: Settings, recording: Recording, engines: I
     """
     panels = [panel_of(scene, recording)]
     for title, ideal in scene.ideals(recording):
-        panels.append(Panel(ideal, title, scene.caption(ideal), "ideal", scene.marks(ideal)))
+        panels.append(Panel(ideal, title, scene.caption(ideal), "ideal", partial(scene.marks, ideal)))
     if settings.law in NATIVES or not scene.beside_native:
         return panels
     for engine in engines or [settings.engine]:
-        timestep = settings.timestep if engine == settings.engine else None
+        timestep = scene.native_step or (settings.timestep if engine == settings.engine else None)
         if engine in scene.engines and engine != NONE:
             for law in NATIVES if scene.beside_damped and engine == "mujoco" else [NATIVE]:
                 other = scene.run(replace(settings, engine=engine, law=law, timestep=timestep))

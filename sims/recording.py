@@ -6,14 +6,13 @@ import json
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-
-SHAPES = ("ball", "disc", "box", "capsule")
 
 
 @dataclass
@@ -22,9 +21,9 @@ class Track:
 
     Attributes:
         name: Of the body.
-        shape: "ball", "disc", "box" or "capsule".
-        size: [m]; ball: (radius,); disc, about its z axis: (radius, half thickness); box: half lengths; capsule, along
-            its z axis: (radius, half length of the straight part).
+        shape: "ball", "disc", "box", "capsule" or "cylinder".
+        size: [m]; ball: (radius,); disc, about its z axis: (radius, half thickness); box: half lengths; capsule and
+            cylinder, along its z axis: (radius, half length of the straight part).
         positions: Of the centre [m], shape (n, 3).
         rotations: From the body's axes to the world's, shape (n, 3, 3).
         velocities: True ones at the time of the positions [m/s], shape (n, 3).
@@ -84,6 +83,14 @@ def block(position: ArrayLike, half_sizes: ArrayLike, rotation: ArrayLike | None
     return Outline(corners @ turn.T + np.asarray(position, dtype=float), solid=True, name=name)
 
 
+def rod(position: ArrayLike, size: ArrayLike, rotation: ArrayLike, name: str = "") -> Outline:
+    """A capsule by its centre, (radius, half length) [m], and the matrix that turns its z axis."""
+    radius, half = np.asarray(size, dtype=float)
+    angles = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
+    rings = [(radius * np.cos(a), radius * np.sin(a), side * half) for side in (-1.0, 1.0) for a in angles]
+    return Outline(np.array(rings) @ np.asarray(rotation, dtype=float).T + np.asarray(position), solid=True, name=name)
+
+
 @dataclass
 class Recording:
     """A run of a scene.
@@ -112,6 +119,11 @@ class Recording:
             if one.name == name:
                 return one
         raise ValueError(f"name = {name!r}: must be one of {[one.name for one in self.tracks]}")
+
+    @property
+    def o(self) -> Any:
+        """The facts as attributes: options, material, and whatever the scene added."""
+        return SimpleNamespace(**self.facts)
 
     def told(self, *more: str) -> dict[str, Any]:
         """What every scene tells of its run, with more of the facts: engine, law, step [s], wall time [s]."""

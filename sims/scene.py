@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from contactlaw import MATERIALS, ContactPair, checks
 from contactlaw.laws import law_of
+from sims.options import Option
 from sims.recording import Recording
 from sims.registry import Limit, Registry
 
@@ -26,10 +27,18 @@ OWN_STEP = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0, NONE: 2e-3}
 NATIVE, NATIVE_DAMPED = NATIVES = ("native", "native_damped")
 """Names of the engine's own contact, where a law is asked for: set for its restitution; for its friction (MuJoCo)."""
 LEAST_STEP, LONGEST_STEP = 1e-8, 0.05  # [s], on the command line
-BOUNDS = {"speed": (1e-3, 1e3), "down": (1e-3, 1e3), "landing": (1e-3, 1e3), "drop": (1e-3, 1e3), "psi1": (-1e3, 1e3)}
-"""Of options that many scenes have [m/s], [m], [-]."""
 Measured = dict[str, Any]
 """What a scene measured, as --json prints it: JSON types only."""
+
+
+Mark = tuple[float, float, str]
+"""A short text below a point in the plane of the picture [m]."""
+
+
+def signed(value: float, digits: int) -> str:
+    """A number with its sign, for pictures; nothing rounds to a negative zero."""
+    text = f"{value:+.{digits}f}".replace("-", "\N{MINUS SIGN}")
+    return text if any(digit in text for digit in "123456789") else text[1:]
 
 
 def _no_progress(_: float) -> None:
@@ -70,7 +79,7 @@ class Settings:
     law: str | None = None
     material: str | None = None
     timestep: float | None = None
-    options: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    options: Mapping[str, float | None] = field(default_factory=lambda: MappingProxyType({}))
     watch: float = 0.0
     progress: Callable[[float], None] = field(default=_no_progress, repr=False, compare=False)
 
@@ -83,8 +92,6 @@ class Settings:
         if self.timestep is not None:
             checks.positive("timestep", self.timestep)
         checks.not_negative("watch", self.watch)
-        for name, value in self.options.items():
-            checks.number(name, value, "finite", low=-1e300, high=1e300)
 
     @property
     def step(self) -> float:
@@ -103,37 +110,52 @@ class Scene(ABC):
       1. `name` (that of its command) and `title`, one line for `python -m sims list`;
       2. `engines`, and in `unable` the reason for each engine that cannot do it;
       3. `shown`, `exposure`, `slow` where the usual ones do not make a good picture;
-      4. `options`: its own numbers, name -> (default, help); each becomes an option of its command;
-      5. `run`: build it with `sims.worlds.new_world`, throw, and return what was recorded; its pairs have the simplest
-         law that it can do with (`leave_out` in validation measures what that saves and changes);
-      6. `measure`: what came out, from the recording alone; `check`: what must hold of it.
+      4. `options`: its own numbers (`sims.options`, `of_ball` where it has a ball); each becomes an option of its
+         command;
+      5. `simulate`: build it with `sims.worlds.new_world`, throw, and return what was recorded; its pairs have the
+         simplest law that it can do with (`leave_out` in validation measures what that saves and changes);
+      6. `measure`: what came out, from the recording alone, which has all options and the material among its facts;
+         `check`: what must hold of it.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     engines: ClassVar[tuple[str, ...]] = ENGINES
     unable: ClassVar[dict[str, str]] = {}
-    options: ClassVar[dict[str, tuple[float, str]]] = {}
+    options: ClassVar[dict[str, Option]] = {}
+    material: ClassVar[str | None] = "steel"
+    """What it is made of unless told otherwise; None: of what no option can change."""
     shown: ClassVar[float | None] = None
     """How much of the recording its pictures show [s]; None: all."""
     exposure: ClassVar[float | None] = None
     """Time between two exposures of the stroboscope [s]; None: so that there are 16."""
     beside_native: ClassVar[bool] = True
     """Whether its pictures show the engine's own contact beside the law."""
+    native_step: ClassVar[float | None] = None
+    """Step [s] of the engine's own contact in them, where its usual one lets bodies pass through each other."""
     beside_damped: ClassVar[bool] = False
     """Whether they show it as MuJoCo has it with the best settings for friction, too."""
     apart: ClassVar[bool] = False
     """Whether exposures stand side by side, for bodies that hide each other."""
+    in_window: ClassVar[bool] = True
+    """Whether `World.record` moves it, which shows it in the engine's window on demand."""
     slow: ClassVar[float] = 1.0
     """How many times slower than life its moving picture is."""
 
-    @abstractmethod
     def run(self, settings: Settings) -> Recording:
         """Simulate and record.
 
         Raises:
             ValueError: A setting outside what the scene allows; the message names it.
         """
+        told = self.demand(settings)
+        recording = self.simulate(replace(settings, material=told["material"] or None), SimpleNamespace(**told))
+        recording.facts = told | recording.facts
+        return recording
+
+    @abstractmethod
+    def simulate(self, settings: Settings, o: Any) -> Recording:
+        """The scene itself; o: what `demand` returns, as attributes."""
 
     @abstractmethod
     def measure(self, recording: Recording) -> Measured:
@@ -143,8 +165,8 @@ class Scene(ABC):
     def check(self, measured: Measured) -> list[Limit]:
         """What must hold of the figures; less where the law is not `microslip`."""
 
-    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
-        """Short texts for its pictures, each below a point in the plane of the picture [m]."""
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
+        """Short texts for its pictures; where exposures stand apart, those of one entry."""
         return []
 
     def caption(self, recording: Recording) -> str:
@@ -159,23 +181,26 @@ class Scene(ABC):
         """A picture of its own, in place of the exposures."""
         return None
 
-    def option(self, settings: Settings, name: str) -> float:
-        """An option's value: as set, or the scene's default."""
-        return float(settings.options.get(name, self.options[name][0]))
+    def demand(self, settings: Settings) -> dict[str, Any]:
+        """All options and the material, as asked for or by default.
 
-    def demand(self, settings: Settings) -> None:
-        """Raise ValueError where the scene cannot be run with these settings."""
+        Raises:
+            ValueError: The scene cannot be run with these settings.
+        """
         checks.one_of("engine", settings.engine, [*self.engines, *self.unable])
         if settings.engine in self.unable:
             raise ValueError(f"engine = {settings.engine!r}: cannot do {self.name}: {self.unable[settings.engine]}")
         if settings.law == NATIVE_DAMPED and (settings.engine != "mujoco" or not self.beside_damped):
             able = ", ".join(name for name, one in SCENES.items() if one.beside_damped)
             raise ValueError(f"law = {settings.law!r}: is for {able} in mujoco")
-        for name, value in settings.options.items():
+        if settings.law in NATIVES and settings.engine == NONE:
+            raise ValueError(f"law = {settings.law!r}: engine = {NONE!r} has no contact of its own")
+        if settings.material and self.material is None:
+            raise ValueError(f"material = {settings.material!r}: {self.name} has materials of its own")
+        for name in settings.options:
             checks.one_of("option", name, self.options)
-            if name in BOUNDS:
-                low, high = BOUNDS[name]
-                checks.number(name, value, f"in [{low:g}, {high:g}]", low=low, high=high)
+        told = {name: option.read(name, settings.options.get(name)) for name, option in self.options.items()}
+        return {"material": settings.material or self.material} | told
 
 
 _REGISTRY: Registry[Scene] = Registry("sims.scenes", "scene")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,7 +23,7 @@ messages = Console(stderr=True, width=console.width)
 
 def run(scene: Scene, settings: Settings) -> Recording:
     """Run a scene behind a bar."""
-    with _progress() as progress:
+    with bar() as progress:
         task = progress.add_task(f"{scene.name} in {settings.engine}", total=1.0)
         return scene.run(replace(settings, progress=lambda part: progress.update(task, completed=part)))
 
@@ -34,6 +35,8 @@ def figures(measured: Measured) -> None:
     for key, value in measured.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
             lists[key] = value
+        elif isinstance(value, dict):
+            lists[key] = [{"": name} | one for name, one in value.items()]
         else:
             plain.add_row(key, _text(value), unit_of(key))
     console.print(plain)
@@ -66,15 +69,15 @@ def pictures(
     engines: Sequence[str] = (), mp4: Path | None = None,
 ) -> None:  # fmt: skip
     """Make the pictures that are wanted, the engines' own contact beside the law."""
+    from sims.panel import save
     from sims.pictures import draw_exposures, draw_gif, panels_of
 
     if not plot and not gif and not mp4:
         return
-    with _progress() as progress:
+    with bar() as progress:
         progress.add_task(f"pictures of {scene.name}", total=None)
         if plot and (own := scene.figure(settings, recording)) is not None:
-            plot.parent.mkdir(parents=True, exist_ok=True)
-            own.savefig(plot, dpi=130, metadata={"Software": None})
+            save(own, plot)
             messages.print(f"picture: {plot}", highlight=False, soft_wrap=True)
             plot = None
         if not plot and not gif and not mp4:
@@ -111,21 +114,19 @@ def show_all(scenes: Sequence[Scene], out: Path) -> int:
 
 
 UNITS = {
-    "time": "s", "wall_time": "s", "timestep": "s", "contact_duration": "s", "duration": "s", "seconds": "s",
-    "settled": "s", "x": "m", "x_end": "m", "speed": "m/s", "ball_speed": "m/s", "speed_after": "m/s", "lift": "m/s",
-    "energy": "J", "turns_a_second": "1/s", "loft": "degrees", "launch_angle": "degrees", "aside": "", "drop_s": "s",
-    "side_after": "rad/s", "creep_um_per_s": "um/s", "creep_fitted_um_per_s": "um/s", "way_um": "um",
+    r"_um_per_s$": "um/s", r"_um$": "um", r"degrees$|^loft$|^launch_angle": "degrees", r"^turns_a_second$": "1/s",
+    r"_over_|_ratio$|_error$|_gained$|_rise$|^psi|^slip": "", r"^(back)?spin|^side_after$|rate$|^rate_": "rad/s",
+    r"velocit|speed|^lift$": "m/s", r"^acceleration|^rim": "m/s^2", r"^energy(_before)?$": "J", r"^force$": "N",
+    r"^x(_end)?$|height|^off_the_mirror$|^radius$": "m",
+    r"^((wall_)?time|timestep|(contact_)?duration|seconds|settled|compared_until|drop_s)$": "s",
 }  # fmt: skip
+"""Of figures, by what is found first in their names."""
 COLUMNS = 7  # of a table of 80 characters
 
 
 def unit_of(name: str) -> str:
     """Unit of a figure, by its name; nothing for plain numbers and words."""
-    for begin, unit in (("spin", "rad/s"), ("backspin", "rad/s"), ("velocit", "m/s"), ("energy_before", "J"),
-                        ("launch_angle", "degrees")):  # fmt: skip
-        if name.startswith(begin):
-            return unit
-    return "degrees" if name.endswith("degrees") else UNITS.get(name, "")
+    return next((unit for found, unit in UNITS.items() if re.search(found, name)), "")
 
 
 def _parts(heads: list[str]) -> list[list[str]]:
@@ -144,7 +145,8 @@ def _text(value: object) -> str:
     return str(value)
 
 
-def _progress() -> Progress:
+def bar() -> Progress:
+    """One that goes when it is done."""
     return Progress(
         TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=messages, transient=True
     )  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sims.panel import MOST_WIDTH, Panel, bodies, extent, figure_for, marks, note, path, surroundings, ways
+from sims.panel import MOST_WIDTH, WIDE, Panel, bodies, extent, figure_for, marks, note, path, save, surroundings, ways
 from sims.recording import Array
 
 EXPOSURES = 16
@@ -47,28 +47,31 @@ def draw_stroboscope(
             bodies(one, panel, entry, PALEST + (1.0 - PALEST) * age, depth=3.0 + age)
         ways(one, panel, instants[1:-1:3] + 0.5 * between)
     note(axes[-1], f"an exposure every {1e3 * between:.0f} ms; half of each body is dark")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=dpi, metadata={"Software": None})
-    return file
+    return save(figure, file, dpi)
 
 
 def _draw_apart(panels: Sequence[Panel], file: Path, instants: Array, dpi: int) -> Path:
-    """A row for each panel, an exposure in each of its places."""
+    """A row for each panel, an exposure in each of its places; of what is wide a column for each."""
     from matplotlib.figure import Figure
 
     bounds = extent(panels, float(instants[-1]))
-    side = MOST_WIDTH / instants.size
-    high = side * float((bounds[3] - bounds[2]) / (bounds[1] - bounds[0]))
-    figure = Figure(figsize=(MOST_WIDTH, (high + 0.6) * len(panels)), layout="constrained")
-    grid = figure.subplots(len(panels), instants.size, squeeze=False)
-    for row, panel in zip(grid, panels, strict=True):
+    width, height = bounds[1] - bounds[0], bounds[3] - bounds[2]
+    wide = width > WIDE * height
+    down, across = (instants.size, len(panels)) if wide else (len(panels), instants.size)
+    side = MOST_WIDTH / across
+    figure = Figure(figsize=(MOST_WIDTH, (side * height / width + 0.25) * down + 0.4 * len(panels)))
+    top = 1.0 - 0.4 / figure.get_figheight() if wide else 1.0
+    figure.set_layout_engine("constrained", h_pad=0.03, w_pad=0.03, rect=(0.0, 0.0, 1.0, top))
+    grid = figure.subplots(down, across, squeeze=False)
+    for row, panel in zip(grid.T if wide else grid, panels, strict=True):
         for axes, instant in zip(row, instants, strict=True):
+            entry = int(np.argmin(np.abs(panel.recording.times - instant)))
             axes.set_aspect("equal")
             axes.set(xlim=bounds[:2], ylim=bounds[2:], xticks=[], yticks=[])
             axes.set_xlabel(f"{instant:.2f} s", fontsize=8)
             surroundings(axes, panel, bounds)
-            bodies(axes, panel, int(np.argmin(np.abs(panel.recording.times - instant))))
-        row[0].set_title(f"{panel.title}   {panel.caption}", loc="left", fontsize=9, fontweight="bold")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=dpi, metadata={"Software": None})
-    return file
+            bodies(axes, panel, entry)
+            marks(axes, panel, entry)
+        row[0].set_title(f"{panel.title}\n{panel.caption}", loc="left", fontsize=9).set_in_layout(not wide)
+        row[-1].set_xlabel(f"{instants[-1]:.2f} s; {width:.2g} m wide", fontsize=8)
+    return save(figure, file, dpi)

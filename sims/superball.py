@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import pairwise
 from math import pi, sqrt
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,65 +23,66 @@ import numpy as np
 from contactlaw import MATERIALS, RIGID, ContactPair
 from sims.bounces import Bounce
 from sims.loaded_rebound import loaded_rebound, scaled_load
+from sims.options import of_ball
 from sims.recording import Array, Recording, Track
-from sims.scene import NATIVES, Limit, Measured, Settings
+from sims.scene import NATIVES, Limit, Measured
 
 RADIUS = 0.023  # [m]
 MASS = 0.0464  # [kg]
-INERTIA = 0.4 * MASS * RADIUS**2  # [kg m^2]
 FRICTION, RESTITUTION, KAPPA = 1.0, 0.9, 0.60
+OPTIONS = of_ball(RADIUS, FRICTION, RESTITUTION, MASS)
 BACKSPIN = 2.5  # R omega/v of a homogeneous ball without angular momentum about its contact point
 GRAVITY = 9.81  # [m/s^2]
 MOST_SPINS = 5  # in words
 INTERVAL = 2e-3  # between two entries of a recording [s]
 MOST_BOUNCES = 20  # the reference wants a ball that leaves
 
-Rule = Callable[[Array, Array, Array], tuple[Array, Array]]
-"""Velocity and spin after a bounce from velocity, spin and normal before it."""
+Rule = Callable[[Array, Array, Array, float], tuple[Array, Array]]
+"""Velocity and spin after a bounce from velocity, spin and normal before it and the radius [m]."""
+DEFAULT = SimpleNamespace(material="rubber", **{name: one.default for name, one in OPTIONS.items()})
 
 
-def pair_of(settings: Settings) -> ContactPair:
+def pair_of(o: Any = DEFAULT) -> ContactPair:
     """The ball on something hard."""
-    rubber = MATERIALS[settings.material or "rubber"]
-    return ContactPair(rubber, RIGID, FRICTION, RESTITUTION, radius=RADIUS, stiffness_ratio=KAPPA)
+    rubber = MATERIALS[o.material]
+    return ContactPair(rubber, RIGID, o.friction, o.restitution, radius=o.radius, stiffness_ratio=KAPPA)
 
 
-def by_reference(pair: ContactPair) -> Rule:
+def by_reference(pair: ContactPair, mass: float) -> Rule:
     """The bounce by the annulus solver, with the ball's weight in the contact."""
 
-    def rule(velocity: Array, spin: Array, normal: Array) -> tuple[Array, Array]:
+    def rule(velocity: Array, spin: Array, normal: Array, radius: float) -> tuple[Array, Array]:
         approach = -float(velocity @ normal)
-        load = scaled_load(pair, MASS, approach, GRAVITY * float(normal[2]))
-        point = velocity - RADIUS * np.cross(spin, normal)
+        load = scaled_load(pair, mass, approach, GRAVITY * float(normal[2]))
+        point = velocity - radius * np.cross(spin, normal)
         sliding = point + approach * normal
         speed = float(np.linalg.norm(sliding))
         along = sliding / speed if speed else np.zeros(3)
         psi_1 = pair.psi(speed, approach)
-        after = loaded_rebound(psi_1, pair.chi(MASS, MASS / 3.5), pair.restitution, load)
+        after = loaded_rebound(psi_1, pair.chi(1.0, 1.0 / 3.5), pair.restitution, load)
         change = (after.psi_2 / psi_1 - 1.0) * speed if psi_1 else 0.0
-        return _pushed(velocity, spin, normal, after.restitution, change * along)
+        return _pushed(velocity, spin, -radius * normal, after.restitution, change * along)
 
     return rule
 
 
-def garwin(velocity: Array, spin: Array, normal: Array) -> tuple[Array, Array]:
+def garwin(velocity: Array, spin: Array, normal: Array, radius: float) -> tuple[Array, Array]:
     """The bounce of Garwin's perfectly rough and elastic ball: the contact point's velocity is reversed."""
-    point = velocity - RADIUS * np.cross(spin, normal)
-    return _pushed(velocity, spin, normal, 1.0, -2.0 * (point - float(point @ normal) * normal))
+    point = velocity - radius * np.cross(spin, normal)
+    return _pushed(velocity, spin, -radius * normal, 1.0, -2.0 * (point - float(point @ normal) * normal))
 
 
-def _pushed(velocity: Array, spin: Array, normal: Array, restitution: float, change: Array) -> tuple[Array, Array]:
-    """Velocity and spin after a contact force has changed the contact point's velocity across the normal."""
-    impulse = MASS / 3.5 * change
-    return (
-        velocity + impulse / MASS - (1.0 + restitution) * float(velocity @ normal) * normal,
-        spin + np.cross(-RADIUS * normal, impulse) / INERTIA,
-    )
+def _pushed(velocity: Array, spin: Array, arm: Array, restitution: float, change: Array) -> tuple[Array, Array]:
+    """Velocity and spin after a contact force at the end of an arm has changed the velocity there across the normal."""
+    square = float(arm @ arm)
+    bounced = velocity - (1.0 + restitution) * float(velocity @ arm) / square * arm
+    return bounced + change / 3.5, spin + np.cross(arm, change / 3.5) / (0.4 * square)
 
 
-def energy_of(velocity: Array, spin: Array, height: float) -> float:
+def energy_of(o: Any, velocity: Array, spin: Array, height: float) -> float:
     """Kinetic and potential energy [J]."""
-    return float(0.5 * MASS * velocity @ velocity + 0.5 * INERTIA * spin @ spin + MASS * GRAVITY * height)
+    turning = 0.4 * o.radius**2 * spin @ spin
+    return float(o.mass * (0.5 * (velocity @ velocity + turning) + GRAVITY * height))
 
 
 def flight(like: Recording, rule: Rule, bounces: int, duration: float = np.inf) -> Recording:
@@ -95,17 +97,18 @@ def flight(like: Recording, rule: Rule, bounces: int, duration: float = np.inf) 
         duration: Longest [s].
     """
     ball = like.track("ball")
+    radius = ball.size[0]
     pull = np.array(like.facts["gravity"])
     time, place, velocity, spin = 0.0, ball.positions[0], ball.velocities[0], ball.spins[0]
     legs = []
     for number in range(bounces + 1):
-        fall = sqrt(velocity[2] ** 2 + 2.0 * GRAVITY * (place[2] - RADIUS))
+        fall = sqrt(velocity[2] ** 2 + 2.0 * GRAVITY * (place[2] - radius))
         wait = min((velocity[2] + fall) / GRAVITY, duration - time)
         legs.append((time, time + wait, place, velocity, spin))
         if number == bounces or time + wait >= duration:
             break
         place = place + wait * (velocity + 0.5 * wait * pull)
-        velocity, spin = rule(velocity + wait * pull, spin, np.array([0.0, 0.0, 1.0]))
+        velocity, spin = rule(velocity + wait * pull, spin, np.array([0.0, 0.0, 1.0]), radius)
         time += wait
     times = np.append(np.arange(0.0, legs[-1][1], INTERVAL), legs[-1][1])
     which = np.searchsorted([leg[0] for leg in legs], times, side="right") - 1
@@ -121,11 +124,12 @@ def flight(like: Recording, rule: Rule, bounces: int, duration: float = np.inf) 
     return Recording(times, [track], like.scenery, like.view, {"gravity": pull.tolist()})
 
 
-def describe(bounce: Bounce, pair: ContactPair) -> Measured:
+def describe(bounce: Bounce, o: Any) -> Measured:
     """A bounce as --json has it, with what the reference makes of the same touch."""
-    before, after = bounce.sliding(RADIUS)
-    velocity, spin = by_reference(pair)(bounce.velocity_before, bounce.spin_before, bounce.normal)
-    expected = velocity - RADIUS * np.cross(spin, bounce.normal)
+    pair = pair_of(o)
+    before, after = bounce.sliding(o.radius)
+    velocity, spin = by_reference(pair, o.mass)(bounce.velocity_before, bounce.spin_before, bounce.normal, o.radius)
+    expected = velocity - o.radius * np.cross(spin, bounce.normal)
     height = float(bounce.place[2])
     return {
         "time": bounce.time,
@@ -135,14 +139,14 @@ def describe(bounce: Bounce, pair: ContactPair) -> Measured:
         "psi2_reference": pair.psi(float(expected[0]), bounce.approach),
         "spin_before": float(bounce.spin_before[1]),
         "spin_after": float(bounce.spin_after[1]),
-        "energy": energy_of(bounce.velocity_after, bounce.spin_after, height),
+        "energy": energy_of(o, bounce.velocity_after, bounce.spin_after, height),
         "surface": "floor" if bounce.normal[2] > 0.0 else "table",
         "duration": bounce.duration,
         "velocity_before": bounce.velocity_before[[0, 2]].tolist(),
         "velocity_after": bounce.velocity_after[[0, 2]].tolist(),
         "velocity_after_reference": velocity[[0, 2]].tolist(),
         "spin_after_reference": float(spin[1]),
-        "energy_before": energy_of(bounce.velocity_before, bounce.spin_before, height),
+        "energy_before": energy_of(o, bounce.velocity_before, bounce.spin_before, height),
     }
 
 
@@ -177,14 +181,14 @@ def _spin_error(one: Measured) -> float:
     return abs(one["spin_after"] - asked) / max(abs(asked), 1e-12)
 
 
-def settled(recording: Recording, pair: ContactPair, bounces: list[Bounce], **more: Any) -> Measured:
+def settled(recording: Recording, bounces: list[Bounce], **more: Any) -> Measured:
     """The figures that the superball scenes share."""
-    facts = recording.told()
+    facts, pair = recording.told(), pair_of(recording.o)
     contact = {"material": pair.a.name, "mu": pair.friction, "kappa": pair.kappa, "restitution": pair.restitution}
-    shared = {"chi": pair.chi(MASS, MASS / 3.5)}
+    shared = {"chi": pair.chi(1.0, 1.0 / 3.5)}
     if bounces:
         shared["turns_a_second"] = abs(bounces[0].spin_before[1]) / (2.0 * pi)
-    return facts | contact | shared | {"bounces": [describe(b, pair) for b in bounces]} | more
+    return facts | contact | shared | {"bounces": [describe(b, recording.o) for b in bounces]} | more
 
 
 def spins_in_words(recording: Recording, bounces: list[Bounce], until: float) -> str:

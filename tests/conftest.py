@@ -12,11 +12,6 @@ settings.register_profile("contactlaw", derandomize=True, deadline=None, max_exa
 settings.load_profile("contactlaw")
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Announce the marker."""
-    config.addinivalue_line("markers", "heavy: too slow without the JIT; skipped under NUMBA_DISABLE_JIT=1")
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Skip heavy tests, and those of worlds, where the kernels run as plain Python."""
     if not numba.config.DISABLE_JIT:

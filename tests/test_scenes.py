@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -14,6 +15,7 @@ from contactlaw import MATERIALS, RIGID, ContactPair
 from sims.cli import app
 from sims.contact_point import contact_velocity, rebound_of
 from sims.scene import EVERYWHERE, NATIVE, NONE, Settings, find_scenes
+from sims.scenes import coin
 from sims.worlds import new_world
 
 SCENES = find_scenes()
@@ -36,6 +38,7 @@ def failed(name, values):
     return [one for one in SCENES[name].check(values) if not one.passed]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", EVERYWHERE)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_holds_what_it_checks(name, engine):
@@ -76,6 +79,7 @@ def test_the_laws_of_several_pairs_are_all_told():
     assert world.record(0.01).facts["law"] == "coulomb and mindlin"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_the_engines_own_contact_can_be_run_and_measured(name):
     if name == "paddle":
@@ -98,11 +102,42 @@ def test_the_engines_own_contact_can_be_run_and_measured(name):
         ("golf", {"speed": 4.0, "friction": 0.25}),
         ("billiards", {"side": 1.0, "angle": 0.0}),
         ("table_tennis", {"down": 2.0}),
-        ("paddle", {"up": 3.0, "topspin": 6.0}),
+        ("paddle", {"up": 3.0, "topspin": 6.0, "mass": 4e-3, "radius": 0.025}),
+        ("superball", {"friction": 0.5, "restitution": 0.8, "mass": 0.06, "radius": 0.03}),
+        ("under_table", {"friction": 0.8}),
+        ("cradle", {"restitution": 0.9, "radius": 0.01, "mass": 0.1}),
+        ("puck", {"friction": 0.2, "restitution": 1.0, "mass": 2.0, "radius": 0.04}),
+        ("table_tennis", {"friction": 0.35, "restitution": 0.8}),
+        ("coin", {"angle": 20.0, "thickness": 1e-3, "radius": 0.02, "seconds": 0.8}),
+        ("galton", {"rows": 4, "balls": 40}),
+        ("shapes", {"drop": 0.01, "friction": 0.6, "speed": 0.2}),
+        ("billiard_break", {"gap": 1e-3, "restitution": 1.0}),
     ],
 )
 def test_the_checks_hold_with_other_options(name, options):
     assert failed(name, measured(name, "pybullet", **options)) == []
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_what_a_ball_is_can_be_told_of_every_scene_that_has_one(name):
+    asked = {"friction", "restitution", "mass", "radius"}
+    assert asked <= set(SCENES[name].options) or name in ("coin", "shapes", "slope"), "these have no ball"
+
+
+def test_a_thin_coin_goes_round_as_eulers_disk_does():
+    alpha, thin = np.radians([3.0, 20.0, 40.0]), SimpleNamespace(radius=0.0375, thickness=1e-9)
+    rate, _, _ = coin.rolling(alpha, thin)
+    np.testing.assert_allclose(rate, 2.0 * np.sqrt(9.81 / (thin.radius * np.sin(alpha))), rtol=1e-6)
+    still = coin.rolling(alpha, SimpleNamespace(radius=0.0129, thickness=0.0022))
+    axial = still[0] * np.sin(alpha) * still[2] / still[1]  # with which the middle stands still
+    again = coin.rolling(alpha, SimpleNamespace(radius=0.0129, thickness=0.0022), axial)
+    np.testing.assert_allclose(again[0], still[0], rtol=1e-12)
+
+
+def test_a_coin_that_starts_with_another_rate_is_noticed():
+    values = measured("coin", NONE, seconds=0.4)
+    wrong = values | {"rate_error": 2.0 * 0.02, "rate_highest": values["rate_first"]}
+    assert len(failed("coin", wrong)) == 2 > len(failed("coin", measured("coin", NONE)))
 
 
 def test_the_checks_notice_a_wrong_law():
@@ -150,18 +185,18 @@ def test_a_rebound_is_told_along_the_slip_before_it():
         ("incline", {"angle": 95.0}, "angle"),
         ("golf", {"speed": -1.0}, "speed"),
         ("billiards", {"sied": 1.0}, "side"),
+        ("superball", {"restitution": 0.0}, "restitution = 0.0: must be in"),
+        ("heap", {"mass": -1.0}, "mass = -1.0: must be in"),
     ],
 )
 def test_options_outside_what_is_allowed_are_refused(name, options, said):
     with pytest.raises(ValueError, match=said):
-        SCENES[name].run(Settings("pybullet", options=options))
+        SCENES[name].run(Settings("pybullet" if name != "heap" else NONE, options=options))
 
 
 def test_what_the_packages_own_world_has_not_is_refused():
     world = new_world(Settings(NONE))
-    with pytest.raises(ValueError, match="'table' is a block"):
-        world.block("table", (1.0, 1.0, 0.1), (0.0, 0.0, 0.0))
-    with pytest.raises(ValueError, match="'crate' is a box"):
-        world.box("crate", (0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 1.0))
+    with pytest.raises(ValueError, match="drives no body; 'bat'"):
+        world.paddle("bat", (0.1, 0.1, 0.1), lambda time: (0.0, 0.0, time))
     with pytest.raises(ValueError, match="no contact of its own"):
         SCENES["superball"].run(Settings(NONE, NATIVE))

@@ -1,6 +1,8 @@
 """The scenes and their command line."""
 
+import importlib.util
 import json
+import sys
 from math import cos, pi, sin, sqrt
 from pathlib import Path
 
@@ -12,6 +14,7 @@ pytest.importorskip("typer")
 from typer.testing import CliRunner
 
 from contactlaw import MATERIALS, ContactPair
+from sims import show
 from sims.bounces import bounces_of
 from sims.cli import app
 from sims.loaded_rebound import loaded_rebound
@@ -75,7 +78,7 @@ def test_the_engines_own_contact_never_reverses_the_contact_point(engine):
 def test_a_failed_check_says_what_failed(engine):
     result = run(Puck("steel", 1.2, "coulomb"), engine)
     wrong = type(result)(**{key: getattr(result, key) for key in KEYS} | {"law": "microslip"})
-    with pytest.raises(AssertionError, match="psi2 off by"):
+    with pytest.raises(AssertionError, match="psi2 off the reference by"):
         wrong.check()
 
 
@@ -99,7 +102,7 @@ def test_the_scenes_are_listed():
         (["--material", "stele"], "did you mean 'steel'"),
         (["--law", "microslop"], "did you mean 'microslip'"),
         (["--timestep", "0"], "timestep = 0.0"),
-        (["--psi1", "nan"], "psi_1"),
+        (["--psi1", "nan"], "psi1"),
     ],
 )
 def test_bad_arguments_are_answered_with_what_is_allowed(arguments, said):
@@ -368,7 +371,14 @@ def test_the_picture_that_is_shown_first_is_small():
         (["superball", "--timestep", "1e-8"], "more than 1e+07; ask for a longer one"),
         (["cradle", "--speed", "inf"], "speed = inf"),
         (["puck", "--timestep", "1"], "timestep = 1.0"),
-        (["puck", "--psi1", "1e9"], "psi_1 = 1000000000.0: must be in [-1000, 1000]"),
+        (["puck", "--psi1", "1e9"], "psi1 = 1000000000.0: must be in [-1000, 1000]"),
+        (["puck", "--friction", "0"], "friction = 0.0: must be in"),
+        (["golf", "--material", "steel"], "golf has materials of its own"),
+        (["superball", "--engine", "none", "--law", "native"], "has no contact of its own"),
+        (["superball", "--gif", "x.png"], "must end in .gif"),
+        (["grasp", "--view"], "view: there is no"),
+        (["coin", "--timestep", "1"], "timestep = 1.0: must be in"),
+        (["galton", "--radius", "5"], "radius = 5.0: must be in"),
         (["cradle", "--law", "native_damped"], "is for puck, superball in mujoco"),
         (["superball", "--engine", "pybullet", "--law", "native_damped"], "is for puck, superball in mujoco"),
     ],
@@ -379,11 +389,39 @@ def test_values_that_make_no_scene_are_answered_at_once(arguments, said):
     assert said in " ".join(finished.output.split())
 
 
+def test_a_video_is_written_or_said_to_need_the_extra(tmp_path, monkeypatch):
+    pytest.importorskip("PIL")
+    file = tmp_path / "under.mp4"
+    command = ["under_table", "--engine", "none", "--mp4", str(file)]
+    if importlib.util.find_spec("imageio_ffmpeg"):
+        assert CliRunner().invoke(app, command).exit_code == 0 and file.stat().st_size > 10_000
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    finished = CliRunner().invoke(app, command, env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2 and "pip install 'contactlaw[video]'" in finished.output
+
+
+def test_a_scene_without_an_engine_has_pictures(tmp_path):
+    pytest.importorskip("matplotlib")
+    file = tmp_path / "ball.png"
+    finished = CliRunner().invoke(app, ["superball", "--engine", "none", "--bounces", "1", "--plot", str(file)])
+    assert finished.exit_code == 0 and file.stat().st_size > 10_000
+
+
 def test_both_engines_in_one_call(tmp_path):
     pytest.importorskip("pybullet")
     finished = CliRunner().invoke(app, ["superball", "--engine", "both", "--bounces", "1"])
     assert finished.exit_code == 0, finished.output
     assert finished.output.count("holds  bounces: 1") == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("spin_after", "rad/s"), ("rate_first", "rad/s"), ("rate_error", ""), ("ball_speed", "m/s"), ("depth_um", "um"),
+     ("velocity_closed_form", "m/s"), ("energy", "J"), ("energy_ratio", ""), ("turning_height", "m"), ("psi2", ""),
+     ("launch_angle_sliding", "degrees"), ("creep_um_per_s", "um/s"), ("settled", "s"), ("spread_over_pitch", "")],
+)  # fmt: skip
+def test_a_figure_has_its_unit(name, unit):
+    assert show.unit_of(name) == unit
 
 
 def test_tables_have_units_and_fit_eighty_columns():

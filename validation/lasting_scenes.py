@@ -16,7 +16,7 @@ from sims.worlds import new_world
 from sims.worlds.parts import onto
 
 TUBE, BALLS = 1.2 * RADIUS, 5  # half its width [m]
-HALF, FOOT, BOX = 0.05, 0.005, 1.0  # [m], [m], [kg]
+HALF, BOX = 0.05, 1.0  # [m], [kg]
 STEEL = MATERIALS["steel"]
 POSE = [0, 1, 0, -1, 0, -1, 0, 1]  # joint angles of an ant that stands [rad]
 DOWN = (0.0, 0.0, -9.81)
@@ -37,7 +37,7 @@ def tube(law: bool) -> Any:
     balls = [f"ball{number}" for number in range(BALLS)]
     for number, name in enumerate(balls):
         place = RADIUS * np.array([(-1) ** number * 0.15, 0.02 * number, 1.0 + 2.04 * number])
-        world.ball(name, RADIUS, mass_of("steel"), place)
+        world.ball(name, RADIUS, mass_of(), place)
     _touch(world, law, balls, [*balls, "floor", *walls], FRICTION)
     return world
 
@@ -47,18 +47,18 @@ def ball(law: bool, speed: float, rolls: bool) -> Any:
     world: Any = new_world(settings_of(law), DOWN)
     world.plane("floor")
     spin = [0.0, speed / RADIUS if rolls else 0.0, 0.0]
-    world.ball("ball", RADIUS, mass_of("steel"), [0.0, 0.0, RADIUS], [speed, 0.0, 0.0], spin)
+    world.ball("ball", RADIUS, mass_of(), [0.0, 0.0, RADIUS], [speed, 0.0, 0.0], spin)
     _touch(world, law, ["ball"], ["floor"], FRICTION)
     return world
 
 
 def box(law: bool, friction: float) -> Any:
-    """One on ball feet on a slope of 20 degrees."""
+    """One on a slope of 20 degrees; by the law it stands on ball feet in its corners."""
     angle = np.radians(20.0)
     normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
     world: Any = new_world(settings_of(law), DOWN)
     world.plane("slope", normal=normal)
-    world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal), feet=FOOT)
+    world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal))
     _touch(world, law, ["box"], ["slope"], friction)
     return world
 

@@ -88,7 +88,7 @@ def subjects() -> dict[str, Subject]:
     from sims import superball
     from sims.scenes import table_tennis, under_table
 
-    scenes, rubber = find_scenes(), superball.pair_of(Settings())
+    scenes, rubber = find_scenes(), superball.pair_of()
     under = _bounces(rubber, ["ball"], under_table.BOUNCES, ceiling="clearance")
     tennis = _bounces(table_tennis.pair_of(), [*table_tennis.STROKES], 1)
     no_table = "would fall along the block's face: has gravity only with the air table"
@@ -151,7 +151,9 @@ def _incline(recording: Recording) -> list[float]:
 def run(subject: Subject, engine: str, build: Build) -> Recording:
     """Run the scene to its end, its world made with a build."""
     settings = Settings(engine, build.law or None, options=subject.options)
-    with patch.object(sys.modules[type(subject.scene).__module__], "new_world", partial(_trimmed, subject, build)):
+    module = sys.modules[type(subject.scene).__module__]
+    builder = module if hasattr(module, "new_world") else sys.modules[Puck.__module__]
+    with patch.object(builder, "new_world", partial(_trimmed, subject, build)):
         return subject.scene.run(settings)
 
 

@@ -19,7 +19,8 @@ STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four ti
 
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
-    world="u8", pressed="u8",  # addresses of its `records.WORLD` and of `step.find_pressed`
+    # addresses of its `records.WORLD`, of `step.find_pressed` and `find_passing`
+    world="u8", pressed="u8", passing="u8",
     report="u8", own="u8", truth="u8",  # addresses: what tells Python; this; `instance.TRUTH`
     state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
     nq="i8", nv="i8",
@@ -32,6 +33,7 @@ HEAD = record(
     sense="u8", sensing="i8", averages="i8", loads="u8", body_count="i8", sensors="u8", sensor_count="i8", centres="u8",
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     token="f8",  # of the state that the world is in
+    idle="i8",  # that is one without contacts
     signature="u8",  # of the model
     geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each instance
@@ -62,6 +64,7 @@ JOINTED = record(
     q="i8", v="i8",  # where its coordinates and velocities begin
     base="i8",  # number in the model of the body that it hangs on
     left="u8",  # address of the coordinates and velocities that the last step left it with
+    there="i8",  # its bodies are where these have them
 )  # fmt: skip
 """Bodies that joints hold: a kinematic tree."""
 

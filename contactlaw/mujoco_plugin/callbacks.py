@@ -18,6 +18,8 @@ from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at
 from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import (
     find_damping,
+    find_jointed,
+    foresee_jointed,
     lead_jointed,
     note_jointed,
     read_jointed,
@@ -27,10 +29,11 @@ from contactlaw.mujoco_plugin.loads import mean_share, press
 from contactlaw.mujoco_plugin.memory import call_on_world, call_sense, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, look_over, notice, tell_of
 from contactlaw.mujoco_plugin.watch import edited
-from contactlaw.world.access import body_at, contact_at, near_at, whole_at, world_at
+from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
+from contactlaw.world.records import PASSES
 from contactlaw.world.state import hole, read, write
 from contactlaw.world.vec import load, scale, store
 
@@ -58,17 +61,15 @@ def move(m, d, head, w, state):
     w.step = head.step_size
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
-    if head.tree_count > 0:
-        find_damping(m, d)
     for i in range(head.tree_count):
-        read_jointed(m, d, head, jointed_at(head.trees, i))
+        find_jointed(d, head, jointed_at(head.trees, i))
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
     call_on_world(head.pressed, head.world)
+    if head.tree_count > 0 and read_trees(m, d, head, w) and head.free_count == 0 and head.idle != 0:
+        return
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
-    for i in range(head.tree_count):
-        lead_jointed(head, jointed_at(head.trees, i))
     call_step(address(w, STEP), w, head.step_size, False)
     call_on_world(head.pressed, head.world)
     if head.lag > 0.0:
@@ -95,6 +96,27 @@ def read_placed(d, w, p):
 
 
 @jit
+def read_trees(m, d, head, w):
+    """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
+    for i in range(head.tree_count):
+        foresee_jointed(d, head, jointed_at(head.trees, i))
+    call_on_world(head.passing, head.world)
+    known = False
+    for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        t = tree_at(w.trees, j.tree)
+        if t.passes == PASSES:
+            j.there = 1
+            continue
+        if not known:
+            find_damping(m, d)
+            known = True
+        read_jointed(m, d, head, j)
+        lead_jointed(head, j)
+    return not known
+
+
+@jit
 def keep_near(w):
     """Let all trees that are near something be where the world has them.
 
@@ -104,7 +126,7 @@ def keep_near(w):
         p = near_at(w.near, k)
         for i in (p.body_a, p.body_b):
             b = body_at(w.bodies, i)
-            if b.tree != 0:
+            if b.tree != 0 and b.done == 0:
                 b.touched = 1
 
 
@@ -143,7 +165,7 @@ def take_over(head, w, state):
         for i in range(PUSH, state.size):
             state[i] = 0.0
     dropped = read(w, state[PUSH + head.nv :])
-    head.token = state[TOKEN]
+    head.token, head.idle = state[TOKEN], 0
     if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
 
@@ -176,6 +198,7 @@ def leave(head, w, state):
     first, last = hole(w, state[PUSH + head.nv :])
     head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
+    head.idle = 1 if w.spares == w.contact_room else 0
 
 
 @jit

@@ -15,9 +15,9 @@ from contactlaw import checks
 from contactlaw.material import Material
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of
-from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.whole import Entry, is_every, solid
 from contactlaw.pair import ContactPair
+from contactlaw.world.sets import groups
 
 Which = Selector | Sequence[Selector]
 Contacts = (

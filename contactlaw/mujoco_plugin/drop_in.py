@@ -41,10 +41,10 @@ from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
 from contactlaw.mujoco_plugin.overlaps import warn_of_start
 from contactlaw.mujoco_plugin.selection import label
-from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.spec import add_contact
 from contactlaw.mujoco_plugin.whole import put_natives
 from contactlaw.pair import ContactWarning
+from contactlaw.world.sets import groups
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"

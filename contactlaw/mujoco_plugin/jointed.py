@@ -19,8 +19,9 @@ from contactlaw.mujoco_plugin.limits import hand_over_limits
 from contactlaw.mujoco_plugin.memory import entry, field, floats
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
 from contactlaw.world.call import call_with_body
+from contactlaw.world.records import ASKED, STAYS
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, cross, dot, load, store, sub
+from contactlaw.world.vec import add, cross, dot, load, norm, store, sub
 
 SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
     layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
@@ -47,19 +48,12 @@ def read_damping(m, d, first, damping_out):
 
 
 @jit
-def read_jointed(m, d, head, j):
-    """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
+def find_jointed(d, head, j):
+    """Where a tree is at the start of the step; it passes by everything unless something says otherwise."""
     w = world_at(head.world, 0)
     t = tree_at(w.trees, j.tree)
-    q, v = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size)
     start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
-    asked = floats(head.starts, (1 + head.nq + head.nv) * head.turn + 1 + head.nq + j.v, t.v_size)
     left = floats(j.left, 0, t.q_size + t.v_size)
-    smooth, bias = field(d, SMOOTH, j.v, t.v_size), field(d, BIAS, j.v, t.v_size)
-    held, given = field(d, CONSTRAINED, j.v, t.v_size), floats(head.given, j.v, t.v_size)
-    f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
-    read_damping(m, d, j.v, vector(t.d, (t.v_size, t.v_size)))
-    store(t.gravity, load(head.gravity))
     if j.base != 0:
         store(t.base, load(field(d, XPOS, 3 * j.base, 3)))
         turn = field(d, XQUAT, 4 * j.base, 4)
@@ -68,16 +62,63 @@ def read_jointed(m, d, head, j):
     placed = False
     for i in range(t.q_size):
         placed = placed or start[i] != left[i]
-        q[i] = start[i]
     for i in range(t.v_size):
         placed = placed or rates[i] != left[t.q_size + i]
+    for i in range(t.count):
+        body_at(t.bodies, i).placed = 1 if placed else 0
+    if placed:
+        w.stale = 1
+    t.passes = STAYS if body_at(t.bodies, 0).asleep != 0 else ASKED
+    if t.passes != STAYS and (placed or j.there == 0):
+        set_down(t, start, rates)
+    j.there = 0
+
+
+@jit
+def set_down(t, coordinates, velocities):
+    """Put the bodies of a tree where coordinates and velocities have them."""
+    start, v, x = floats(t.start, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.x, 0, t.v_size)
+    for i in range(t.q_size):
+        start[i] = coordinates[i]
+    for i in range(t.v_size):
+        v[i] = velocities[i]
+        x[i] = 0.0
+    call_with_body(t.stand, body_at(t.bodies, 0))
+
+
+@jit
+def foresee_jointed(d, head, j):
+    """Take a tree to the engine's end of the step, for `passing`."""
+    t = tree_at(world_at(head.world, 0).trees, j.tree)
+    for i in range(t.count):
+        if body_at(t.bodies, i).pressed != 0:
+            t.passes = STAYS
+    if t.passes != STAYS:
+        set_down(t, field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size))
+        for i in range(t.count):
+            b = body_at(t.bodies, i)
+            b.turned += head.step_size * norm(load(b.spin))
+
+
+@jit
+def read_jointed(m, d, head, j):
+    """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
+    w = world_at(head.world, 0)
+    t = tree_at(w.trees, j.tree)
+    q, v = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size)
+    start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
+    asked = floats(head.starts, (1 + head.nq + head.nv) * head.turn + 1 + head.nq + j.v, t.v_size)
+    smooth, bias = field(d, SMOOTH, j.v, t.v_size), field(d, BIAS, j.v, t.v_size)
+    held, given = field(d, CONSTRAINED, j.v, t.v_size), floats(head.given, j.v, t.v_size)
+    f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
+    read_damping(m, d, j.v, vector(t.d, (t.v_size, t.v_size)))
+    store(t.gravity, load(head.gravity))
+    for i in range(t.q_size):
+        q[i] = start[i]
+    for i in range(t.v_size):
         v[i] = 0.0
         v_f[i] = asked[i]
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
-    if placed:
-        w.stale = 1
-        for i in range(t.count):
-            body_at(t.bodies, i).placed = 1
     for k in range(t.v_size):
         axis_at(t.axes, k).side = 0.0
     t.stale = 1

@@ -16,9 +16,9 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.native import Bits, Rules, explicit_pairs, friction_of, touch
-from contactlaw.mujoco_plugin.sets import Sets, groups
-from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, effective_radius, native_margin
+from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, native_margin
 from contactlaw.pair import ContactPair
+from contactlaw.world.sets import Sets, groups
 
 LIBRARY = layout.library()
 LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
@@ -152,12 +152,10 @@ class Member:
         return {geom: Shape(name(geom), int(types[geom]), sizes[geom].copy()) for geom in self.geoms}
 
 
-def check(
-    view: layout.ModelView, known: list[Member], moves: Callable[[int], bool], is_free: Callable[[int], bool]
-) -> None:
+def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bool]) -> None:
     """Each pair belongs to one instance, can move, and has no contact by the engine itself.
 
-    moves, is_free: whether a geom does, and whether it does so with a free joint.
+    moves: whether a geom does.
 
     Raises:
         ValueError: Not so; the message names the geoms.
@@ -175,9 +173,8 @@ def check(
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
         for shape in shapes.values():
             check_measurable(shape)
-        for one, two in member.sets.by_kinds(lambda geom: (shapes[geom].kind, is_free(geom))):  # noqa: B023  (used at once)
-            check_served(shapes[one], shapes[two], is_free(one) or is_free(two))
-            effective_radius(shapes[one], shapes[two], member.contact.pair.radius)
+        for one, two in member.sets.by_kinds(lambda geom: shapes[geom].kind):  # noqa: B023  (used at once)
+            check_served(shapes[one], shapes[two])
         on = native.example(member.sets)
         if on:
             one, two = (shapes[geom] for geom in on)

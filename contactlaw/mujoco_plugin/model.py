@@ -23,6 +23,7 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.demand import STEP, supply
 from contactlaw.world.frames import matrix_of, product
+from contactlaw.world.passing import address_of_passing
 from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
@@ -162,10 +163,9 @@ class Model:
         Raises:
             ValueError: It cannot; the message names the geoms.
         """
-        free = {row["id"] for row in self._frees}
         carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
         dofs = self._m.body_dofnum
-        check(self._m, self._members, lambda geom: dofs[carriers[geom]] > 0, lambda geom: carriers[geom] in free)
+        check(self._m, self._members, lambda geom: dofs[carriers[geom]] > 0)
         if self._m.npluginstate < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
@@ -179,6 +179,7 @@ class Model:
         addresses = self._m.plugin_stateadr
         fields = {
             "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
+            "passing": address_of_passing() if self._trees else 0,
             "report": report, "truth": truth, "body_count": self._m.nbody,
             "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
             "watch_count": len(self._seen[0]),

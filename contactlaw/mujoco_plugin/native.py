@@ -18,7 +18,7 @@ from typing import NamedTuple
 import mujoco
 
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.sets import groups
+from contactlaw.world.sets import groups
 
 Bits = tuple[int, int]
 FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)

@@ -7,12 +7,10 @@ from numba import types
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import call_report
 from contactlaw.pair import DEEPEST
-from contactlaw.world.access import body_at, contact_at, near_at, pair_at, set_whole, shape_at, whole_at
-from contactlaw.world.records import BOX, CORNER, CYLINDER, EDGE, SEGMENT
-from contactlaw.world.vec import load, to_body
+from contactlaw.world.access import contact_at, near_at, pair_at, set_whole, whole_at
+from contactlaw.world.clear import is_clear
 
 DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(7))
-ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
 
 
 call_later = types.ExternalFunction("Py_AddPendingCall", types.int32(types.uintp, types.uintp))
@@ -66,20 +64,3 @@ def look_over(head, w):
     if w.lost > 0:
         notice(head, FULL, float(w.contact_room))
         w.lost = 0
-
-
-@jit
-def is_clear(w, c):
-    """Whether two shapes touch where they have one radius: not at the edge of a box, nor with a capsule's side there.
-
-    The parts of boxes and cylinders have radii by their definition.
-    """
-    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    if sa.kind == CORNER or EDGE <= sa.kind < BOX or (sb.kind != BOX and sb.kind != CYLINDER):
-        return True
-    if sa.kind == SEGMENT or sb.kind == CYLINDER:
-        return False
-    n, clear = to_body(body_at(w.bodies, c.body_b).axes, load(c.normal)), False
-    for i in range(3):
-        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALONG
-    return clear

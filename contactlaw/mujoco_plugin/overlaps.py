@@ -117,10 +117,8 @@ def _way_out(model: mujoco.MjModel, data: mujoco.MjData, overlaps: list[Overlap]
 def _radius(model: mujoco.MjModel, known: list[Member], one: int, two: int) -> float:
     """Effective radius [m] of two geoms; of shapes that have none, that of the smaller one's bounding sphere."""
     member = next(member for member in reversed(known) if member.sets.hold(one, two))
-    try:
-        return effective_radius(member.shapes[one], member.shapes[two], member.contact.pair.radius)
-    except ValueError:
-        return float(min(r for r in model.geom_rbound[[one, two]] if r > 0.0))
+    radius = effective_radius(member.shapes[one], member.shapes[two], member.contact.pair.radius)
+    return radius if radius < np.inf else float(min(r for r in model.geom_rbound[[one, two]] if r > 0.0))
 
 
 def _label(model: mujoco.MjModel, geom: int) -> str:

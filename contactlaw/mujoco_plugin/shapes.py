@@ -53,11 +53,6 @@ class Shape:
         return self.type in (MESH, ELLIPSOID) and not self.is_spherical
 
     @property
-    def has_closed_form(self) -> bool:
-        """Whether the world knows it."""
-        return self.is_round or self.is_flat or self.is_convex
-
-    @property
     def curvature(self) -> float:
         """1/R [1/m] of a ball, a capsule's end or a flat face."""
         return 1.0 / float(self.size[0]) if self.is_round else 0.0
@@ -97,57 +92,25 @@ def shape_of(geom: mujoco.MjsGeom) -> Shape:
 def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
     """Effective radius [m] of a contact: as given, or from the shapes; of flat ones that of their edges by default.
 
-    Raises:
-        ValueError: They have no clear radius of curvature where they touch and none is given.
+    Infinite where it is found at the touch alone.
     """
     if radius is not None:
         return radius
-    if one.is_convex or two.is_convex:
-        return inf  # found at the touch
+    if one.is_convex or two.is_convex or (CYLINDER in (one.type, two.type) and (one.is_round or two.is_round)):
+        return inf
     if one.is_flat and two.is_flat:
         return ROUNDING * min(float(shape.size[shape.size > 0.0].min()) for shape in (one, two) if shape.type != PLANE)
-    if (one.is_round or two.is_round) and all(shape.has_closed_form and shape.type != CYLINDER for shape in (one, two)):
-        return 1.0 / (one.curvature + two.curvature)
-    raise ValueError(
-        f"radius = None: {one.label} on {two.label} has no one clear radius of curvature; give the pair its effective "
-        "radius [m] (clear are a sphere or a capsule's end on a plane, a box face or each other)"
-    )
+    return 1.0 / (one.curvature + two.curvature)
 
 
-SERVED = (
-    "the law serves spheres (ellipsoids of one radius too) on any shape, and capsules, boxes, cylinders, meshes and "
-    "ellipsoids on planes, spheres and each other, but for cylinders on the last two; let this pair keep the engine's "
-    "own contact, or put such shapes in its place"
-)
-
-
-def check_served(one: Shape, two: Shape, free: bool = False) -> None:
-    """Refuse two shapes that do not touch as a ball does, in one point each, whatever radius they are given.
-
-    Boxes and cylinders have round parts for what is flat; a face or an edge that the engine measures would be taken for
-    a ball and sink in, or be thrown up by forces at one corner that the others do not know of. free: whether one of
-    them is free to turn every way; a capsule then strikes what the engine measures with one end after the other, and at
-    a time only one is seen.
+def check_served(one: Shape, two: Shape) -> None:
+    """Refuse two planes, which have nothing round to meet by.
 
     Raises:
         ValueError: They are such.
     """
-    both = {one.type, two.type}
-    if (one.is_convex or two.is_convex) and one.has_closed_form and two.has_closed_form and CYLINDER not in both:
-        return
-    if one.is_spherical or two.is_spherical or (one.is_round and two.is_round):
-        return
-    if one.is_flat and two.is_flat and not one.type == two.type == PLANE:
-        return
-    if one.is_round or two.is_round:
-        other = two if one.is_round else one
-        if other.is_flat or not free:
-            return
-        raise ValueError(
-            f"{one.label} on {two.label}, one of them free: a capsule that tumbles touches a {other.type_name} in more "
-            f"than one point; {SERVED} (a capsule on other shapes if neither has a free joint)"
-        )
-    raise ValueError(f"{one.label} on {two.label}: they touch along a face or edge, not in one point; {SERVED}")
+    if one.type == two.type == PLANE:
+        raise ValueError(f"{one.label} on {two.label}: planes do not touch each other; a box will do for one of them")
 
 
 def check_measurable(shape: Shape) -> None:
@@ -163,14 +126,12 @@ def check_measurable(shape: Shape) -> None:
         )
 
 
-def why_not_served(one: Shape, two: Shape, radius: float | None, free: bool) -> str | None:
-    """Why the law cannot have the contact of two shapes; None: it can. Arguments as above."""
+def why_not_served(one: Shape, two: Shape) -> str | None:
+    """Why the law cannot have the contact of two shapes; None: it can."""
     try:
         check_measurable(one)
         check_measurable(two)
-        check_served(one, two, free)
-        if one.size.any() and two.size.any():  # a mesh has its sizes once compiled
-            effective_radius(one, two, radius)
+        check_served(one, two)
     except ValueError as error:
         return str(error)
     return None

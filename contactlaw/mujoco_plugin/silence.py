@@ -17,8 +17,8 @@ from typing import Any
 import mujoco
 
 from contactlaw.mujoco_plugin.native import Bits, touch
-from contactlaw.mujoco_plugin.sets import Sets, groups
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of
+from contactlaw.world.sets import Sets, groups
 
 FEW = 256  # pairs that are written down one by one
 

@@ -14,10 +14,10 @@ import mujoco
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of
-from contactlaw.mujoco_plugin.sets import Sets
-from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, effective_radius, shape_of
+from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, shape_of
 from contactlaw.mujoco_plugin.silence import silence
 from contactlaw.pair import ContactPair
+from contactlaw.world.sets import Sets
 
 Geoms = Selector | Sequence[Selector]
 
@@ -72,7 +72,7 @@ def add_contact(
     ones, twos = (geoms_of(spec, one, argument=name, known=known) for name, one in (("geom1", geom1), ("geom2", geom2)))
     parents = {geom: geom.parent for geom in known}
     sets = Sets(ones, twos, parents.__getitem__)
-    _check(sets, pair.radius)
+    _check(sets)
     taken = {plugin.name for plugin in spec.plugins}
     names = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
     if taken & {config.instance_name(*names), config.instance_name(*names[::-1])}:
@@ -101,7 +101,7 @@ def put(spec: mujoco.MjSpec, ones: Sequence[Any], twos: Sequence[Any], contact: 
     return name
 
 
-def _check(sets: Sets, radius: float | None) -> None:
+def _check(sets: Sets) -> None:
     """See that there are geoms that may touch, and that the law can serve them."""
     shapes = {geom: shape_of(geom) for geom in sets.geoms}
     for shape in shapes.values():
@@ -112,10 +112,8 @@ def _check(sets: Sets, radius: float | None) -> None:
         raise ValueError(f"geom2 = {sets.twos[0].name!r}: must be another geom than geom1")
     if sets.example(sets.ones, sets.twos) is None:
         raise ValueError("geom1, geom2: hold no two geoms of different bodies")
-    for one, two in sets.by_kinds(lambda geom: (shapes[geom].kind, bool(shapes[geom].size.any()))):
+    for one, two in sets.by_kinds(lambda geom: shapes[geom].kind):
         check_served(shapes[one], shapes[two])
-        if shapes[one].size.any() and shapes[two].size.any():  # a mesh has its sizes once compiled
-            effective_radius(shapes[one], shapes[two], radius)
 
 
 def _hold(spec: mujoco.MjSpec, name: str, geoms: Sequence[mujoco.MjsGeom]) -> None:

@@ -22,10 +22,10 @@ import mujoco
 
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.native import touch
-from contactlaw.mujoco_plugin.sets import groups
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, why_not_served
 from contactlaw.mujoco_plugin.spec import put
 from contactlaw.pair import ContactPair, ContactWarning
+from contactlaw.world.sets import groups
 
 EVERY = "*"
 MOST_KINDS = 30
@@ -70,7 +70,6 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
     geoms = list(dict.fromkeys(geom for entry in entries for geom in (*entry.ones, *entry.twos)))
     members = [(set(entry.ones), set(entry.twos)) for entry in entries]
     shapes = {geom: shape_of(geom) for geom in geoms}
-    free = {geom: _is_free(plain, geom.id) for geom in geoms}
     belongs = {geom: tuple((geom in ones, geom in twos) for ones, twos in members) for geom in geoms}
     before = {item: (item.contype, item.conaffinity) for item in (*solid(spec), *spec.flexes)}
 
@@ -78,7 +77,7 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
         if item not in belongs:
             return before[item]
         shape = shapes[item]
-        return before[item], shape.kind, shape.size.any(), free[item], belongs[item]
+        return before[item], shape.kind, belongs[item]
 
     def left(one: Any, two: Any) -> str | None:
         """Why the law does not have a pair; None: it has."""
@@ -88,7 +87,7 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
         entry = next((entry for entry, own in zip(entries[::-1], fits[::-1], strict=True) if own), None)
         if entry is None or entry.pair is None:
             return ""
-        why = why_not_served(shapes[one], shapes[two], entry.pair.radius, free[one] or free[two])
+        why = why_not_served(shapes[one], shapes[two])
         return why if entry.others else None
 
     kinds = groups(before, kind_of)
@@ -156,13 +155,6 @@ def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any
 
 def _names(geoms: Iterable[Any]) -> tuple[str, ...]:
     return tuple(geom.name for geom in geoms)
-
-
-def _is_free(model: mujoco.MjModel, geom: int) -> bool:
-    """Whether a free joint moves a geom."""
-    body = int(model.body_weldid[model.geom_bodyid[geom]])
-    first = int(model.body_jntadr[body])
-    return first >= 0 and int(model.jnt_type[first]) == int(mujoco.mjtJoint.mjJNT_FREE)
 
 
 def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -> bool:

@@ -5,21 +5,24 @@ from __future__ import annotations
 import operator
 import warnings
 from collections.abc import Sequence
-from itertools import count
+from contextlib import AbstractContextManager
+from itertools import count, islice
 from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 import pybullet as p
 
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
-from contactlaw.pair import DEEPEST, ContactPair, ContactWarning
+from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
-from contactlaw.pybullet_callback.couples import couples_of
-from contactlaw.pybullet_callback.exchange import DEEP, ENDED, NEWS
+from contactlaw.pybullet_callback.exchange import ENDED, FLAGS, LISTED, NOTED
 from contactlaw.pybullet_callback.marks import Marks
+from contactlaw.pybullet_callback.meetings import sets_of
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
+from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepping
 
 LEAST_SUBSTEPS = 10
 
@@ -82,7 +85,7 @@ class ContactCallback:
         self._dt = 0.0
         self._old: Scene | None = None
         self._made: Scene | None = None
-        self._wrong: ValueError | None = None  # what the last call raised of a contact that is still there
+        _ALL.add(self)
 
     def add_contact(
         self,
@@ -123,28 +126,30 @@ class ContactCallback:
         b = read_sides(self._client, "b", body_b, link_b)
         if not isinstance(ledger, bool):
             raise ValueError(f"ledger = {ledger!r}: must be True or False")
-        couples = couples_of(self._client, a, b, pair, self._contacts)
         radius = None if rounding is None else checks.positive("rounding", rounding)
-        contact = Contact(pair, _substeps(substeps), couples, Ledger() if ledger else None, radius)
+        sides = {side.key: side for side in (*a, *b)}
+        known = [(f"contact {handle}", one) for handle, one in self._contacts.items()]
+        for other in _ALL - {self}:
+            there = other._client == self._client and all(map(other._marks.is_there, other._marks.bodies))
+            known += [("a contact of another ContactCallback", one) for one in other._contacts.values() if there]
+        sets = sets_of(self._client, a, b, pair, known)
+        contact = Contact(pair, _substeps(substeps), sides, sets, Ledger() if ledger else None, radius)
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
-        for couple in couples:
-            one, two = couple.a, couple.b
-            p.setCollisionFilterPair(one.body, two.body, one.link, two.link, 0, self._client)
-        self._marks.put({side.body for couple in couples for side in couple.ends})
+        contact.silence(self._client, () if contact.many else sets.every())
+        self._marks.put(contact.bodies)
         return handle
 
     def remove_contact(self, handle: int) -> None:
         """Forget a contact and give its pairs the native response back; its bodies may be gone already."""
         contact = self._contact(handle)
         self._change({other: value for other, value in self._contacts.items() if other != handle})
-        for couple in contact.couples:
-            a, b = couple.a, couple.b
-            if self._marks.is_there(a.body) and self._marks.is_there(b.body):
-                p.setCollisionFilterPair(a.body, b.body, a.link, b.link, 1, self._client)
-        used = {side.body for other in self._contacts.values() for couple in other.couples for side in couple.ends}
-        for body in {side.body for couple in contact.couples for side in couple.ends} - used:
+        there = {body for body in contact.bodies if self._marks.is_there(body)}
+        for one, two in contact.silent:
+            if one[0] in there and two[0] in there:
+                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 1, self._client)
+        for body in contact.bodies.difference(*(other.bodies for other in self._contacts.values())):
             self._marks.take(body)
 
     def remove_all(self) -> None:
@@ -154,16 +159,15 @@ class ContactCallback:
 
     def state(self, handle: int) -> ContactState:
         """The contact of two bodies at the end of the last step; of sets see `states`."""
-        contact = self._contact(handle)
-        if len(contact.couples) != 1:
-            raise ValueError(f"handle = {handle!r}: a contact of {len(contact.couples)} pairs; use states")
-        couple = contact.couples[0]
-        return state_of(couple, self._scene.touching(handle).get(couple, []), self._dt)
+        both, *more = islice(self._contact(handle).sets.every(), 2)
+        if more:
+            raise ValueError(f"handle = {handle!r}: a contact of sets; use states")
+        return state_of(*both, self._scene.touching(handle).get(both, []), self._dt)
 
     def states(self, handle: int) -> list[ContactState]:
         """Those contacts of a handle that touched within the last step."""
         self._contact(handle)
-        return [state_of(couple, found, self._dt) for couple, found in self._scene.touching(handle).items()]
+        return [state_of(*both, found, self._dt) for both, found in self._scene.touching(handle).items()]
 
     def ledger(self, handle: int) -> Ledger:
         """A copy of the account of a handle.
@@ -193,7 +197,6 @@ class ContactCallback:
             ValueError: Contacts have been added or removed since.
         """
         self._scene.restore(saved)
-        self._wrong = None
 
     def look(self) -> None:
         """Read masses, inertias, joints, and bodies that are fixed, again."""
@@ -206,39 +209,68 @@ class ContactCallback:
             ValueError: Bodies, shapes or their motion are not what the class asks for. Nothing has been done in
                 PyBullet then. What is wrong with a contact is raised at every call until these are changed or restored.
         """
+        if stepped_by(self._client) is self:
+            raise ValueError("inside `stepping` each stepSimulation is a step of this callback: do not call it as well")
         begun = self._begin()
         if begun is not None:
             scene, gravity = begun
-            said = scene.traffic.foresee(self._dt, gravity)
+            try:
+                said = scene.traffic.foresee(self._dt, gravity)
+            except p.error:
+                self._check_bodies()
+                raise
             if said:
                 self._look_over(scene, said)
             scene.traffic.push()
 
     def step(self) -> None:
-        """Take a step of PyBullet and of the contacts; errors as for a call, but Bullet has stepped then."""
+        """Take a step of PyBullet and of the contacts; errors as for a call, but Bullet may have stepped then."""
         begun = self._begin()
         if begun is None:
-            p.stepSimulation(self._client)
-        else:
-            scene, gravity = begun
-            self._look_over(scene, scene.traffic.take_step(self._dt, gravity))
+            STEP_BULLET(self._client)
+            return
+        scene, gravity = begun
+        try:
+            said = scene.traffic.take_step(self._dt, gravity)
+        except p.error:  # which does not say whose it is
+            self._check_bodies()
+            raise
+        if said & (FLAGS - 1):
+            self._look_over(scene, said)
+
+    def stepping(self) -> AbstractContextManager[None]:
+        """Let each `pybullet.stepSimulation` of this client be `step`, for environments that step by themselves.
+
+            with contact.stepping():
+                env.step(action)
+
+        It stands for whoever calls it: by the module, by a BulletClient, or by a name of its own in another module.
+        Steps of other clients stay PyBullet's. After `resetSimulation` (most environments' `reset`) all bodies are new:
+        call `remove_all` and add the contacts again.
+
+        Raises:
+            ValueError: Another callback has the steps of this client, on entering; what `step` raises, at the step.
+        """
+        return stepping(self, self._client)
 
     def _begin(self) -> tuple[Scene, tuple[float, float, float]] | None:
         """See that all bodies are there, and read time step and gravity."""
-        bodies_now = p.getNumBodies(self._client)
-        if bodies_now != self._body_count:
-            self._body_count = -1
-            for body in {side.body for one in self._contacts.values() for c in one.couples for side in c.ends}:
-                self._marks.check(body)
-            self._body_count = bodies_now
         if not self._contacts:
             return None
-        if self._wrong is not None:
-            raise self._wrong
-        step = engine_parameters(self._client)
+        client = self._client
+        if p.getNumBodies(client) != self._body_count or not self._marks.next_is_there():
+            self._check_bodies()
+        step = engine_parameters(client)
         self._dt = step["fixedTimeStep"]
         gravity = step["gravityAccelerationX"], step["gravityAccelerationY"], step["gravityAccelerationZ"]
         return self._made or self._scene, gravity
+
+    def _check_bodies(self) -> None:
+        """Raise ValueError where a body has gone."""
+        self._body_count = -1
+        for body in sorted(set().union(*(contact.bodies for contact in self._contacts.values()))):
+            self._marks.check(body)
+        self._body_count = p.getNumBodies(self._client)
 
     @property
     def _scene(self) -> Scene:
@@ -250,38 +282,23 @@ class ContactCallback:
 
     def _change(self, contacts: dict[int, Contact]) -> None:
         self._old = self._made or self._old
-        self._contacts, self._made, self._wrong = contacts, None, None
+        self._contacts, self._made, self._body_count = contacts, None, -1
 
     def _look_over(self, scene: Scene, said: int) -> None:
-        """See to what a step says of its contacts: new ones, some that are over, some too deep.
-
-        Raises:
-            ValueError: A body has gone, or a place without a radius of its own.
+        """See to what a step says of its contacts: some that are over, or near anew, or that there is something to say
+        of.
         """
-        if said & NEWS:
-            for couple, record in scene.fresh():
-                try:
-                    for side in couple.ends:
-                        self._marks.check(side.body)
-                    scene.check_place(couple, record)
-                except ValueError as error:
-                    self._wrong = error
-                    raise
         if said & ENDED:
             for handle, contact in self._contacts.items():
                 if contact.ledger is not None:
                     for _, record in scene.contacts(handle, closed=False):
                         contact.ledger.add(record, self._dt)
-        if said & DEEP:
-            for couple, record in scene.contacts():
-                if not couple.deep and record["deepest"] > DEEPEST * record["touch"]["radius"]:
-                    couple.deep = True
-                    warnings.warn(
-                        f"{couple}: overlap over radius is {record['deepest'] / record['touch']['radius']:.2g}; beyond "
-                        f"{DEEPEST} Hertz contact is no longer right",
-                        ContactWarning,
-                        stacklevel=3,
-                    )
+        if said & LISTED and scene.traffic.weigh_near():
+            self.look()
+        if said & NOTED:
+            for slot, record in scene.contacts():
+                for two, text in scene.notes(slot, record):
+                    warnings.warn(f"{two}: {text}", ContactWarning, stacklevel=3)
 
     def _contact(self, handle: Any) -> Contact:
         if handle not in self._contacts:
@@ -297,3 +314,7 @@ def _substeps(value: Any) -> int:
     if isinstance(value, bool) or number < LEAST_SUBSTEPS:
         raise ValueError(f"substeps = {value!r}: must be an integer >= {LEAST_SUBSTEPS}")
     return number
+
+
+_ALL: WeakSet[ContactCallback] = WeakSet()
+"""Every callback that there is."""

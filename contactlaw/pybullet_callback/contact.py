@@ -8,13 +8,16 @@ from math import inf
 from typing import Any
 
 import numpy as np
+import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.shapes import Key, Side
 from contactlaw.world.records import CLOSED
+from contactlaw.world.sets import Sets
 
 Array = NDArray[np.float64]
+MANY = 10_000
 
 
 @dataclass(frozen=True)
@@ -79,60 +82,51 @@ class Ledger:
 
 
 @dataclass(eq=False)
-class Couple:
-    """Two bodies that may touch.
-
-    Attributes:
-        a, b: As the user gave them.
-        deep: Whether a deep overlap has been warned of.
-    """
-
-    a: Side
-    b: Side
-    deep: bool = field(default=False)
-
-    @property
-    def ends(self) -> tuple[Side, Side]:
-        """A and B."""
-        return self.a, self.b
-
-    @property
-    def sides(self) -> tuple[Side, Side]:
-        """Both, the rounder first."""
-        return (self.b, self.a) if self.b.rank < self.a.rank else (self.a, self.b)
-
-    @property
-    def measured(self) -> bool:
-        """Whether PyBullet must measure their distance."""
-        return any(side.measured for side in (self.a, self.b))
-
-    def __str__(self) -> str:
-        return f"{self.a} and {self.b}"
-
-
-@dataclass(eq=False)
 class Contact:
     """The law between bodies of two sets.
 
     Attributes:
         pair: As the user gave it.
         substeps: Least number in a contact.
-        couples: Who may touch whom.
+        sides: Of both sets, by their keys.
+        sets: Who may touch whom, by their keys.
         ledger: None: not asked for.
         rounding: Radius of edges [m]; None: see `world.shapes.ROUNDING`.
+        silent: Those for which Bullet's own response is off.
+        told: Which two have been warned of, and what.
     """
 
     pair: ContactPair
     substeps: int
-    couples: list[Couple]
+    sides: dict[Key, Side]
+    sets: Sets
     ledger: Ledger | None
     rounding: float | None = None
+    silent: dict[tuple[Key, Key], None] = field(default_factory=dict)
+    told: set[tuple[Key, Key, str]] = field(default_factory=set)
+
+    @property
+    def many(self) -> bool:
+        """Whether there are so many pairs that Bullet is told of each only when the two come near each other."""
+        return len(self.sets.ones) * len(self.sets.twos) > MANY
+
+    def silence(self, client: int, pairs: Iterable[tuple[Key, Key]]) -> None:
+        """Turn Bullet's own response off."""
+        for one, two in pairs:
+            if (one, two) not in self.silent:
+                p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 0, client)
+                self.silent[one, two] = None
+
+    @property
+    def bodies(self) -> set[int]:
+        """Ids of all."""
+        return {body for body, _ in self.sides}
 
 
-def state_of(couple: Couple, contacts: Iterable[tuple[Any, Array, float, bool]], dt: float) -> ContactState:
-    """What the world's contacts of a couple say; each with what its law remembers, sign, and whether it sleeps.
+def state_of(a: Key, b: Key, contacts: Iterable[tuple[Any, Array, float, bool]], dt: float) -> ContactState:
+    """What the world's contacts of two sides say; each with what its law remembers, sign, and whether it sleeps.
 
-    sign: 1.0 where the world's A is the couple's, else -1.0.
+    sign: 1.0 where the world's A is this one, else -1.0.
     """
     impulse, tangential, normal, deepest = np.zeros(3), np.zeros(3), 0.0, 0.0
     history, touching = np.zeros(0), False
@@ -146,4 +140,4 @@ def state_of(couple: Couple, contacts: Iterable[tuple[Any, Array, float, bool]],
         if overlap >= deepest:
             deepest, history = overlap, memory.copy()
     force = impulse / dt if dt > 0.0 else np.zeros(3)
-    return ContactState(touching, deepest, normal, tangential, impulse, force, history, couple.a.key, couple.b.key)
+    return ContactState(touching, deepest, normal, tangential, impulse, force, history, a, b)

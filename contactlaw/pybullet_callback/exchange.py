@@ -7,7 +7,8 @@ holds of the spin, whose rate of change is gyroscopic.
 
 A step comes to an impulse and a place. Where Bullet has yet to step, a force gives the impulse, and what its place
 lacks then is put right at the next call (`receive`). Where it has stepped, the world goes the same step again with
-the accelerations that there were, and both are put there (`hand_back`).
+the accelerations that there were, and both are put there (`hand_back`). These follow from the velocity alone; where it
+shows more than gravity and the push, Python is asked to read the place too, and the mass of what was pushed.
 """
 
 from __future__ import annotations
@@ -19,8 +20,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import doubles_at, element
-from contactlaw.world.access import body_at, near_at, shape_at, world_at
-from contactlaw.world.geometry import meet
+from contactlaw.world.access import body_at, world_at
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
@@ -40,12 +40,17 @@ ROW = record(
     pressed="i8",  # a contact was closed at the end of it
     asleep="i8",
     strange="i8",  # somebody has put it where it is
+    other="i8",  # how Bullet's step moved it was not gravity and the push alone; 2: of one that was pushed
 )  # fmt: skip
 """A body as the world and PyBullet exchange it."""
 
 HEAD = record(
     world="u8", rows="u8", jobs="u8", seen="u8", count="i8",
     dt="f8", gravity=VECTOR,
+    plain="i8",  # nobody has joints, or must be measured
+    ahead="i8",  # who may touch in the next step must be listed before it
+    looked="i8",  # what was asked for in this step has been read
+    lists="i8",  # of near pairs that there have been
     bad="i8",  # the row whose numbers are not finite
     pushed="i8", put="i8",  # how many jobs of either kind
 )  # fmt: skip
@@ -53,9 +58,10 @@ HEAD = record(
 
 JOB = 14  # numbers of one: its row, then force, torque, point; or position, quaternion, velocity, spin
 EXACT = 1e-12  # relative difference that is rounding
-NEWS, ENDED, DEEP, FLAGS = 1, 2, 4, 8
-NOT_FINITE, NO_ROOM = -1, -2
+ENDED, NOTED, LISTED, FLAGS = 1, 2, 4, 8
+NOT_FINITE, NO_ROOM, OTHERS = -1, -2, -3
 
+head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
 
 
@@ -65,16 +71,15 @@ def job_at(head, i):
     return carray(doubles_at(head.jobs + 8 * JOB * i), JOB)
 
 
-@jit
-def receive(heads):
+@jit_inside
+def receive(head, w):
     """Take what was read: put right what a body's place lacks, and give the world's bodies their motion.
 
     Returns twice how many bodies must be put elsewhere before Bullet steps, and one more if somebody has put one where
     it is; or -1: not finite.
     """
-    head = heads[0]
-    w = world_at(head.world, 0)
     head.put = 0
+    head.looked = 0
     strange = 0
     for k in range(head.count):
         r = row_at(head.rows, k)
@@ -171,33 +176,27 @@ def set_out(r, b, dt):
 
 
 @jit
-def press(heads):
-    """Bodies that somebody has put on others: their velocities are the true ones, as those of all that touch."""
-    head = heads[0]
+def press(place):
+    """After `world.step.find_pressed`: bodies that somebody has put on others have their true velocities, as all that
+    touch do."""
+    head = head_at(place, 0)
     w = world_at(head.world, 0)
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-        if overlap > 0.0:
-            for i in (p.body_a, p.body_b):
-                r = row_at(head.rows, i - 1)
-                if r.strange != 0:
-                    r.pressed = 1
     for k in range(head.count):
-        r = row_at(head.rows, k)
-        if r.strange != 0 and r.pressed != 0 and r.linked == 0:
-            set_out(r, body_at(w.bodies, k + 1), head.dt)
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        if r.strange != 0 and b.pressed != 0:
+            r.pressed = 1
+            if r.linked == 0:
+                set_out(r, b, head.dt)
 
 
 @jit
-def steady(heads):
+def steady(place):
     """Jobs that push bodies with what pressed on them in the last step; returns how many."""
-    head = heads[0]
+    head = head_at(place, 0)
     head.pushed = 0
     for k in range(head.count):
         r = row_at(head.rows, k)
-        if r.linked != 0:
+        if r.linked != 0 or r.mass == 0.0:
             continue
         if r.pressed == 0 or r.strange != 0:
             store(r.force, (0.0, 0.0, 0.0))
@@ -207,27 +206,28 @@ def steady(heads):
     return head.pushed
 
 
-@jit
-def compare(heads):
+@jit_inside
+def compare(head, w):
     """After Bullet's step: the accelerations that it gave to bodies besides the steady push; -1: not finite.
 
-    Where that was gravity alone they are left as they are, to the bit.
+    Where that was gravity alone they are left as they are, to the bit. Returns how many had others.
     """
-    head = heads[0]
-    w = world_at(head.world, 0)
+    others = 0
     for k in range(head.count):
         r = row_at(head.rows, k)
         b = body_at(w.bodies, k + 1)
+        r.other = 0
         if r.mass == 0.0 or r.linked != 0:
             continue
-        if not finite(r.after):
+        v, old = load(r.after.velocity), load(r.before.velocity)
+        u, older = load(r.after.spin), load(r.before.spin)
+        if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
             return -1
-        v, old = load(r.after.velocity), load(r.before.velocity)
         known = axpy(1.0 / r.mass, load(r.force), load(head.gravity))
         other = sub(sub(v, old), scale(head.dt, known))
         size = norm(v) + norm(old) + head.dt * (norm(load(head.gravity)) + norm(load(r.force)) / r.mass)
-        u, older = load(r.after.spin), load(r.before.spin)
+        store(b.acceleration, load(head.gravity))
         store(b.torque, sub(load(r.torque), gyroscopic(b, older)))
         turning = give(b, load(b.torque))
         twist = sub(sub(u, older), scale(head.dt, turning))
@@ -235,13 +235,19 @@ def compare(heads):
         store(b.torque, (0.0, 0.0, 0.0))
         slow, even = norm(other) <= EXACT * size, norm(twist) <= EXACT * spins
         if slow and even:
+            if head.looked == 0:
+                store(r.after.position, axpy(head.dt, v, load(r.before.position)))
+                for i in range(4):  # as it matters for what sleeps
+                    r.after.quaternion[i] = r.before.quaternion[i]
             continue
+        others += 1
+        r.other = 2 if r.pressed != 0 else 1
         if not slow:
             store(b.acceleration, axpy(1.0 / head.dt, other, load(head.gravity)))
         if not even:
             store(b.torque, moment(r, b, scale(1.0 / head.dt, twist)))
         set_out(r, b, head.dt)
-    return 0
+    return others
 
 
 @jit_inside

@@ -8,15 +8,17 @@ from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.exchange import (
-    DEEP,
     ENDED,
     EXACT,
     FLAGS,
-    NEWS,
+    LISTED,
     NO_ROOM,
     NOT_FINITE,
+    NOTED,
+    OTHERS,
     alike,
     compare,
+    head_at,
     moment,
     push,
     put,
@@ -26,50 +28,44 @@ from contactlaw.pybullet_callback.exchange import (
     store_quaternion,
     times,
 )
-from contactlaw.world.access import body_at, contact_at, world_at
+from contactlaw.world.access import body_at, contact_at, pair_at, world_at
+from contactlaw.world.call import address, call_step
+from contactlaw.world.clear import is_clear
+from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes, spin_rate
 from contactlaw.world.near import strayed
 from contactlaw.world.records import CLOSED, FREE
-from contactlaw.world.step import step
 from contactlaw.world.vec import axpy, dot, half_turn, load, norm, scale, store, sub
 
-PASSED = -(1 << 40)  # of `set_off`
+PASSED, LIST = -2, -3  # of `set_off`
 
 
 @jit
-def foresee(heads, worlds):
-    """All of a step that Bullet is about to take: `receive`, the world's step, and `hand_back`.
+def set_off(place):
+    """The beginning of a step: `receive` and `steady`. Returns how many bodies are pushed; or, where all are so far
+    from each other that they cannot touch in this step or the next, PASSED: there is no more to do.
 
-    Returns what the last of them does; or NOT_FINITE, or NO_ROOM less what the first one found, where somebody must see
-    to it: there may not be room enough in the world for the step if that was zero.
+    Or LIST: the list of near pairs must be made anew; LIST less what `receive` found, where somebody must see to it; or
+    NOT_FINITE.
     """
-    found = receive(heads)
-    if found < 0:
-        return NOT_FINITE
-    if found > 0 or step(worlds, heads[0].dt, 1) == 0:
-        return NO_ROOM - found
-    return hand_back(heads, 0)
-
-
-@jit
-def set_off(heads):
-    """What comes before Bullet's step: `receive` and `steady`. Returns how many bodies are pushed; or, where all are so
-    far from each other that they cannot touch in this step or the next, PASSED: there is no more to do.
-
-    Or NO_ROOM less what `receive` found, where somebody must see to it, or NOT_FINITE.
-    """
-    head = heads[0]
-    found = receive(heads)
-    if found != 0:
-        return NOT_FINITE if found < 0 else NO_ROOM - found
+    head = head_at(place, 0)
     w = world_at(head.world, 0)
-    if w.nears > 0 or w.stale != 0 or w.spares < w.contact_room:
-        return steady(heads)
-    for k in range(head.count):
-        b = body_at(w.bodies, k + 1)
-        b.still = 1 if b.inverse_mass == 0.0 else 0
-        if strayed(b, 2.0 * head.dt):
-            return steady(heads)
+    found = receive(head, w)
+    if found != 0:
+        return NOT_FINITE if found < 0 else LIST - found
+    apart = head.plain != 0 and w.nears == 0 and w.spares == w.contact_room
+    if w.stale == 0 and (apart or head.ahead != 0):
+        for k in range(head.count):
+            b = body_at(w.bodies, k + 1)
+            if apart:
+                b.still = 1 if b.inverse_mass == 0.0 else 0
+            if strayed(b, 2.0 * head.dt):
+                w.stale = 1 if head.ahead != 0 else 0
+                apart = False
+    if w.stale != 0:
+        return LIST if head.ahead != 0 else steady(place)
+    if not apart:
+        return steady(place)
     for k in range(head.count):
         r = row_at(head.rows, k)
         keep(r, r.before, head.dt if r.mass > 0.0 else 0.0)
@@ -77,25 +73,32 @@ def set_off(heads):
 
 
 @jit
-def complete(heads, worlds):
-    """What comes after Bullet's step: `compare`, the world's step, and `hand_back`, which returns; or NOT_FINITE, or
-    NO_ROOM: there may not be room enough in the world for the step.
+def complete(place, stepped):
+    """The world's step, after `compare` if Bullet has stepped, and `hand_back`, which returns.
+
+    Or NOT_FINITE; or NO_ROOM: there may not be room enough in the world; or OTHERS: the places of bodies that something
+    else moved must be read, and masses of those of them that were pushed.
     """
-    if compare(heads) < 0:
-        return NOT_FINITE
-    if step(worlds, heads[0].dt, 1) == 0:
+    head = head_at(place, 0)
+    w = world_at(head.world, 0)
+    if stepped != 0:
+        others = compare(head, w)
+        if others < 0:
+            return NOT_FINITE
+        if others > 0 and head.looked == 0:
+            head.looked = 1
+            return OTHERS
+    if not call_step(address(w, STEP), w, head.dt, True):
         return NO_ROOM
-    return hand_back(heads, 1)
+    return hand_back(head, w, stepped)
 
 
-@jit
-def hand_back(heads, stepped):
+@jit_inside
+def hand_back(head, w, stepped):
     """After the world's step: jobs for the bodies that were touched, pushes or, where Bullet has stepped, places.
 
     Returns FLAGS times how many, and what `look` says.
     """
-    head = heads[0]
-    w = world_at(head.world, 0)
     head.pushed = 0
     head.put = 0
     for k in range(head.count):
@@ -127,19 +130,24 @@ def hand_back(heads, stepped):
 
 @jit_inside
 def look(head, w):
-    """See which bodies have closed contacts; returns whether contacts are new, have ended, or are too deep."""
-    flags = 0
-    known = carray(doubles_at(head.seen), w.contact_room)
+    """See which bodies have closed contacts; returns whether contacts have ended or there is something to say of them,
+    and whether the list of near pairs is new.
+    """
+    flags = 0 if w.lists == head.lists else LISTED
+    head.lists = w.lists
+    said = carray(doubles_at(head.seen), w.contact_room)
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE:
-            known[slot] = 0.0
+            said[slot] = 0.0
             continue
-        if known[slot] == 0.0:
-            known[slot] = 2.0
-            flags |= NEWS
-        if c.deepest > DEEPEST * c.touch.radius:
-            flags |= DEEP
+        notes = 1.0 if c.deepest > DEEPEST * c.touch.radius else 0.0
+        if said[slot] == 0.0:
+            said[slot] = 0.5
+            notes += 2.0 if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c) else 0.0
+        if notes > said[slot]:
+            said[slot] = notes
+            flags |= NOTED
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1

@@ -43,7 +43,9 @@ class Joints:
     def __init__(self, client: int, body: int) -> None:
         self._client, self.body = client, body
         infos = [p.getJointInfo(body, link, client) for link in range(p.getNumJoints(body, client))]
-        dynamics = {link: p.getDynamicsInfo(body, link, client) for link in range(BASE, len(infos))}
+        self._all = range(BASE, len(infos))
+        self.known = self.inertias()
+        dynamics = dict(zip(self._all, self.known, strict=True))
         self.free = dynamics[BASE][0] > 0.0
         moves = {BASE: self.free}
         for link, info in enumerate(infos):
@@ -57,7 +59,8 @@ class Joints:
             self.joints.append((link, kind, self.q_size, self.v_size))
             self.q_size, self.v_size = self.q_size + SIZES[kind][0], self.v_size + SIZES[kind][1]
         scalars = [joint for joint in self.joints if joint[1] in (HINGE, SLIDE)]
-        self._scalars = [joint[0] for joint in scalars]
+        self._heads = [joint[0] for joint in self.joints if joint[1] != FREE_JOINT]
+        self._own = [joint[1:] for joint in self.joints if joint[1] != FREE_JOINT]
         self.scalar_q, self.scalar_v = ([joint[i] for joint in scalars] for i in (2, 3))
         self.driven = np.zeros(len(scalars), bool)
         self._others = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
@@ -70,7 +73,7 @@ class Joints:
         for number, (link, kind, _, _) in enumerate(self.joints):
             axes[number] = (0.0, 0.0, 1.0) if kind in (FREE_JOINT, BALL) else infos[link][13]
             # the inertial frame, in which PyBullet tells poses, as seen from the joint's
-            joint_at[number] = 0.0 if kind == FREE_JOINT else -rotation(dynamics[link][4]).T @ dynamics[link][3]
+            joint_at[number] = 0.0 if kind == FREE_JOINT else -rotation(dynamics[link][3]).T @ dynamics[link][2]
         index = {joint[0]: number for number, joint in enumerate(self.joints)}
         for link in self.links:
             x, turn = np.zeros(3), np.eye(3)
@@ -90,7 +93,7 @@ class Joints:
                 body_pos=[place[0] for place in places], body_quat=[place[1] for place in places],
                 body_ipos=np.zeros((count, 3)), body_iquat=np.tile(ONE, (count, 1)),
                 body_mass=[dynamics[link][0] for link in self.links],
-                body_inertia=[np.maximum(dynamics[link][2], LEAST_INERTIA * dynamics[link][0]) for link in self.links],
+                body_inertia=[np.maximum(dynamics[link][1], LEAST_INERTIA * dynamics[link][0]) for link in self.links],
                 jnt_type=[joint[1] for joint in self.joints], jnt_pos=joint_at, jnt_axis=axes,
                 jnt_qposadr=[joint[2] for joint in self.joints], jnt_dofadr=[joint[3] for joint in self.joints],
                 qpos0=start, dof_armature=np.zeros(self.v_size), dof_damping=np.zeros(self.v_size),
@@ -98,6 +101,11 @@ class Joints:
             range(count),
         )  # fmt: skip
         self.heads = [link for link in self.links if link in index]
+
+    def inertias(self) -> list[tuple[Any, ...]]:
+        """Masses, moments and where they are, of all links, as PyBullet has them now."""
+        dynamics = (p.getDynamicsInfo(self.body, link, self._client) for link in self._all)
+        return [(one[0], *one[2:5]) for one in dynamics]
 
     def _at_zero(self, number: int, x: Array, turn: Array, q: Array, at: Array, axes: Array) -> tuple[Array, Array]:
         """Where a link is in its parent when its joint is at zero, from where it is now."""
@@ -122,35 +130,37 @@ class Joints:
 
     def read(self) -> tuple[Array, Array]:
         """Coordinates and velocities as PyBullet has them; `driven`: which hinges and slides motors drive."""
-        q, v = np.zeros(self.q_size), np.zeros(self.v_size)
-        if self._scalars:
-            states = list(zip(*p.getJointStates(self.body, self._scalars, self._client), strict=True))
-            q[self.scalar_q], v[self.scalar_v] = states[0], states[1]
-            self.driven = np.array(states[3]) != 0.0
-        for link, kind, i, j in self._others:
-            if kind == FREE_JOINT:
-                (x, turn), (velocity, spin) = (
-                    p.getBasePositionAndOrientation(self.body, self._client), p.getBaseVelocity(self.body, self._client)
-                )  # fmt: skip
-                q[i : i + 3], q[i + 3 : i + 7] = x, scalar_first(turn)
-                v[j : j + 3], v[j + 3 : j + 6] = velocity, rotation(turn).T @ spin
-            else:
-                turn, spin = p.getJointStateMultiDof(self.body, link, self._client)[:2]
-                q[i : i + 4], v[j : j + 3] = scalar_first(turn), spin
-        return q, v
+        q: list[float] = []
+        v: list[float] = []
+        if self.free:
+            x, turn = p.getBasePositionAndOrientation(self.body, self._client)
+            velocity, spin = p.getBaseVelocity(self.body, self._client)
+            q, v = [*x, turn[3], *turn[:3]], [*velocity, *(rotation(turn).T @ spin).tolist()]
+        if self._heads:
+            driven = []
+            for place, speed, _, torque in p.getJointStatesMultiDof(self.body, self._heads, self._client):
+                if len(place) == 1:
+                    q.append(place[0])
+                    driven.append(torque[0])
+                else:
+                    q += (place[3], *place[:3])
+                v += speed
+            self.driven = np.array(driven) != 0.0
+        return np.array(q), np.array(v)
 
     def write(self, q: Array, v: Array) -> None:
         """Put it there, moving so."""
-        for link, place, speed in zip(self._scalars, q[self.scalar_q].tolist(), v[self.scalar_v].tolist(), strict=True):
-            p.resetJointState(self.body, link, place, speed, self._client)
-        for link, kind, i, j in self._others:
-            if kind == FREE_JOINT:
-                x, turn, spin = q[i : i + 3], q[i + 3 : i + 7], v[j + 3 : j + 6]
-                p.resetBasePositionAndOrientation(self.body, x.tolist(), [*turn[1:].tolist(), turn[0]], self._client)
-                p.resetBaseVelocity(self.body, v[j : j + 3].tolist(), (matrix_of(turn) @ spin).tolist(), self._client)
-            else:
-                turn = [*q[i + 1 : i + 4].tolist(), q[i]]
-                p.resetJointStateMultiDof(self.body, link, turn, v[j : j + 3].tolist(), self._client)
+        if self._heads:
+            places, speeds = q.tolist(), v.tolist()
+            p.resetJointStatesMultiDof(
+                self.body, self._heads,
+                [[*places[i + 1 : i + 4], places[i]] if kind == BALL else [places[i]] for kind, i, _ in self._own],
+                [speeds[j : j + 3] if kind == BALL else [speeds[j]] for kind, _, j in self._own], self._client,
+            )  # fmt: skip
+        if self.free:
+            turn = q[3:7]
+            p.resetBasePositionAndOrientation(self.body, q[:3].tolist(), [*turn[1:].tolist(), turn[0]], self._client)
+            p.resetBaseVelocity(self.body, v[:3].tolist(), (matrix_of(turn) @ v[3:6]).tolist(), self._client)
 
     def moved(self, q: Array, x: Array) -> Array:
         """Coordinates moved by x, shape (v_size,), spins along the bodies' axes."""

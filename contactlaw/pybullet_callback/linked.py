@@ -74,12 +74,17 @@ class Linked(Joints):
         self._asleep, self._touched = (world.bodies[name][own] for name in ("asleep", "touched"))
         self._centres = world.bodies["position"][own]
 
+    def look_again(self) -> bool:
+        """Read it into `now`; returns whether it is as it was at the start of the last step."""
+        self.now = q, v = self.read()
+        if not np.isfinite(q.sum() + v.sum()):
+            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
+        return np.array_equal(q, self.start[0]) and np.array_equal(v, self.start[1])
+
     def receive(self, world: Arrays, gravity: tuple[float, float, float]) -> None:
         """Take where it is at the start of a step; what its place lacks is put right."""
         self._look_at(world)
-        q, v = self.read()
-        if not np.isfinite(q.sum() + v.sum()):
-            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
+        q, v = self.now
         off = np.abs(self.between(self.moved(self.left[0], self.ahead * v), q)).max(initial=0.0)
         self.strange = not off <= EXACT * (1.0 + np.abs(q).max(initial=0.0))
         if self.strange:
@@ -153,6 +158,13 @@ class Linked(Joints):
         self.lacks = self.between(self.moved(self.start[0], dt * shown), q)
         self._put(world, *self.start)  # where it will be pushed; it is read anew in the next step
         return True
+
+    def apply_steady_push(self) -> None:
+        """Push it with what pressed on it in the last step."""
+        if self.pressed:
+            self.apply_push()
+        else:
+            self.push[:] = 0.0
 
     def apply_push(self) -> None:
         """Push its links by what contacts did, as the world's tree stands."""

@@ -9,31 +9,21 @@ from typing import Any, NamedTuple
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.contact import Contact, Couple
+from contactlaw.pair import DEEPEST
+from contactlaw.pybullet_callback.contact import Contact
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
+from contactlaw.pybullet_callback.meetings import parents_of
 from contactlaw.pybullet_callback.shapes import Key, Side, coordinates
 from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.records import BOX, CLOSED, CORNER, DISC, EDGE, FREE, SEGMENT, SIDE, Arrays
+from contactlaw.world.records import CLOSED, FREE, Arrays
 from contactlaw.world.shapes import tangent
 
 CROWD_SUBSTEPS = 60
 STILLNESS = 1e-9  # of the overlap: what rests carries its weight to that
-NEW = 2.0  # in `Traffic.seen`
-NEAR_EDGE = 0.99  # of half a box's length
-JOINTED = (
-    "left",
-    "start",
-    "ahead",
-    "lacks",
-    "force",
-    "push",
-    "pressed",
-    "matrix",
-    "own",
-)  # of one with joints
+JOINTED = ("left", "start", "ahead", "lacks", "force", "push", "pressed", "matrix", "own")  # of one with joints
 OWN = ("asleep", "held", "momentum", "position", "quaternion", "axes")  # what another does in the world
 
 
@@ -44,7 +34,6 @@ class Saved(NamedTuple):
     handles: tuple[int, ...]
     arrays: Arrays
     rows: np.ndarray
-    seen: np.ndarray
     jointed: list[dict[str, Any]]
 
 
@@ -64,10 +53,10 @@ class Scene:
     def __init__(
         self, client: int, contacts: Mapping[int, Contact], old: Scene | None = None, moves: bool = True
     ) -> None:
-        self._client, self._handles = client, tuple(contacts)
-        sides = {side.key: side for contact in contacts.values() for c in contact.couples for side in c.ends}
+        self._client, self._contacts, self._handles = client, contacts, tuple(contacts)
+        sides = {key: side for contact in contacts.values() for key, side in contact.sides.items()}
         order = [key for key in old.shapes if key in sides] if old else []
-        order += [key for key in sides if key not in order]
+        order += [key for key in sides if key not in order] if old else list(sides)
         most = max([contact.substeps for contact in contacts.values()], default=100)
         self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS), stillness=STILLNESS)
         self.shapes: dict[Key, list[int]] = {}
@@ -76,20 +65,21 @@ class Scene:
         bodies: list[Key] = []
         linked: dict[int, Linked] = {}
         there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
-        given = [(one.rounding, c.ends) for one in contacts.values() for c in one.couples if one.rounding is not None]
-        self._roundings = {side.key: radius for radius, ends in given for side in ends}
+        given = [one for one in contacts.values() if one.rounding is not None]
+        self._roundings = {key: one.rounding for one in given for key in one.sides}
         for key in order:
             self._add(sides[key], bodies, linked, there)
         measured: list[Measured] = []
-        for contact in contacts.values():
-            self._let_touch(contact, measured)
+        self._handle_of: list[int] = []  # of each pair of the world
+        for handle, contact in contacts.items():
+            self._let_touch(handle, contact, measured)
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
                 self._enter(self._side_of[owner], [part])
-        self._couples = {
-            frozenset((c.a.key, c.b.key)): (handle, c) for handle, contact in contacts.items() for c in contact.couples
-        }
         self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves)
+        if any(contact.many for contact in contacts.values()):
+            self._known = np.zeros(0, np.int64)
+            self.traffic.tell_lists(self._silence)
         if old:
             self._take_over(old)
 
@@ -114,94 +104,91 @@ class Scene:
         self.shapes.setdefault(key, []).extend(shapes)
         self._side_of.update(dict.fromkeys(shapes, key))
 
-    def _let_touch(self, contact: Contact, measured: list[Measured]) -> None:
+    def _let_touch(self, handle: int, contact: Contact, measured: list[Measured]) -> None:
         """Sets meet as sets; what PyBullet must measure has a plane for each sphere that may touch it."""
-        plain = [couple for couple in contact.couples if not couple.measured]
-        for couple in contact.couples:
-            if couple.measured:
-                one, other = couple.sides
-                ends, row = self.shapes[one.key][-2:], self._row[other.key]  # of a capsule without its side
-                planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
-                self._enter(other.key, planes)
-                self.world.add_contact(ends, planes, contact.pair)
-                measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
-        if plain:
-            first, second = ({s for couple in plain for s in self.shapes[couple.ends[end].key]} for end in (0, 1))
-            self.world.add_contact(first, second, contact.pair)
-
-    def contacts(self, handle: int | None = None, closed: bool | None = None) -> Iterator[tuple[Couple, Any]]:
-        """Those closed now, or parted in the last step, of one handle or all, with their couples."""
-        records = self.traffic.arrays.contacts
-        for slot in np.flatnonzero(records["phase"] != FREE):
-            record = records[slot]
-            own, couple = self._couple_of(record)
-            if handle in (None, own) and closed in (None, bool(record["phase"] == CLOSED)):
-                yield couple, record
-
-    def check_place(self, couple: Couple, record: Any) -> None:
-        """Raise ValueError where two bodies touch with something that has no radius of its own, nor the pair one."""
-        arrays = self.traffic.arrays
-        if arrays.pairs["radius"][record["pair"]] > 0.0:
-            return
-        side = edge = False
-        for end in ("a", "b"):
-            body, shape = (
-                self.traffic.arrays.bodies[record[f"body_{end}"]],
-                self.traffic.arrays.shapes[record[f"shape_{end}"]],
-            )
-            axes = body["axes"].reshape(3, 3)
-            if end == "a" and shape["kind"] in (CORNER, EDGE, DISC, SIDE):
-                return
-            if shape["kind"] == SEGMENT:
-                along = (record[f"arm_{end}"] @ axes - shape["at"]) @ shape["half"]
-                side = side or abs(along) < shape["half"] @ shape["half"]
-            if shape["kind"] == BOX:
-                own = axes @ shape["axes"].reshape(3, 3)
-                place = np.abs((record[f"arm_{end}"] - axes @ shape["at"]) @ own)
-                edge = np.abs(record["normal"] @ own).max() < 1.0 - 1e-9 and sum(place > NEAR_EDGE * shape["half"]) > 1
-        if not edge and not side:
-            return
-        long = [side for side in couple.ends if side.shape == ("box" if edge else "capsule")]
-        bad = next((side for side in long if side is couple.sides[1]), long[0])
-        other = couple.b if bad is couple.a else couple.a
-        where, smooth = ("edge", "faces") if edge else ("side", "ends")
-        raise ValueError(
-            f"radius = None: {bad} touches with the {where} of its {bad.shape}, with {other}; only the {smooth} have "
-            "a radius of their own, elsewhere give the pair an effective radius [m]"
+        sets, odd = contact.sets, {key for key, side in contact.sides.items() if side.measured}
+        ones, twos = (
+            [s for key in keys if key not in odd for s in self.shapes[key]] for keys in (sets.ones, sets.twos)
         )
+        if ones and twos:
+            self._meet(handle, ones, twos)
+            for key, parent in parents_of(self._client, contact.sides).items():
+                if parent in self.shapes and not any(one.sets.hold(key, parent) for one in self._contacts.values()):
+                    self.world.add_rule(self.shapes[key], self.shapes[parent])
+        for two in sets.every(odd.__contains__) if odd else ():
+            one, other = sorted((contact.sides[key] for key in two), key=lambda side: side.rank)
+            ends, row = self.shapes[one.key][-2:], self._row[other.key]  # of a capsule without its side
+            planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
+            self._enter(other.key, planes)
+            self._meet(handle, ends, planes)
+            measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
 
-    def fresh(self) -> Iterator[tuple[Couple, Any]]:
-        """Contacts that are new; masses of their bodies are read again."""
-        traffic = self.traffic
-        for slot in np.flatnonzero(traffic.seen == NEW):
-            traffic.seen[slot] = 1.0
-            record = traffic.arrays.contacts[slot]
-            traffic.weigh((int(record["body_a"]) - 1, int(record["body_b"]) - 1))
-            yield self._couple_of(record)[1], record
+    def _meet(self, handle: int, ones: list[int], twos: list[int]) -> None:
+        self.world.add_contact(ones, twos, self._contacts[handle].pair)
+        self._handle_of.append(handle)
 
-    def touching(self, handle: int) -> dict[Couple, list[Any]]:
-        """Contacts of a handle by couples, as `contact.state_of` wants them."""
-        out: dict[Couple, list[Any]] = {}
+    def _silence(self) -> None:
+        """Turn Bullet's own response off between those that have come near each other, of contacts of many pairs."""
+        world = self.traffic.arrays
+        near = world.near[: world.world["nears"][0]]
+        codes = near["a"] * world.shapes.size + near["b"]
+        new = np.flatnonzero(~np.isin(codes, self._known))
+        for a, b, pair in near[["a", "b", "pair"]][new].tolist():
+            contact = self._contacts[self._handle_of[pair]]
+            if contact.many:
+                contact.silence(self._client, [(self._side_of[a], self._side_of[b])])
+        self._known = np.union1d(self._known, codes[new])
+
+    def contacts(self, handle: int | None = None, closed: bool | None = None) -> Iterator[tuple[int, Any]]:
+        """Those closed now, or parted in the last step, of one handle or all: slots and records."""
+        records = self.traffic.arrays.contacts
+        for slot in np.flatnonzero(records["phase"] != FREE).tolist():
+            own = self._handle_of[records["pair"][slot]]
+            if handle in (None, own) and closed in (None, bool(records["phase"][slot] == CLOSED)):
+                yield slot, records[slot]
+
+    def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
+        """The contact of the user's that one of the world is of, its sides as this has them, and -1 if the world's A is
+        the second.
+        """
+        one, two = (self._side_of[int(record[name])] for name in ("shape_a", "shape_b"))
+        contact, sign = self._contacts[self._handle_of[record["pair"]]], 1.0
+        if contact.sets.reversed(one, two):
+            one, two, sign = two, one, -1.0
+        return contact, contact.sides[one], contact.sides[two], sign
+
+    def notes(self, slot: int, record: Any) -> Iterator[tuple[str, str]]:
+        """What there is to say of a contact, and has not been said of its two sides: these, and the words."""
+        contact, one, two, _ = self.sides_of(record)
+        radius, deepest = float(record["touch"]["radius"]), float(record["deepest"])
+        unclear = self.traffic.seen[slot] >= 2.0
+        for code, holds, text in (
+            ("deep", deepest > DEEPEST * radius,
+             f"overlap over radius is {deepest / radius:.2g}; beyond {DEEPEST} Hertz contact is no longer right"),
+            ("unclear", unclear,
+             f"touching at the edge of a box, with R = {radius:.3g} m taken from the ball or capsule; give the pair "
+             "its radius"),
+        ):  # fmt: skip
+            if holds and (one.key, two.key, code) not in contact.told:
+                contact.told.add((one.key, two.key, code))
+                yield f"{one} and {two}", text
+
+    def touching(self, handle: int) -> dict[tuple[Key, Key], list[Any]]:
+        """Contacts of a handle by sides, as `contact.state_of` wants them."""
+        out: dict[tuple[Key, Key], list[Any]] = {}
         arrays = self.traffic.arrays
-        for slot in np.flatnonzero(arrays.contacts["phase"] != FREE):
-            record = arrays.contacts[slot]
-            own, couple = self._couple_of(record)
-            if own == handle:
-                sign = 1.0 if self._side_of[int(record["shape_a"])] == couple.a.key else -1.0
-                asleep = bool(arrays.bodies["asleep"][[record["body_a"], record["body_b"]]].any())
-                out.setdefault(couple, []).append((record, arrays.memory[slot], sign, asleep))
+        for slot, record in self.contacts(handle):
+            _, one, two, sign = self.sides_of(record)
+            asleep = bool(arrays.bodies["asleep"][[record["body_a"], record["body_b"]]].any())
+            out.setdefault((one.key, two.key), []).append((record, arrays.memory[slot], sign, asleep))
         return out
-
-    def _couple_of(self, record: Any) -> tuple[int, Couple]:
-        """Handle and couple of a contact."""
-        return self._couples[frozenset(self._side_of[int(record[name])] for name in ("shape_a", "shape_b"))]
 
     def save(self) -> Saved:
         """A copy of all that is remembered."""
         traffic = self.traffic
         jointed = [deepcopy({name: getattr(one, name) for name in JOINTED}) for one in traffic.linked]
         arrays = Arrays(*(array.copy() for array in traffic.arrays))
-        return Saved(tuple(self.shapes), self._handles, arrays, traffic.rows.copy(), traffic.seen.copy(), jointed)
+        return Saved(tuple(self.shapes), self._handles, arrays, traffic.rows.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
         """Go back to it."""
@@ -210,7 +197,6 @@ class Scene:
         traffic = self.traffic
         traffic.rows[:] = saved.rows
         traffic.bind(Arrays(*(array.copy() for array in saved.arrays)))
-        traffic.seen[:] = saved.seen
         for one, values in zip(traffic.linked, saved.jointed, strict=True):
             vars(one).update(deepcopy(values))
 
@@ -227,10 +213,16 @@ class Scene:
                 continue
             numbers.update(zip(shapes, self.shapes[key], strict=False))
             i, j = self._row[key], old._row[key]
-            if not self.traffic.rows["linked"][i]:
-                self.traffic.rows[i] = old.traffic.rows[j]
+            row, was = self.traffic.rows[i], old.traffic.rows[j]
+            if not row["linked"]:
+                mass, inertia = row["mass"], row["inertia"].copy()
+                same = mass == was["mass"] and (inertia == was["inertia"]).all()
+                self.traffic.rows[i] = was
+                row["mass"], row["inertia"] = mass, inertia
                 for name in OWN:
                     mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]
+                if not same:
+                    mine.bodies["held"][i + 1] = np.nan
         for slot in np.flatnonzero(theirs.contacts["phase"] != FREE):
             c = theirs.contacts[slot]
             a, b = numbers.get(int(c["shape_a"])), numbers.get(int(c["shape_b"]))
@@ -247,5 +239,4 @@ class Scene:
             for side, shape in (("a", a), ("b", b)):
                 own[f"shape_{side}"], own[f"body_{side}"] = shape, mine.shapes["body"][shape]
             mine.memory[new, :size] = theirs.memory[slot, :size]
-            self.traffic.seen[new] = 1.0
         mine.world["stale"] = 1

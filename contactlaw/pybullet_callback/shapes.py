@@ -117,27 +117,27 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
     Raises:
         ValueError: No such body or link, no collision shape, not a multibody, a planar joint, or an empty set.
     """
+    there = {p.getBodyUniqueId(i, client): None for i in range(p.getNumBodies(client))}
     if not isinstance(bodies, Iterable) or isinstance(bodies, str | bytes):
-        return [read_side(client, which, bodies, link)]
+        return [read_side(client, which, bodies, link, there)]
     sides: dict[Key, Side] = {}
     for entry in bodies:
         if isinstance(entry, Iterable) and not isinstance(entry, str | bytes):
             members = list(entry)
             if len(members) != 2:
                 raise ValueError(f"body_{which}: holds {entry!r}; each must be a body or (body, link)")
-            side = read_side(client, which, *members)
+            side = read_side(client, which, *members, there)
         else:
-            side = read_side(client, which, entry, link)
+            side = read_side(client, which, entry, link, there)
         sides[side.key] = side
     if not sides:
         raise ValueError(f"body_{which} = {bodies!r}: holds no bodies; must hold one or more")
     return list(sides.values())
 
 
-def read_side(client: int, which: str, body: Any, link: Any) -> Side:
-    """Check the ids of one side and read its shape; errors as for `read_sides`."""
+def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, None]) -> Side:
+    """Check the ids of one side, among the bodies that are there, and read its shape; errors as for `read_sides`."""
     # PyBullet checks no link id itself: getDynamicsInfo of a link that is not there ends the process.
-    there = [p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))]
     body = _identity(f"body_{which}", body, there, "the bodies of this client")
     joints = p.getNumJoints(body, client)
     link = _identity(f"link_{which}", link, range(BASE, joints), f"-1 (the base) and the links of body {body}")
@@ -189,8 +189,8 @@ def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
 
 
 SERVED = (
-    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other, "
-    "but for cylinders on meshes; let these two keep Bullet's own contact, or give them such shapes"
+    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other; "
+    "let these two keep Bullet's own contact, or give them such shapes"
 )
 
 
@@ -204,8 +204,7 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     Raises:
         ValueError: They are such.
     """
-    both = {a.shape, b.shape}
-    if both & {*HULL} and not (a.measured or b.measured or "cylinder" in both):
+    if HULL[0] in (a.shape, b.shape) and not (a.measured or b.measured):
         return
     if "sphere" in (a.shape, b.shape) or (a.shape in ROUND and b.shape in ROUND):
         return
@@ -230,11 +229,10 @@ def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
         ValueError: They are such.
     """
     for name, side in (("a", a), ("b", b)):
-        measured = side.measured or (side.shape == "cylinder" and (a.shape in ROUND or b.shape in ROUND))
-        if pair.radius is None and measured:
+        if pair.radius is None and side.measured:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
-                f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT[:2])}"
+                f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
             )
 
 

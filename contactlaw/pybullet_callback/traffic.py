@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from ctypes import CFUNCTYPE, c_uint64
 from typing import Any
 
 import numpy as np
@@ -17,28 +18,31 @@ from contactlaw.pybullet_callback.exchange import (
     NO_ROOM,
     NOT_FINITE,
     ROW,
-    compare,
     press,
-    receive,
     steady,
 )
-from contactlaw.pybullet_callback.hand_back import PASSED, complete, foresee, hand_back, set_off
+from contactlaw.pybullet_callback.hand_back import LIST, PASSED, complete, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.shapes import BASE, Key
+from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.frames import ALIKE
 from contactlaw.world.records import Arrays
-from contactlaw.world.step import step
+from contactlaw.world.step import address_of_pressed, step
 
-PACKED, STEP, NUMBERS = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("4d"), struct.Struct(f"{JOB}d")
+WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
+STEP, NUMBERS = struct.Struct("4d"), struct.Struct(f"{JOB}d")
 BEFORE, AFTER = (int(ROW.fields[name][1]) for name in ("before", "after"))  # type: ignore[index]
+SPEED_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
 STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 
 
 class Traffic:
     """The bodies of PyBullet that a world holds.
+
+    What is read is written into the rows only where it is not what was read before.
 
     Args:
         client: Physics client id.
@@ -53,21 +57,33 @@ class Traffic:
         self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool
     ) -> None:
         self._client, self._world, self.keys, self.linked, self._measured = client, world, keys, linked, measured
+        self._listed: Callable[[], None] = lambda: None
         self.rows: Any = np.zeros(len(keys), ROW)
         self.jobs: Any = np.zeros((len(keys) + 1, JOB))
         self._head: Any = np.zeros(1, HEAD)
+        self._head["plain"] = not (linked or measured)
+        self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
-        self._found, self._pushed = 0, []
+        self._found, self._pushed, self._foreseen = 0, [], False
         for one in linked:
             self.rows["linked"][one.first : one.first + len(one.keys)] = 1
         plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
         self._bases = [(key[0], k * ROW.itemsize) for k, key in plain if key[1] == BASE]
         self._still = [(key, k * ROW.itemsize) for k, key in plain if key[1] != BASE]
+        self._masses: dict[int, tuple[float, tuple[float, ...]]] = {}
         self.bind(world.arrays)
         self.weigh(k for k, _ in plain)
+        self._heavy = set(np.flatnonzero(self.rows["mass"]).tolist())
+        self._moving = [one for one in self._bases if one[1] // ROW.itemsize in self._heavy]
         if not moves:
-            self._read(BEFORE)
+            self._read()
             self._bases, self._still = self._moving, []
+            self._last = [()] * len(self._bases)
+
+    def tell_lists(self, listed: Callable[[], None]) -> None:
+        """Let the list of near pairs be made before Bullet's step, and call this when it is another one."""
+        self._listed = listed
+        self._head["ahead"] = 1
 
     def bind(self, arrays: Arrays) -> None:
         """Let the compiled code know where the arrays are."""
@@ -76,42 +92,37 @@ class Traffic:
         head = self._head
         head["world"], head["rows"], head["jobs"] = (a.ctypes.data for a in (self._state, self.rows, self.jobs))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
+        self._last: list[Any] = [()] * len(self._bases)
 
     def weigh(self, rows: Iterable[int]) -> None:
-        """Read masses and inertias of bodies without joints."""
-        there = {p.getBodyUniqueId(i, self._client) for i in range(p.getNumBodies(self._client))}
+        """Read masses and inertias of bodies without joints; what has others than before wakes."""
         for k in rows:
-            (body, link), row, own = self.keys[k], self.rows[k], self.arrays.bodies[k + 1]
-            if row["linked"]:
+            mass, moments = _mass_of(self.keys[k], self._client)
+            if self._masses.get(k) == (mass, moments):
                 continue
-            whole = link == BASE and body in there
-            info = p.getDynamicsInfo(body, link, self._client) if whole else [0.0, 0.0, (0.0, 0.0, 0.0)]
-            moments, moves = np.array(info[2]), info[0] > 0.0
-            row["mass"], row["inertia"] = info[0], moments
-            own["inverse_mass"] = 1.0 / info[0] if moves else 0.0
-            own["inverse_inertia"] = np.divide(1.0, moments, np.zeros(3), where=moves & (moments > 0.0))
-            own["isotropic"] = np.ptp(moments) <= ALIKE * moments.max()
+            self._masses[k] = mass, moments
+            row, own, inertia = self.rows[k], self.arrays.bodies[k + 1], np.array(moments)
+            row["mass"], row["inertia"] = mass, inertia
+            own["inverse_mass"] = 1.0 / mass if mass > 0.0 else 0.0
+            own["inverse_inertia"] = np.divide(1.0, inertia, np.zeros(3), where=(mass > 0.0) & (inertia > 0.0))
+            own["isotropic"] = np.ptp(inertia) <= ALIKE * inertia.max()
             own["oriented"] |= 1 - own["isotropic"]
-        heavy = {int(k) * ROW.itemsize for k in np.flatnonzero(self.rows["mass"])}
-        self._moving = [one for one in self._bases if one[1] in heavy]
+            own["held"] = np.nan
+
+    def weigh_near(self) -> bool:
+        """The same of all that may touch something soon; returns whether links have others than the trees know."""
+        self._listed()
+        near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
+        self.weigh([k - 1 for k in near if k - 1 in self._heavy])
+        return any(one.inertias() != one.known for one in self.linked)
 
     def foresee(self, dt: float, gravity: tuple[float, float, float]) -> int:
-        """The step that Bullet is about to take; returns what `exchange.look` says of the contacts."""
-        if self.linked or self._measured:
-            self._receive(dt, gravity)
-        else:
-            STEP.pack_into(self._head, STEP_AT, dt, *gravity)
-            self._read(BEFORE)
-            self._found = foresee(self._head, self._state)
-            if self._found >= 0:
-                return self._found
-            if self._found == NOT_FINITE:
-                self._refuse()
-            self._settle(dt, NO_ROOM - self._found)
-        self._step(dt)
-        self._found = hand_back(self._head, 0)
-        if self.linked:
+        """The step that Bullet is about to take; returns what `hand_back.look` says of the contacts."""
+        self._found, self._pushed = 0, []
+        if self._set_off(dt, gravity) != PASSED:
+            self._found = self._complete(0)
             self._pushed = [one for one in self.linked if one.hand_back(self.arrays, dt, False, self._presses(one))]
+        self._foreseen = True
         return self._found
 
     def push(self) -> None:
@@ -123,111 +134,120 @@ class Traffic:
 
     def take_step(self, dt: float, gravity: tuple[float, float, float]) -> int:
         """A step of PyBullet, then the same one of the world, which is handed back; returns as `foresee`."""
-        if not (self.linked or self._measured):
-            return self._take_plain_step(dt, gravity)
-        self._receive(dt, gravity)
-        pushed = steady(self._head)
-        if pushed:
+        pushed = self._set_off(dt, gravity)
+        if pushed > 0:
             self._push(pushed)
         for one in self.linked:
-            if one.pressed:
-                one.apply_push()
-            else:
-                one.push[:] = 0.0
-        p.stepSimulation(self._client)
-        self._read(AFTER, self._moving)
-        if compare(self._head) < 0:
-            self._refuse()
+            one.apply_steady_push()
+        STEP_BULLET(self._client)
+        if pushed == PASSED:
+            return 0
+        client, rows, pack, velocity = self._client, self.rows, SPEED.pack_into, p.getBaseVelocity
+        for body, at in self._moving:
+            v, w = velocity(body, client)
+            pack(rows, at + SPEED_AFTER, *v, *w)
         for one in self.linked:
             one.compare(self.arrays, dt)
-        self._step(dt)
-        done = hand_back(self._head, 1)
+        done = self._complete(1)
         if done >= FLAGS:
             self._put(done // FLAGS)
         for one in self.linked:
             one.hand_back(self.arrays, dt, True, self._presses(one))
         return done
 
-    def _take_plain_step(self, dt: float, gravity: tuple[float, float, float]) -> int:
-        """The same where no body has joints and none must be measured."""
+    def _set_off(self, dt: float, gravity: tuple[float, float, float]) -> int:
+        """Read all bodies and set the world's out from there; returns how many have jobs to be pushed, or PASSED."""
         STEP.pack_into(self._head, STEP_AT, dt, *gravity)
-        self._read(BEFORE)
-        pushed = set_off(self._head)
+        again = [one.look_again() for one in self.linked]
+        if not self._read() and self._foreseen and all(again):
+            self._refuse_twice()
+        self._foreseen = False
+        pushed = set_off(self._head_at)
         if pushed == NOT_FINITE:
             self._refuse()
-        if NO_ROOM > pushed > PASSED:
-            self._settle(dt, NO_ROOM - pushed)
-            pushed = steady(self._head)
-        if pushed > 0:
-            self._push(pushed)
-        p.stepSimulation(self._client)
-        if pushed == PASSED:
-            return 0
-        self._read(AFTER, self._moving)
-        done = complete(self._head, self._state)
-        if done == NOT_FINITE:
-            self._refuse()
-        if done == NO_ROOM:
-            self._step(dt)
-            done = hand_back(self._head, 1)
-        if done >= FLAGS:
-            self._put(done // FLAGS)
-        return done
-
-    def _receive(self, dt: float, gravity: tuple[float, float, float]) -> None:
-        """Read all bodies at the start of a step, and set the world's out from there."""
-        STEP.pack_into(self._head, STEP_AT, dt, *gravity)
-        self._read(BEFORE)
-        found = receive(self._head)
-        if found < 0:
-            self._refuse()
+        if pushed == LIST:
+            self._list_anew()
+            pushed = steady(self._head_at)
+        found = max(LIST - pushed, 0)
         for one in self.linked:
             one.receive(self.arrays, gravity)
             one.set_out(self.arrays, dt)
             self.rows["strange"][one.first : one.first + len(one.keys)] = one.strange
             found |= int(one.strange)
-        self._settle(dt, found)
+        if found:
+            self._settle(dt, found)
+            pushed = steady(self._head_at)
         for one in self._measured:
             one.place(self._client, self.arrays, dt)
+        return pushed
+
+    def _complete(self, stepped: int) -> int:
+        """Move the world and hand it back."""
+        while (done := complete(self._head_at, stepped)) < 0:
+            if done == NOT_FINITE:
+                self._refuse()
+            if done == NO_ROOM:
+                self._make_room()
+                continue
+            for body, at in self._moving:
+                x, q = p.getBasePositionAndOrientation(body, self._client)
+                POSE.pack_into(self.rows, at + AFTER, *x, *q)
+            self.weigh(np.flatnonzero(self.rows["other"] == 2).tolist())
+        return done
 
     def _settle(self, dt: float, found: int) -> None:
-        """See to what `receive` found."""
+        """See to what `exchange.receive` found."""
         if found > 1:
             self._put(found >> 1)
+            self._last = [(p.getBasePositionAndOrientation(body, self._client), p.getBaseVelocity(body, self._client))
+                          for body, _ in self._bases]  # fmt: skip
         if found & 1:
             self._settle_in(dt)
 
     def _settle_in(self, dt: float) -> None:
         """Somebody has put bodies where they are: see who is near whom, and who lies on whom."""
-        self._state["stale"] = 1
-        self._step(0.0)
-        press(self._head)
+        self.weigh(np.flatnonzero((self.rows["strange"] != 0) & (self.rows["linked"] == 0)).tolist())
+        self._list_anew()
+        self.arrays.bodies["placed"][1:] = self.rows["strange"]
+        _find_pressed(self._state.ctypes.data)
+        press(self._head_at)
         for one in self.linked:
             if one.strange:
                 self.arrays.bodies["held"][:, 0] = np.nan
                 one.pressed = self._presses(one)
                 one.set_out(self.arrays, dt)
 
+    def _list_anew(self) -> None:
+        """See who is near whom, before Bullet does."""
+        self._state["stale"] = 1
+        while step(self._state, 0.0, 1) == 0:
+            self._make_room()
+        if self._head["ahead"][0]:
+            self._listed()
+
     def _presses(self, one: Linked) -> bool:
         return bool(self.rows["pressed"][one.first : one.first + len(one.keys)].any())
 
-    def _step(self, dt: float) -> None:
-        """Move the world."""
-        while step(self._state, dt, 1) == 0:  # there may not be room enough
-            seen = self.seen
-            self.bind(with_more_room(self.arrays))
-            self.seen[: seen.size] = seen
+    def _make_room(self) -> None:
+        seen = self.seen
+        self.bind(with_more_room(self.arrays))
+        self.seen[: seen.size] = seen
 
-    def _read(self, offset: int, bodies: list[tuple[int, int]] | None = None) -> None:
-        """Where bodies are and how they move, into the rows; None: all."""
-        client, buffer, pack = self._client, self.rows, PACKED.pack_into
+    def _read(self) -> bool:
+        """Where bodies are and how they move, into the rows; returns whether something is not as it was before."""
+        client, new = self._client, False
+        rows, last, pack = self.rows, self._last, WHOLE.pack_into
         pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
-        for body, at in self._bases if bodies is None else bodies:
-            (x, q), (v, w) = pose(body, client), velocity(body, client)
-            pack(buffer, at + offset, *x, *q, *v, *w)
-        for (body, link), at in self._still if bodies is None else ():
+        for i, (body, at) in enumerate(self._bases):
+            state = pose(body, client), velocity(body, client)
+            if state != last[i]:
+                last[i], new = state, True
+                (x, q), (v, w) = state
+                pack(rows, at + BEFORE, *x, *q, *v, *w)
+        for (body, link), at in self._still:
             state = p.getLinkState(body, link, 1, 1, client)
-            pack(buffer, at + offset, *state[0], *state[1], *state[6], *state[7])
+            pack(rows, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
+        return new
 
     def _push(self, number: int) -> None:
         """Apply the forces and torques of the jobs."""
@@ -246,7 +266,29 @@ class Traffic:
             p.resetBasePositionAndOrientation(body, job[1:4], job[4:8], self._client)  # which stops it
             p.resetBaseVelocity(body, job[8:11], job[11:14], self._client)
 
+    def _refuse_twice(self) -> None:
+        """Nothing has moved since a step was foreseen: that is right only if nothing was moving."""
+        moving = [body for body, _ in self._moving if any(map(any, p.getBaseVelocity(body, self._client)))]
+        moving += [one.body for one in self.linked if one.now[1].any()]
+        if moving:
+            raise ValueError(
+                f"called again before stepSimulation: body {moving[0]} moves, and is where it was; call it once for "
+                "each step, and let `restore` go with restoreState"
+            )
+
     def _refuse(self) -> None:
         body, link = self.keys[int(self._head["bad"][0])]
         name = f"body {body}" if link == BASE else f"body {body} link {link}"
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
+
+
+_find_pressed = CFUNCTYPE(None, c_uint64)(address_of_pressed())
+
+
+def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, ...]]:
+    """Mass and principal moments of a body; none of a link that nothing can move, or of a body that has gone."""
+    try:
+        info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, (0.0, 0.0, 0.0))
+    except p.error:
+        return 0.0, (0.0, 0.0, 0.0)
+    return info[0], info[2]

@@ -2,7 +2,7 @@
 
 While they overlap by less than both radii their cores are apart: the vector between the nearest points of these is
 unique, and moves continuously. Flat on flat, a hull lies on its corners and sharp edges, which are shapes of their own;
-two cores meet as such, in one point, where neither are. That is not enough for a cylinder that lies on a hull.
+two cores meet as such, in one point, where neither are. A cylinder's rims and feet are such shapes too.
 """
 
 from __future__ import annotations
@@ -10,60 +10,28 @@ from __future__ import annotations
 from functools import lru_cache
 from math import sqrt
 
-from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.call import MEETING, RADIUS
-from contactlaw.world.core import CROWN, LEAST
-from contactlaw.world.curvature import feature, radius_between, side_at
+from contactlaw.jit import address_of
+from contactlaw.world.call import MEETING, NEAREST, RADIUS, ask_deepest
+from contactlaw.world.core import CROWN, deepest_on_line
+from contactlaw.world.curvature import equivalent_radius, feature, radius_between, side_at
 from contactlaw.world.gjk import NONE, middle, nearest
-from contactlaw.world.records import BOX, EDGE, SEGMENT
-from contactlaw.world.segments import clip
-from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.records import BOX, DISC, EDGE, SEGMENT
+from contactlaw.world.vec import add, axpy, load, norm, scale, sub, to_world
 
 BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
-STEPS = 30  # of Newton's method, which is done when it comes to the right piece; bisection guards it
-SAME = 1e-10  # of a half length, a place that is another's
 DEEP = 1e-6  # of both radii: a distance of cores that is none
-
-
-@jit_inside
-def deepest_on_hull(sa, a, sb, b):
-    """`nearest` of the point of a capsule's middle line, or an edge, that is the deepest; as `core.deepest_on_line`.
-
-    Returns its place along the half axis, its radius [m], and what `nearest` does.
-    """
-    u = to_world(a.axes, load(sa.half))
-    crown = 2.0 * CROWN * sa.radius
-    low, high, at = -2.0, 2.0, 0.0
-    v, y, count, e = nearest(sa, a, sb, b, NONE)
-    for _ in range(STEPS):
-        k = crown * max(norm(v), LEAST)
-        value, slope = k * at + dot(v, u), k + dot(u, u)
-        if count == 2:
-            slope -= dot(u, e) ** 2 / dot(e, e)
-        elif count == 3:
-            slope = k + dot(u, v) ** 2 / max(dot(v, v), LEAST * LEAST)
-        if value > 0.0:
-            high = at
-        else:
-            low = at
-        new = clip(at - value / slope)
-        if not low < new < high:
-            new = clip(0.5 * (low + high))
-        if abs(new - at) <= SAME:
-            break
-        at = new
-        v, y, count, e = nearest(sa, a, sb, b, scale(at, u))
-    return at, sa.radius * (1.0 - CROWN * (1.0 + at * at)), v, y
 
 
 def radius(sa, a, sb, b):
     """`geometry.effective_radius` of the same. Of two edges the angle is taken for a right one."""
     if sa.kind >= BOX:
         return sqrt(sa.radius * sb.radius)
+    if sa.kind == DISC:
+        return equivalent_radius(1.0 / (sa.radius + norm(load(sa.half))), 1.0 / sa.radius)
     at, u = 0.0, NONE
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, _, _, _ = deepest_on_hull(sa, a, sb, b)
+        at, _ = deepest_on_line(NONE, u, 0.0, (sa, a, sb, b))
     _, _, count, e = nearest(sa, a, sb, b, scale(at, u))
     return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
 
@@ -71,8 +39,14 @@ def radius(sa, a, sb, b):
 def meet(sa, a, sb, b):
     """`geometry.meet` of two shapes of which one is convex without a closed form."""
     radius_a, radius_b, from_a = sa.radius, sb.radius, middle(sa, a)
-    if sa.kind == SEGMENT or sa.kind == EDGE:
-        _, radius_a, v, y = deepest_on_hull(sa, a, sb, b)
+    if sa.kind == DISC:
+        p, q, r, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, NONE)
+        from_a = add(from_a, (p, q, r))
+        v, y, _, _ = nearest(sa, a, sb, b, (p, q, r))
+    elif sa.kind == SEGMENT or sa.kind == EDGE:
+        u = to_world(a.axes, load(sa.half))
+        at, radius_a = deepest_on_line(NONE, u, 0.0, (sa, a, sb, b))
+        v, y, _, _ = nearest(sa, a, sb, b, scale(at, u))
     else:
         v, y, _, _ = nearest(sa, a, sb, b, NONE)
     both = radius_a + radius_b
@@ -90,7 +64,14 @@ def meet(sa, a, sb, b):
     return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
 
 
+def ask(sa, a, sb, b, shift):
+    """`nearest` of a point and a hull as numbers: from there on B, how many vertices span the place, and their edge."""
+    v, _, count, e = nearest(sa, a, sb, b, shift)
+    return v[0], v[1], v[2], float(count), e[0], e[1], e[2]
+
+
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of both, compiled where there are hulls."""
-    return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    """Of all three, compiled where there are hulls."""
+    known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    return known | {"nearest": address_of(ask, NEAREST)}

@@ -1,4 +1,4 @@
-"""Where a point, or a line, is nearest to a box or to a solid cylinder: convex cores.
+"""Where a point, or a line, is nearest to a box, to a solid cylinder, or to a hull: convex cores.
 
 Their edges are sharp for what is round by itself. For edges, rims and sides of others they are rounded by the core's
 own radius: the distance is that from a core which is smaller by so much all around, less it.
@@ -9,14 +9,15 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.records import BOX
+from contactlaw.world.call import ask_nearest
+from contactlaw.world.records import BOX, HULL
 from contactlaw.world.segments import clip
-from contactlaw.world.vec import axpy, dot, norm, scale, to_body, to_world
+from contactlaw.world.vec import add, axpy, dot, norm, scale, to_body, to_world
 
 STEPS = 60  # of Newton's method, which is done when it comes to the right piece; bisection guards it
 CROWN = 0.01  # of the radius
 LEAST = 1e-9  # [m], a distance from a core that is none
-EQUAL = 1e-15  # of a half length, a step that is none
+EQUAL, SAME = 1e-15, 1e-10  # of a half length, a step that is none; on a hull, which takes longer to ask
 
 
 @jit_inside
@@ -52,6 +53,36 @@ def excess_along(p, e, q, s, less):
 
 
 @jit_inside
+def local(v, s, b):
+    """A vector of the world along a core's own axes."""
+    return to_body(s.axes, to_body(b.axes, v))
+
+
+@jit_inside
+def excess_at(m, way, less, one):
+    """From a core to m + way, along its axes, of a hull those of the world, and what else `change_of` asks.
+
+    one: the shape that the point is of, and the core, with their bodies; way: of a hull from that shape's middle.
+    """
+    sa, a, sb, b = one
+    if sb.kind == HULL:
+        x, y, z, count, i, j, k = ask_nearest(sb.nearest, sa, a, sb, b, way)
+        return (x, y, z), count, (i, j, k)
+    x = add(m, way)
+    return excess_of(x, sb, less), 0.0, x
+
+
+@jit_inside
+def change_of(e, count, other, q, less, s):
+    """How the excess changes along a direction; of a hull by its vertex, edge or face, see `gjk.nearest`."""
+    if s.kind != HULL:
+        return excess_along(other, e, q, s, less)
+    if count == 2.0:
+        return axpy(-dot(other, q) / dot(other, other), other, q)
+    return q if count < 2.0 else scale(dot(e, q) / max(dot(e, e), LEAST * LEAST), e)
+
+
+@jit_inside
 def way_out(p, s):
     """Of a point within a core: minus its depth, and the direction, through the nearest face or the side."""
     x, y, z = p
@@ -76,7 +107,7 @@ def nearest_on_core(d, s, b, rounding):
     d: from the core's centre, in the world. rounding: of its edges [m]. Inside, the distance has a minus, and the way
     out is through the nearest face.
     """
-    p = to_body(s.axes, to_body(b.axes, d))
+    p = local(d, s, b)
     e = excess_of(p, s, rounding)
     far = norm(e)
     if far > 0.0:
@@ -87,24 +118,42 @@ def nearest_on_core(d, s, b, rounding):
 
 
 @jit_inside
-def deepest_on_line(d, u, radius, s, b, rounding):
+def lies_over_face(d, u, margin, s, b):
+    """Whether all of an edge is over one face of a box, by a margin [m] from the face's border.
+
+    Its ends, where corners are, lie as deep as it or deeper then: it never touches. d, u: as below.
+    """
+    p, q = local(d, s, b), local(u, s, b)
+    beyond, over = 0, 0
+    for i in range(3):
+        if abs(p[i]) + abs(q[i]) + margin <= s.half[i] - s.radius:
+            over += 1
+        elif abs(p[i]) - abs(q[i]) >= s.half[i] - 2.0 * s.radius:
+            beyond += 1
+    return over == 2 and beyond == 1
+
+
+@jit_inside
+def deepest_on_line(d, u, rounding, one):
     """Which point of a capsule's side, or of a box's edge, is the deepest in a core: its place along the half axis u,
     and its radius [m].
 
-    d: from the core's centre to the segment's middle, in the world. On a face a capsule lies on its ends, and a box on
-    its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)), so that they do not share
-    the load of the ends, and so that the deepest point is one that moves continuously, at the minimum of
-    D + CROWN R s^2: the root of the slope of D^2/2 + CROWN R D s^2 with the distance D held, a function that grows, on
-    a box all but piece by piece along straight lines.
+    d: from the core's centre to the segment's middle, in the world. one: as above. On a face a capsule lies on its
+    ends, and a box on its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)), so
+    that they do not share the load of the ends, and so that the deepest point is one that moves continuously, at the
+    minimum of D + CROWN R s^2: the root of the slope of D^2/2 + CROWN R D s^2 with the distance D held, a function that
+    grows, on what has flat faces all but piece by piece along straight lines.
     """
-    p, q = to_body(s.axes, to_body(b.axes, d)), to_body(s.axes, to_body(b.axes, u))
+    s, b, radius = one[2], one[3], one[0].radius
+    p, q, same = d, u, SAME
+    if s.kind != HULL:
+        p, q, same = local(d, s, b), local(u, s, b), EQUAL
     crown = 2.0 * CROWN * radius
     low, high, at = -2.0, 2.0, 0.0
     for _ in range(STEPS):
-        x = axpy(at, q, p)
-        e = excess_of(x, s, rounding)
+        e, count, other = excess_at(p, scale(at, q), rounding, one)
         k = crown * max(norm(e), LEAST)
-        value, slope = k * at + dot(e, q), k + dot(excess_along(x, e, q, s, rounding), q)
+        value, slope = k * at + dot(e, q), k + dot(change_of(e, count, other, q, rounding, s), q)
         if value > 0.0:
             high = at
         else:
@@ -112,7 +161,7 @@ def deepest_on_line(d, u, radius, s, b, rounding):
         new = clip(at - value / slope)
         if not low < new < high:
             new = clip(0.5 * (low + high))
-        if abs(new - at) <= EQUAL:
+        if abs(new - at) <= same:
             break
         at = new
     return at, radius * (1.0 - CROWN * (1.0 + at * at))

@@ -19,10 +19,11 @@ from functools import lru_cache
 from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.call import DEEPEST
-from contactlaw.world.core import CROWN, LEAST, excess_along, excess_of
-from contactlaw.world.records import PLANE
-from contactlaw.world.vec import axpy, cross, dot, load, norm, scale, to_body, to_world
+from contactlaw.world.call import DEEPEST, RADIUS
+from contactlaw.world.core import CROWN, LEAST, change_of, deepest_on_line, excess_at, excess_of, local
+from contactlaw.world.curvature import feature, radius_between, side_at
+from contactlaw.world.records import EDGE, HULL, PLANE, SEGMENT
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 
 STEPS = 60  # of Newton's method; it takes three to six
 FOUND = 1e-14  # of the radius, a step that is none
@@ -59,25 +60,28 @@ def within_circle(h, b, radius):
 
 
 @jit_inside
-def slope_at(m, e1, e2, crown, y, s):
-    """At m + y: the point, its excess over a core, the slope of distance^2/2 with the crown, and what crowns there."""
-    x = axpy(y[1], e2, axpy(y[0], e1, m))
-    e = excess_of(x, s, s.radius)
+def slope_at(m, e1, e2, crown, y, one):
+    """At m + y: the excess over a core, the slope of distance^2/2 with the crown, and what crowns there."""
+    seen = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), one[2].radius, one)
+    e = seen[0]
     k = crown * max(norm(e), LEAST)
-    return x, e, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
+    return seen, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
 
 
 @jit_inside
-def nearest_in_disc(m, e1, e2, radius, crown, s):
+def nearest_in_disc(m, e1, e2, radius, crown, one):
     """The point y of a disc round m, along e1 and e2, with the least of distance + crown y^2/2 from a core.
 
     Newton's method within the circle; the function is convex and made of pieces, so a step that goes too far is cut
     back to where its slope along the step would be zero.
     """
     y = 0.0, 0.0
-    x, e, g, k = slope_at(m, e1, e2, crown, y, s)
+    (e, count, other), g, k = slope_at(m, e1, e2, crown, y, one)
     for _ in range(STEPS):
-        by1, by2 = excess_along(x, e, e1, s, s.radius), excess_along(x, e, e2, s, s.radius)
+        by1, by2 = (
+            change_of(e, count, other, e1, one[2].radius, one[2]),
+            change_of(e, count, other, e2, one[2].radius, one[2]),
+        )
         h = dot(by1, e1) + k, dot(by1, e2), dot(by2, e2) + k
         b = g[0] - h[0] * y[0] - h[1] * y[1], g[1] - h[1] * y[0] - h[2] * y[1]
         z = within_circle(h, b, radius)
@@ -88,7 +92,7 @@ def nearest_in_disc(m, e1, e2, radius, crown, s):
         share = 1.0
         for _ in range(4):
             new = y[0] + share * step[0], y[1] + share * step[1]
-            x, e, g, k = slope_at(m, e1, e2, crown, new, s)
+            (e, count, other), g, k = slope_at(m, e1, e2, crown, new, one)
             end = g[0] * step[0] + g[1] * step[1]
             if not end > -0.1 * start:
                 break
@@ -115,44 +119,40 @@ def deepest(sa, a, sb, b, d):
             t, share = 1.0 / far, 1.0
         y = scale(-t * radius, across)
         return y[0], y[1], y[2], r * (1.0 - CROWN * (1.0 + share * share))
-    side = to_world(a.axes, side)
-    m, e1, u = local(d, sb, b), local(side, sb, b), local(axis, sb, b)
+    side, one = to_world(a.axes, side), (sa, a, sb, b)
+    m, e1, u = d, side, axis
+    if sb.kind != HULL:
+        m, e1, u = local(d, sb, b), local(side, sb, b), local(axis, sb, b)
     e2 = cross(u, e1)
     crown = 2.0 * CROWN * r
     s = 0.0
-    y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), sb)
+    y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), one)
     if length > 0.0:
         along = scale(length, u)
-        s, y = along_axis(m, e1, e2, (along, crown, radius), sb)
+        s, y = along_axis(m, e1, e2, (along, crown, radius), one)
     offset = axpy(s * length, axis, axpy(y[0], side, scale(y[1], cross(axis, side))))
     square = (y[0] * y[0] + y[1] * y[1]) / (radius * radius)
     return offset[0], offset[1], offset[2], r * (1.0 - CROWN * (1.0 + s * s + square))
 
 
 @jit_inside
-def local(v, s, b):
-    """A vector of the world along a core's own axes."""
-    return to_body(s.axes, to_body(b.axes, v))
-
-
-@jit_inside
-def along_axis(m, e1, e2, made, s):
+def along_axis(m, e1, e2, made, one):
     """Place along the axis, and across it, of the deepest point of a cylinder's side: a root between -1 and 1.
 
     made: half the axis, the crown, and the radius. Of the least over all discs the slope along the axis is that of the
     distance where they are nearest, and grows: regula falsi after Anderson and Bjorck.
     """
     low, high = -1.0, 1.0
-    y, below = slope_along(m, e1, e2, made, low, s)
+    y, below = slope_along(m, e1, e2, made, low, one)
     if below >= 0.0:
         return low, y
-    y, above = slope_along(m, e1, e2, made, high, s)
+    y, above = slope_along(m, e1, e2, made, high, one)
     if above <= 0.0:
         return high, y
     at = 0.0
     for _ in range(ROOTS):
         before, at = at, (low * above - high * below) / (above - below)
-        y, value = slope_along(m, e1, e2, made, at, s)
+        y, value = slope_along(m, e1, e2, made, at, one)
         if value == 0.0 or abs(at - before) <= CLOSE:
             break
         if value < 0.0:
@@ -167,15 +167,31 @@ def along_axis(m, e1, e2, made, s):
 
 
 @jit_inside
-def slope_along(m, e1, e2, made, at, s):
+def slope_along(m, e1, e2, made, at, one):
     """Of a disc at this place of the axis: its deepest point, and the slope along the axis there."""
     along, crown, radius = made
-    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), s)
-    _, e, _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, s)
+    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), one)
+    (e, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, one)
     return y, dot(e, along) + crown * norm(e) * at
 
 
+def radius(sa, a, sb, b):
+    """`geometry.effective_radius` of a ball, or of the side of a capsule or an edge, on a cylinder's side or end."""
+    d, u, at, crown = sub(load(a.position), load(b.position)), (0.0, 0.0, 0.0), 0.0, CROWN
+    d = add(d, sub(to_world(a.axes, load(sa.at)), to_world(b.axes, load(sb.at))))
+    rounding = sb.radius if sa.kind >= EDGE else 0.0
+    if sa.kind >= SEGMENT:
+        u = to_world(a.axes, load(sa.half))
+        at, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b))
+    e = excess_of(local(axpy(at, u, d), sb, b), sb, rounding)
+    axis = to_world(b.axes, to_world(sb.axes, (0.0, 0.0, 1.0)))
+    out = e[0] != 0.0 or e[1] != 0.0
+    around = (sb.half[0] if e[2] == 0.0 else rounding) if out else 0.0
+    edge = axis if e[2] == 0.0 else to_world(b.axes, to_world(sb.axes, (-e[1], e[0], 0.0)))
+    return radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
+
+
 @lru_cache
-def address_of_deepest() -> int:
-    """Address of `deepest`, compiled where there are cylinders."""
-    return address_of(deepest, DEEPEST)
+def addresses() -> dict[str, int]:
+    """Of `radius` and `deepest`, compiled where there are cylinders."""
+    return {"curve": address_of(radius, RADIUS), "deepest": address_of(deepest, DEEPEST)}

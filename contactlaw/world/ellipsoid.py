@@ -1,4 +1,4 @@
-"""Where an ellipsoid is nearest to a plane, a ball, a segment, a polyhedron or another ellipsoid.
+"""Where an ellipsoid is nearest to a plane, a ball, a segment, a polyhedron, a cylinder or another ellipsoid.
 
 With Q = R diag(a^2, b^2, c^2) R^T its support function is h(n) = sqrt(n Q n), the point there Q n/h. Along a normal n
 from another convex body the gap is s(n) = n (x - y), of the points x and y that face each other; the distance is its
@@ -13,13 +13,14 @@ ball tells that touches the ellipsoid there from inside: where it is nearest to 
 from __future__ import annotations
 
 from functools import lru_cache
-from math import atan2, cos, sin, sqrt
+from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import MEETING, RADIUS
+from contactlaw.world.core import excess_of
 from contactlaw.world.curvature import feature, radius_between
-from contactlaw.world.gjk import NONE, middle, nearest
-from contactlaw.world.records import ELLIPSOID, PLANE
+from contactlaw.world.gjk import NONE, middle, nearest, support
+from contactlaw.world.records import CYLINDER, ELLIPSOID, PLANE
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 
 STEPS, TRIES = 30, 12  # of Newton's method, which needs some; of the polyhedron's features
@@ -58,16 +59,31 @@ def bend(s, b, n, t, u):
 
 
 @jit_inside
+def on_rim(s, b, n):
+    """The point of a cylinder's rim that is furthest along n, as `facing`, and by its place how it moves, as `bend`."""
+    m, h = to_body(s.axes, to_body(b.axes, n)), s.half
+    out = max(sqrt(m[0] * m[0] + m[1] * m[1]), 1e-300)
+    r, z = (h[0] - s.radius) / out, copysign(h[2] - s.radius, m[2])
+    along = to_world(b.axes, to_world(s.axes, (-m[1] / out, m[0] / out, 0.0)))
+    return add(middle(s, b), to_world(b.axes, to_world(s.axes, (r * m[0], r * m[1], z)))), r, along
+
+
+@jit_inside
 def climb(sa, a, sb, b, y, edge, n):
     """The normal between an ellipsoid A and another one, or a point y of B whose edge, if there is one, it is across.
 
-    y: from the centre of mass of B. Returns the normal and the gap [m].
+    y: from the centre of mass of B; of a cylinder without an edge the point is on its rim. Returns the normal, the gap
+    [m] and the point.
     """
     d = sub(load(a.position), load(b.position))
     two, along = sb.kind == ELLIPSOID, norm(edge)
+    rim = sb.kind == CYLINDER and along == 0.0
     for _ in range(STEPS):
+        rate, e = 0.0, n
         if two:
             y = facing(sb, b, n)
+        elif rim:
+            y, rate, e = on_rim(sb, b, n)
         p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
         gap = max(dot(p, n), 0.0)
         t = scale(1.0 / along, cross(edge, n)) if along > 0.0 else tangent(n)
@@ -75,7 +91,8 @@ def climb(sa, a, sb, b, y, edge, n):
         tt, tu, uu = bend(sa, a, n, t, t), bend(sa, a, n, t, u), bend(sa, a, n, u, u)
         if two:
             tt, tu, uu = tt + bend(sb, b, n, t, t), tu + bend(sb, b, n, t, u), uu + bend(sb, b, n, u, u)
-        tt, uu = tt + gap, uu + gap
+        et, eu = dot(e, t), dot(e, u)
+        tt, tu, uu = tt + gap + rate * et * et, tu + rate * et * eu, uu + gap + rate * eu * eu
         x, z = dot(p, t), dot(p, u)
         if along > 0.0:
             step = scale(x / tt, t)
@@ -88,7 +105,29 @@ def climb(sa, a, sb, b, y, edge, n):
             break
     if two:
         y = facing(sb, b, n)
+    elif rim:
+        y, _, _ = on_rim(sb, b, n)
     return n, dot(sub(add(d, facing(sa, a, scale(-1.0, n))), y), n), y
+
+
+@jit_inside
+def feature_at(sa, a, sb, b, shift):
+    """`gjk.nearest` of a point and a core, and the radius [m] that sweeps the feature that it is nearest to.
+
+    In closed form for a cylinder, whose side is the line in its middle, swept, and whose rim is an edge along it.
+    """
+    if sb.kind != CYLINDER:
+        v, y, count, e = nearest(sa, a, sb, b, shift)
+        return v, y, count, e, sb.radius
+    d = add(sub(load(a.position), load(b.position)), add(middle(sa, a), shift))
+    p = to_body(sb.axes, to_body(b.axes, sub(d, middle(sb, b))))
+    e = excess_of(p, sb, sb.radius)
+    out, around = sqrt(e[0] * e[0] + e[1] * e[1]), sb.radius
+    edge = (0.0, 0.0, 1.0) if e[2] == 0.0 else (-e[1], e[0], 0.0)
+    if e[2] == 0.0 and out > 0.0:
+        e, around = scale((out + sb.half[0] - sb.radius) / out, e), sb.half[0]
+    v = to_world(b.axes, to_world(sb.axes, e))
+    return v, sub(d, v), 2 if out > 0.0 else 3, to_world(b.axes, to_world(sb.axes, edge)), around
 
 
 @jit_inside
@@ -96,35 +135,38 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     """Where an ellipsoid A is nearest to B, which is anything but a plane.
 
     Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and its feature there, see
-    `gjk.nearest`.
+    `feature_at`. Where A reaches into the core as far as its ball, the gap is that along the last normal found.
     """
     between = sub(load(a.position), load(b.position))
     to_b = sub(middle(sb, b), add(between, middle(sa, a)))  # from A's middle to B's
     if sb.kind == ELLIPSOID:
         n = add(shrink(sa, a, to_b), shrink(sb, b, to_b))
         n, gap, y = climb(sa, a, sb, b, NONE, NONE, scale(-1.0 / max(norm(n), 1e-300), n))
-        return n, gap, y, 3, NONE
+        return n, gap, y, 3, NONE, 0.0
     h = sa.half
     ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
-    v, y, count, e = nearest(sa, a, sb, b, NONE)
-    n = shrink(sa, a, v)
-    n = scale(1.0 / max(norm(n), 1e-300), n)
+    v, y, count, e, around = feature_at(sa, a, sb, b, NONE)
+    n = shrink(sa, a, v if norm(v) > 0.0 else scale(-1.0, to_b))
+    n = scale(1.0 / norm(n), n) if norm(n) > 0.0 else (0.0, 0.0, 1.0)
     gap = 0.0
     for _ in range(TRIES):
         before = n
-        v, y, count, e = nearest(sa, a, sb, b, axpy(ball, n, sub(facing(sa, a, scale(-1.0, n)), middle(sa, a))))
+        way = axpy(ball, n, sub(facing(sa, a, scale(-1.0, n)), middle(sa, a)))
+        v, y, count, e, around = feature_at(sa, a, sb, b, way)
         far = norm(v)
         if far == 0.0:
-            break
+            y, count, around = support(sb, b, n), 3, sb.radius
         if count == 3:
-            n = scale(1.0 / far, v)
+            n = scale(1.0 / far, v) if far > 0.0 else n
             gap = dot(sub(add(between, facing(sa, a, scale(-1.0, n))), y), n)
         else:
             edge, start = (e, scale(1.0 / far, v)) if count == 2 else (NONE, n)
+            if sb.kind == CYLINDER and around == sb.radius:
+                edge = NONE
             n, gap, y = climb(sa, a, sb, b, y, edge, start)
         if norm(sub(n, before)) <= 10.0 * SAME:
             break
-    return n, gap, y, count, e
+    return n, gap, y, count, e, around
 
 
 def meet(sa, a, sb, b):
@@ -136,14 +178,14 @@ def meet(sa, a, sb, b):
         arm_b = add(arm_a, d)
         overlap = dot(sub(middle(sb, b), arm_b), n)
     elif sa.kind == ELLIPSOID:
-        n, gap, y, _, _ = nearest_to_ellipsoid(sa, a, sb, b)
-        overlap = sb.radius - gap
-        arm_b = axpy(0.5 * (sb.radius + gap), n, y)
+        n, gap, y, _, _, around = nearest_to_ellipsoid(sa, a, sb, b)
+        overlap = around - gap
+        arm_b = axpy(0.5 * (around + gap), n, y)
         arm_a = sub(arm_b, d)
     else:
-        n, gap, y, _, _ = nearest_to_ellipsoid(sb, b, sa, a)
-        overlap = sa.radius - gap
-        arm_a = axpy(0.5 * (sa.radius + gap), n, y)
+        n, gap, y, _, _, around = nearest_to_ellipsoid(sb, b, sa, a)
+        overlap = around - gap
+        arm_a = axpy(0.5 * (around + gap), n, y)
         arm_b, n = add(arm_a, d), scale(-1.0, n)
     return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
 
@@ -165,12 +207,12 @@ def radius(sa, a, sb, b):
     if sb.kind == PLANE:
         return radius_between(curved(sa, a, to_world(b.axes, load(sb.normal))), feature(0.0, 3, NONE))
     if sa.kind != ELLIPSOID:
-        n, _, _, count, e = nearest_to_ellipsoid(sb, b, sa, a)
-        return radius_between(curved(sb, b, n), feature(sa.radius, count, e))
-    n, _, _, count, e = nearest_to_ellipsoid(sa, a, sb, b)
+        n, _, _, count, e, around = nearest_to_ellipsoid(sb, b, sa, a)
+        return radius_between(curved(sb, b, n), feature(around, count, e))
+    n, _, _, count, e, around = nearest_to_ellipsoid(sa, a, sb, b)
     if sb.kind == ELLIPSOID:
         return radius_between(curved(sa, a, n), curved(sb, b, n))
-    return radius_between(curved(sa, a, n), feature(sb.radius, count, e))
+    return radius_between(curved(sa, a, n), feature(around, count, e))
 
 
 @lru_cache

@@ -7,7 +7,7 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.world.call import ask_deepest, ask_meeting, ask_radius
 from contactlaw.world.core import deepest_on_line, nearest_on_core
-from contactlaw.world.curvature import radius_between, side_at
+from contactlaw.world.curvature import equivalent_radius, radius_between, side_at
 from contactlaw.world.records import BOX, DISC, EDGE, PLANE, SEGMENT, SIDE, SPHERE
 from contactlaw.world.segments import CROWN, nearest_on_segments
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
@@ -79,7 +79,7 @@ def meet_long(sa, a, sb, b):
     radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = half_axis(sa, a)
-        s, radius = deepest_on_line(d, u, radius, sb, b, rounding)
+        s, radius = deepest_on_line(d, u, rounding, (sa, a, sb, b))
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
         x, y, z, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
@@ -93,17 +93,17 @@ def meet_long(sa, a, sb, b):
 def effective_radius(sa, a, sb, b):
     """R [m] where two shapes are nearest: 1/R = 1/R_A + 1/R_B of spheres; see `curvature`.
 
-    At the rim of a cylinder, or where the sides of two cross, R is the root of the product of both radii of curvature,
-    by which Hertz's approach is right to first order in their difference. Boxes and cylinders count as flat.
+    The rim of a cylinder has that of its edge and its own, as it has where it stands upright. Boxes count as flat.
     """
-    if sa.meet != 0 or sb.meet != 0:
+    if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
         return ask_radius(sa.curve if sa.meet != 0 else sb.curve, sa, a, sb, b)
     if sa.kind == DISC:
-        return sqrt(sa.radius * (sa.radius + norm(load(sa.half))))
+        return equivalent_radius(1.0 / (sa.radius + norm(load(sa.half))), 1.0 / sa.radius)
     if sa.kind == SIDE:
-        along = dot(load(sa.half), load(sa.normal))
+        along, axis = dot(load(sa.half), load(sa.normal)), (0.0, 0.0, 1.0)
         across = sqrt(dot(load(sa.half), load(sa.half)) - along * along)
-        return sqrt((sa.radius + across) * sb.half[0])
+        one = 0.0, 1.0 / (sa.radius + across), to_world(a.axes, load(sa.normal))
+        return radius_between(one, (0.0, 1.0 / sb.half[0], to_world(b.axes, to_world(sb.axes, axis))))
     if sb.kind >= BOX:
         return sa.radius
     if sb.kind != SEGMENT:

@@ -132,9 +132,13 @@ def strikes(w, p, crowd):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     slow = loaded(w, a, b) if crowd else 0.0
     if p.closed == 0:
+        if p.toi >= w.step:
+            return False
         closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
         falls = a.active == 0 or (b.active == 0 and b.still == 0)
-        return closing * closing + (2.0 * max(p.acceleration, 0.0) * gap if falls else 0.0) > slow * slow
+        push = max(p.acceleration, 0.0) if falls else 0.0
+        reaches = gap < w.step * (closing + 0.5 * w.step * push)
+        return reaches and closing * closing + 2.0 * push * gap > slow * slow
     c = contact_at(w.contacts, p.slot)
     if rigid(w, c) or not rests(w, c, a, b, slow):
         return True

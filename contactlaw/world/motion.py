@@ -189,6 +189,12 @@ def velocity_at(b, arm):
 
 
 @jit_inside
+def closing_at(a, arm_a, b, arm_b, n):
+    """Speed [m/s] of the point of B towards that of A, along the normal from B to A."""
+    return -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
+
+
+@jit_inside
 def acceleration_at(b, arm):
     """Acceleration [m/s^2] of that point, without contacts and without the change of spin of a free body."""
     w = load(b.spin)

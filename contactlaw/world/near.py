@@ -14,7 +14,8 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
-from contactlaw.world.geometry import centre, meet
+from contactlaw.world.core import lies_over_face
+from contactlaw.world.geometry import centre, half_axis, meet
 from contactlaw.world.motion import jerk
 from contactlaw.world.order import sort_near
 from contactlaw.world.records import (
@@ -46,10 +47,14 @@ def strayed(b, left):
     """Whether a body may leave its margin within a time [s]."""
     if b.size == 0.0 and b.reach == 0.0:  # it has no shapes
         return False
+    return way_of(b, left) > b.margin
+
+
+@jit_inside
+def way_of(b, left):
+    """How far [m] a point of a body can be within a time [s], at most, from where the list of near pairs found it."""
     way = norm(sub(load(b.position), load(b.mark))) + b.turned * b.reach
-    if b.still == 0:
-        way += left * surface_speed(b, left)
-    return way > b.margin
+    return way if b.still != 0 else way + left * surface_speed(b, left)
 
 
 @jit_inside
@@ -233,12 +238,12 @@ def meets(kind_a, kind_b):
     if kind_a == EDGE:
         return BOX <= kind_b <= HULL
     if kind_a == DISC:
-        return kind_b in (BOX, CYLINDER, PLANE)
+        return BOX <= kind_b <= PLANE
     if kind_a == SIDE:
         return kind_b == CYLINDER
     if kind_a == ELLIPSOID:
-        return kind_b != CYLINDER and kind_b <= PLANE
-    return kind_b == HULL
+        return kind_b <= PLANE
+    return kind_b == HULL and kind_a != CYLINDER
 
 
 @jit_inside
@@ -268,6 +273,9 @@ def consider(w, i, j):
         far = margin + size(sa) + size(sb)
         if dot(d, d) > far * far:
             return
+        if sa.kind == EDGE and sb.kind == BOX and lies_over_face(d, half_axis(sa, a), margin, sb, b):
+            return
+    overlap = 0.0
     if sb.kind != SPHERE and sb.kind != TANGENT:
         overlap, _, _, _ = meet(sa, a, sb, b)
         if overlap < -margin:
@@ -277,6 +285,7 @@ def consider(w, i, j):
         return
     p = near_at(w.near, w.nears)
     p.a, p.b = i, j
+    p.listed = -overlap if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL else 0.0
     w.nears += 1
 
 

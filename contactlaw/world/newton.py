@@ -35,6 +35,7 @@ from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
 
 FOUND = 1e-9  # of its overlap, that a contact may still move
+SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
 ROUNDING = 4e-15  # of a place, the same
 
 
@@ -129,7 +130,8 @@ def look_at(w, r, stage):
         advance_rolling(w, c, law.rolling, (dot(turning, e), dot(turning, f)))
         twist(a, scale(-stage, moment_of(c)), n, part(w, RIGHT))
         twist(b, scale(stage, moment_of(c)), n, part(w, RIGHT))
-    least = FOUND * t.overlap + ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
+    pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
+    least = pace * FOUND * t.overlap + ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
     return not change <= least, least / stage  # NaN has moved
 
 

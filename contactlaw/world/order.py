@@ -26,12 +26,15 @@ def sort_near(w, counts):
         p = near_at(w.near, k)
         i = whole_at(w.grid, counts + p.a)
         set_whole(w.grid, counts + p.a, i + 1)
-        near_at(w.near, i).body_a, near_at(w.near, i).body_b = p.a, p.b
+        q = near_at(w.near, i)
+        q.body_a, q.body_b, q.gap = p.a, p.b, p.listed
     for k in range(w.nears):
         p = near_at(w.near, k)
-        a, b = p.body_a, p.body_b
+        a, b, listed = p.body_a, p.body_b, p.gap
         i = k
         while i > 0 and near_at(w.near, i - 1).a == a and near_at(w.near, i - 1).b > b:
-            near_at(w.near, i).a, near_at(w.near, i).b = a, near_at(w.near, i - 1).b
+            before, q = near_at(w.near, i - 1), near_at(w.near, i)
+            q.a, q.b, q.listed = a, before.b, before.listed
             i -= 1
-        near_at(w.near, i).a, near_at(w.near, i).b = a, b
+        q = near_at(w.near, i)
+        q.a, q.b, q.listed = a, b, listed

@@ -10,7 +10,7 @@ from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import centre, effective_radius, meet
-from contactlaw.world.motion import acceleration_at, decay, jerk, mobility_between, rate, velocity_at
+from contactlaw.world.motion import acceleration_at, closing_at, decay, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
@@ -51,7 +51,7 @@ def predict(w, p, a, b, now, left):
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
     p.seen = now
     p.gap = -overlap
-    p.closing = -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
+    p.closing = closing_at(a, arm_a, b, arm_b, n)
     rest = sub(load(a.acceleration), load(b.acceleration))
     flat = sb.kind >= PLANE
     p.acceleration = -dot(rest, n) if flat else norm(rest)
@@ -117,7 +117,7 @@ def contact_time(w, c, a, b):
 @jit_inside
 def closing_speed(c, a, b):
     """Closing speed [m/s] of a closed contact; `touch.closing` is rounding alone if its substep was as short."""
-    return -dot(sub(velocity_at(a, load(c.arm_a)), velocity_at(b, load(c.arm_b))), load(c.normal))
+    return closing_at(a, load(c.arm_a), b, load(c.arm_b), load(c.normal))
 
 
 @jit_inside

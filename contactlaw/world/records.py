@@ -20,6 +20,7 @@ NEVER = np.inf
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
+STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
 VECTOR = ("f8", (3,))
@@ -87,7 +88,8 @@ TREE = record(
     q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
     f="u8", d="u8", v_f="u8",  # force on them: f - D (v - v_f), all three constant over a step; D as `factor`
     x="u8",  # (v_size,), what a function is given, and what it returns
-    push="u8",  # (v_size,), what contacts have changed v by since its last substep
+    due="u8", kicked="i8",  # (v_size,), impulses on them since then; whether there are any
+    push="u8",  # (v_size,), what these change v by
     factor="u8",  # (v_size, v_size), see `tree_dynamics`
     room="u8",  # q_size + 3 v_size
     kept="u8",  # q_size + v_size, coordinates and forces that it fell asleep with
@@ -106,6 +108,7 @@ TREE = record(
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8",  # [s] that damping comes behind its velocity, see `tree_motion`
+    passes="i8",  # whether an engine has taken it to the end of the step already, past everything, see `passing`
     disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
 """Bodies that joints hold together, a tree with generalised coordinates."""
@@ -160,14 +163,16 @@ SHAPE = record(
     deepest="u8",  # address of what finds the deepest point of a disc
     first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
     points="u8",  # address of the first of them
-    meet="u8", curve="u8",  # addresses of what finds where a hull or an ellipsoid meets others, and the radius there
+    # addresses of what finds where a hull or an ellipsoid meets others, and the radius there, of a cylinder too; and
+    # where a hull is nearest to a point
+    meet="u8", curve="u8", nearest="u8",
 )  # fmt: skip
 """A shape fixed to a body.
 
 SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
 SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes and hulls, with its side. BOX,
 CYLINDER, HULL, a polyhedron that a ball sweeps, and PLANE, a half space, meet round shapes. ELLIPSOID: meets all but
-parts and cylinders. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
+parts. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
 small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which meets cylinders alone.
 TANGENT: a plane that is placed anew before each step, where an engine has found two shapes nearest; its pair is always
 looked at.
@@ -195,6 +200,7 @@ NEAR = record(
     clear_until="f8",  # time [s] before which it cannot close whatever impacts do, within a window
     seen="f8",  # time [s] when it was last looked at
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
+    listed="f8",  # gap [m] when it was listed, of what is not looked at as fast as balls are; else zero
 )  # fmt: skip
 """Two shapes that may come to touch; A is round."""
 
@@ -263,7 +269,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     """How many numbers a tree keeps, by their names in its record, in their order."""
     q, v = int(tree["q_size"]), int(tree["v_size"])
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
-    one = dict.fromkeys(("v", "a", "f", "v_f", "x", "push"), v)
+    one = dict.fromkeys(("v", "a", "f", "v_f", "x", "due", "push"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
     sizes = {"d": v * v, "factor": v * v, "room": q + 3 * v, "kept": q + v, "start": q + v}
     return {"q": q} | one | sizes | own

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from contactlaw import checks
-from contactlaw.world import convex, ellipsoid
+from contactlaw.world import convex, disc, ellipsoid
 from contactlaw.world.core import CROWN
-from contactlaw.world.disc import address_of_deepest
 from contactlaw.world.hulls import core_of
 from contactlaw.world.records import (
     BOX,
@@ -61,7 +60,8 @@ def box(row: int, turn: Array, half_lengths: Array, at: Array, axes: Array, roun
 
 def cylinder(row: int, turn: Array, sizes: Array, at: Array, axes: Array, rounding: float | None) -> Fields:
     """Radius and half length, and centre [m]; axes: its own as columns (3, 3), the third along it."""
-    return box(row, turn, sizes[[0, 0, 1]], at, axes, rounding) | {"kind": CYLINDER}
+    curve = disc.addresses()["curve"]
+    return box(row, turn, sizes[[0, 0, 1]], at, axes, rounding) | {"kind": CYLINDER, "curve": curve}
 
 
 def parts_of(core: Fields, others: set[int]) -> list[Fields]:
@@ -94,7 +94,7 @@ def parts_of(core: Fields, others: set[int]) -> list[Fields]:
             out += [base | {"kind": EDGE, "at": core["at"] + own @ (h * m), "half": along} for m in middles]
         return out
     radius, up, axis = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * own[:, 2], own[:, 2]
-    round_ = base | {"normal": axis, "deepest": address_of_deepest()}
+    round_ = base | {"normal": axis, "deepest": disc.addresses()["deepest"]}
     out = []
     for one in (up, -up):
         out.append(round_ | {"kind": DISC, "at": core["at"] + one, "half": radius * own[:, 0]})

@@ -15,15 +15,15 @@ from functools import lru_cache
 from numba import types
 
 from contactlaw.jit import address_of, jit, jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, shape_at, whole_at, world_at
+from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at, whole_at, world_at
 from contactlaw.world.call import A_STEP, address, call_on_world, call_step
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet
 from contactlaw.world.island import integrate
-from contactlaw.world.motion import fly, follow, settle
+from contactlaw.world.motion import closing_at, fly, follow, settle
 from contactlaw.world.near import count_slots, list_near, strayed
-from contactlaw.world.pace import loaded, rests
-from contactlaw.world.records import NEVER, PARTED, TANGENT
+from contactlaw.world.pace import LONG, loaded, rests
+from contactlaw.world.records import ASKED, NEVER, PARTED, PASSES, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace
 from contactlaw.world.vec import dot, load, store
@@ -58,7 +58,10 @@ def step_once(w, dt, grows):
 
 
 def find_pressed(world):
-    """Which bodies are pressed: they have closed contacts, or were put into others; world: its address."""
+    """Which bodies are pressed: they have closed contacts, or were put into others; world: its address.
+
+    Before a step, open pairs of trees that may pass by come to know their gap and how fast it closes.
+    """
     w = world_at(world, 0)
     if w.stale != 0:
         list_near(w)
@@ -68,12 +71,20 @@ def find_pressed(world):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         pressed = p.closed != 0
-        if not pressed and (a.placed != 0 or b.placed != 0):
-            overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        if not pressed and (asked(a) or asked(b)):
+            overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+            p.gap = -overlap
+            p.closing = closing_at(a, arm_a, b, arm_b, n)
             pressed = overlap > 0.0
         if pressed:
             a.pressed = 1
             b.pressed = 1
+
+
+@jit_inside
+def asked(b):
+    """Whether a body was put where it is, or may pass by everything."""
+    return b.placed != 0 or (b.tree != 0 and tree_at(b.tree, 0).passes == ASKED)
 
 
 @lru_cache
@@ -95,7 +106,7 @@ def finish(w, dt):
         if w.stale != 0:
             list_near(w)
         first, shortest = look_ahead(w, now, dt)
-        if now == 0.0 and shortest < dt and some_last(w) and call_on_world(address(w, LAST), w):
+        if now == 0.0 and LONG * shortest <= dt and some_last(w) and call_on_world(address(w, LAST), w):
             first, shortest = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
@@ -138,14 +149,15 @@ def begin(w, dt):
     w.step = dt
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        b.time = 0.0
+        passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES
+        b.time = dt if passes else 0.0
         b.changed = 1
         b.touched = 0
-        b.done = 0
+        b.done = 1 if passes else 0
         b.placed = 0
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
-        if b.tree != 0 and b.member == 0:
+        if b.tree != 0 and b.member == 0 and not passes:
             settle(b)
         if b.asleep != 0 and disturbed(b):
             wake_body(b, 0.0)
@@ -153,7 +165,7 @@ def begin(w, dt):
         follow(b)
         moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
-        if strayed(b, dt):
+        if strayed(b, dt - b.time):
             w.stale = 1
     count_slots(w)
     for k in range(w.nears):

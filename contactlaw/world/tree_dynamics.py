@@ -279,15 +279,22 @@ def spread_acceleration(t):
 
 
 @jit_inside
-def project(t, b, arm, impulse, x):
-    """x <- L^-T J^T p of an impulse [N s] on a body, for the axes that carry it; returns the last of these."""
+def load_axes(t, b, arm, impulse, x, left):
+    """x <- left x + J^T p of an impulse [N s] on a body, for the axes that carry it; returns the last of these."""
     link = link_at(t.links, b.member)
     last = link.first_axis + link.axes - 1
     moment = cross(add(sub(load(b.position), load(t.origin)), arm), impulse)
     k = last
     while k >= 0:
         axis = axis_at(t.axes, k)
-        x[k] = dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
+        x[k] = left * x[k] + dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
         k = axis.before
+    return last
+
+
+@jit_inside
+def project(t, b, arm, impulse, x):
+    """x <- L^-T J^T p of an impulse [N s] on a body, for the axes that carry it; returns the last of these."""
+    last = load_axes(t, b, arm, impulse, x, 0.0)
     descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
     return last

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from contactlaw.world.access import axis_at, link_at, tree_at
-from contactlaw.world.tree_dynamics import limit_force
+from contactlaw.world.access import axis_at, tree_at
+from contactlaw.world.tree_dynamics import limit_force, load_axes
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.trees import clear, copy, place
-from contactlaw.world.vec import add, cross, dot, load, sub
 
 
 def stand(b):
@@ -64,11 +63,4 @@ def resist(b):
 def carry(b, arm, direction):
     """Add to x the velocity of a point along a direction, by the tree's velocities."""
     t = tree_at(b.tree, 0)
-    x = vector(t.x, t.v_size)
-    link = link_at(t.links, b.member)
-    moment = cross(add(sub(load(b.position), load(t.origin)), arm), direction)
-    k = link.first_axis + link.axes - 1
-    while k >= 0:
-        axis = axis_at(t.axes, k)
-        x[k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), direction)
-        k = axis.before
+    load_axes(t, b, arm, direction, vector(t.x, t.v_size), 1.0)

@@ -21,11 +21,11 @@ from contactlaw.world.access import body_at, tree_at
 from contactlaw.world.call import call_on_tree
 from contactlaw.world.tree_dynamics import decay
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.trees import accelerate, clear, copy, place
+from contactlaw.world.trees import accelerate, clear, copy, place, take_up
 from contactlaw.world.vec import add, load, norm, scale, store, sub
 
 HOLD = 4
-LONGEST_HOLD = 1e-3  # [s]
+LONGEST_HOLD, HELD_TURN = 1e-3, 0.02  # [s], or [rad] where the tree turns slowly
 LARGEST_TURN = 0.1  # [rad] of a Runge-Kutta step
 LARGEST_DECAY = 0.5  # of a velocity by damping, in such a step
 STIFF = 4.0  # steps that damping may ask of a flight; then it lags
@@ -111,6 +111,7 @@ def drift(b, h):
     """Move a tree for h [s] without contacts; `shift` and `twist` are what its bodies moved by."""
     t = tree_at(b.tree, 0)
     n = t.v_size
+    take_up(t)
     for i in range(t.count):
         one = body_at(t.bodies, i)
         store(one.shift, load(one.position))
@@ -141,7 +142,7 @@ def drift(b, h):
 def foresee(t, h):
     """Find mass matrix and accelerations for the next substeps of h [s], as they are amid the kicks that end these."""
     n = t.v_size
-    longest = min(LONGEST_HOLD, LARGEST_DECAY / max(t.decay, 1e-9))
+    longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.fold, 1e-9)), LARGEST_DECAY / max(t.decay, 1e-9))
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
     t.held = h
     half = 0.5 * h * (t.hold + 1)

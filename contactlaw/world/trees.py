@@ -16,7 +16,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.call import call_on_tree
 from contactlaw.world.motion import LEAST_MOBILITY, lightness
-from contactlaw.world.tree_dynamics import answered, ascend, decay, descend, limit_impulse, project
+from contactlaw.world.tree_dynamics import answered, ascend, decay, descend, limit_impulse, load_axes, project
 from contactlaw.world.tree_kinematics import spread_velocity, vector
 from contactlaw.world.vec import add, cross, load, norm, store, sub
 
@@ -68,6 +68,7 @@ def settle(b):
     if b.asleep != 0:
         t.disturbed = 1 if moved(t) else 0
     elif t.stale != 0:
+        take_up(t)
         clear(vector(t.x, t.v_size))
         place(t)
         accelerate(t)
@@ -78,12 +79,24 @@ def settle(b):
 
 
 def kick(b, arm, impulse):
-    """Give a body of a tree an impulse [N s] at an arm [m] from its centre of mass; limits hold against it."""
+    """Give a body of a tree an impulse [N s] at an arm [m] from its centre of mass: its velocities follow later."""
     t = tree_at(b.tree, 0)
+    load_axes(t, b, arm, impulse, vector(t.due, t.v_size), 1.0)
+    t.kicked = 1
+    t.stale = 1
+
+
+@jit_inside
+def take_up(t):
+    """Change the velocities by the impulses of all contacts at once; limits hold against them."""
+    if t.kicked == 0:
+        return
+    t.kicked = 0
     n = t.v_size
-    x, m = vector(t.x, n), vector(t.factor, (n, n))
-    clear(x)
-    project(t, b, arm, impulse, x)
+    x, m, due = vector(t.x, n), vector(t.factor, (n, n)), vector(t.due, n)
+    copy(due, x)
+    clear(due)
+    descend(t, m, x, n - 1, True)
     ascend(t, m, x)
     change(t, x)
     for k in range(n):
@@ -96,7 +109,6 @@ def kick(b, arm, impulse):
             ascend(t, m, answer)
             change(t, answer)
     spread_velocity(t)
-    t.stale = 1
 
 
 @jit_inside

@@ -14,6 +14,7 @@ from contactlaw.world.access import body_aside, body_at, contact_at, near_at, se
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import call_with_body
 from contactlaw.world.motion import fly, lightness
+from contactlaw.world.near import way_of
 from contactlaw.world.pace import closing_speed, contact_time, predict, touch_time
 from contactlaw.world.records import NEVER
 
@@ -37,7 +38,10 @@ def look_ahead(w, now, step):
             shortest = min(shortest, contact_time(w, contact_at(w.contacts, p.slot), a, b))
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
-            look(w, p, now)
+            if p.listed > 0.0 and p.listed > way_of(a, step - a.time) + way_of(b, step - b.time):
+                p.toi, p.seen = NEVER, -1.0
+            else:
+                look(w, p, now)
         if p.toi < step:
             first = min(first, p.toi)
     for n in range(w.near_body_count):
@@ -107,6 +111,9 @@ def activate(w, now, until):
                 if a.delta_v == 0.0 and b.delta_v == 0.0:
                     continue
                 if p.seen != now:
+                    kicked = length * MARGIN * (a.delta_v + b.delta_v)
+                    if p.listed > 0.0 and p.listed > way_of(a, until - a.time) + way_of(b, until - b.time) + kicked:
+                        continue
                     look(w, p, now)
                 if time_to_close(p.gap, fastest_closing(p, a, b), max(p.acceleration, 0.0)) > length:
                     continue
@@ -140,11 +147,11 @@ def bound_delta_v(w, p, a, b, length):
     for_a *= 2.0 * max(sqrt(square), b.delta_v) / both
     for_b *= 2.0 * max(sqrt(square), a.delta_v) / both
     more = for_a > GROWN * a.delta_v or for_b > GROWN * b.delta_v
-    a.delta_v = max(a.delta_v, for_a)
-    b.delta_v = max(b.delta_v, for_b)
-    for one in (a, b):
-        if one.tree != 0:
-            call_with_body(tree_at(one.tree, 0).spread, one)
+    for one, value in ((a, for_a), (b, for_b)):
+        if value > one.delta_v:
+            one.delta_v = value
+            if one.tree != 0:
+                call_with_body(tree_at(one.tree, 0).spread, one)
     return more
 
 

@@ -21,7 +21,7 @@ from contactlaw.world.step import step
 from contactlaw.world.tree import Tree
 from contactlaw.world.tree_rows import TreeRows
 
-NEAR_PART = 4  # shapes that a corner, an edge or a rim is near to, in the mean, while its solid tumbles along a wall
+NEAR_PART = 8  # of all other solids and planes, that a corner, an edge or a rim may be near to, in the mean
 
 
 class World:
@@ -29,7 +29,7 @@ class World:
 
     Bodies are moved inside each step, and kicked by their contacts in substeps that resolve them: what comes out does
     not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules,
-    ellipsoids, boxes, cylinders, convex hulls and planes fixed to bodies; ellipsoids and cylinders do not touch.
+    ellipsoids, boxes, cylinders, convex hulls and planes fixed to bodies.
 
         from contactlaw import MATERIALS, ContactPair
         from contactlaw.world import World
@@ -95,7 +95,8 @@ class World:
             self._arrays = with_shapes(self._arrays, self._new_shapes)
             self._new_shapes = []
             parts = sum(number != owner for number, owner in enumerate(self._owners))
-            while self._arrays.near.size < NEAR_PART * parts:
+            others = min(len(self._owners) - parts, NEAR_PART)
+            while self._arrays.near.size < others * parts:
                 self._arrays = with_more_room(self._arrays)
         if self._regroup:
             self._arrays = self._arrays._replace(groups=self._groups())

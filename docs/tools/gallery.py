@@ -17,8 +17,10 @@ HEAD = """# Gallery
 
 Every scene is one file in `sims/scenes`, runs in a second or a few, checks itself against what is known, and is an
 example of how the package is used. `python -m sims NAME --help` has its options; `--plot x.png` and `--gif x.gif` make
-the pictures shown here, `--law native` the engine's own contact, `--json` prints the figures. Numbers under a ball
-count its bounces.
+the pictures shown here, `--mp4 x.mp4` a video (`pip install -e '.[video]'`), `--view` opens the engine's window with a
+camera at the bodies. `--engine both` runs a scene in MuJoCo and PyBullet, `none` in the package's own world; `--law
+native` is the engine's own contact; `--json` prints the figures. `--friction`, `--restitution`, `--mass` and `--radius`
+are the ball's. Numbers under a ball count its bounces.
 """
 
 
@@ -55,7 +57,7 @@ def _chapter(name: str, scene: Any, suffixes: list[str]) -> str:
     if ".gif" in suffixes:
         lines += [f'??? example "Moving picture, {scene.slow:g} times slower than life"', ""]
         lines += [f"    ![{scene.title}, moving](../sims/figures/{name}.gif)", ""]
-    code = textwrap.dedent(inspect.getsource(type(scene).run))
+    code = textwrap.dedent(inspect.getsource(type(scene).simulate))
     lines += [f'??? example "Code: {code.count(chr(10))} lines of sims/scenes/{name}.py"', "", "    ```python"]
     lines += [f"    {line}".rstrip() for line in code.rstrip().splitlines()]
     return "\n".join([*lines, "    ```", ""])

@@ -15,20 +15,23 @@ resin, E 5.84 GPa, nu 0.34 (assumed; handbooks differ).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, radians, sin, sqrt
+from typing import Any
 
 import numpy as np
 
-from contactlaw import MATERIALS, ContactPair, Material, checks
+from contactlaw import ContactPair, Material
 from sims.contact_point import contact_velocity, rebound_of, static_overlap
+from sims.options import Option, of_ball, speed
 from sims.recording import Recording
-from sims.scene import Limit, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Limit, Mark, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
-RADIUS, MASS, GRAVITY = 0.02625, 0.1406, 9.81  # [m], [kg], [m/s^2]
+GRAVITY = 9.81  # [m/s^2]
+BALL = of_ball(0.02625, 0.14, 0.98, mass=0.1406)
 PHENOLIC = Material(5.84e9, 0.34, name="phenolic resin")
-TABLE = ContactPair(PHENOLIC, PHENOLIC, friction=0.212, restitution=0.5, radius=RADIUS, law="mindlin")
-CUSHION_RESTITUTION = 0.98
+TABLE = ContactPair(PHENOLIC, PHENOLIC, friction=0.212, restitution=0.5, law="mindlin")
 NORMAL = np.array([-1.0, 0.0, 0.0])  # of the cushion
 LANES = ("running", "plain", "reverse")
 # What spin about the normal adds to psi_2, over sigma^2, sigma = (kappa/mu) omega a_max/V_z1, at the default speed and
@@ -43,70 +46,64 @@ class Billiards(Scene):
 
     name = "billiards"
     title = "a billiard ball rolls into a cushion, with running, no and reverse side"
+    engines = EVERYWHERE
     slow = 5.0
+    material = ""
     options = {
-        "speed": (2.0, "of the balls, in m/s"),
-        "angle": (30.0, "between path and the cushion's normal, in degrees"),
-        "side": (0.5, "R times the side spin over the speed"),
-        "friction": (0.14, "of ball and cushion"),
-    }
+        "speed": speed(2.0, "of the balls"),
+        "angle": Option(30.0, "between path and the cushion's normal, in degrees", 0.0, 80.0),
+        "side": Option(0.5, "R times the side spin over the speed", 0.0, 100.0),
+    } | BALL
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Rolling all three, with the overlap that they rest with."""
-        self.demand(settings)
-        speed = checks.positive("speed", self.option(settings, "speed"))
-        friction = checks.positive("friction", self.option(settings, "friction"))
-        angle = radians(checks.number("angle", self.option(settings, "angle"), "in [0, 80]", low=0.0, high=80.0))
-        side = checks.not_negative("side", self.option(settings, "side"))
-        pair = cushion(friction, settings.material)
-        velocity = speed * np.array([cos(angle), sin(angle), 0.0])
-        roll = np.array([-velocity[1], velocity[0], 0.0]) / RADIUS
-        sunk = static_overlap(TABLE, MASS * GRAVITY, RADIUS)
+        pair, angle = cushion(o), radians(o.angle)
+        velocity = o.speed * np.array([cos(angle), sin(angle), 0.0])
+        roll = np.array([-velocity[1], velocity[0], 0.0]) / o.radius
+        sunk = static_overlap(TABLE, o.mass * GRAVITY, o.radius)
 
         world = new_world(settings, gravity=(0.0, 0.0, -GRAVITY))
         world.plane("table")
         world.block("cushion", (0.03, 1.0, 0.1), [0.03, 0.3, 0.0])
         for lane, name in enumerate(LANES):
-            start = [-RADIUS - WAY * cos(angle), 0.25 * lane - WAY * sin(angle), RADIUS - sunk]
-            turn = (lane - 1) * side * speed / RADIUS  # running side: the rim that meets the cushion rolls along it
-            world.ball(name, RADIUS, MASS, start, velocity, roll + [0.0, 0.0, turn])
-        world.contact(list(LANES), "table", TABLE)
-        world.contact(list(LANES), "cushion", pair, speed=speed * cos(angle))
-        recording = world.record(
-            WAY / speed + AFTER, angle=angle, speed=speed, friction=friction, wall=settings.material
-        )
+            start = [-o.radius - WAY * cos(angle), 0.25 * lane - WAY * sin(angle), o.radius - sunk]
+            turn = (lane - 1) * o.side * o.speed / o.radius  # running side: the rim at the cushion rolls along it
+            world.ball(name, o.radius, o.mass, start, velocity, roll + [0.0, 0.0, turn])
+        world.contact(list(LANES), "table", replace(TABLE, radius=o.radius))
+        world.contact(list(LANES), "cushion", pair, speed=o.speed * cos(angle))
+        recording = world.record(WAY / o.speed + AFTER)
         recording.view, recording.scenery = (0, 1), [one for one in recording.scenery if one.name == "cushion"]
         return recording
 
-    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
         """Which side each ball has."""
         starts = {name: recording.track(name).positions[0] for name in LANES}
-        return [(float(place[0]), float(place[1]) - RADIUS, name) for name, place in starts.items()]
+        return [(place[0], place[1] - recording.o.radius, f"{name} side") for name, place in starts.items()]
 
     def caption(self, recording: Recording) -> str:
         """What to see: side turns the way off the cushion."""
         balls = self.measure(recording)["balls"]
         angles = ", ".join(f"{name} {ball['angle_after_degrees']:.0f}\N{DEGREE SIGN}" for name, ball in balls.items())
-        return f"in {np.degrees(recording.facts['angle']):.0f}\N{DEGREE SIGN}, out {angles}"
+        return f"in {recording.o.angle:.0f}\N{DEGREE SIGN}, out {angles}"
 
     def measure(self, recording: Recording) -> Measured:
         """Each ball just before the cushion and just after it."""
-        facts = recording.facts
-        pair, pull = cushion(facts["friction"], facts["wall"]), np.array(facts["gravity"])
-        begin, duration = WAY / facts["speed"], pair.contact_duration(MASS, facts["speed"] * cos(facts["angle"]))
-        end = begin + 1.5 * duration
-        before, after = (int(np.searchsorted(recording.times, time)) for time in (begin, end))
+        o, pair, pull = recording.o, cushion(recording.o), np.array(recording.facts["gravity"])
+        approach = o.speed * cos(radians(o.angle))
+        begin, duration = WAY / o.speed, pair.contact_duration(o.mass, approach)
+        before, end = (int(np.searchsorted(recording.times, time)) for time in (begin, begin + 1.5 * duration))
         out: Measured = recording.told()
-        out |= {"chi": pair.chi(MASS, MASS / 3.5), "balls": {}}
+        out |= {"chi": pair.chi(1.0, 1.0 / 3.5), "balls": {}}
         for name in LANES:
             track = recording.track(name)
-            points = contact_velocity(track.velocities, track.spins, NORMAL, RADIUS)
-            rolling = contact_velocity(track.velocities, track.spins, [0.0, 0.0, 1.0], RADIUS)
-            came, left = before - 1, after
+            points = contact_velocity(track.velocities, track.spins, NORMAL, o.radius)
+            rolling = contact_velocity(track.velocities, track.spins, [0.0, 0.0, 1.0], o.radius)
+            free = np.flatnonzero((track.positions[end:, 0] < -o.radius) & (track.velocities[end:, 0] < 0.0))
+            came, left = before - 1, end + int(free[0]) if free.size else -1
             # Gravity acts from the first instant on, as friction lifts the ball: it is taken off again.
             points[left] -= pull * (recording.times[left] - begin)
             out["balls"][name] = {
-                "slip_on_the_table": float(np.abs(rolling[:before]).max()) / facts["speed"],
+                "slip_on_the_table": float(np.abs(rolling[:before]).max()) / o.speed,
                 "angle_after_degrees": float(
                     np.degrees(np.arctan2(track.velocities[left, 1], -track.velocities[left, 0]))
                 ),
@@ -118,9 +115,8 @@ class Billiards(Scene):
             # about the normal, in the mean by half of that; the annuli know of no such spin.
             spin = abs(float(track.spins[came] @ NORMAL))
             out["balls"][name]["turned"] = 0.25 * duration * spin
-            approach = facts["speed"] * cos(facts["angle"])
-            radius = sqrt(RADIUS * pair.greatest_overlap(MASS, approach))
-            sigma = pair.kappa / facts["friction"] * spin * radius / approach
+            radius = sqrt(o.radius * pair.greatest_overlap(o.mass, approach))
+            sigma = pair.kappa / o.friction * spin * radius / approach
             out["balls"][name]["psi2_by_spin"] = OF_SPIN[name] * sigma**2
         return out
 
@@ -142,7 +138,6 @@ class Billiards(Scene):
         return out
 
 
-def cushion(friction: float, wall: str | None) -> ContactPair:
+def cushion(o: Any) -> ContactPair:
     """Ball and cushion."""
-    other = MATERIALS[wall] if wall else PHENOLIC
-    return ContactPair(PHENOLIC, other, friction, CUSHION_RESTITUTION, radius=RADIUS)
+    return ContactPair(PHENOLIC, o.material or PHENOLIC, o.friction, o.restitution, radius=o.radius)

@@ -15,22 +15,26 @@ angle of a golf ball, Proceedings 49 (2020) 27.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from math import cos, degrees, radians, sin
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlaw import RIGID, ContactPair, Material, checks
+from contactlaw import RIGID, ContactPair, Material
 from sims.contact_point import contact_velocity, rebound_of
+from sims.options import of_ball, speed
 from sims.recording import Recording
-from sims.scene import Limit, Measured, Scene, Settings, register
+from sims.scene import NATIVE, NATIVES, Limit, Mark, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
-RADIUS, MASS = 0.02135, 0.0459  # [m], [kg]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 HEAD = (0.028, 0.038, 0.008)  # half lengths of a head [m], the last across the face
 LOFTS = (10, 15, 20, 25, 30, 34, 40, 45, 50, 55, 60, 65)  # [degrees]; 34: a 7 iron
 COVER = Material(1.28e8, 0.45, name="golf ball")  # E such that the contact lasts 0.45 ms at 40 m/s
-RESTITUTION = 0.8
 LEAD, AFTER = 0.0051, 0.065  # times [s] before the impact and after
 
 
@@ -41,66 +45,84 @@ class Golf(Scene):
     name = "golf"
     title = "golf balls struck at lofts of 10 to 65 degrees: launch angle and backspin"
     exposure, slow = 0.0325, 20.0
-    options = {
-        "speed": (8.0, "of the heads, in m/s"),
-        "friction": (0.4, "of ball and face"),
-    }
+    native_step = 1e-4
+    material = None
+    options = {"speed": speed(8.0, "of the heads")} | of_ball(0.02135, 0.4, 0.8, mass=0.0459)
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """All shots at once, each in its lane."""
-        self.demand(settings)
-        speed = checks.positive("speed", self.option(settings, "speed"))
-        friction = checks.positive("friction", self.option(settings, "friction"))
-        pair = pair_of(friction)
+        pair = pair_of(o)
         world = new_world(settings, gravity=(0.0, 0.0, 0.0))
         for lane, loft in enumerate(LOFTS):
             tee = np.array([0.0, 0.2 * lane, 0.0])
             face, up = axes(loft)
-            world.ball(f"ball{loft}", RADIUS, MASS, tee)
+            world.ball(f"ball{loft}", o.radius, o.mass, tee)
             world.paddle(
-                f"head{loft}", HEAD, partial(head_at, tee - (RADIUS + HEAD[2]) * face, speed),
+                f"head{loft}", HEAD, partial(head_at, tee - (o.radius + HEAD[2]) * face, o.speed),
                 rotation=np.column_stack([-up, [0.0, 1.0, 0.0], face]),
             )  # fmt: skip
-            world.contact(f"ball{loft}", f"head{loft}", pair, speed=speed * cos(radians(loft)))
-        return world.record(LEAD + AFTER, speed=speed, friction=friction)
+            world.contact(f"ball{loft}", f"head{loft}", pair, speed=o.speed * cos(radians(loft)))
+        return world.record(LEAD + AFTER)
 
-    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
-        """Loft, launch angle and backspin of every other ball, beyond its end."""
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
+        """The loft of every third ball, beyond its end."""
         out = []
-        for loft in LOFTS[::2]:
+        for loft in LOFTS[::3]:
             ball = recording.track(f"ball{loft}")
-            (x, _, z), (ahead, _, up) = ball.positions[-1], ball.velocities[-1]
-            way = np.array([ahead, up]) / max(float(np.hypot(ahead, up)), 1e-12)
-            launch, spin = degrees(np.arctan2(up, ahead)), -ball.spins[-1, 1]
-            text = f"{loft}°: {launch:.0f}°, {spin:.0f}"
-            out.append((float(x + 3.2 * RADIUS * way[0]), float(z + 2.0 * RADIUS * way[1] + 0.6 * RADIUS), text))
+            way = ball.velocities[-1] / max(float(np.linalg.norm(ball.velocities[-1])), 1e-12)
+            beyond = ball.positions[-1] + 2.5 * ball.size[0] * way
+            out.append((float(beyond[0]), float(beyond[2]) + 0.5 * ball.size[0], f"{loft}\N{DEGREE SIGN}"))
         return out
 
     def caption(self, recording: Recording) -> str:
-        """What the labels say."""
-        return "loft: launch angle, backspin in rad/s"
+        """What to see."""
+        return "at each ball the loft of its head"
+
+    def figure(self, settings: Settings, recording: Recording) -> Figure | None:
+        """Launch angle and backspin over the loft, between the limits of rigid bodies."""
+        from matplotlib.figure import Figure
+
+        from sims.panel import TONES, title_of
+
+        if settings.law in NATIVES:
+            return None
+        native = self.run(replace(settings, law=NATIVE, timestep=self.native_step))
+        figure = Figure(figsize=(8.6, 3.8), layout="constrained")
+        units = {"launch_angle": "degrees", "backspin": "rad/s"}
+        for axes, (what, unit) in zip(figure.subplots(1, 2), units.items(), strict=True):
+            for one, marker, kind in ((recording, "o", "law"), (native, "^", "native")):
+                values, colour = [shot[what] for shot in self.measure(one)["shots"]], TONES[kind]["dark"]
+                axes.plot(LOFTS, values, marker, color=colour, markerfacecolor="none", label=title_of(self, one))
+            for how, dash in (("sliding", "--"), ("rolling", "-")):
+                values = [limits_of_rigid_bodies(loft, recording.o)[f"{what}_{how}"] for loft in LOFTS]
+                axes.plot(LOFTS, values, dash, color="0.4", linewidth=1.0, label=f"rigid ball, {how} in the end")
+            top = 1.15 * max(shot[what] for shot in self.measure(recording)["shots"])
+            axes.set(xlabel="loft [degrees]", ylabel=f"{what.replace('_', ' ')} [{unit}]", ylim=(0.0, top))
+            axes.grid(alpha=0.3)
+        figure.axes[0].legend(fontsize=8)
+        return figure
 
     def measure(self, recording: Recording) -> Measured:
         """A row for each loft."""
-        facts = recording.facts
-        speed, pair = facts["speed"], pair_of(facts["friction"])
-        chi = pair.chi(MASS, MASS / 3.5)
-        moving = np.array([speed, 0.0, 0.0])
+        o, pair = recording.o, pair_of(recording.o)
+        chi = pair.chi(1.0, 1.0 / 3.5)
+        moving = np.array([o.speed, 0.0, 0.0])
         shots = []
         for loft in LOFTS:
             face, up = axes(loft)
             ball = recording.track(f"ball{loft}")
-            before, after = contact_velocity(ball.velocities[[0, -1]], ball.spins[[0, -1]], face, RADIUS) - moving
+            before, after = contact_velocity(ball.velocities[[0, -1]], ball.spins[[0, -1]], face, o.radius) - moving
             launch = ball.velocities[-1]
             shots.append(
                 {"loft": loft, "launch_angle": degrees(np.arctan2(launch[2], launch[0])),
                  "ball_speed": float(np.linalg.norm(launch)), "backspin": float(-ball.spins[-1, 1]),
                  "impulse_ratio": float(abs(launch @ up) / abs(launch @ face)) if launch.any() else 0.0}
-                | rebound_of(pair, chi, before, after, face) | limits_of_rigid_bodies(loft, speed, facts["friction"])
+                | rebound_of(pair, chi, before, after, face) | limits_of_rigid_bodies(loft, o)
             )  # fmt: skip
         out: Measured = recording.told()
-        depth = pair.greatest_overlap(MASS, speed * cos(radians(min(LOFTS)))) / RADIUS
-        return out | {"friction": facts["friction"], "chi": chi, "overlap_over_radius": depth, "shots": shots}
+        depth = pair.greatest_overlap(o.mass, o.speed * cos(radians(min(LOFTS)))) / o.radius
+        contact = {"friction": o.friction, "restitution": o.restitution, "chi": chi, "overlap_over_radius": depth}
+        return out | contact | {"shots": shots}
 
     def check(self, measured: Measured) -> list[Limit]:
         """Every loft against the annulus solver; friction's bound; where it slides to the end, the closed form."""
@@ -109,8 +131,8 @@ class Golf(Scene):
         if measured["law"] != "microslip":
             return []
         shots = measured["shots"]
-        sliding = [shot for shot in shots
-                   if shot["psi1"] >= slides_throughout_from(measured["chi"], RESTITUTION)]  # fmt: skip
+        least = slides_throughout_from(measured["chi"], measured["restitution"])
+        sliding = [shot for shot in shots if shot["psi1"] >= least]
         out = [
             Limit("greatest error of psi_2", 4e-3, max(abs(shot["psi2"] - shot["psi2_reference"]) for shot in shots)),
             Limit("greatest ratio of impulses over friction",
@@ -129,9 +151,9 @@ def axes(loft: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array([cos(angle), 0.0, sin(angle)]), np.array([-sin(angle), 0.0, cos(angle)])
 
 
-def pair_of(friction: float) -> ContactPair:
+def pair_of(o: Any) -> ContactPair:
     """Ball and face; kappa of the cover on a rigid body."""
-    return ContactPair(COVER, RIGID, friction, RESTITUTION, radius=RADIUS)
+    return ContactPair(COVER, RIGID, o.friction, o.restitution, radius=o.radius)
 
 
 def head_at(touching: np.ndarray, speed: float, time: float) -> np.ndarray:
@@ -139,17 +161,13 @@ def head_at(touching: np.ndarray, speed: float, time: float) -> np.ndarray:
     return touching + [speed * (time - LEAD), 0.0, 0.0]
 
 
-def launch_with(loft: float, speed: float, rub: float) -> dict[str, float]:
-    """Launch angle [degrees] and backspin [rad/s] where friction changes the ball's velocity by rub [m/s]."""
+def limits_of_rigid_bodies(loft: float, o: Any) -> dict[str, float]:
+    """Launch angle [degrees] and backspin [rad/s] if the ball slid to the end, and if it came to roll on the face."""
     face, up = axes(loft)
-    velocity = (1.0 + RESTITUTION) * speed * face[0] * face - rub * up
-    return {"backspin": rub / (0.4 * RADIUS), "launch_angle": degrees(np.arctan2(velocity[2], velocity[0]))}
-
-
-def limits_of_rigid_bodies(loft: float, speed: float, friction: float) -> dict[str, float]:
-    """What the ball would get if it slid to the end, and if it came to roll on the face."""
-    face, up = axes(loft)
-    limits = {"sliding": friction * (1.0 + RESTITUTION) * speed * face[0], "rolling": -up[0] * speed / 3.5}
-    return {
-        f"{what}_{how}": value for how, rub in limits.items() for what, value in launch_with(loft, speed, rub).items()
-    }
+    pushed = (1.0 + o.restitution) * o.speed * face[0]
+    out = {}
+    for how, rub in (("sliding", o.friction * pushed), ("rolling", -up[0] * o.speed / 3.5)):
+        velocity = pushed * face - rub * up
+        out[f"backspin_{how}"] = rub / (0.4 * o.radius)
+        out[f"launch_angle_{how}"] = degrees(np.arctan2(velocity[2], velocity[0]))
+    return out

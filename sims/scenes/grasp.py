@@ -15,13 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw import MATERIALS, ContactPair, checks
+from contactlaw import ContactPair
 from contactlaw.laws import law_of
+from sims.options import Option, of_ball
 from sims.recording import Recording, Track
 from sims.scene import NATIVE, Limit, Measured, Scene, Settings, register
-from sims.scenes.slope import IMPRATIO, NOSLIP
+from sims.scenes.slope import BEST, set_best
 
-RADIUS, BALL, FINGER, HAND = 0.02, 0.1, 0.05, 2.0  # [m], [kg]
+FINGER, HAND = 0.05, 2.0  # [kg]
 PAD, PALM = (0.005, 0.03, 0.03), (0.05, 0.05, 0.02)  # half lengths [m]
 HOLD = 0.08  # [m] of the hand's middle over the ball
 GRAVITY, AMPLITUDE, FREQUENCY = 9.81, 6e-3, 3.0  # [m/s^2], [m], [Hz]
@@ -32,14 +33,14 @@ FRICTIONS = {"steel": 0.3, "rubber": 0.8}
 EVERY = 0.01  # [s] between two entries
 
 
-def needed(friction: float) -> float:
+def needed(mass: float, friction: float) -> float:
     """Least force of a finger that holds the ball [N]."""
-    return BALL * (GRAVITY + AMPLITUDE * (2.0 * pi * FREQUENCY) ** 2) / (2.0 * friction)
+    return mass * (GRAVITY + AMPLITUDE * (2.0 * pi * FREQUENCY) ** 2) / (2.0 * friction)
 
 
-def pair_of(material: str) -> ContactPair:
+def pair_of(o: Any) -> ContactPair:
     """Ball of steel, and pads."""
-    return ContactPair(MATERIALS["steel"], MATERIALS[material], FRICTIONS.get(material, 0.5), 0.5)
+    return ContactPair("steel", o.material, o.friction or FRICTIONS.get(o.material, 0.5), o.restitution or 0.5)
 
 
 @register
@@ -51,30 +52,27 @@ class Grasp(Scene):
     engines = ("mujoco",)
     unable = {"pybullet": "its motors are constraints, not springs", "none": "it has no actuators"}
     shown = 2.5
-    exposure = 2.5
+    apart, exposure = True, 0.625
     slow = 2.0
+    in_window = False
     options = {
-        "seconds": (6.0, "how long it is shaken and watched"),
-        "grip": (2.0, "force of a finger over the least that holds"),
-        "best": (0.0, f"1: native contact with elliptic cones, impratio {IMPRATIO:g}, {NOSLIP} noslip iterations"),
-    }
+        "seconds": Option(6.0, "how long it is shaken and watched", 4.0, 1e5),
+        "grip": Option(2.0, "force of a finger over the least that holds", 1e-3, 1e3),
+        "best": BEST,
+    } | of_ball(0.02, None, None, mass=0.1)
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Close the fingers, then hang the ball between them, then shake."""
         import mujoco
 
-        self.demand(settings)
         engine: Any = mujoco
-        seconds = checks.number("seconds", self.option(settings, "seconds"), "at least 4", low=4.0, high=1e5)
-        material = settings.material or "steel"
-        grip = checks.positive("grip", self.option(settings, "grip"))
-        model = build(settings, material, bool(self.option(settings, "best")))
-        force = grip * needed(pair_of(material).friction)
+        model = build(settings, o)
+        force = o.grip * needed(o.mass, pair_of(o).friction)
         data = engine.MjData(model)
         names = ("ball", "left", "right", "hand")
         ids, shapes = [model.body(name).id for name in names], ("ball", "box", "box", "box")
         stride = max(1, round(EVERY / settings.step))
-        count = round(seconds / (stride * settings.step))
+        count = round(o.seconds / (stride * settings.step))
         rows: list[Any] = []
         begun = perf_counter()
         for number in range(count + 1):
@@ -90,21 +88,21 @@ class Grasp(Scene):
             settings.progress(number / count)
         places, turns = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
         times = np.array([row[2] for row in rows])
-        sizes: list[tuple[float, ...]] = [(RADIUS,), PAD, PAD, PALM]
+        sizes: list[tuple[float, ...]] = [(o.radius,), PAD, PAD, PALM]
         tracks = [
             Track(name, shape, size, places[:, i], turns[:, i], np.gradient(places[:, i], times, axis=0),
-                  np.zeros_like(places[:, i]), BALL if name == "ball" else np.inf)
+                  np.zeros_like(places[:, i]), o.mass if name == "ball" else np.inf)
             for i, (name, shape, size) in enumerate(zip(names, shapes, sizes, strict=True))
         ]  # fmt: skip
-        law = NATIVE if settings.law == NATIVE else law_of(settings.by_law(pair_of(material)).law).name
+        law = NATIVE if settings.law == NATIVE else law_of(settings.by_law(pair_of(o)).law).name
         facts = {
             "engine": "mujoco",
             "law": law,
             "timestep": settings.step,
             "wall_time": perf_counter() - begun,
-            "material": material,
+            "force": force,
         }
-        return Recording(times, tracks, facts=facts | {"grip": grip, "force": force})
+        return Recording(times, tracks, facts=facts)
 
     def measure(self, recording: Recording) -> Measured:
         """Slip between the first whole second and the last, and how far the ball swings between its pads."""
@@ -115,7 +113,7 @@ class Grasp(Scene):
         return recording.told("material", "grip", "force") | {
             "seconds": float(end), "slip_um": float(1e6 * (first.mean() - last.mean())),
             "slip_um_per_s": float(1e6 * (first.mean() - last.mean()) / max(end - 1.0 - SWINGS, 1e-9)),
-            "swing_um": float(1e6 * np.ptp(last)), "fell": bool(np.abs(held).max() > RADIUS),
+            "swing_um": float(1e6 * np.ptp(last)), "fell": bool(np.abs(held).max() > recording.o.radius),
         }  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
@@ -130,7 +128,8 @@ class Grasp(Scene):
     def caption(self, recording: Recording) -> str:
         """How far it slipped."""
         measured = self.measure(recording)
-        return "falls" if measured["fell"] else f"slip {abs(measured['slip_um']):.2g} um"
+        slip = abs(measured["slip_um"])
+        return "the ball falls" if measured["fell"] else f"slip {slip:.2g} um" if slip > 1e-3 else "slip below 1 nm"
 
 
 def ramp(time: float, begin: float, end: float) -> float:
@@ -138,7 +137,7 @@ def ramp(time: float, begin: float, end: float) -> float:
     return min(1.0, max(0.0, (time - begin) / (end - begin)))
 
 
-def build(settings: Settings, material: str, best: bool) -> Any:
+def build(settings: Settings, o: Any) -> Any:
     """The model; its fingers touch the ball, and are told to stay there."""
     import mujoco
 
@@ -153,14 +152,14 @@ def build(settings: Settings, material: str, best: bool) -> Any:
     hand.add_joint(name="lift", type=slide, axis=[0.0, 0.0, 1.0])
     box = engine.mjtGeom.mjGEOM_BOX
     hand.add_geom(type=box, size=PALM, pos=[0.0, 0.0, HOLD], contype=0, conaffinity=0, mass=0.0)
-    pair = settings.by_law(pair_of(material)) if settings.law != NATIVE else pair_of(material)
+    pair = settings.by_law(pair_of(o)) if settings.law != NATIVE else pair_of(o)
     for name, side in (("left", -1.0), ("right", 1.0)):
         finger = hand.add_body(name=name)
         finger.add_joint(name=name, type=slide, axis=[-side, 0.0, 0.0])
-        finger.add_geom(name=name, type=box, size=PAD, pos=[side * (RADIUS + PAD[0]), 0.0, 0.0], mass=FINGER)
+        finger.add_geom(name=name, type=box, size=PAD, pos=[side * (o.radius + PAD[0]), 0.0, 0.0], mass=FINGER)
     ball = spec.worldbody.add_body(name="ball")
     ball.add_freejoint()
-    ball.add_geom(name="ball", size=[RADIUS, 0.0, 0.0], mass=BALL)
+    ball.add_geom(name="ball", size=[o.radius, 0.0, 0.0], mass=o.mass)
     for name, kp, kv in (("left", KP, KV), ("right", KP, KV), ("lift", 1e5, 2e3)):
         made = spec.add_actuator(name=name, target=name, trntype=engine.mjtTrn.mjTRN_JOINT)
         made.biastype = engine.mjtBias.mjBIAS_AFFINE
@@ -168,9 +167,8 @@ def build(settings: Settings, material: str, best: bool) -> Any:
     if settings.law == NATIVE:
         for geom in spec.geoms:
             geom.friction = [pair.friction, 0.005, 1e-4]
-        if best:
-            option, elliptic = spec.option, engine.mjtCone.mjCONE_ELLIPTIC
-            option.cone, option.impratio, option.noslip_iterations = elliptic, IMPRATIO, NOSLIP
+        if o.best:
+            set_best(spec.option)
     else:
         add_contact(spec, "ball", ["left", "right"], pair, others=False)
     return spec.compile()

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw import checks
 from sims import heap
+from sims.options import Option
 from sims.recording import Recording
 from sims.scene import NATIVE, NONE, Limit, Measured, Scene, Settings, register
 
@@ -29,14 +29,12 @@ class Heap(Scene):
     shown = 0.6
     exposure = 0.12
     apart = True
-    options = {"balls": (64, "poured")}
+    options = {"balls": Option(64, "poured", 1, 10000)} | heap.OPTIONS
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Until all have slept for a while; then, beside MuJoCo's own contact, once more for the time it takes."""
-        self.demand(settings)
-        count = checks.count("balls", int(self.option(settings, "balls")), 1)
-        world = heap.poured(settings, count)
-        weight = count * heap.mass_of(settings.material or "steel") * heap.GRAVITY
+        world = heap.poured(settings, o.balls, o=o)
+        weight = o.balls * heap.mass_of(o) * heap.GRAVITY
         seen: dict[str, Any] = {"settled": None, "rise": 0.0, "support": 0.0}
         energies: list[float] = []
 
@@ -50,11 +48,11 @@ class Heap(Scene):
                 seen["support"] = heap.support(world) / weight
             return seen["settled"] is not None and world.time > seen["settled"] + STILL
 
-        recording = world.record(LONGEST, EVERY, look, balls=count, weight=weight, half=heap.places(count)[1])
+        recording = world.record(LONGEST, EVERY, look, weight=weight)
         if energies:
             seen["rise"] = float(np.diff(energies).max() / energies[0])
         if settings.engine == "mujoco" and settings.law != NATIVE:
-            seen["cost"] = heap.costs(count, LONGEST, step=settings.step)
+            seen["cost"] = heap.costs(o.balls, LONGEST, step=settings.step, o=o)
         recording.facts |= {"seen": seen}
         return recording
 
@@ -62,10 +60,12 @@ class Heap(Scene):
         """When it slept, what carries it, whether any ball has left, and the costs."""
         facts, seen = recording.facts, recording.facts["seen"]
         places = np.array([track.positions for track in recording.tracks])
-        deepest = float(heap.RADIUS - np.min([facts["half"] - np.abs(places[..., :2]).max(), places[..., 2].min()]))
+        walls = [outline for outline in recording.scenery if outline.normal]
+        gaps = [((places - wall.points[0]) @ np.array(wall.normal)).min() for wall in walls]
+        radius = recording.o.radius
         out: Measured = recording.told("balls") | {
             "settled": seen["settled"], "seconds": float(recording.times[-1]),
-            "deepest_over_radius": deepest / heap.RADIUS,
+            "deepest_over_radius": 1.0 - float(min(gaps)) / radius,
         }  # fmt: skip
         if facts["law"] == NATIVE:
             return out
@@ -98,4 +98,4 @@ class Heap(Scene):
     def caption(self, recording: Recording) -> str:
         """When it slept."""
         settled = recording.facts["seen"]["settled"]
-        return "" if settled is None else f"all asleep at {settled:.1f} s"
+        return "seen through a wall" + ("" if settled is None else f"; all asleep at {settled:.1f} s")

@@ -14,19 +14,22 @@ the speed on a slope of 25 degrees.) Source: any textbook of mechanics; I = 2/5 
 
 from __future__ import annotations
 
-from math import cos, pi, radians, sin, tan
+from math import cos, radians, sin, tan
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlaw import MATERIALS, ContactPair, checks
+from contactlaw import ContactPair
 from sims.contact_point import Array, contact_velocity, static_overlap
+from sims.options import Option, ball_mass, of_ball, speed
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, NATIVE, Limit, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, NATIVE, Limit, Mark, Measured, Scene, Settings, register
 from sims.worlds import new_world
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 GRAVITY = 9.81  # [m/s^2]
-RADIUS = 0.0254  # [m]
-RESTITUTION = 0.93
 LANES = {"grips": 0.1, "slips": -0.1}  # balls and where they go, across [m]
 
 
@@ -38,41 +41,33 @@ class Incline(Scene):
     title = "two balls sent up an incline: one rolls, one slips; heights and accelerations against the closed form"
     engines = EVERYWHERE
     options = {
-        "angle": (10.0, "of the incline, in degrees"),
-        "speed": (1.0, "up the incline at the start, in m/s"),
-        "friction": (0.115, "of the ball that is to roll"),
-        "slippery": (0.02, "friction of the other"),
-    }
+        "angle": Option(10.0, "of the incline, in degrees", 0.1, 80.0),
+        "speed": speed(1.0, "up the incline at the start"),
+        "slippery": Option(0.02, "friction of the ball that slips", 0.0, 10.0),
+    } | of_ball(0.0254, 0.115, 0.93)
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Both balls start rolling, with the overlap that they rest with, and come back past their start."""
-        self.demand(settings)
-        angle = radians(checks.number("angle", self.option(settings, "angle"), "in (0, 90)", low=0.0, high=90.0))
-        speed = checks.positive("speed", self.option(settings, "speed"))
-        material = MATERIALS[settings.material or "steel"]
-        mass = 4.0 / 3.0 * pi * RADIUS**3 * (material.density or 1000.0)
-        uphill, normal = np.array([cos(angle), 0.0, sin(angle)]), np.array([-sin(angle), 0.0, cos(angle)])
-        frictions = {
-            name: self.option(settings, option) for name, option in zip(LANES, ("friction", "slippery"), strict=True)
-        }
+        angle, mass = radians(o.angle), o.mass or ball_mass(o.material, o.radius)
+        uphill, normal = directions(angle)
+        frictions = dict(zip(LANES, (o.friction, o.slippery), strict=True))
 
         world = new_world(settings, gravity=(0.0, 0.0, -GRAVITY))
         world.plane("slope", normal=normal)
         for name, friction in frictions.items():
-            pair = ContactPair(material, material, friction, RESTITUTION, law="coulomb")
-            sunk = static_overlap(pair, mass * GRAVITY * cos(angle), RADIUS)
-            start = (RADIUS - sunk) * normal + [0.0, LANES[name], 0.0]
-            world.ball(name, RADIUS, mass, start, speed * uphill, [0.0, speed / RADIUS, 0.0])
+            pair = ContactPair(o.material, o.material, friction, o.restitution, law="coulomb")
+            sunk = static_overlap(pair, mass * GRAVITY * cos(angle), o.radius)
+            start = (o.radius - sunk) * normal + [0.0, LANES[name], 0.0]
+            world.ball(name, o.radius, mass, start, o.speed * uphill, [0.0, o.speed / o.radius, 0.0])
             world.contact(name, "slope", pair)
         slowest = min(acceleration(angle, friction)[0] for friction in frictions.values())
-        return world.record(2.2 * speed / slowest, angle=angle, speed=speed, frictions=frictions)
+        return world.record(2.2 * o.speed / slowest, frictions=frictions)
 
-    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
         """Which ball turned where."""
-        tops = {
-            name: recording.track(name).positions[np.argmax(recording.track(name).positions[:, 2])] for name in LANES
-        }
-        return [(float(top[0]), float(top[2]) - 1.4 * RADIUS, name) for name, top in tops.items()]
+        tracks = [recording.track(name) for name in LANES]
+        tops = [track.positions[np.argmax(track.positions[:, 2])] for track in tracks]
+        return [(top[0], top[2] - 1.4 * track.size[0], track.name) for track, top in zip(tracks, tops, strict=True)]
 
     def caption(self, recording: Recording) -> str:
         """What to see: the ball that slips is braked by all of gravity but friction, and turns lower."""
@@ -80,29 +75,54 @@ class Incline(Scene):
         heights = ", ".join(f"{name} {1e3 * ball['turning_height']:.1f}" for name, ball in balls.items())
         return f"both start rolling at {recording.facts['speed']:g} m/s; turn at a height [mm]: {heights}"
 
+    def figure(self, settings: Settings, recording: Recording) -> Figure:
+        """The way of both up the slope over time, every 50 ms, on the closed form's lines."""
+        from matplotlib.figure import Figure
+
+        from sims.panel import TONES
+
+        o, times = recording.o, recording.times
+        uphill, _ = directions(radians(o.angle))
+        figure = Figure(figsize=(7.0, 4.0), layout="constrained")
+        axes = figure.subplots()
+        for (name, friction), marker, dash in zip(o.frictions.items(), "os", ("-", "--"), strict=True):
+            rate, rim = acceleration(radians(o.angle), friction)
+            told = f"{name}, mu = {friction:g}: centre {rate:.3g} m/s\N{SUPERSCRIPT TWO} down, rim {rim:.3g}"
+            way = (recording.track(name).positions - recording.track(name).positions[0]) @ uphill
+            every = np.searchsorted(times, np.arange(0.0, times[-1], 0.05))
+            axes.plot(times, o.speed * times - 0.5 * rate * times**2, dash, color="0.4", linewidth=1.0)
+            axes.plot(times[every], way[every], marker, color=TONES["law"]["dark"], label=told, markersize=5,
+                      markerfacecolor=TONES["law"]["light"])  # fmt: skip
+        axes.plot([], [], "-", color="0.4", label="closed form")
+        axes.set(xlabel="time [s]", ylabel="way up the slope [m]")
+        axes.set_title(f"{o.angle:g} degrees, {self.caption(recording)}", loc="left", fontsize=9)
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize=8)
+        return figure
+
     def measure(self, recording: Recording) -> Measured:
         """Accelerations fitted to the whole run, turning heights, speeds on the way back, and the closed form's."""
-        facts, times = recording.facts, recording.times
-        angle, speed = facts["angle"], facts["speed"]
-        uphill, normal = np.array([cos(angle), 0.0, sin(angle)]), np.array([-sin(angle), 0.0, cos(angle)])
+        o, times = recording.o, recording.times
+        angle = radians(o.angle)
+        uphill, normal = directions(angle)
         out: Measured = recording.told()
-        out |= {"angle_degrees": float(np.degrees(angle)), "balls": {}}
-        for name, friction in facts["frictions"].items():
+        out |= {"angle_degrees": o.angle, "balls": {}}
+        for name, friction in o.frictions.items():
             track = recording.track(name)
             centre, height = track.velocities @ uphill, track.positions @ normal
-            rim = centre - contact_velocity(track.velocities, track.spins, normal, RADIUS) @ uphill
+            rim = centre - contact_velocity(track.velocities, track.spins, normal, o.radius) @ uphill
             down, rim_down = acceleration(angle, friction)
-            back = int(np.argmin(np.abs(times - 2.0 * speed / down)))
+            back = int(np.argmin(np.abs(times - 2.0 * o.speed / down)))
             out["balls"][name] = {
                 "friction": friction,
                 "rolls": tan(angle) <= 3.5 * friction,
                 "acceleration": -slope(times, centre), "acceleration_closed_form": down,
                 "rim": -slope(times, rim), "rim_closed_form": rim_down,
                 "turning_height": float(np.ptp(track.positions[:back, 2])) if back > 1 else 0.0,
-                "turning_height_closed_form": speed**2 * sin(angle) / (2.0 * down),
-                "speed_back": float(-centre[back] + down * (2.0 * speed / down - times[back])),
-                "speed_back_closed_form": speed,
-                "change_of_distance": float(np.ptp(height)) / RADIUS,
+                "turning_height_closed_form": o.speed**2 * sin(angle) / (2.0 * down),
+                "speed_back": float(-centre[back] + down * (2.0 * o.speed / down - times[back])),
+                "speed_back_closed_form": o.speed,
+                "change_of_distance": float(np.ptp(height)) / o.radius,
             }  # fmt: skip
         return out
 
@@ -119,6 +139,11 @@ class Incline(Scene):
                 Limit(f"change of distance from the slope over R, ball that {name}", 1e-8, ball["change_of_distance"])
             )
         return out
+
+
+def directions(angle: float) -> tuple[Array, Array]:
+    """Up the slope, and its normal; angle in rad."""
+    return np.array([cos(angle), 0.0, sin(angle)]), np.array([-sin(angle), 0.0, cos(angle)])
 
 
 def acceleration(angle: float, friction: float) -> tuple[float, float]:

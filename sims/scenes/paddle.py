@@ -12,18 +12,20 @@ layers than Hertz's, under a shell: figures for use measure yours).
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from contactlaw import checks
+from contactlaw import ContactPair
 from contactlaw.laws import law_of
 from sims.contact_point import contact_velocity, rebound_of
 from sims.hinged_paddle import ENGINES, Setup
+from sims.options import Option, of_ball, speed
 from sims.recording import Recording, Track, line
-from sims.scene import NATIVE, Limit, Measured, Scene, Settings, register
-from sims.scenes.table_tennis import GYRATION, MASS, RADIUS, pair_of
+from sims.scene import NATIVE, Limit, Mark, Measured, Scene, Settings, register, signed
+from sims.scenes import table_tennis
 
-PAIR = replace(pair_of(), friction=0.8, restitution=0.8)
+GYRATION = table_tennis.GYRATION
 HALF, HEIGHT, BLADE, ARMATURE = (0.004, 0.076, 0.076), 0.15, 0.09, 1e-4  # [m], [m], [kg], [kg m^2]
 NORMAL = np.array([1.0, 0.0, 0.0])  # of the face
 LEAD, AFTER = 0.0203, 0.06  # times before the touch and after [s]
@@ -37,30 +39,30 @@ class Paddle(Scene):
     title = "a table tennis ball with topspin meets a paddle on a hinge"
     beside_native = False
     slow = 20.0
+    in_window = False
+    material = None
     options = {
-        "speed": (3.0, "of the ball onto the face, in m/s"),
-        "up": (1.0, "its speed up along the face, in m/s"),
-        "topspin": (4.0, "R omega, in m/s"),
-    }
+        "speed": speed(3.0, "of the ball onto the face"),
+        "up": Option(1.0, "its speed up along the face, in m/s", -100.0, 100.0),
+        "topspin": Option(4.0, "R omega, in m/s", -100.0, 100.0),
+    } | of_ball(0.02, 0.8, 0.8, mass=2.7e-3)
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Aimed at the middle of the blade."""
-        self.demand(settings)
         if settings.law == NATIVE:
             raise ValueError(f"law = {NATIVE!r}: must be one of the laws; this scene has no other contact")
-        speed = checks.positive("speed", self.option(settings, "speed"))
-        velocity = np.array([-speed, 0.0, self.option(settings, "up")])
+        velocity = np.array([-o.speed, 0.0, o.up])
         setup = Setup(
-            pair=settings.by_law(PAIR), radius=RADIUS, mass=MASS, inertia=GYRATION * MASS * RADIUS**2,
-            position=np.array([RADIUS, 0.0, HEIGHT]) - LEAD * velocity, velocity=velocity,
-            spin=np.array([0.0, -self.option(settings, "topspin") / RADIUS, 0.0]), half_sizes=HALF, height=HEIGHT,
+            pair=settings.by_law(pair_of(o)), radius=o.radius, mass=o.mass, inertia=GYRATION * o.mass * o.radius**2,
+            position=np.array([o.radius, 0.0, HEIGHT]) - LEAD * velocity, velocity=velocity,
+            spin=np.array([0.0, -o.topspin / o.radius, 0.0]), half_sizes=HALF, height=HEIGHT,
             paddle_mass=BLADE, armature=ARMATURE, timestep=settings.step,
         )  # fmt: skip
         count = round((LEAD + AFTER) / settings.step)
         places, turns, speeds, spins, angles, rates = (
             np.array(one) for one in zip(*ENGINES[settings.engine](setup, count), strict=True)
         )
-        ball = Track("ball", "ball", (RADIUS,), places, turns, speeds, spins, MASS, (setup.inertia,) * 3)
+        ball = Track("ball", "ball", (o.radius,), places, turns, speeds, spins, o.mass, (setup.inertia,) * 3)
         c, s, zero, one = np.cos(angles), np.sin(angles), np.zeros_like(angles), np.ones_like(angles)
         leaning = np.moveaxis(np.array([[c, zero, s], [zero, one, zero], [-s, zero, c]]), -1, 0)
         turning = rates[:, None] * np.array([0.0, 1.0, 0.0])
@@ -73,24 +75,36 @@ class Paddle(Scene):
         times = np.linspace(0.0, settings.step * count, count + 1)
         return Recording(times, [ball, paddle], [hinge], facts=facts | {"hinge_inertia": setup.hinge_inertia})
 
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
+        """Where the hinge is, and where the ball comes from."""
+        x, _, z = recording.track("ball").positions[0]
+        return [(0.0, 0.0, "hinge"), (x, z - recording.o.radius, "in")]
+
+    def caption(self, recording: Recording) -> str:
+        """Spin of the ball, and how fast the paddle turns after it."""
+        ball, paddle = ([track.spins[i, 1] for i in (0, -1)] for track in recording.tracks)
+        return (f"spin {signed(ball[0], 0)} \N{RIGHTWARDS ARROW} {signed(ball[1], 0)} rad/s; "
+                f"the paddle turns at {signed(paddle[1], 2)} rad/s")  # fmt: skip
+
     def measure(self, recording: Recording) -> Measured:
         """The contact point over the paddle's, before and after."""
         ball, paddle, inertia = recording.track("ball"), recording.track("paddle"), recording.facts["hinge_inertia"]
-        ends = [0, -1]
+        ends, o, pair = [0, -1], recording.o, pair_of(recording.o)
         touch = np.array([0.0, 0.0, HEIGHT])
-        points = contact_velocity(ball.velocities[ends], ball.spins[ends], NORMAL, RADIUS)
+        points = contact_velocity(ball.velocities[ends], ball.spins[ends], NORMAL, o.radius)
         points = points - np.cross(paddle.spins[ends], touch)
-        chi = PAIR.chi(1.0 / (1.0 / MASS + HEIGHT**2 / inertia), MASS / (1.0 + 1.0 / GYRATION))
-        about_hinge = MASS * np.cross(ball.positions[ends], ball.velocities[ends])[:, 1]
-        about_hinge += GYRATION * MASS * RADIUS**2 * ball.spins[ends, 1] + inertia * paddle.spins[ends, 1]
-        duration = PAIR.contact_duration(MASS, -float(ball.velocities[0, 0]))
+        chi = pair.chi(1.0 / (1.0 / o.mass + HEIGHT**2 / inertia), o.mass / (1.0 + 1.0 / GYRATION))
+        about_hinge = o.mass * np.cross(ball.positions[ends], ball.velocities[ends])[:, 1]
+        about_hinge += GYRATION * o.mass * o.radius**2 * ball.spins[ends, 1] + inertia * paddle.spins[ends, 1]
+        duration = pair.contact_duration(o.mass, -float(ball.velocities[0, 0]))
         energy = ball.energy() + 0.5 * inertia * paddle.spins[:, 1] ** 2
         return {key: recording.facts[key] for key in ("engine", "law", "timestep")} | {
-            "chi": chi, "spin_before": float(ball.spins[0, 1]), "spin_after": float(ball.spins[-1, 1]),
+            "chi": chi, "asked_restitution": o.restitution,
+            "spin_before": float(ball.spins[0, 1]), "spin_after": float(ball.spins[-1, 1]),
             "paddle_rate": float(paddle.spins[-1, 1]), "energy_ratio": float(energy[-1] / energy[0]),
             "momentum_error": float(abs(about_hinge[1] / about_hinge[0] - 1.0)),
             "lever_change": float(np.abs(ball.velocities[:, 2]).max() * duration / HEIGHT),
-        } | rebound_of(PAIR, chi, points[0], points[1], NORMAL)  # fmt: skip
+        } | rebound_of(pair, chi, points[0], points[1], NORMAL)  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
         """Reference, restitution, angular momentum about the hinge, energy, and that the paddle gives way."""
@@ -101,7 +115,12 @@ class Paddle(Scene):
             return out
         return out + [
             Limit("error of psi_2", 4e-3, abs(measured["psi2"] - measured["psi2_reference"])),
-            Limit("error of the restitution", 1e-3, abs(measured["restitution"] - PAIR.restitution)),
+            Limit("error of the restitution", 1e-3, abs(measured["restitution"] - measured["asked_restitution"])),
             Limit("energy after over that before", 1.001, measured["energy_ratio"]),
             Limit("rate of the paddle", 0.1, -measured["paddle_rate"], "rad/s", at_least=True),
         ]
+
+
+def pair_of(o: Any) -> ContactPair:
+    """Ball and the paddle's rubber; as soft as a shell."""
+    return replace(table_tennis.pair_of(), friction=o.friction, restitution=o.restitution, radius=o.radius)

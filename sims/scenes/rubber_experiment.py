@@ -8,14 +8,16 @@ a fine angle to its path. Source: J. Lubr. Technol. 103 (1981) 74, "Results for 
 from __future__ import annotations
 
 from math import acos, atan, degrees, hypot
+from typing import Any
 
 import numpy as np
 
-from contactlaw import Body, checks, collide
+from contactlaw import Body, collide
 from sims.contact_point import Array, contact_velocity, rebound_of
-from sims.puck import SURFACES, Puck
+from sims.options import Option
+from sims.puck import OPTIONS, Puck, changes
 from sims.recording import Recording
-from sims.scene import Limit, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Limit, Mark, Measured, Scene, Settings, register, signed
 from sims.worlds import new_world
 
 # What the paper leaves open: psi_2 over psi_1 does not depend on it.
@@ -32,23 +34,21 @@ class RubberExperiment(Scene):
 
     name = "rubber_experiment"
     title = "the paper's rubber experiment: a first block gives the puck backspin, a second meets it at a fine angle"
+    engines = EVERYWHERE
     slow = 5.0
+    material = "rubber"
     options = {
-        "psi1_first": (1.0, "psi_1 of the throw at the first block"),
-        "psi1": (2.0, "psi_1 that the second block is set for"),
-    }
+        "psi1_first": Option(1.0, "psi_1 of the throw at the first block", -1e3, 1e3),
+        "psi1": Option(2.0, "psi_1 that the second block is set for", -1e3, 1e3),
+    } | OPTIONS
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Aim with one impact without an engine, then throw."""
-        self.demand(settings)
-        material = checks.one_of("material", settings.material or "rubber", SURFACES)
-        puck = Puck(material, self.option(settings, "psi1_first"), speed=SPEED)
+        puck = Puck(o.material, o.psi1_first, speed=SPEED, **changes(o))
         pair, radius = puck.pair, puck.radius
         throw = np.array([SPEED, puck.psi_1 * pair.friction / pair.kappa * SPEED, 0.0])
         aim = collide(pair, Body(puck.mass, radius, puck.inertia, throw), normal=FIRST)
-        second, angle = second_normal(
-            aim.velocity_a, radius * aim.spin_a[2], self.option(settings, "psi1") / pair.psi(1, 1)
-        )
+        second, angle = second_normal(aim.velocity_a, radius * aim.spin_a[2], o.psi1 / pair.psi(1, 1))
         duration = float(aim.time[-1])
         struck = BETWEEN * aim.velocity_a + [0.0, 0.5 * duration * (throw + aim.velocity_a)[1], 0.0]
 
@@ -60,16 +60,26 @@ class RubberExperiment(Scene):
             world.block(name, BLOCK, touch - (radius + BLOCK[1]) * normal, turn)
         world.contact("puck", ["first", "second"], pair, speed=SPEED)
         apart = LEAD + duration + 0.5 * BETWEEN
-        recording = world.record(
-            2.0 * apart + 3.0 * duration, material=material, second=second.tolist(), apart=apart, angle=degrees(angle)
-        )
+        facts = {"second": second.tolist(), "apart": apart, "angle": degrees(angle)}
+        recording = world.record(2.0 * apart + 3.0 * duration, **facts)
         recording.view = (0, 1)
         return recording
+
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
+        """Which block is which."""
+        places = [(outline.points[:, :2].mean(axis=0), outline.name) for outline in recording.scenery]
+        return [(float(place[0]), float(place[1]) - 0.2, f"{name} block") for place, name in places]
+
+    def caption(self, recording: Recording) -> str:
+        """Spin before the first block, between both, and after."""
+        track, between = recording.track("puck"), int(np.searchsorted(recording.times, recording.o.apart))
+        spins = " \N{RIGHTWARDS ARROW} ".join(signed(track.spins[i, 2], 1) for i in (0, between, -1))
+        return f"spin {spins} rad/s"
 
     def measure(self, recording: Recording) -> Measured:
         """Both impacts, from the free flights before, between and after."""
         facts, track = recording.facts, recording.track("puck")
-        puck = Puck(facts["material"])
+        puck = Puck(facts["material"], **changes(recording.o))
         between = int(np.searchsorted(recording.times, facts["apart"]))
         out: Measured = recording.told("material")
         out |= {"angle_degrees": facts["angle"], "spin_between": float(track.spins[between, 2])}

@@ -1,9 +1,10 @@
-"""A box on ball feet lies on a slope of 20 degrees for a minute: by the law still, on a soft constraint it creeps.
+"""A box lies on a slope of 20 degrees for a minute: by the law still, on a soft constraint it creeps.
 
-The friction is more than the slope needs (mu > tan(angle)), so that Coulomb's law lets nothing slide, and elastic feet
-give way once, by some nm. MuJoCo's constraints are regularised: what they hold moves with a velocity in proportion to
-the force, mu or no mu (MuJoCo's documentation, "Computation", on the constraint model). What helps there is elliptic
-cones, a larger `impratio`, and the iterations without slip that were made for it (`noslip_iterations`): `--best 1`.
+The friction is more than the slope needs (mu > tan(angle)), so that Coulomb's law lets nothing slide, and elastic
+corners give way once, by some nm. MuJoCo's constraints are regularised: what they hold moves with a velocity in
+proportion to the force, mu or no mu (MuJoCo's documentation, "Computation", on the constraint model). What helps there
+is elliptic cones, a larger `impratio`, and the iterations without slip that were made for it (`noslip_iterations`):
+`--best 1`.
 """
 
 from __future__ import annotations
@@ -14,20 +15,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contactlaw import MATERIALS, ContactPair, checks
+from contactlaw import ContactPair
 from sims.contact_point import Array
+from sims.options import Option
 from sims.recording import Recording
-from sims.scene import NATIVE, NONE, Limit, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, NATIVE, Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
 from sims.worlds.parts import onto
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HALF, FOOT, MASS = 0.05, 0.005, 1.0  # [m], [m], [kg]
-DROP = 1e-4  # [m], of the feet over the slope at the start
+HALF, MASS = 0.05, 1.0  # [m], [kg]
+DROP = 1e-4  # [m], of the box over the slope at the start
 EVERY, SHOWN = 0.02, 0.5  # [s] between two entries, and until when it has landed
 IMPRATIO, NOSLIP = 10.0, 10
+BEST = Option(0, f"1: native contact with elliptic cones, impratio {IMPRATIO:g}, {NOSLIP} noslip iterations", 0, 1)
 
 
 @register
@@ -35,39 +38,33 @@ class Slope(Scene):
     """The way down the slope since it landed, in um: a picture of its own, with a logarithmic axis."""
 
     name = "slope"
-    title = "a box on ball feet lies on a slope for a minute: how far it creeps"
-    engines = ("mujoco", NONE)
-    unable = {"pybullet": "bodies have one shape each, and this one has eight"}
+    title = "a box lies on a slope for a minute: how far it creeps"
+    engines = EVERYWHERE
     shown = SHOWN
     slow = 5.0
     options = {
-        "angle": (20.0, "of the slope, in degrees"),
-        "friction": (0.5, "of feet and slope"),
-        "seconds": (60.0, "how long it is watched"),
-        "best": (0.0, f"1: native contact with elliptic cones, impratio {IMPRATIO:g}, {NOSLIP} noslip iterations"),
+        "angle": Option(20.0, "of the slope, in degrees", 0.1, 80.0),
+        "friction": Option(0.5, "of box and slope", 1e-3, 10.0),
+        "restitution": Option(0.5, "of both", 0.02, 1.0),
+        "mass": Option(MASS, "of the box, in kg", 1e-3, 1e4),
+        "seconds": Option(60.0, "how long it is watched", 2.0, 1e5),
+        "best": BEST,
     }
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Let go just above the slope."""
-        self.demand(settings)
-        angle = radians(checks.number("angle", self.option(settings, "angle"), "in (0, 90)", low=0.0, high=90.0))
-        seconds = checks.number("seconds", self.option(settings, "seconds"), "at least 2", low=2.0, high=1e5)
-        friction = checks.positive("friction", self.option(settings, "friction"))
+        angle = radians(o.angle)
         normal = np.array([-sin(angle), 0.0, cos(angle)])
         world: Any = new_world(settings)
         world.plane("slope", normal=normal)
-        world.box("box", (HALF,) * 3, MASS, (HALF + DROP) * normal, rotation=onto(normal), feet=FOOT)
+        world.box("box", (HALF,) * 3, o.mass, (HALF + DROP) * normal, rotation=onto(normal))
         if settings.law == NATIVE:
-            world.native(friction, 0.0)
-            if self.option(settings, "best"):
-                import mujoco
-
-                option, elliptic = world.spec.option, mujoco.mjtCone.mjCONE_ELLIPTIC  # type: ignore[attr-defined]
-                option.cone, option.impratio, option.noslip_iterations = elliptic, IMPRATIO, NOSLIP
+            world.native(o.friction, 0.0)
+            if o.best and settings.engine == "mujoco":
+                set_best(world.spec.option)
         else:
-            steel = MATERIALS[settings.material or "steel"]
-            world.contact("box", "slope", ContactPair(steel, steel, friction, restitution=0.5))
-        return world.record(seconds, every=EVERY, angle=angle, friction=friction)
+            world.contact("box", "slope", ContactPair(o.material, o.material, o.friction, o.restitution))
+        return world.record(o.seconds, every=EVERY)
 
     def measure(self, recording: Recording) -> Measured:
         """Creep from half a second on, and how long it took to land."""
@@ -75,7 +72,7 @@ class Slope(Scene):
         after = times >= SHOWN
         fit = np.polyfit(times[after], way[after], 1)[0]
         return recording.told("friction") | {
-            "angle_degrees": float(np.degrees(recording.facts["angle"])),
+            "angle_degrees": recording.o.angle,
             "seconds": float(times[-1]),
             "creep_um_per_s": float(1e6 * (way[-1] - way[after][0]) / (times[-1] - times[after][0])),
             "creep_fitted_um_per_s": float(1e6 * fit),
@@ -116,9 +113,9 @@ class Slope(Scene):
         axes.set(xlabel="time [s]", ylabel=f"way down the slope since {SHOWN:g} s [um]", ylim=(0.5 * FLOOR_UM, None))
         axes.annotate("0 is drawn here", (0.99, FLOOR_UM), xycoords=("axes fraction", "data"), xytext=(0, 3),
                       textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
-        angle = np.degrees(recording.facts["angle"])
-        axes.set_title(f"a box of {MASS:g} kg on ball feet, slope of {angle:g} degrees, mu = "
-                       f"{recording.facts['friction']:g}", loc="left", fontsize=10)  # fmt: skip
+        o = recording.o
+        axes.set_title(f"a box of {o.mass:g} kg, slope of {o.angle:g} degrees, mu = {o.friction:g}", loc="left",
+                       fontsize=10)  # fmt: skip
         axes.grid(alpha=0.3)
         axes.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.15))
         return figure
@@ -127,8 +124,16 @@ class Slope(Scene):
 FLOOR_UM = 1e-10  # the least that places of doubles tell apart, and where nothing is drawn
 
 
+def set_best(option: Any) -> None:
+    """MuJoCo's settings against creep."""
+    import mujoco
+
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # type: ignore[attr-defined]
+    option.impratio, option.noslip_iterations = IMPRATIO, NOSLIP
+
+
 def _way(recording: Recording) -> Array:
     """Of the box, down the slope from its first place [m], shape (n,)."""
-    angle = recording.facts["angle"]
+    angle = radians(recording.o.angle)
     places = recording.track("box").positions
     return -(places - places[0]) @ np.array([cos(angle), 0.0, sin(angle)])

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from contactlaw import checks
 from sims.bounces import bounces_of
+from sims.options import Option, length, speed
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, Limit, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Limit, Mark, Measured, Scene, Settings, register
 from sims.superball import (
     BACKSPIN,
     GRAVITY,
     INTERVAL,
-    MASS,
     MOST_BOUNCES,
-    RADIUS,
-    RESTITUTION,
+    OPTIONS,
     check_bounces,
     flight,
     garwin,
@@ -36,41 +34,37 @@ class Superball(Scene):
     engines = EVERYWHERE
     shown: ClassVar[float] = 0.92
     exposure, slow = 0.0505, 8.0
+    material = "rubber"
     beside_damped = True
     options = {
-        "bounces": (6, f"how many, 1 to {MOST_BOUNCES}"),
-        "speed": (2.0, "with which it is thrown, in m/s"),
-        "backspin": (BACKSPIN, "R omega/v; 2.5: no angular momentum about the touch, it turns round at every bounce"),
-        "drop": (0.2, "from the throw to the floor, in m"),
-    }
+        "bounces": Option(6, "how many", 1, MOST_BOUNCES),
+        "speed": speed(2.0, "with which it is thrown"),
+        "backspin": Option(
+            BACKSPIN, "R omega/v; 2.5: no angular momentum about the touch, it turns round at every bounce", -100, 100
+        ),
+        "drop": length(0.2, "from the throw to the floor"),
+    } | OPTIONS
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Throw it."""
-        self.demand(settings)
-        count = int(self.option(settings, "bounces"))
-        checks.number("bounces", count, f"1 to {MOST_BOUNCES}", low=1, high=MOST_BOUNCES)
-        speed, backspin = self.option(settings, "speed"), self.option(settings, "backspin")
-        drop = checks.positive("drop", self.option(settings, "drop"))
-        pair = pair_of(settings)
-        landing = sqrt(2.0 * GRAVITY * drop)
-
+        pair, landing = pair_of(o), sqrt(2.0 * GRAVITY * o.drop)
         world = new_world(settings)
-        spin = [0.0, -backspin * speed / RADIUS, 0.0]
-        world.ball("ball", RADIUS, MASS, [0.0, 0.0, RADIUS + drop], [speed, 0.0, 0.0], spin)
+        spin = [0.0, -o.backspin * o.speed / o.radius, 0.0]
+        world.ball("ball", o.radius, o.mass, [0.0, 0.0, o.radius + o.drop], [o.speed, 0.0, 0.0], spin)
         world.plane("floor")
         world.contact("ball", "floor", pair, speed=landing)
 
-        speeds = [landing * RESTITUTION**number for number in range(count + 1)]
-        touching = sum(pair.contact_duration(MASS, one) for one in speeds[:count])
+        speeds = [landing * o.restitution**number for number in range(o.bounces + 1)]
+        touching = sum(pair.contact_duration(o.mass, one) for one in speeds[: o.bounces])
         flying = (landing + 2.0 * sum(speeds[1:]) - speeds[-1]) / GRAVITY
-        return world.record(touching + flying, INTERVAL, material=pair.a.name, bounces=count)
+        return world.record(touching + flying, INTERVAL)
 
     def ideals(self, recording: Recording) -> list[tuple[str, Recording]]:
         """Garwin's ball from the same throw."""
         ideal = flight(recording, garwin, recording.facts["bounces"], float(recording.times[-1]))
         return [("Garwin's ideal ball: perfectly rough and elastic", ideal)]
 
-    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
         """The number of each bounce, under the place where it happens."""
         shown = [bounce for bounce in bounces_of(recording, "ball") if bounce.time < self.shown]
         return [(float(bounce.place[0]), 0.0, str(number)) for number, bounce in enumerate(shown, 1)]
@@ -81,14 +75,13 @@ class Superball(Scene):
 
     def measure(self, recording: Recording) -> Measured:
         """Every bounce beside the reference, and where Garwin's ideal ball would bounce."""
-        pair = pair_of(Settings(material=recording.facts["material"]))
         bounces = bounces_of(recording, "ball")[: recording.facts["bounces"]]
         ideal = flight(recording, garwin, recording.facts["bounces"])
         garwins = [
             {"time": one.time, "x": float(one.place[0]), "spin_after": float(one.spin_after[1])}
             for one in bounces_of(ideal, "ball")
         ]
-        return settled(recording, pair, bounces, asked_bounces=recording.facts["bounces"], garwin=garwins)
+        return settled(recording, bounces, asked_bounces=recording.facts["bounces"], garwin=garwins)
 
     def check(self, measured: Measured) -> list[Limit]:
         """The bounces against the reference; that spin and direction turn round in all but one of them at least."""

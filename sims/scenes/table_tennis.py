@@ -16,20 +16,24 @@ nu^2))), E. Reissner, J. Math. Phys. 25 (1946) 279: 0.8 ms. kappa of a shell is 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, sqrt
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
-from contactlaw import RIGID, ContactPair, Material, checks
+from contactlaw import RIGID, ContactPair, Material
 from sims.bounces import bounces_of
 from sims.loaded_rebound import loaded_rebound, scaled_load
+from sims.options import of_ball, speed
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, Limit, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, Limit, Mark, Measured, Scene, Settings, register, signed
 from sims.worlds import new_world
 
-RADIUS, MASS, GRAVITY = 0.02, 2.7e-3, 9.81  # [m], [kg], [m/s^2]
+GRAVITY = 9.81  # [m/s^2]
+BALL = of_ball(0.02, 0.25, 0.93, mass=2.7e-3)
 GYRATION = 2.0 / 3.0  # K^2 = I/(m R^2)
-FRICTION, RESTITUTION = 0.25, 0.93
 SHELL, WALL, NU = 2.2e9, 4e-4, 0.38  # E [Pa], thickness [m]
 DOWN = 3.0  # speed at which the shell's contact time is met [m/s]
 STROKES = {"drive": (5.0, 0.0), "chop": (4.0, -4.0), "loop": (5.0, 8.0), "topspin": (5.0, 4.5), "drop": (0.6, -0.9)}
@@ -46,31 +50,28 @@ class TableTennis(Scene):
     title = "table tennis balls, hollow, meet the table with topspin, backspin and none"
     engines = EVERYWHERE
     exposure, slow = 0.015, 20.0
-    options = {"down": (DOWN, "speed onto the table, in m/s")}
+    material = None
+    options = {"down": speed(DOWN, "speed onto the table")} | BALL
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """One bounce each."""
-        self.demand(settings)
-        down = checks.positive("down", self.option(settings, "down"))
         world = new_world(settings, gravity=(0.0, 0.0, -GRAVITY))
         world.plane("table")
         for lane, (name, (along, turning)) in enumerate(STROKES.items()):
-            start = [-FALL * along, 0.1 * lane, RADIUS + FALL * (down - 0.5 * GRAVITY * FALL)]
-            velocity = [along, 0.0, -down + GRAVITY * FALL]
-            world.ball(
-                name, RADIUS, MASS, start, velocity, [0.0, turning / RADIUS, 0.0], inertia=GYRATION * MASS * RADIUS**2
-            )
-        world.contact(list(STROKES), "table", pair_of(), speed=down)
+            start = [-FALL * along, 5.0 * o.radius * lane, o.radius + FALL * (o.down - 0.5 * GRAVITY * FALL)]
+            velocity, inertia = [along, 0.0, -o.down + GRAVITY * FALL], GYRATION * o.mass * o.radius**2
+            world.ball(name, o.radius, o.mass, start, velocity, [0.0, turning / o.radius, 0.0], inertia=inertia)
+        world.contact(list(STROKES), "table", pair_of(o), speed=o.down)
         return world.record(FALL + AFTER)
 
-    def marks(self, recording: Recording) -> list[tuple[float, float, str]]:
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
         """Each stroke's name where its ball is at the end, and its spin before and after."""
         out = []
         for name in STROKES:
             track = recording.track(name)
             (x, _, z), spins = track.positions[-1], (float(track.spins[i, 1]) for i in (0, -1))
-            told = " \N{RIGHTWARDS ARROW} ".join(f"{spin:+.0f}".replace("-", "\N{MINUS SIGN}") for spin in spins)
-            out.append((float(x), float(z) + 2.9 * RADIUS, f"{name}\n{told}"))
+            told = " \N{RIGHTWARDS ARROW} ".join(signed(spin, 0) for spin in spins)
+            out.append((float(x), float(z) + 2.9 * track.size[0], f"{name}\n{told}"))
         return out
 
     def caption(self, recording: Recording) -> str:
@@ -79,19 +80,20 @@ class TableTennis(Scene):
 
     def measure(self, recording: Recording) -> Measured:
         """Every stroke's bounce, the annulus solver's, and that of a ball that slides to the end."""
-        pair = pair_of()
-        chi = pair.chi(MASS, MASS / (1.0 + 1.0 / GYRATION))
+        o, pair = recording.o, pair_of(recording.o)
+        chi = pair.chi(1.0, 1.0 / (1.0 + 1.0 / GYRATION))
         out: Measured = recording.told()
-        out |= {"chi": chi, "contact_duration": pair.contact_duration(MASS, DOWN), "strokes": {}}
+        out |= {"chi": chi, "restitution": o.restitution, "contact_duration": pair.contact_duration(o.mass, DOWN),
+                "strokes": {}}  # fmt: skip
         for name in STROKES:
             bounce = next(iter(bounces_of(recording, name)), None)
             if bounce is None:
                 continue
-            before, after = bounce.sliding(RADIUS)
+            before, after = bounce.sliding(o.radius)
             psi1 = pair.psi(before, bounce.approach)
-            load = scaled_load(pair, MASS, bounce.approach, GRAVITY)
-            expected = loaded_rebound(abs(psi1), chi, RESTITUTION, load)
-            slid = FRICTION * (1.0 + RESTITUTION) * bounce.approach * np.sign(before)
+            load = scaled_load(pair, o.mass, bounce.approach, GRAVITY)
+            expected = loaded_rebound(abs(psi1), chi, o.restitution, load)
+            slid = o.friction * (1.0 + o.restitution) * bounce.approach * np.sign(before)
             (came, left), (spun, spins) = (
                 [float(one[axis]) for one in pair_] for axis, pair_ in (
                     (0, (bounce.velocity_before, bounce.velocity_after)), (1, (bounce.spin_before, bounce.spin_after)))
@@ -101,8 +103,8 @@ class TableTennis(Scene):
                 "psi2_reference": float(np.sign(psi1)) * expected.psi_2,
                 "restitution": bounce.departure / bounce.approach, "restitution_reference": expected.restitution,
                 "velocity_before": came, "velocity_after": left, "velocity_sliding": came - slid,
-                "spin_before": spun, "spin_after": spins, "spin_sliding": spun + slid / (GYRATION * RADIUS),
-                "moment_lost": abs(left - came + GYRATION * RADIUS * (spins - spun)) / abs(left - came),
+                "spin_before": spun, "spin_after": spins, "spin_sliding": spun + slid / (GYRATION * o.radius),
+                "moment_lost": abs(left - came + GYRATION * o.radius * (spins - spun)) / abs(left - came),
             }  # fmt: skip
         return out
 
@@ -122,7 +124,7 @@ class TableTennis(Scene):
                 ),
                 Limit(f"angular momentum about the touch lost, {name}", 1e-6, one["moment_lost"]),
             ]
-            if abs(one["psi1"]) > slides_throughout_from(measured["chi"], RESTITUTION):
+            if abs(one["psi1"]) > slides_throughout_from(measured["chi"], measured["restitution"]):
                 # The closed form has no weight in the contact: g T/v is 0.3 % of the normal impulse.
                 error = abs((one["velocity_after"] - one["velocity_before"])
                             / (one["velocity_sliding"] - one["velocity_before"]) - 1.0)  # fmt: skip
@@ -135,12 +137,14 @@ class TableTennis(Scene):
         return out
 
 
-def pair_of() -> ContactPair:
+DEFAULT = SimpleNamespace(**{name: one.default for name, one in BALL.items()})
+
+
+def pair_of(o: Any = DEFAULT) -> ContactPair:
     """Ball and table, as soft as the shell."""
-    stiffness = 4.0 * SHELL * WALL**2 / (RADIUS * sqrt(3.0 * (1.0 - NU**2)))
-    duration = pi * sqrt(MASS / stiffness)
+    stiffness = 4.0 * SHELL * WALL**2 / (o.radius * sqrt(3.0 * (1.0 - NU**2)))
+    duration = pi * sqrt(o.mass / stiffness)
     kappa = 2.0 * (1.0 - NU) / (2.0 - NU)
-    one = ContactPair(Material(1e6, 0.5), RIGID, FRICTION, RESTITUTION, radius=RADIUS, stiffness_ratio=kappa)
-    modulus = 1e6 * (one.contact_duration(MASS, DOWN) / duration) ** 2.5  # Hertz: the duration goes with E^(-2/5)
-    shell = Material(modulus, 0.5, name="table tennis ball")
-    return ContactPair(shell, RIGID, FRICTION, RESTITUTION, radius=RADIUS, stiffness_ratio=kappa)
+    one = ContactPair(Material(1e6, 0.5), RIGID, o.friction, o.restitution, radius=o.radius, stiffness_ratio=kappa)
+    modulus = 1e6 * (one.contact_duration(o.mass, DOWN) / duration) ** 2.5  # Hertz: the duration goes with E^(-2/5)
+    return replace(one, a=Material(modulus, 0.5, name="table tennis ball"))

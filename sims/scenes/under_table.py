@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from contactlaw import checks
 from sims.bounces import bounces_of
+from sims.options import length, speed
 from sims.recording import Recording
-from sims.scene import Limit, Measured, Scene, Settings, register
-from sims.superball import GRAVITY, INTERVAL, MASS, RADIUS, check_bounces, pair_of, settled, spins_in_words
+from sims.scene import EVERYWHERE, Limit, Mark, Measured, Scene, Settings, register
+from sims.superball import GRAVITY, INTERVAL, OPTIONS, check_bounces, pair_of, settled, spins_in_words
 from sims.worlds import new_world
 
 LENGTH, DEPTH, THICKNESS = 0.5, 0.4, 0.012  # of the table [m]; its edge is at x = 0
@@ -26,38 +26,39 @@ class UnderTable(Scene):
 
     name = "under_table"
     title = "a superball thrown under a low table comes back out"
+    engines = EVERYWHERE
     shown: ClassVar[float] = 0.36
     slow = 10.0
+    material = "rubber"
     options = {
-        "clearance": (0.15, "height of the table's underside over the floor, in m"),
-        "speed": (2.5, "forward, with which it is thrown, in m/s"),
-        "landing": (2.0, "downward speed at the floor, in m/s"),
-    }
+        "clearance": length(0.15, "height of the table's underside over the floor"),
+        "speed": speed(2.5, "forward, with which it is thrown"),
+        "landing": speed(2.0, "downward at the floor"),
+    } | OPTIONS
 
-    def run(self, settings: Settings) -> Recording:
+    def simulate(self, settings: Settings, o: Any) -> Recording:
         """Throw it."""
-        self.demand(settings)
-        clearance, speed, landing = (
-            checks.positive(name, self.option(settings, name)) for name in ("clearance", "speed", "landing")
-        )
-        if clearance <= 2.0 * RADIUS:
-            raise ValueError(f"clearance = {clearance!r}: must be above the ball's {2.0 * RADIUS} m")
-        pair = pair_of(settings)
-        drop = 0.5 * (clearance - 2.0 * RADIUS)
-        if landing**2 <= 2.0 * GRAVITY * drop:
-            raise ValueError(
-                f"landing = {landing!r}: must be above that of a fall, {sqrt(2.0 * GRAVITY * drop):.2f} m/s"
-            )
-        down = sqrt(landing**2 - 2.0 * GRAVITY * drop)
+        room = o.clearance - 2.0 * o.radius
+        if room <= 0.0:
+            raise ValueError(f"clearance = {o.clearance!r}: must be above the ball's {2.0 * o.radius} m")
+        fall = GRAVITY * room  # square of the speed of a fall from half way
+        if o.landing**2 <= fall:
+            raise ValueError(f"landing = {o.landing!r}: must be above that of a fall, {sqrt(fall):.2f} m/s")
+        down = sqrt(o.landing**2 - fall)
 
         world = new_world(settings)
-        world.ball("ball", RADIUS, MASS, [-0.06, 0.0, RADIUS + drop], [speed, 0.0, -down])
+        world.ball("ball", o.radius, o.mass, [-0.06, 0.0, o.radius + 0.5 * room], [o.speed, 0.0, -down])
         world.plane("floor")
-        world.block("table", [LENGTH / 2, DEPTH / 2, THICKNESS / 2], [LENGTH / 2, 0.0, clearance + THICKNESS / 2])
-        world.contact("ball", ["floor", "table"], pair, speed=landing)
+        world.block("table", [LENGTH / 2, DEPTH / 2, THICKNESS / 2], [LENGTH / 2, 0.0, o.clearance + THICKNESS / 2])
+        world.contact("ball", ["floor", "table"], pair_of(o), speed=o.landing)
+        return world.record(3.0 * room / o.landing + 2.0 * WAIT, INTERVAL)
 
-        duration = 3.0 * (clearance - 2.0 * RADIUS) / landing + 2.0 * WAIT
-        return world.record(duration, INTERVAL, material=pair.a.name, clearance=clearance)
+    def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
+        """The number of each bounce, off the floor below it, off the table above."""
+        found = bounces_of(recording, "ball", ceiling=recording.facts["clearance"])
+        heights = [0.0 if one.normal[2] > 0.0 else recording.o.clearance + 0.04 for one in found]
+        return [(one.place[0], height, str(number)) for number, (one, height) in
+                enumerate(zip(found, heights, strict=True), 1) if one.time < self.shown]  # fmt: skip
 
     def caption(self, recording: Recording) -> str:
         """The spins of the flights shown."""
@@ -66,10 +67,9 @@ class UnderTable(Scene):
 
     def measure(self, recording: Recording) -> Measured:
         """Every bounce beside the reference, and where the ball is in the end."""
-        pair = pair_of(Settings(material=recording.facts["material"]))
         bounces = bounces_of(recording, "ball", ceiling=recording.facts["clearance"])
         last = float(recording.track("ball").positions[-1, 0])
-        return settled(recording, pair, bounces, x_end=last)
+        return settled(recording, bounces, x_end=last, radius=recording.o.radius)
 
     def check(self, measured: Measured) -> list[Limit]:
         """Floor, underside, floor; out again by the law, against the reference."""
@@ -77,5 +77,5 @@ class UnderTable(Scene):
         if measured["law"] == "microslip":
             under = sum(one["surface"] == "table" for one in measured["bounces"])
             out.append(Limit("bounces off the underside", 1, under, at_least=True))
-            out.append(Limit("where it ends, the edge being at 0", -RADIUS, measured["x_end"], "m"))
+            out.append(Limit("where it ends, the edge being at 0", -measured["radius"], measured["x_end"], "m"))
         return out

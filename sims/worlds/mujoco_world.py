@@ -19,10 +19,12 @@ from sims.worlds.world import World
 
 FAR_OFF = 8.0  # distance of the camera, over how far the bodies reach
 GEOMS = {
+    "plane": mujoco.mjtGeom.mjGEOM_PLANE,
     "ball": mujoco.mjtGeom.mjGEOM_SPHERE,
     "disc": mujoco.mjtGeom.mjGEOM_SPHERE,  # round where it touches
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
 }
 HEAVY = 1e9  # armature of a driven body [kg]: nothing that hits it changes its motion
 STEPS_A_NATIVE_CONTACT = 10  # a stiffer contact than MuJoCo's solver resolves gains energy
@@ -42,7 +44,6 @@ class EngineWorld(World):
         self.spec.option.timestep = self.timestep
         self.spec.option.gravity = self.gravity
         self._masses: dict[str, float] = {}
-        self._feet: dict[str, list[str]] = {}
         self._window: Any = None
 
     def _make_body(self, body: Body) -> None:
@@ -58,32 +59,25 @@ class EngineWorld(World):
                 joint = made.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=body.rotation.T @ axis)
                 joint.armature = HEAVY
         self._masses[body.name] = body.mass
-        collide = {"contype": self._collide, "conaffinity": self._collide}
-        if body.feet:
-            for number, corner in enumerate(body.corners()):
-                made.add_geom(name=f"{body.name}-{number}", size=[body.feet, 0.0, 0.0], pos=corner, **collide)
-            self._feet[body.name] = [f"{body.name}-{number}" for number in range(8)]
-            return
-        size = body.size[:1] if body.shape == "disc" else body.size
-        made.add_geom(name=body.name, type=GEOMS[body.shape], size=[*size, 0.0, 0.0][:3], **collide)
+        self._geom(made, body.name, body.shape, body.size[:1] if body.shape == "disc" else body.size)
+
+    def _geom(self, owner: Any, name: str, shape: str, size: ArrayLike, **where: Any) -> None:
+        three = [*np.asarray(size).tolist(), 0.0, 0.0][:3]
+        owner.add_geom(
+            name=name, type=GEOMS[shape], size=three, contype=self._collide, conaffinity=self._collide, **where
+        )
 
     def _make_plane(self, name: str, point: Array, normal: Array) -> None:
-        self.spec.worldbody.add_geom(
-            name=name, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5.0, 5.0, 0.1], pos=point,
-            quat=matrix_to_quaternion(onto(normal)), contype=self._collide, conaffinity=self._collide,
-        )  # fmt: skip
+        where = {"pos": point, "quat": matrix_to_quaternion(onto(normal))}
+        self._geom(self.spec.worldbody, name, "plane", [5.0, 5.0, 0.1], **where)
 
-    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None:
-        self.spec.worldbody.add_geom(
-            name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=half_sizes, pos=position,
-            quat=matrix_to_quaternion(rotation), contype=self._collide, conaffinity=self._collide,
-        )  # fmt: skip
+    def _make_fixed(self, name: str, shape: str, size: Array, position: Array, rotation: Array) -> None:
+        self._geom(self.spec.worldbody, name, shape, size, pos=position, quat=matrix_to_quaternion(rotation))
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         tuning = self.tuning
-        first, second = ([geom for name in names for geom in self._feet.get(name, [name])] for names in (ones, twos))
         self.contacts.append(
-            mujoco_plugin.add_contact(self.spec, first, second, pair, others=tuning.collide, substeps=tuning.substeps)
+            mujoco_plugin.add_contact(self.spec, ones, twos, pair, others=tuning.collide, substeps=tuning.substeps)
         )
 
     def _make_native(self, friction: float, restitution: float, spring: tuple[float, float] | None) -> None:
@@ -103,7 +97,7 @@ class EngineWorld(World):
         mu = pair.friction
         for one, two in {tuple(sorted((a, b))) for a in ones for b in twos if a != b}:
             inverse = sum(1.0 / self._masses.get(name, np.inf) for name in (one, two))
-            radii = [body.size[0] for body in self.bodies if body.name in (one, two) and body.shape != "box"]
+            radii = [body.size[0] for body in self.bodies if body.name in (one, two)]
             sized = ContactPair(
                 pair.a, pair.b, mu, radius=pair.radius or 1.0 / sum(1.0 / radius for radius in radii),
                 stiffness_ratio=pair.stiffness_ratio,

@@ -1,6 +1,8 @@
-"""A world without an engine: the package's own bodies, spheres on planes and on each other."""
+"""A world without an engine: the package's own bodies."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,22 +25,30 @@ class EngineWorld(World):
         self._shapes: dict[str, list[int]] = {}
 
     def _make_body(self, body: Body) -> None:
-        if (body.shape == "box" and not body.feet) or body.path is not None:
-            raise ValueError(f"engine = {NONE!r}: has spheres and planes alone; {body.name!r} is a {body.shape}")
+        if body.path is not None:
+            raise ValueError(f"engine = {NONE!r}: drives no body; {body.name!r} has a path")
         number = self.world.add_body(
             body.mass, body.inertia, body.position, body.velocity, matrix_to_quaternion(body.rotation), body.spin
         )
-        if body.feet:
-            self._shapes[body.name] = [self.world.add_sphere(number, body.feet, at) for at in body.corners()]
-            return
-        ends = [0.0] if body.shape != "capsule" else [-body.size[1], body.size[1]]
-        self._shapes[body.name] = [self.world.add_sphere(number, body.size[0], (0.0, 0.0, end)) for end in ends]
+        self._make_shape(body.name, number, body.shape, body.size)
+
+    def _make_shape(self, name: str, body: int | None, shape: str, size: ArrayLike, **where: Any) -> None:
+        """On a body, or fixed; where: its place and turn."""
+        sizes, world, turn = np.asarray(size, dtype=float).tolist(), self.world, where.pop("turn", np.eye(3))
+        if shape in ("ball", "disc"):
+            made: Any = world.add_sphere(body, sizes[0], **where)  # type: ignore[arg-type]
+        elif shape == "box":
+            made = world.add_box(body, sizes, quaternion=matrix_to_quaternion(turn), **where)
+        else:
+            add: Any = world.add_capsule if shape == "capsule" else world.add_cylinder
+            made = add(body, *sizes, axis=turn[:, 2], **where)
+        self._shapes[name] = list(made) if isinstance(made, tuple) else [made]
 
     def _make_plane(self, name: str, point: Array, normal: Array) -> None:
         self._shapes[name] = [self.world.add_plane(None, point, normal)]
 
-    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None:
-        raise ValueError(f"engine = {NONE!r}: has spheres and planes alone; {name!r} is a block")
+    def _make_fixed(self, name: str, shape: str, size: Array, position: Array, rotation: Array) -> None:
+        self._make_shape(name, None, shape, size, at=position, turn=rotation)
 
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None:
         first, second = ([shape for name in names for shape in self._shapes[name]] for names in (ones, twos))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -29,12 +28,6 @@ class Body:
     spin: Array
     rotation: Array
     path: Path | None = None
-    feet: float = 0.0
-    """Radius [m] of the balls at the corners of a box, by which alone it touches then."""
-
-    def corners(self) -> Array:
-        """Centres of these balls, which the faces are flush with [m], shape (8, 3)."""
-        return np.array(list(product((-1.0, 1.0), repeat=3))) * (np.array(self.size) - self.feet)
 
 
 class State(NamedTuple):
@@ -82,6 +75,12 @@ def matrix_to_quaternion(matrix: Array) -> Array:
         q[1 + i] = 1.0 + m[i, i] - m[j, j] - m[k, k]
         q[1 + j], q[1 + k] = m[j, i] + m[i, j], m[k, i] + m[i, k]
     return q / np.linalg.norm(q)
+
+
+def turned(axis: ArrayLike, angle: float) -> Array:
+    """The rotation by an angle [rad] about a unit vector, as a matrix."""
+    skew = np.cross(np.asarray(axis, dtype=float), np.eye(3)).T
+    return np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew
 
 
 def onto(normal: Array) -> Array:

@@ -15,6 +15,9 @@ from sims.scene import Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion, onto
 from sims.worlds.world import World
 
+FAR_OFF = 4.0  # distance of the camera, over how far the bodies reach
+ROUND = {"capsule": p.GEOM_CAPSULE, "cylinder": p.GEOM_CYLINDER}
+
 
 class EngineWorld(World):
     """PyBullet's."""
@@ -33,32 +36,28 @@ class EngineWorld(World):
         self._pairs: list[tuple[list[str], list[str]]] = []
 
     def _make_body(self, body: Body) -> None:
-        if body.feet:
-            raise ValueError(f"engine = 'pybullet': bodies have one shape each; {body.name!r} has balls at its corners")
-        if body.shape == "box":
-            shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=list(body.size), physicsClientId=self.client)
-        elif body.shape == "capsule":
-            radius, half = body.size
-            shape = p.createCollisionShape(
-                p.GEOM_CAPSULE, radius=radius, height=2.0 * half, physicsClientId=self.client
-            )
-        else:
-            shape = p.createCollisionShape(p.GEOM_SPHERE, radius=body.size[0], physicsClientId=self.client)
         mass = body.mass if body.path is None else 0.0
-        made = self._put(body.name, mass, shape, body.position, body.rotation)
+        made = self._put(body.name, mass, self._shape(body.shape, body.size), body.position, body.rotation)
         if body.path is None:
             p.changeDynamics(
                 made, -1, localInertiaDiagonal=list(body.inertia), linearDamping=0.0, angularDamping=0.0,
                 maxJointVelocity=1e12, physicsClientId=self.client,
             )  # fmt: skip
 
-    def _make_plane(self, name: str, point: Array, normal: Array) -> None:
-        shape = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=self.client)
-        self._put(name, 0.0, shape, point, onto(normal))
+    def _shape(self, shape: str, size: ArrayLike) -> int:
+        sizes = np.asarray(size, dtype=float).tolist()
+        if shape == "box":
+            return p.createCollisionShape(p.GEOM_BOX, halfExtents=sizes, physicsClientId=self.client)
+        if shape in ROUND:
+            radius, half = sizes
+            return p.createCollisionShape(ROUND[shape], radius=radius, height=2.0 * half, physicsClientId=self.client)
+        return p.createCollisionShape(p.GEOM_SPHERE, radius=sizes[0], physicsClientId=self.client)
 
-    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None:
-        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=half_sizes.tolist(), physicsClientId=self.client)
-        self._put(name, 0.0, shape, position, rotation)
+    def _make_plane(self, name: str, point: Array, normal: Array) -> None:
+        self._put(name, 0.0, p.createCollisionShape(p.GEOM_PLANE, physicsClientId=self.client), point, onto(normal))
+
+    def _make_fixed(self, name: str, shape: str, size: Array, position: Array, rotation: Array) -> None:
+        self._put(name, 0.0, self._shape(shape, size), position, rotation)
 
     def _put(self, name: str, mass: float, shape: int, position: Array, rotation: Array) -> int:
         w, x, y, z = matrix_to_quaternion(rotation).tolist()
@@ -186,7 +185,7 @@ class EngineWorld(World):
     def _show(self, middle: Array, reach: float) -> None:
         if not self._dressed:
             self._dress()
-        p.resetDebugVisualizerCamera(8.0 * reach, 0.0, -15.0, middle.tolist(), physicsClientId=self.client)
+        p.resetDebugVisualizerCamera(FAR_OFF * reach, 0.0, -15.0, middle.tolist(), physicsClientId=self.client)
 
     def _dress(self) -> None:
         """No panels, and chequers on what is round, so that its turning is seen."""

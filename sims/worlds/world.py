@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair, checks
 from contactlaw.laws import law_of
-from sims.recording import Outline, Recording, Track, block, plane
+from sims.recording import Outline, Recording, Track, block, plane, rod
 from sims.scene import NATIVES, Settings
 from sims.worlds.parts import Array, Body, Path, State, Tuning
 
@@ -74,20 +74,30 @@ class World(ABC):
     def box(
         self, name: str, half_sizes: Sequence[float], mass: float, position: ArrayLike,
         velocity: ArrayLike = (0.0, 0.0, 0.0), spin: ArrayLike = (0.0, 0.0, 0.0), *,
-        rotation: ArrayLike | None = None, feet: float = 0.0,
+        rotation: ArrayLike | None = None,
     ) -> None:  # fmt: skip
-        """A homogeneous box; its faces may touch round bodies, or balls of radius `feet` [m] at its corners planes."""
+        """A homogeneous box."""
         squares = np.square(half_sizes)
         moments = mass / 3.0 * (squares.sum() - squares)
-        self._add(name, "box", tuple(half_sizes), mass, moments, position, velocity, spin, rotation, feet=feet)
+        self._add(name, "box", tuple(half_sizes), mass, moments, position, velocity, spin, rotation)
 
     def capsule(
         self, name: str, radius: float, half_length: float, mass: float, position: ArrayLike,
         velocity: ArrayLike = (0.0, 0.0, 0.0), spin: ArrayLike = (0.0, 0.0, 0.0), *,
         inertia: ArrayLike, rotation: ArrayLike | None = None,
     ) -> None:  # fmt: skip
-        """A capsule along its own z axis; its ends may touch planes, faces and round bodies."""
+        """A capsule along its own z axis."""
         self._add(name, "capsule", (radius, half_length), mass, inertia, position, velocity, spin, rotation)
+
+    def cylinder(
+        self, name: str, radius: float, half_length: float, mass: float, position: ArrayLike,
+        velocity: ArrayLike = (0.0, 0.0, 0.0), spin: ArrayLike = (0.0, 0.0, 0.0), *,
+        rotation: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        """A homogeneous cylinder along its own z axis."""
+        across = mass * (0.25 * radius**2 + half_length**2 / 3.0)
+        moments = (across, across, 0.5 * mass * radius**2)
+        self._add(name, "cylinder", (radius, half_length), mass, moments, position, velocity, spin, rotation)
 
     def paddle(self, name: str, half_sizes: Sequence[float], path: Path, *, rotation: ArrayLike | None = None) -> None:
         """A box that follows a path without turning, whatever hits it."""
@@ -105,9 +115,13 @@ class World(ABC):
         self, name: str, half_sizes: Sequence[float], position: ArrayLike, rotation: ArrayLike | None = None
     ) -> None:
         """A fixed box."""
-        turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
-        self._fix(name, block(position, half_sizes, turn, name))
-        self._make_block(name, np.asarray(half_sizes, dtype=float), checks.vector("position", position), turn)
+        self._fixed_shape("box", name, half_sizes, position, rotation)
+
+    def peg(
+        self, name: str, radius: float, half_length: float, position: ArrayLike, rotation: ArrayLike | None = None
+    ) -> None:
+        """A fixed capsule along its own z axis."""
+        self._fixed_shape("capsule", name, (radius, half_length), position, rotation)
 
     def contact(
         self, ones: str | Sequence[str], twos: str | Sequence[str], pair: ContactPair, *,
@@ -242,17 +256,25 @@ class World(ABC):
 
     def _add(
         self, name: str, shape: str, size: tuple[float, ...], mass: float, inertia: Any, position: Any, velocity: Any,
-        spin: Any, rotation: Any, path: Path | None = None, feet: float = 0.0,
+        spin: Any, rotation: Any, path: Path | None = None,
     ) -> None:  # fmt: skip
         self._refuse_twice(name)
         ix, iy, iz = np.broadcast_to(np.asarray(inertia, dtype=float), 3).tolist()
         body = Body(
             name, shape, size, mass, (ix, iy, iz), checks.vector("position", position),
             checks.vector("velocity", velocity), checks.vector("spin", spin),
-            np.eye(3) if rotation is None else np.array(rotation, dtype=float), path, feet,
+            np.eye(3) if rotation is None else np.array(rotation, dtype=float), path,
         )  # fmt: skip
         self.bodies.append(body)
         self._make_body(body)
+
+    def _fixed_shape(
+        self, shape: str, name: str, size: ArrayLike, position: ArrayLike, rotation: ArrayLike | None
+    ) -> None:
+        turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+        sizes, place = np.asarray(size, dtype=float), checks.vector("position", position)
+        self._fix(name, (block if shape == "box" else rod)(place, sizes, turn, name))
+        self._make_fixed(name, shape, sizes, place, turn)
 
     def _fix(self, name: str, outline: Outline) -> None:
         self._refuse_twice(name)
@@ -272,7 +294,7 @@ class World(ABC):
     def _make_plane(self, name: str, point: Array, normal: Array) -> None: ...
 
     @abstractmethod
-    def _make_block(self, name: str, half_sizes: Array, position: Array, rotation: Array) -> None: ...
+    def _make_fixed(self, name: str, shape: str, size: Array, position: Array, rotation: Array) -> None: ...
 
     @abstractmethod
     def _touch_by_law(self, ones: list[str], twos: list[str], pair: ContactPair) -> None: ...

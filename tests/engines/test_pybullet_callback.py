@@ -79,22 +79,33 @@ def test_capsule_bounces_on_its_end_and_may_lie(client: int, dt: float, upright:
     assert callback.ledger(handle).impacts == (1 if upright else 2)
 
 
-@pytest.mark.parametrize("kind", ["edge", "side"])
-def test_edges_and_sides_need_a_radius(client: int, kind: str) -> None:
-    if kind == "edge":
-        target, place = slab(client), [1.0 + 0.68 * RADIUS, 0, 0.68 * RADIUS]
-    else:
-        bar = shape(client, p.GEOM_CAPSULE, radius=RADIUS, height=0.2)
-        target, place = p.createMultiBody(0.0, bar, physicsClientId=client), [1.99 * RADIUS, 0, 0.02]
-    body = ball(client, place)
+def test_a_box_s_edge_without_a_radius_is_warned_of_once(client: int) -> None:
+    target, body = slab(client), ball(client, [1.0 + 0.68 * RADIUS, 0, 0.68 * RADIUS])
     p.setTimeStep(1e-7, client)
     callback = ContactCallback(client)
     handle = callback.add_contact(body, target, pair_of())
-    with pytest.raises(ValueError, match=f"touches with the {kind} of its"):
+    with pytest.warns(ContactWarning, match=rf"body {body} and body {target}: touching at the edge of a box"):
         callback()
-    callback.remove_contact(handle)
-    callback.add_contact(body, target, pair_of(radius=0.6 * RADIUS))
-    callback()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(client, callback, 3)
+        callback.remove_contact(handle)
+        callback.add_contact(body, target, pair_of(radius=0.6 * RADIUS))
+        callback()
+
+
+def test_a_ball_on_a_capsule_s_side_has_the_radius_of_both(client: int) -> None:
+    bar = shape(client, p.GEOM_CAPSULE, radius=RADIUS, height=0.2)
+    target = p.createMultiBody(0.0, bar, physicsClientId=client)
+    body = ball(client, [2.0 * RADIUS + 1e-3, 0, 0], [-1.0, 0, 0])
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, target, pair_of(restitution=1.0), ledger=True)
+    callback.step()
+    ball_on_ball, on_plane = (
+        (1.25 * 0.5 / (4 / 3 * pair_of(radius=r).effective_modulus * np.sqrt(r))) ** 0.4 for r in (0.5 * RADIUS, RADIUS)
+    )  # Hertz's deepest overlap, 0.5 m v^2 = 0.4 k delta^2.5
+    assert on_plane < callback.ledger(handle).greatest_overlap < ball_on_ball
+    np.testing.assert_allclose(velocities(client, body)[0], [1.0, 0.0, 0.0], atol=1e-4)
 
 
 @pytest.mark.parametrize(

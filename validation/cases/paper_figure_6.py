@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contactlaw import rebound
-from sims.puck import Puck, reference
+from sims.puck import Puck, build, reference
+from sims.scene import Settings
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.stroboscope import Motion, fit_motion, read_impact
 
@@ -119,30 +120,24 @@ def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
         Times of the flashes [s], shape (n,), centres [m], shape (n, 2), angle of the marker [rad], shape (n,), and the
         motion at the end.
     """
-    import mujoco
-
-    from sims.puck_mujoco import build
-
-    model = build(puck).compile()
-    data = mujoco.MjData(model)
-    velocity, spin = puck.start_motion
-    data.qvel[:] = [velocity[0], velocity[1], spin]
+    world = build(puck, Settings("mujoco"))
+    world.start()
     between = round(1.0 / (FLASHES * puck.step))
     # The first flash comes so that the touch falls in the middle between two.
     steps = FIELD / (puck.speed * puck.step)
     first = round((steps - 0.5 * between) % between)
     flights = floor(steps / between) + floor(steps * puck.pair.restitution / between)
-    rows = []
-    done = 0
+    times, centres, axes = [], [], []
     for number in range(flights):
-        count = first + number * between - done
-        mujoco.mj_step(model, data, count)
-        done += count
-        rows.append([data.time, *(puck.start[:2] + data.qpos[:2]), data.qpos[2] - puck.heading - pi])
-    table = np.array(rows)
-    angles = table[:, 3] + 2.0 * (puck.heading + pi)  # the marker is at the contact point while the puck does not spin
-    final = Motion(np.array(data.qvel[:2]), float(data.qvel[2]), np.zeros((3, 3)), 0.0)
-    return table[:, 0], table[:, 1:3], angles, final
+        world.step(between if number else first)
+        state = world.read()
+        times.append(world.time)
+        centres.append(state.position[0, :2])
+        axes.append(state.rotation[0, :2, 0])
+    # The marker is at the contact point while the puck does not spin.
+    angles = np.unwrap(np.arctan2(*np.array(axes).T[::-1])) + puck.heading + pi
+    final = Motion(state.velocity[0, :2], float(state.spin[0, 2]), np.zeros((3, 3)), 0.0)
+    return np.array(times), np.array(centres), angles, final
 
 
 def _draw_flashes(axes: Axes, data: Any) -> None:

@@ -1,4 +1,5 @@
-"""Two sets of geoms that may touch: each of the first each of the second, but none itself or one of its own body.
+"""Two sets of geoms, or links, that may touch: each of the first each of the second, but none itself or one of its
+own body.
 
 Sets of a thousand make half a million pairs; none is written down. What depends on the kinds of two geoms alone is
 asked once for each two kinds.
@@ -88,7 +89,8 @@ def groups(geoms: Iterable[Any], kind_of: Callable[[Any], Hashable]) -> dict[Any
 
 
 def _rows(ones: list[Any], twos: list[Any]) -> Iterator[tuple[Any, Any]]:
-    """Pairs among which is one of different bodies, if there is one at all: the first of each with all of the other."""
-    if ones and twos:
-        yield from ((ones[0], two) for two in twos)
-        yield from ((one, twos[0]) for one in ones)
+    """The first three of each with all of the other: among these pairs is one of different bodies, and one of links of
+    a tree that are not neighbours in it, if there is one at all.
+    """
+    yield from ((one, two) for one in ones[:3] for two in twos)
+    yield from ((one, two) for one in ones for two in twos[:3])

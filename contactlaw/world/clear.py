@@ -1,0 +1,30 @@
+"""Whether a contact's radius of curvature is clear from its shapes."""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, shape_at
+from contactlaw.world.geometry import meet
+from contactlaw.world.records import BOX, CORNER, EDGE, SEGMENT
+from contactlaw.world.vec import to_body
+
+ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
+
+
+@jit_inside
+def is_clear(w, c):
+    """Whether two shapes touch where they have one radius: not at the edge of a box, nor with a capsule's side there.
+
+    The parts of boxes and cylinders have radii by their definition.
+    """
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
+        return True
+    if sa.kind == SEGMENT:
+        return False
+    a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
+    _, normal, _, _ = meet(sa, a, sb, b)  # now: the contact's may be of before the box turned
+    n = to_body(b.axes, normal)
+    for i in range(3):
+        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALONG
+    return clear

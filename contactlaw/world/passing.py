@@ -1,0 +1,85 @@
+"""Trees of bodies that an engine's own step has taken past all that they could touch: the world need not fly them.
+
+Known of each pair of shapes are its gap at both ends of the step, and how fast it closes there. A gap that closes first
+and opens then is at least where the tangents of both ends meet, as the distance of what is convex is convex; what else
+may be in between is some part of what the speeds change by.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from numba import types
+
+from contactlaw.jit import address_of, jit_inside
+from contactlaw.world.access import body_at, near_at, shape_at, tree_at, world_at
+from contactlaw.world.geometry import meet
+from contactlaw.world.motion import closing_at
+from contactlaw.world.records import PASSES, STAYS
+from contactlaw.world.vec import load, norm, sub
+
+DOUBT = 0.125  # of a step, times the change of a closing speed: by how much a gap may be less
+
+
+def find_passing(world):
+    """Which trees pass of those that are asked about; their bodies are where they are at the end of the step.
+
+    world: its address. The near pairs know gap and closing speed of the step's start, see `step.find_pressed`.
+    """
+    w = world_at(world, 0)
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        if passes(b):
+            way = norm(sub(load(b.position), load(b.mark))) + b.turned * b.reach
+            if way > b.margin:
+                tree_at(b.tree, 0).passes = STAYS
+            if way + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
+                w.stale = 1
+    found = True
+    first = True
+    while found:
+        found = False
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if not (passes(a) or passes(b)):
+                continue
+            if not (keeps(a) and keeps(b)) or (first and touches(w, p, a, b)):
+                for one in (a, b):
+                    if passes(one):
+                        tree_at(one.tree, 0).passes = STAYS
+                        found = True
+        first = False
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        if passes(b):
+            tree_at(b.tree, 0).passes = PASSES
+
+
+@lru_cache
+def address_of_passing() -> int:
+    """Address of `find_passing`."""
+    return address_of(find_passing, types.void(types.uint64))
+
+
+@jit_inside
+def passes(b):
+    """Whether a body is one of a tree that may pass."""
+    return b.tree != 0 and tree_at(b.tree, 0).passes != STAYS
+
+
+@jit_inside
+def keeps(b):
+    """Whether a body is where the engine has it, or stands."""
+    return b.inverse_mass == 0.0 or b.asleep != 0 or passes(b)
+
+
+@jit_inside
+def touches(w, p, a, b):
+    """Whether a pair may have touched within the step."""
+    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    now = closing_at(a, arm_a, b, arm_b, n)
+    change = abs(now - p.closing)
+    closes, opens = p.closing + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
+    dip = DOUBT * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)
+    return min(p.gap, -overlap) <= w.step * dip

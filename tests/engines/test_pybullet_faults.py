@@ -1,0 +1,311 @@
+"""What users do to a running callback in PyBullet: it goes on rightly, or an error names the body."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+p = pytest.importorskip("pybullet")
+if __import__("numba").config.DISABLE_JIT:
+    pytest.skip("the callback needs compiled code", allow_module_level=True)
+
+from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, velocities  # noqa: E402
+
+from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+
+BY_BOTH = pytest.mark.parametrize("ahead", [True, False], ids=["call", "step"])
+
+
+def go(client: int, callback: ContactCallback, ahead: bool, steps: int = 1) -> None:
+    for _ in range(steps):
+        (run(client, callback, 1) if ahead else callback.step())
+
+
+def resting(client: int) -> tuple[int, ContactCallback, int]:
+    """A ball at rest on a plane."""
+    floor, body = plane(client), ball(client, [0, 0, RADIUS])
+    p.setGravity(0, 0, -9.81, client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, floor, pair_of(restitution=0.5))
+    go(client, callback, False, 60)
+    assert velocities(client, body)[0][2] == 0.0
+    return body, callback, handle
+
+
+def everything(client: int) -> list:
+    bodies = [p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))]
+    return [(p.getBasePositionAndOrientation(b, client), p.getBaseVelocity(b, client)) for b in bodies]
+
+
+@BY_BOTH
+def test_reset_simulation_is_noticed_though_there_are_as_many_bodies(client: int, ahead: bool) -> None:
+    body, callback, _ = resting(client)
+    p.resetSimulation(physicsClientId=client)
+    with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"):
+        callback()
+    p.setGravity(0, 0, -9.81, client)
+    floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
+    with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"):
+        go(client, callback, ahead)
+    callback.remove_all()
+    callback.add_contact(body, floor, pair_of(restitution=1.0))
+    go(client, callback, ahead)
+    assert velocities(client, body)[0][2] == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("then", ["call", "step"])
+def test_a_callback_called_twice_is_an_error(client: int, then: str) -> None:
+    floor, body = plane(client), ball(client, [0, 0, RADIUS + 1e-3], [0, 0, -1.0])
+    callback = ContactCallback(client)
+    callback.add_contact(body, floor, pair_of())
+    callback()
+    with pytest.raises(ValueError, match=f"called again before stepSimulation: body {body} moves"):
+        callback() if then == "call" else callback.step()
+    p.stepSimulation(client)
+    assert velocities(client, body)[0][2] == pytest.approx(0.93, abs=1e-3)
+    run(client, callback, 2)
+
+
+def test_a_callback_called_twice_is_an_error_for_joints(client: int) -> None:
+    arm, body = paddle(client), ball(client, [0.4, 0, 2.0 * RADIUS + 1.0])
+    p.resetJointState(arm, 0, 0.0, 3.0, client)
+    callback = ContactCallback(client)
+    callback.add_contact(arm, body, pair_of(), link_a=0)
+    callback()
+    with pytest.raises(ValueError, match=f"called again before stepSimulation: body {arm} moves"):
+        callback()
+
+
+def test_two_callbacks_do_not_share_a_pair(client: int) -> None:
+    floor, body, other = plane(client), ball(client, [0, 0, 1.0]), ball(client, [1, 0, 1.0])
+    first, second = ContactCallback(client), ContactCallback(client)
+    first.add_contact([body, other], floor, pair_of())
+    with pytest.raises(ValueError, match=f"body {body} and body {floor}|body {floor}, body {body}.*another"):
+        second.add_contact(floor, body, pair_of())
+    second.add_contact(body, other, pair_of())
+    first.remove_all()
+    second.add_contact(floor, body, pair_of())
+
+
+@BY_BOTH
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+def test_a_mass_changed_at_rest_is_carried(client: int, ahead: bool, factor: float) -> None:
+    body, callback, handle = resting(client)
+    go(client, callback, ahead, 5)
+    before, mass = callback.state(handle), 0.5 * factor
+    p.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[0.4 * mass * RADIUS**2] * 3, physicsClientId=client)
+    go(client, callback, ahead, 120)
+    after = callback.state(handle)
+    assert after.force[2] == pytest.approx(mass * 9.81, rel=1e-6)
+    assert after.overlap == pytest.approx(before.overlap * factor ** (2 / 3), rel=1e-4)
+    assert velocities(client, body)[0][2] == pytest.approx(0.0, abs=1e-9)
+
+
+@BY_BOTH
+def test_a_mass_changed_within_an_impact_is_the_one_that_leaves(client: int, ahead: bool) -> None:
+    """In the middle of the compression, at rest there, a ball is made four times as heavy: the spring's energy
+    0.5 m v^2 becomes 0.5 (4 m) (v/2)^2."""
+    floor, body = plane(client), ball(client, [0, 0, RADIUS], [0, 0, -0.2])
+    pair = pair_of(restitution=1.0, friction=0.0)
+    dt = pair_of(radius=RADIUS, restitution=1.0).contact_duration(0.5, 0.2) / 200
+    p.setTimeStep(dt, client)
+    callback = ContactCallback(client)
+    callback.add_contact(body, floor, pair)
+    while velocities(client, body)[0][2] < 0.0:
+        go(client, callback, ahead)
+    p.changeDynamics(body, -1, mass=2.0, localInertiaDiagonal=[0.8 * RADIUS**2] * 3, physicsClientId=client)
+    go(client, callback, ahead, 600)
+    assert velocities(client, body)[0][2] == pytest.approx(0.1, rel=0.02)
+
+
+@BY_BOTH
+def test_a_mass_changed_in_flight_is_the_one_that_strikes(client: int, ahead: bool) -> None:
+    body, other = ball(client, [0, 0, 0], [1.0, 0, 0]), ball(client, [0.2, 0, 0])
+    callback = ContactCallback(client)
+    callback.add_contact(body, other, pair_of(restitution=1.0))
+    go(client, callback, ahead, 5)
+    p.changeDynamics(other, -1, mass=1.5, localInertiaDiagonal=[0.6 * RADIUS**2] * 3, physicsClientId=client)
+    go(client, callback, ahead, 60)
+    np.testing.assert_allclose(
+        [velocities(client, one)[0][0] for one in (body, other)], [-0.5, 0.5], atol=1e-3
+    )  # of masses 1 : 3
+
+
+@BY_BOTH
+def test_a_link_s_mass_changed_in_flight_is_the_one_that_strikes(client: int, ahead: bool) -> None:
+    """A paddle's hinge feels I and a ball m at an arm L: by energy and angular momentum the ball leaves at
+    v (k - 1)/(k + 1), k = m L^2 / I."""
+    arm, mass = paddle(client), 0.5
+    body = ball(client, [0.4, 0, 2.0 * RADIUS + 0.1], [0, 0, -1.0], mass=mass)
+    callback = ContactCallback(client)
+    callback.add_contact(arm, body, pair_of(restitution=1.0, friction=0.0), link_a=0)
+    go(client, callback, ahead, 5)
+    p.changeDynamics(arm, 0, mass=3.0, localInertiaDiagonal=[1e-3, 2e-2, 3e-2], physicsClientId=client)
+    go(client, callback, ahead, 30)
+    k = mass * 0.4**2 / (3.0 * 0.2**2 + 2e-2)
+    assert velocities(client, body)[0][2] == pytest.approx((1.0 - k) / (1.0 + k), abs=1e-3)
+
+
+def chain(client: int, links: int = 3) -> int:
+    """Balls on a line that overlap at their joints, the next but one by nothing."""
+    own = shape(client, p.GEOM_SPHERE, radius=0.05)
+    return p.createMultiBody(
+        1.0, own, -1, [0, 0, 1], linkMasses=[1.0] * links, linkCollisionShapeIndices=[own] * links,
+        linkVisualShapeIndices=[-1] * links, linkPositions=[[0.08, 0, 0]] * links,
+        linkOrientations=[[0, 0, 0, 1]] * links, linkInertialFramePositions=[[0, 0, 0]] * links,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * links, linkParentIndices=list(range(links)),
+        linkJointTypes=[p.JOINT_REVOLUTE] * links, linkJointAxis=[[0, 1, 0]] * links, physicsClientId=client,
+    )  # fmt: skip
+
+
+def test_sets_leave_out_a_link_and_its_parent(client: int) -> None:
+    body = chain(client)
+    callback, sides = ContactCallback(client), [(body, link) for link in range(-1, 3)]
+    handle = callback.add_contact(sides, sides, pair_of())
+    for link in range(3):
+        p.setJointMotorControl2(body, link, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
+    go(client, callback, False, 5)
+    assert callback.states(handle) == []
+    assert velocities(client, body)[0].tolist() == [0.0, 0.0, 0.0]
+    for link, angle in enumerate((0.0, 2.0, 0.0)):
+        p.resetJointState(body, link, angle, 0.0, client)
+    with pytest.warns(match="overlap over radius"):
+        callback.step()
+    assert {(one.a[1], one.b[1]) for one in callback.states(handle)} <= {(-1, 1), (-1, 2), (0, 2)}
+    assert callback.states(handle)
+
+
+@pytest.mark.parametrize("fault", ["not finite", "joints", "gone", "substeps", "again"])
+def test_a_call_that_raised_leaves_the_engine_as_it_was(client: int, fault: str) -> None:
+    arm, body, other = paddle(client), ball(client, [1.0, 0, RADIUS - 0.999], [0, 0, -1.0]), ball(client, [2.0, 0, 1.0])
+    floor = p.createMultiBody(0.0, shape(client, p.GEOM_PLANE), -1, [0, 0, -1.0], physicsClientId=client)
+    p.setGravity(0, 0, -9.81, client)
+    callback = ContactCallback(client)
+    callback.add_contact([body, other, (arm, 0)], floor, pair_of())
+    callback()
+    p.stepSimulation(client)
+    if fault == "not finite":
+        p.resetBaseVelocity(other, [np.nan, 0, 0], physicsClientId=client)
+    elif fault == "joints":
+        p.resetJointState(arm, 0, np.nan, 0.0, client)
+    elif fault == "gone":
+        p.removeBody(other, client)
+    elif fault == "substeps":
+        p.setPhysicsEngineParameter(numSubSteps=4, physicsClientId=client)
+    else:
+        callback()
+    before = repr((everything(client), p.getJointState(arm, 0, client)))
+    name = {"joints": f"body {arm}", "substeps": "numSubSteps", "again": "body"}.get(fault, f"body {other}")
+    for _ in range(2):
+        with pytest.raises(ValueError, match=name):
+            callback()
+        assert repr((everything(client), p.getJointState(arm, 0, client))) == before
+
+
+class Env:
+    """An environment as there are many: it knows a client, builds its world and steps it."""
+
+    def __init__(self, step: Callable, client: int) -> None:
+        self.step_bullet, self.client = step, client
+
+    def reset(self) -> None:
+        p.resetSimulation(physicsClientId=self.client)
+        p.setGravity(0, 0, -9.81, self.client)
+        self.floor, self.ball = plane(self.client), ball(self.client, [0, 0, RADIUS + 0.05])
+
+    def step(self) -> tuple[float, float]:
+        for _ in range(4):
+            self.step_bullet()
+        return p.getBasePositionAndOrientation(self.ball, self.client)[0][2], velocities(self.client, self.ball)[0][2]
+
+
+def ways(client: int) -> dict[str, Callable]:
+    """How a module may call stepSimulation."""
+    utils = pytest.importorskip("pybullet_utils.bullet_client")
+    own = utils.BulletClient.__new__(utils.BulletClient)
+    own._client, own._shapes, own._pid = client, {}, 0
+    module = sys.modules["stepper"] = ModuleType("stepper")
+    exec("from pybullet import stepSimulation\ndef go(c):\n    stepSimulation(physicsClientId=c)", vars(module))
+    return {
+        "module": lambda: p.stepSimulation(client),
+        "keyword": lambda: p.stepSimulation(physicsClientId=client),
+        "bullet client": lambda: own.stepSimulation(),
+        "by name": lambda: module.go(client),
+    }
+
+
+@pytest.mark.parametrize("way", ["module", "keyword", "bullet client", "by name"])
+def test_an_environment_that_steps_by_itself(client: int, way: str) -> None:
+    other = p.connect(p.DIRECT)  # whose steps are left alone
+    native, env = p.stepSimulation, Env(ways(client)[way], client)
+    env.reset()
+    env_alone = Env(lambda: None, other)
+    env_alone.reset()
+    callback = ContactCallback(client)
+    callback.add_contact(env.ball, env.floor, pair_of())
+    with callback.stepping():
+        found = [env.step() for _ in range(10)]
+        p.stepSimulation(other)
+    assert velocities(other, env_alone.ball)[0][2] == pytest.approx(-9.81 / 240)
+    assert p.stepSimulation is native and sys.modules["stepper"].stepSimulation is native  # type: ignore[attr-defined]
+    env.reset()
+    callback.remove_all()
+    callback.add_contact(env.ball, env.floor, pair_of())
+    same = []
+    for _ in range(10):
+        for _ in range(4):
+            callback.step()
+        same.append((p.getBasePositionAndOrientation(env.ball, client)[0][2], velocities(client, env.ball)[0][2]))
+    assert found == same and max(speed for _, speed in found) > 0.5
+    p.disconnect(other)
+
+
+def test_errors_go_through_the_environment_and_the_step_is_given_back(client: int) -> None:
+    native, env = p.stepSimulation, Env(lambda: p.stepSimulation(client), client)
+    env.reset()
+    callback = ContactCallback(client)
+    callback.add_contact(env.ball, env.floor, pair_of())
+    with callback.stepping():
+        env.step()
+        with pytest.raises(ValueError, match="inside `stepping`"):
+            callback()
+        with pytest.raises(ValueError, match=f"client {client}: its steps are taken"), callback.stepping():
+            raise AssertionError("never here")
+    env.reset()
+    with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"), callback.stepping():
+        env.step()
+    assert p.stepSimulation is native
+    env.step()
+
+
+@BY_BOTH
+@pytest.mark.parametrize("count", [20, 400])
+def test_large_sets_are_taken_from_bullet_as_they_come_near(client: int, count: int, ahead: bool) -> None:
+    """Bullet's own contact, without restitution, never acts on the balls of a row that is hit fast: elastic ones hand
+    the velocity on. It acts again when the contact has been removed."""
+    own, speed = shape(client, p.GEOM_SPHERE, radius=RADIUS), 30.0  # m/s, 2.5 diameters a step
+    begun = time.process_time()
+    balls = [p.createMultiBody(0.5, own, -1, [0.3 * i, 0, 1.0], physicsClientId=client) for i in range(count)]
+    for body in balls:
+        p.changeDynamics(body, -1, localInertiaDiagonal=[0.2 * RADIUS**2] * 3, physicsClientId=client, **FREE)
+    p.resetBaseVelocity(balls[3], [speed, 0, 0], physicsClientId=client)
+    callback = ContactCallback(client)
+    handle = callback.add_contact(balls, balls, pair_of(restitution=1.0, friction=0.0))
+    go(client, callback, ahead, 40)
+    found = [velocities(client, body)[0][0] for body in balls]
+    fastest = int(np.argmax(found))
+    assert fastest > 10 and found[fastest] == pytest.approx(speed, rel=1e-3)
+    assert sum(abs(one) for one in found) == pytest.approx(speed, rel=2e-3)
+    assert time.process_time() - begun < 20.0
+    callback.remove_contact(handle)
+    for number, body in enumerate(balls[3:5]):
+        p.resetBasePositionAndOrientation(body, [0.06 * number, 5.0, 1.0], [0, 0, 0, 1], client)
+    p.resetBaseVelocity(balls[3], [1.0, 0, 0], physicsClientId=client)
+    for _ in range(20):
+        p.stepSimulation(client)
+    np.testing.assert_allclose([velocities(client, body)[0][0] for body in balls[3:5]], 0.5, atol=0.05)

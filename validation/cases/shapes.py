@@ -1,0 +1,254 @@
+"""Shapes: closed forms of boxes, ellipsoids and cylinders; costs of sliding and tumbling; random drops and heaps."""
+
+# The wheel describes little of what it exports.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from functools import partial
+from math import cos, radians, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+from contactlaw import ContactPair, Material
+from contactlaw.world import World
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.measure import interleaved, spread
+from validation.shape_draws import KINDS, draw, draw_heap
+from validation.world_scenes import FLOOR, steel_pair
+
+PLASTIC = Material(3e9, 0.35, 1200.0)
+DURATION = 2.9432752  # of an elastic impact by Hertz, times speed over greatest overlap
+SPEED, MASS = 0.2, 0.3  # [m/s], [kg]
+HALF_AXES = np.array([0.03, 0.02, 0.012])  # [m]
+ANGLES, SECOND = (30.0, 60.0, 90.0), (0.01, 0.03)  # [degrees] between two cylinders; radius of the second [m]
+DROPS, HEAPS, STEPS = 1000, 200, 10**7
+ENGINES = {"none": KINDS, "mujoco": KINDS, "pybullet": tuple(kind for kind in KINDS if kind != "ellipsoid")}
+TITLES = {"none": "World", "mujoco": "MuJoCo", "pybullet": "PyBullet"}
+
+
+def hertz_radius(p: float, q: float) -> float:
+    """R [m] of 4/3 E* sqrt(R) delta^1.5 for curvatures p < q [1/m], by Johnson (1985), section 4.2, and a root."""
+    from scipy.optimize import brentq
+    from scipy.special import ellipe, ellipk
+
+    def mismatch(t: float) -> float:
+        m = -np.expm1(-2.0 * t)  # t = ln(a/b), m = k^2
+        return float(np.log((np.exp(2.0 * t) * ellipe(m) - ellipk(m)) / (ellipk(m) - ellipe(m))) - np.log(q / p))
+
+    if q < p * (1.0 + 1e-9):
+        return 1.0 / p
+    root: Any = brentq(mismatch, 1e-7, 12.0)
+    m = -np.expm1(-2.0 * root)
+    return float(np.pi**2 * (ellipk(m) - ellipe(m)) / m / (2.0 * p * ellipk(m) ** 3))
+
+
+def box_errors() -> tuple[float, float]:
+    """Of a box on a plane, four springs of its edges' radius: depth at rest, and approach of a flat fall."""
+    pair, half, r = ContactPair(PLASTIC, PLASTIC, 0.3, 0.6), np.array([0.03, 0.02, 0.02]), 0.002
+    errors = []
+    for speed in (0.0, SPEED):
+        elastic = pair if speed == 0.0 else ContactPair(PLASTIC, PLASTIC, 0.0)
+        world = World(gravity=9.81 if speed == 0.0 else 0.0, timestep=2e-3 if speed == 0.0 else 1e-4)
+        body = world.add_body(1.0, (half @ half - half * half) / 3.0, (0.0, 0.0, 0.02 + 1e-5), (0.0, 0.0, -speed))
+        world.add_contact(world.add_box(body, half, rounding=r), world.add_plane(None, *FLOOR), elastic)
+        k = 4.0 / 3.0 * pair.effective_modulus * sqrt(r)
+        if speed == 0.0:
+            world.step(1000)
+            found, right = world.contacts["overlap"].mean(), (9.81 / (4.0 * k)) ** (2.0 / 3.0)
+        else:
+            found, right = struck(world)[0], (1.25 * speed**2 / (4.0 * k)) ** 0.4
+        errors.append(abs(found / right - 1.0))
+    return errors[0], errors[1]
+
+
+def struck(world: World) -> tuple[float, float]:
+    """Greatest overlap [m] and duration [s] of the first impact."""
+    for _ in range(400):
+        world.step()
+        rows = world.contacts
+        if rows.size and not rows["closed"].any():
+            return float(rows["deepest"].mean()), float(rows["duration"].mean())
+    raise RuntimeError("no impact has come to an end")
+
+
+def hertz_error(world: World, shapes: Any, radius: float) -> float:
+    """Of an elastic impact head on, the larger error of approach and duration."""
+    pair = steel_pair(0.0)
+    world.add_contact(shapes[0], shapes[1], pair)
+    deepest = (1.25 * MASS * SPEED**2 / (4.0 / 3.0 * pair.effective_modulus * sqrt(radius))) ** 0.4
+    overlap, duration = struck(world)
+    return max(abs(overlap / deepest - 1.0), abs(duration * SPEED / (DURATION * deepest) - 1.0))
+
+
+def thrown(height: float) -> tuple[World, int]:
+    """A world without gravity and a body that falls along z."""
+    world = World(gravity=0.0, timestep=1e-4)
+    return world, world.add_body(MASS, 1e-4, (0.0, 0.0, height + 1e-5), (0.0, 0.0, -SPEED))
+
+
+def ellipsoid_error(axis: int) -> float:
+    """Of one that strikes a plane along an axis."""
+    half = np.roll(HALF_AXES, axis)
+    world, body = thrown(half[2])
+    p, q = sorted(half[2] / half[:2] ** 2)
+    return hertz_error(world, [world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR)], hertz_radius(p, q))
+
+
+def crossed_error(angle: float, second: float) -> float:
+    """Of two cylinders whose sides cross; relative curvatures by Johnson (1985), equation 4.6."""
+    world, body = thrown(0.01 + second)
+    turn, one, two = radians(angle), 1.0 / 0.01, 1.0 / second
+    pair = [world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0)),
+            world.add_cylinder(None, second, 0.05, axis=(cos(turn), sin(turn), 0.0))]  # fmt: skip
+    differ = sqrt(one**2 + two**2 + 2.0 * one * two * cos(2.0 * turn))
+    return hertz_error(world, pair, hertz_radius(0.5 * (one + two - differ), 0.5 * (one + two + differ)))
+
+
+def ball_error(second: float) -> float:
+    """Of a ball on the side of a cylinder."""
+    world, body = thrown(0.01 + second)
+    pair = [world.add_sphere(body, 0.01), world.add_cylinder(None, second, 0.05, axis=(1.0, 0.0, 0.0))]
+    return hertz_error(world, pair, hertz_radius(1.0 / 0.01, 1.0 / 0.01 + 1.0 / second))
+
+
+def drops(engine: str, seeds: range, make: Any) -> Data:
+    """Sums over random drops, and in words those that fail."""
+    from validation.shape_runs import judge
+
+    judge(engine, make(0))  # compiles
+    words, gain, depth, moving, times = [], 0.0, 0.0, 0, []
+    for seed in seeds:
+        drop = make(seed)
+        try:
+            verdict = judge(engine, drop)
+        except Exception as error:
+            words.append(f"{drop}: {type(error).__name__}: {error}")
+            continue
+        gain, depth = max(gain, verdict.gain), max(depth, verdict.depth)
+        times.append(verdict.rest)
+        if verdict.wrong:
+            words.append(f"{drop}: {', '.join(verdict.wrong)}")
+        moving += any("moves" in one for one in verdict.wrong)
+    failed = len(words) - moving
+    return {"engine": engine, "runs": len(seeds), "failed": failed, "moving": moving, "gain": gain, "depth": depth,
+            "rest": float(np.median(times)), "words": words}  # fmt: skip
+
+
+def dropped(kinds: tuple[str, ...], seed: int) -> Any:
+    """`shape_draws.draw` of kinds."""
+    return draw(seed, kinds)
+
+
+CRATE = '<geom name="thing" type="box" size=".03 .02 .02" mass="1"/>'
+COSTS = {  # floor, thing, speed [m/s], height [m]
+    "box at rest on a plane": ("plane", CRATE, 0.0, 0.02),
+    "box sliding on a plane": ("plane", CRATE, 0.5, 0.02),
+    "box at rest on a box": ("box", CRATE, 0.0, 0.02),
+    "box sliding on a box": ("box", CRATE, 0.5, 0.02),
+    "mesh tumbling on a plane": ("plane", '<geom name="thing" type="mesh" mesh="rock" density="2500"/>', 0.5, 0.06),
+}
+
+
+def costs(rounds: int) -> dict[str, Data]:
+    """Of MuJoCo's own step, by the law: medians and quartiles of ratios, over the same motion at 2 ms."""
+    import mujoco
+
+    from contactlaw.mujoco_plugin import load_model
+
+    rng = np.random.default_rng(3)
+    rock = 0.02 * rng.normal(size=(20, 3))
+    found = {}
+    pair = ContactPair(PLASTIC, PLASTIC, 0.3, 0.6)
+    for name, (floor, thing, speed, height) in COSTS.items():
+        size = '"5 5 1"' if floor == "plane" else '"5 5 .1" pos="0 0 -.1"'
+        text = (
+            f'<mujoco><option timestep="2e-3"/><asset><mesh name="rock" vertex="{" ".join(map(str, rock.ravel()))}"/>'
+            f'</asset><worldbody><geom name="floor" type="{floor}" size={size}/><body pos="0 0 {height}"><freejoint/>'
+            f"{thing}</body></worldbody></mujoco>"
+        )
+        models = {"law": load_model(text, [("thing", "floor", pair)]), "native": mujoco.MjModel.from_xml_string(text)}
+        datas = {way: mujoco.MjData(model) for way, model in models.items()}
+
+        def prepare(way: str, models=models, datas=datas, speed=speed, name=name) -> None:
+            mujoco.mj_resetData(models[way], datas[way])
+            mujoco.mj_step(models[way], datas[way], 0 if "tumbling" in name else 300)
+            datas[way].qvel[0] = speed
+
+        def step(way: str, models=models, datas=datas) -> None:
+            mujoco.mj_step(models[way], datas[way], 75)
+
+        seconds = interleaved({way: partial(step, way) for way in models}, rounds,
+                              {way: partial(prepare, way) for way in models})  # fmt: skip
+        found[name] = spread(seconds["law"] / seconds["native"]) | {
+            "law": 1e6 / 75 * float(np.median(seconds["law"])),
+            "native": 1e6 / 75 * float(np.median(seconds["native"])),
+        }
+    return found
+
+
+@register
+class Shapes(Case):
+    """Boxes, cylinders, ellipsoids and hulls."""
+
+    name = "shapes"
+    place = 52
+    title = "Shapes"
+    claim = (
+        "A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of "
+        "cylinders are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains "
+        "energy, none sinks, and all come to rest; heaps of mixed sizes hold; memory stays flat."
+    )
+    needs = ("mujoco", "pybullet", "scipy")
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Closed forms, costs, then what is drawn."""
+        from validation.endurance import endure
+
+        rest, fall = box_errors()
+        forms = {
+            "box on a plane: depth at rest": rest,
+            "box falling flat: approach": fall,
+            "ellipsoid on a plane: approach and duration": max(map(ellipsoid_error, range(3))),
+            "crossed cylinders: approach and duration": max(crossed_error(a, r) for a in ANGLES for r in SECOND),
+            "ball on a cylinder's side: approach and duration": max(map(ball_error, SECOND)),
+        }
+        ratios = costs(5 if quick else 25)
+        progress(0.05)
+        count, sums = 10 if quick else DROPS, []
+        for number, (engine, kinds) in enumerate(ENGINES.items()):
+            sums.append(drops(engine, range(count), partial(dropped, kinds)))
+            progress(0.05 + 0.25 * (number + 1))
+        heaps = drops("none", range(2 if quick else HEAPS), draw_heap)
+        memory = endure("none", 10**5 if quick else STEPS)
+        limits = [Limit(name, 1e-2, error) for name, error in forms.items()]
+        for one in sums:
+            limits += [
+                Limit(f"drops that gain, sink or fail, {TITLES[one['engine']]}", 0, one["failed"]),
+                Limit(f"drops that still move after 10 s, {TITLES[one['engine']]}", 0, one["moving"]),
+            ]
+        limits += [
+            Limit("heaps that gain, sink or fail", 0, heaps["failed"]),
+            Limit("memory gained by a ball that bounces", 1.0, memory["after"] - memory["before"], "MB"),
+        ]
+        limits += [Limit(f"{name}, over native", 1.5, one["median"]) for name, one in ratios.items()]
+        return Outcome(limits, {"forms": forms, "costs": ratios, "drops": sums, "heaps": heaps, "memory": memory})
+
+    def table(self, data: Data) -> Table:
+        """Closed forms, costs, sums."""
+        table = Table(["what", "figure", "", ""])
+        table.rows.extend([f"{name}, error", f"{error:.1e}", "", ""] for name, error in data["forms"].items())
+        for name, one in data["costs"].items():
+            ratio = f"{one['median']:.2f} ({one['low']:.2f} to {one['high']:.2f})"
+            times = f"law {one['law']:.1f} us", f"native {one['native']:.1f} us"
+            table.rows.append([f"{name}, law over native", ratio, *times])
+        sums = [(f"drops, {TITLES[one['engine']]}", one) for one in data["drops"]]
+        for name, one in [*sums, ("heaps of 6 to 12", data["heaps"])]:
+            counts = f"{one['failed']}; {one['moving']}"
+            worst = f"greatest gain {one['gain']:.1e}", f"at rest after {one['rest']:.1f} s, median"
+            table.rows.append([f"{one['runs']} {name}: that fail; that still move", counts, *worst])
+        memory = data["memory"]
+        table.rows.append([f"memory over {memory['steps']:.0e} steps", f"{memory['before']:.1f} MB before",
+                           f"{memory['after']:.1f} MB after", ""])  # fmt: skip
+        return table
