@@ -79,9 +79,10 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
     unknown = set(own) - {"native", "others", "substeps", "rounding", "frictions"}
     if unknown:
         raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
-    own["substeps"] = checks.count("substeps", own.get("substeps", config.SUBSTEPS), config.LEAST_SUBSTEPS)
+    at = f"contacts[{number}]: "
+    own["substeps"] = checks.count(f"{at}substeps", own.get("substeps", config.SUBSTEPS), config.LEAST_SUBSTEPS)
     if own.get("rounding") is not None:
-        own["rounding"] = checks.positive("rounding", own["rounding"])
+        own["rounding"] = checks.positive(f"{at}rounding", own["rounding"])
     return Entry(ones, twos, entry[2], number, **({"native": is_every(entry[0]) or is_every(entry[1])} | own))
 
 
