@@ -220,15 +220,26 @@ def test_a_restart_is_exact_with_joints(client: int, ahead: bool) -> None:
     assert numbers(callback._scene.traffic.arrays, 0, "q").size == 8
 
 
-def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int) -> None:
+UPRIGHT, LYING_Y = (0.0, 0.0, 0.0, 1.0), (0.0, 0.5, 0.5, 0.0)
+ROBOTS = {
+    "a1": ("a1/a1.urdf", 0.28, UPRIGHT, [0.0, 0.9, -1.8] * 4),
+    "laikago": ("laikago/laikago_toes.urdf", 0.561, LYING_Y, [0.0, -0.7, 0.7] * 4),
+    "cheetah": ("mini_cheetah/mini_cheetah.urdf", 0.287, UPRIGHT, [0.0, -0.8, 1.6] * 4),
+}
+"""File, height of the base [m], how it is turned, angles of the joints [rad]."""
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str) -> None:
+    file, height, turn, pose = ROBOTS[name]
     p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
     p.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
     p.setTimeStep(0.002, client)
     floor = p.loadURDF("plane.urdf", physicsClientId=client)
-    robot = p.loadURDF("a1/a1.urdf", [0.0, 0.0, 0.28], physicsClientId=client)
+    robot = p.loadURDF(file, [0.0, 0.0, height], turn, physicsClientId=client)
     names = {link: p.getJointInfo(robot, link, client) for link in range(p.getNumJoints(robot, client))}
     joints = [link for link, info in names.items() if info[2] != p.JOINT_FIXED]
-    for link, place in zip(joints, [0.0, 0.9, -1.8] * 4, strict=True):
+    for link, place in zip(joints, pose, strict=True):
         p.resetJointState(robot, link, place, physicsClientId=client)
         p.setJointMotorControl2(robot, link, p.POSITION_CONTROL, place, force=40.0, physicsClientId=client)
         p.changeDynamics(robot, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
