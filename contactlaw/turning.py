@@ -39,6 +39,16 @@ CAP, FREE_U, FREE_V, NEW_U, NEW_V = range(5)
 LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
 
 
+def cells(count: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Places and widths of cells on [0, 1] that end at equal steps of the angle, x = sin: narrow where slip begins.
+
+    x^2 is its mean over the cell, so that all limits together are those of the pressure. Gauss's nodes do not lie in
+    the middle of the cells that their weights make: where a tenth of the radius slips, the loss a turn was off by 12 %.
+    """
+    ends = np.sin(np.linspace(0.0, 0.5 * np.pi, count + 1))
+    return np.sqrt((ends[1:] ** 2 + ends[1:] * ends[:-1] + ends[:-1] ** 2) / 3.0), np.diff(ends)
+
+
 @lru_cache(maxsize=64)
 def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[Any]]:
     """B, C, and over the diagonal of A: C^T diag(2 w) by rows, A without its diagonal by columns; (n, n) each."""
@@ -216,8 +226,8 @@ class MicroslipTurning(Microslip):
 
     def numbers(self) -> NDArray[Any]:
         """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
-        springs = super().numbers()[0]
-        known = {name: springs[name] for name in springs.dtype.names} | surface_maps(tuple(springs["w"]))
+        x, w = cells(self.memory)
+        known = {"x": x, "x2": x * x, "w": w} | surface_maps(tuple(w))
         values = np.zeros(1, np.dtype([(name, "f8", one.shape) for name, one in known.items()], align=True))
         for name, one in known.items():
             values[name] = one
