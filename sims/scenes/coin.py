@@ -58,7 +58,7 @@ class Coin(Scene):
         "thickness": Option(0.0022, "in m", 1e-4, 0.1),
         "friction": Option(0.4, "of coin and table", 0.01, 10.0),
         "restitution": Option(0.5, "of both", 0.02, 1.0),
-        "rolling": Option(0.3, "coefficient of rolling resistance", 0.0, 1.0),
+        "rolling": Option(0.14, "coefficient of rolling resistance", 0.0, 1.0),
         "mass": Option(8.5e-3, "in kg", 1e-6, 1e4),
         "seconds": Option(1.6, "how long it is watched", 0.2, 60.0),
     }
@@ -126,6 +126,8 @@ class Coin(Scene):
             over_time.plot(times, np.degrees(angles), marker, **style)
             over_angle.plot(np.degrees(angles), rates, marker, **style)
         _, angles, _, axial = wobble(recording)
+        seen = angles > 0.01
+        angles, axial = angles[seen], axial[seen]
         told = rolling(angles, recording.o, axial)[0]
         over_angle.plot(np.degrees(angles), told, "k--", linewidth=1.0, label="closed form, its spin about the axis")
         alpha, most = np.radians(np.linspace(2.0, recording.o.angle + 2.0, 100)), 1.3 * recording.o.angle
