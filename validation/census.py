@@ -62,7 +62,8 @@ def examine(path: str, seconds: float) -> dict[str, Any]:
     }  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        supply(LAST), supply(LIMIT), supply(TWIST)  # compiled, or read, before any clock runs
+        for what in (LAST, LIMIT, TWIST):  # compiled, or read, before any clock runs
+            supply(what)
         driven(mujoco, (native, law), 10.0 * native.opt.timestep)
         found = driven(mujoco, (native, law), seconds)
         out["native"] = found[0] | fallen(mujoco, native)
