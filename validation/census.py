@@ -62,7 +62,8 @@ def examine(path: str, seconds: float) -> dict[str, Any]:
     }  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        supply(LAST), supply(LIMIT), supply(TWIST)  # compiled, or read, before any clock runs
+        for what in (LAST, LIMIT, TWIST):  # compiled, or read, before any clock runs
+            supply(what)
         driven(mujoco, (native, law), 10.0 * native.opt.timestep)
         found = driven(mujoco, (native, law), seconds)
         out["native"] = found[0] | fallen(mujoco, native)
@@ -154,15 +155,18 @@ def main() -> None:
     if asked.one:
         print(json.dumps(examine(asked.one, asked.seconds)))
         return
-    rows = json.loads(FOUND.read_text())["rows"] if FOUND.exists() else []
+    known = json.loads(FOUND.read_text()) if FOUND.exists() else {"rows": [], "left": {}}
+    rows, left = known["rows"], known["left"]
     for package in asked.packages:
         rows = [row for row in rows if row["package"] != package]
-        for path in files(package):
+        paths = list(files(package))
+        for number, path in enumerate(paths, 1):
             row = told(package, path, asked.seconds, asked.limit)
             if "left_out" not in row:
                 rows.append(row | {"versions": versions(package), "seconds": asked.seconds})
                 print(f"{package}/{path.name} {row.get('failed') or round(row['cost'], 2)}", flush=True)
-                FOUND.write_text(json.dumps({"rows": rows}, indent=1) + "\n")
+            left[package] = len(paths) - number  # files that a run which was stopped has not come to
+            FOUND.write_text(json.dumps({"left": left, "rows": rows}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -125,3 +125,40 @@ def test_an_arm_that_passes_its_stop_as_it_strikes_the_floor_gains_nothing(step,
                 for _ in range(round(0.06 / step)):
                     mujoco.mj_step(model, data)
                     assert abs(data.qvel[0]) < 10.0 * (1.0 + 1e-4)  # to what an elastic impact keeps
+
+
+def pendulum(clearance, integrator):
+    """Text of a pendulum over a floor that its tip passes by so far [m]."""
+    return f"""<mujoco><option timestep="0.005" integrator="{integrator}"/><worldbody>
+        <geom name="floor" type="plane" size="2 2 .1"/><body pos="0 0 {REACH + 0.02 + clearance}">
+        <joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 {-REACH}" size=".005" mass=".02" {UNSEEN}/>
+        <geom name="tip" size=".02" pos="0 0 {-REACH}" mass=".1"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_an_arm_that_passes_over_the_floor_flies_as_the_engine_flies_it(integrator):
+    """To the bit, though it is near all the time; one that is below the floor within a step alone is turned back."""
+    contact = [("tip", "floor", steel_pair(friction=0.0, restitution=1.0))]
+    native = mujoco.MjModel.from_xml_string(pendulum(1e-3, integrator))
+    native.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model = load_model(pendulum(1e-3, integrator), contact, others=False)
+    data, alone = mujoco.MjData(model), mujoco.MjData(native)
+    data.qpos[0] = alone.qpos[0] = 0.5
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        mujoco.mj_step(native, alone)
+        assert data.qpos[0] == alone.qpos[0]
+    model = load_model(pendulum(-1e-3, integrator), contact, others=False)
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = 0.15, -60.0
+    mujoco.mj_step(model, data, 2)
+    assert data.qpos[0] > 0.0
+    assert data.qvel[0] == pytest.approx(60.0, rel=1e-2)
+
+
+def test_a_model_that_disables_contacts_has_none_of_the_law():
+    model, data = arm(2e-3, "Euler", -1.0, "0.02 1")
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    data.qpos[0], data.qvel[0] = 0.05, -5.0
+    mujoco.mj_step(model, data, 50)
+    assert data.qpos[0] < -0.1

@@ -33,7 +33,8 @@ class Models(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Read what the census has left; it is the same, quick or not."""
-        rows = json.loads(FOUND.read_text())["rows"]
+        found = json.loads(FOUND.read_text())
+        rows = found["rows"]
         ran = [row for row in rows if "failed" not in row]
         costs = [row["cost"] for row in ran]
         gains = [row["law"]["gain"] - max(row["native"]["gain"], 0.0) for row in ran]
@@ -44,9 +45,10 @@ class Models(Case):
             Limit("cost over the engine's own contact, worst", WORST, max(costs)),
             Limit("models unstable that are not so natively", 0.0, float(len(shaken))),
             Limit("models refused, or not finished in the time given", 0.0, float(len(rows) - len(ran))),
+            Limit("files of the five packages not examined", 0.0, float(sum(found["left"].values()))),
             Limit("energy gained in a fall beyond the native model's", GAIN, max(gains)),
         ]
-        return Outcome(limits, {"rows": rows})
+        return Outcome(limits, found)
 
     def table(self, data: Data) -> Table:
         """A row a package, then a row a model."""
@@ -57,6 +59,7 @@ class Models(Case):
             own = [row for row in rows if row["package"] == package]
             costs = [row["cost"] for row in own if "cost" in row]
             said = f"{own[0]['versions']}: {len(own)} models, {own[0]['seconds']:g} s each"
+            said += f"; {data['left'][package]} files not examined" if data["left"][package] else ""
             table.rows.append([said, "", "median", f"{median(costs):.2f}" if costs else "", "", ""])
             table.rows.extend(_words(row) for row in own)
         return table
