@@ -28,17 +28,18 @@ from contactlaw.mujoco_plugin.jointed import (
 from contactlaw.mujoco_plugin.loads import mean_share, press
 from contactlaw.mujoco_plugin.memory import call_on_world, call_sense, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, look_over, notice, tell_of
-from contactlaw.mujoco_plugin.placed import read_placed
 from contactlaw.mujoco_plugin.watch import edited
 from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
+from contactlaw.world.motion import set_axes
 from contactlaw.world.records import PASSES
 from contactlaw.world.state import hole, read, write
 from contactlaw.world.vec import load, scale, store
 
-STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS = (
-    layout.DATA[name] for name in ("plugin_state", "time", "qfrc_passive", "qpos", "qvel", "plugin_data")
+STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS, XPOS, XQUAT = (
+    layout.DATA[name]
+    for name in ("plugin_state", "time", "qfrc_passive", "qpos", "qvel", "plugin_data", "xpos", "xquat")
 )
 TIMESTEP, INTEGRATOR, RUNGE_KUTTA = layout.TIMESTEP, layout.INTEGRATOR, layout.RUNGE_KUTTA
 GRAVITY, DISABLED, NO_GRAVITY, NO_PASSIVE = layout.GRAVITY, layout.DISABLED, layout.NO_GRAVITY, layout.NO_PASSIVE
@@ -79,6 +80,19 @@ def move(m, d, head, w, state):
         write_jointed(d, head, jointed_at(head.trees, i))
     look_over(head, w)
     leave(head, w, state)
+
+
+@jit
+def read_placed(d, w, p):
+    """Where such a body is; one that has been turned makes the list of near pairs anew."""
+    b = body_at(w.bodies, p.body)
+    q = field(d, XQUAT, 4 * p.id, 4)
+    store(b.position, load(field(d, XPOS, 3 * p.id, 3)))
+    for i in range(4):
+        if b.quaternion[i] != q[i]:
+            w.stale = 1
+        b.quaternion[i] = q[i]
+    set_axes(b)
 
 
 @jit

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations_with_replacement
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 
@@ -27,20 +27,9 @@ Contacts = (
 Value = float | Callable[[Material, Material], float]
 
 
-class Chosen(NamedTuple):
-    """One entry. number: its place in the list; native: whether it means contacts that the model makes natively."""
-
-    number: int
-    ones: list[Any]
-    twos: list[Any]
-    pair: ContactPair
-    native: bool
-    settings: dict[str, Any]
-
-
 def chosen(
     spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value
-) -> list[Chosen]:
+) -> list[Entry]:
     """All entries, those for every contact of a geom before those for two sets.
 
     Raises:
@@ -56,22 +45,10 @@ def chosen(
         listed = list(contacts)
     found = [_entry(spec, number, entry, settings) for number, entry in enumerate(listed)]
 
-    def stars(entry: Chosen) -> int:
-        return 0 if isinstance(contacts, Mapping) else sum(is_every(what) for what in listed[entry.number][:2])
+    def stars(number: int) -> int:
+        return 0 if isinstance(contacts, Mapping) else sum(is_every(what) for what in listed[number][:2])
 
-    return sorted(found, key=stars, reverse=True)
-
-
-def entry_of(entry: Chosen) -> Entry:
-    """One for contacts that the model makes natively."""
-    substeps = checks.count("substeps", entry.settings.get("substeps", config.SUBSTEPS), config.LEAST_SUBSTEPS)
-    others = entry.settings.get("others", True)
-    rounding = entry.settings.get("rounding")
-    rounding = None if rounding is None else checks.positive("rounding", rounding)
-    unknown = set(entry.settings) - {"substeps", "others", "rounding", "frictions"}
-    if unknown:
-        raise TypeError(f"contacts[{entry.number}]: there is no setting {sorted(unknown)[0]!r}")
-    return Entry(entry.ones, entry.twos, entry.pair, substeps, others, rounding, entry.settings.get("frictions", 0))
+    return sorted(found, key=lambda entry: stars(entry.number), reverse=True)
 
 
 def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Entry]:
@@ -91,7 +68,7 @@ def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
     return solid(spec) if is_every(what) else geoms_of(spec, what, argument=argument)
 
 
-def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Chosen:
+def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Entry:
     if not isinstance(entry, Sequence) or len(entry) not in (3, 4) or not isinstance(entry[2], ContactPair):
         raise ValueError(
             f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
@@ -99,8 +76,14 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
         )
     ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
     own = {**settings, **(entry[3] if len(entry) == 4 else {})}
-    native = own.pop("native", is_every(entry[0]) or is_every(entry[1]))
-    return Chosen(number, ones, twos, entry[2], native, own)
+    unknown = set(own) - {"native", "others", "substeps", "rounding", "frictions"}
+    if unknown:
+        raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
+    at = f"contacts[{number}]: "
+    own["substeps"] = checks.count(f"{at}substeps", own.get("substeps", config.SUBSTEPS), config.LEAST_SUBSTEPS)
+    if own.get("rounding") is not None:
+        own["rounding"] = checks.positive(f"{at}rounding", own["rounding"])
+    return Entry(ones, twos, entry[2], number, **({"native": is_every(entry[0]) or is_every(entry[1])} | own))
 
 
 def _of_materials(

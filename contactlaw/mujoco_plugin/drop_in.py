@@ -26,7 +26,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -37,7 +37,7 @@ import numpy as np
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.choose import Contacts, chosen, entry_of, skipped
+from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
 from contactlaw.mujoco_plugin.overlaps import warn_of_start
 from contactlaw.mujoco_plugin.selection import label
@@ -179,27 +179,30 @@ def _read(
     overlaps = checks.one_of("overlaps", asked.pop("overlaps", "warn"), OVERLAPS)
     left = skipped(spec, asked.pop("skip", ()))
     every = chosen(spec, contacts, asked, friction, restitution)
-    for number, ones, twos, _, native, own in every:
-        if native:
-            continue
-        if not own.get("others", True) and spec.compiler.discardvisual:
+    natives = [entry for entry in every if entry.native]
+    some = [entry for entry in every if not entry.native]
+    for entry in some:
+        if not entry.others and spec.compiler.discardvisual:
             raise ValueError(
                 "others = False: must be True in a model whose compiler discards visual geoms (discardvisual; a URDF "
                 "always does), as these geoms would become such"
             )
-        _check_relatives(plain, f"contacts[{number}]", ones, twos)
+        _check_relatives(plain, f"contacts[{entry.number}]", entry.ones, entry.twos)
     for entry in every:
         _name(spec, (*entry.ones, *entry.twos))
-    natives = [entry_of(entry) for entry in every if entry.native]
     if natives:
         put_natives(spec, plain, [*natives, *left])
-    for number, ones, twos, pair, native, own in every:
-        if native:
-            continue
+    for one in some:
+        own: dict[str, Any] = {
+            "pair": one.pair,
+            "others": one.others,
+            "substeps": one.substeps,
+            "rounding": one.rounding,
+        }
         try:
-            add_contact(spec, ones, twos, pair, **own)
+            add_contact(spec, one.ones, one.twos, **own)
         except ValueError as error:
-            raise ValueError(f"contacts[{number}]: {error}") from None
+            raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
     if overlaps != "keep":
         warn_of_start(compiled, overlaps == "raise")
@@ -263,7 +266,7 @@ def _check_options(model: mujoco.MjModel) -> None:
         raise ValueError('model: <flag spring="disable" damper="disable"/> turns the law off; one of them must be on')
 
 
-def _check_relatives(model: mujoco.MjModel, which: str, ones: list[Any], twos: list[Any]) -> None:
+def _check_relatives(model: mujoco.MjModel, which: str, ones: Sequence[Any], twos: Sequence[Any]) -> None:
     """Of sets: neighbours in a chain of bodies usually overlap at their joint, and the engine lets them."""
     if len(ones) == len(twos) == 1:
         return

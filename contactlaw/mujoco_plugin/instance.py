@@ -155,7 +155,7 @@ def _whereabouts(address: int) -> str:
     time = ctypes.c_double.from_address(int(head["data"]) + layout.DATA["time"]).value
     view = layout.ModelView(int(head["model"]))
     geoms = [int(head[name]) for name in ("told_a", "told_b") if head[name] >= 0]
-    bodies = view.ints("geom_bodyid", view.size("ngeom"))
+    bodies = view.geom_bodyid
     named = [f"{_name(view, _GEOM, geom)} of body {_name(view, _BODY, int(bodies[geom]))}" for geom in geoms]
     return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"
 
@@ -199,7 +199,7 @@ def _reduce(whole: mujoco.MjModel | mujoco.MjData) -> tuple[Any, ...]:
 
 def _read(kind: type, state: bytes) -> mujoco.MjModel | mujoco.MjData:
     """One from a pickle: MuJoCo copies the addresses of blocks, which another mjData has, or another process."""
-    whole = kind.__new__(kind)
+    whole = kind.__new__(kind)  # type: ignore[call-overload]
     whole.__setstate__(state)
     if isinstance(whole, mujoco.MjData):
         view = layout.ModelView(whole.model._address)

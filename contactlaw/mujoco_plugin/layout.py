@@ -14,7 +14,6 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco.introspect import ast_nodes, structs
-from numpy.typing import NDArray
 
 _NUMBERS: dict[str, Any] = {
     "int": ctypes.c_int,
@@ -111,48 +110,39 @@ KEY = repr((mujoco.__version__, DATA, _OFFSETS))
 
 
 class ModelView:
-    """A compiled model at an address, as the callbacks get it, with the arrays that they need."""
+    """A compiled model at an address, as the callbacks get it: sizes as whole numbers, arrays as views, by name."""
 
     def __init__(self, address: int) -> None:
         self.address = address
-        self._arrays: dict[str, NDArray[Any]] = {}
 
-    def size(self, field: str) -> int:
-        """An integer size, such as nv."""
-        return int(getattr(structure("mjModel").from_address(self.address), field))
+    def __getattr__(self, name: str) -> Any:
+        if name not in _MODEL:
+            raise AttributeError(name)
+        at, own = self.address + offset("mjModel", name), _MODEL[name]
+        if not own.array_extent:
+            return int(getattr(structure("mjModel").from_address(self.address), name))
+        shape = [extent if isinstance(extent, int) else getattr(self, extent) for extent in own.array_extent]
+        kind, count = _NUMBERS[own.type.inner_type.name], int(np.prod(shape))
+        place = ctypes.c_void_p.from_address(at).value
+        array = np.ctypeslib.as_array((kind * count).from_address(place)) if count else np.empty(0, dtype=kind)
+        self.__dict__[name] = array.reshape(shape)
+        return self.__dict__[name]
 
     def option(self, field: str) -> int:
         """An integer option, such as disableflags."""
         at = self.address + offset("mjModel", "opt") + offset("mjOption", field)
         return ctypes.c_int.from_address(at).value
 
-    def ints(self, field: str, count: int) -> NDArray[np.intc]:
-        """The entries of an int array, so many."""
-        return self._array(field, count, ctypes.c_int)
-
-    def doubles(self, field: str, count: int) -> NDArray[np.float64]:
-        """The entries of an mjtNum array, so many."""
-        return self._array(field, count, ctypes.c_double)
-
-    def floats(self, field: str, count: int) -> NDArray[np.float32]:
-        """The entries of a float array, so many."""
-        return self._array(field, count, ctypes.c_float)
-
     @property
     def signature(self) -> int:
         """What tells a model from others, also where it comes from a pickle or a binary file: its sizes and names."""
         names = ctypes.string_at(ctypes.c_void_p.from_address(self.address + offset("mjModel", "names")).value or 0,
-                                 self.size("nnames"))  # fmt: skip
-        sizes = [self.size(name) for name in ("nq", "nv", "nbody", "ngeom", "npluginstate")]
+                                 self.nnames)  # fmt: skip
+        sizes = [self.nq, self.nv, self.nbody, self.ngeom, self.npluginstate]
         return int.from_bytes(hashlib.sha256(repr(sizes).encode() + names).digest()[:8], "little")
 
-    def _array(self, field: str, count: int, kind: Any) -> NDArray[Any]:
-        if count == 0:
-            return np.empty(0, dtype=kind)
-        if field not in self._arrays:
-            pointer = ctypes.c_void_p.from_address(self.address + offset("mjModel", field)).value
-            self._arrays[field] = np.ctypeslib.as_array((kind * count).from_address(pointer))
-        return self._arrays[field]
+
+_MODEL = {field.name: field for field in structs.STRUCTS["mjModel"].fields}
 
 
 def library() -> ctypes.CDLL:
@@ -173,32 +163,24 @@ def check() -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
 
-    def pointer(base: int, at: int) -> int:
-        return ctypes.c_size_t.from_address(base + at).value
+    def at(kind: Any, base: int, place: int) -> Any:
+        return kind.from_address(base + place).value
 
-    def misplaced(base: int, at: int, array: NDArray[Any]) -> bool:
-        return array.size > 0 and pointer(base, at) != array.ctypes.data
+    def misplaced(live: Any, struct: str, places: dict[str, int]) -> list[str]:
+        arrays = {
+            field: getattr(live, field) for field in places if field not in ("plugin_state", "plugin_data", "time")
+        }
+        return [
+            f"{struct}.{field}" for field, array in arrays.items()
+            if array.size and at(ctypes.c_size_t, live._address, places[field]) != array.ctypes.data
+        ]  # fmt: skip
 
-    elsewhere = ("plugin_state", "plugin_data", "time")
-    wrong = [
-        f"mjData.{field}"
-        for field in DATA_FIELDS
-        if field not in elsewhere and misplaced(data._address, DATA[field], getattr(data, field))
-    ]
-    wrong += [
-        f"mjModel.{field}"
-        for field in MODEL_FIELDS
-        if misplaced(model._address, offset("mjModel", field), getattr(model, field))
-    ]
-    view = ModelView(model._address)
-    if view.size("nv") != model.nv or view.option("disableflags") != model.opt.disableflags:
+    wrong = misplaced(data, "mjData", DATA) + misplaced(model, "mjModel", MODEL)
+    numbers = {"timestep": (ctypes.c_double, TIMESTEP), "integrator": (ctypes.c_int, INTEGRATOR)}
+    numbers["disableflags"] = ctypes.c_int, DISABLED
+    wrong += [name for name, own in numbers.items() if at(own[0], model._address, own[1]) != getattr(model.opt, name)]
+    if ModelView(model._address).nv != model.nv or at(ctypes.c_double, model._address, GRAVITY + 16) != -9.81:
         wrong.append("the sizes or options of mjModel")
-    if ctypes.c_double.from_address(model._address + TIMESTEP).value != model.opt.timestep:
-        wrong.append("mjModel.opt.timestep")
-    if ctypes.c_int.from_address(model._address + INTEGRATOR).value != model.opt.integrator:
-        wrong.append("mjModel.opt.integrator")
-    if ctypes.c_double.from_address(model._address + GRAVITY + 16).value != model.opt.gravity[2]:
-        wrong.append("mjModel.opt.gravity")
     if wrong:
         raise ImportError(
             f"contactlaw does not fit MuJoCo {mujoco.__version__}: {', '.join(wrong)} not where its description says"

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
-from contactlaw.mujoco_plugin.native import Bits, Rules, friction_of, touch
+from contactlaw.mujoco_plugin.native import Bits, Rules, explicit_pairs, friction_of, touch
 from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, native_margin
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets, groups
@@ -42,7 +42,7 @@ def instances(view: layout.ModelView) -> list[int]:
     """Numbers of this plugin's instances in a model."""
     slot = ctypes.c_int(-1)
     LIBRARY.mjp_getPlugin(config.PLUGIN_NAME.encode(), ctypes.byref(slot))
-    return np.flatnonzero(view.ints("plugin", view.size("nplugin")) == slot.value).tolist()
+    return np.flatnonzero(view.plugin == slot.value).tolist()
 
 
 def members(view: layout.ModelView) -> list[int]:
@@ -75,8 +75,8 @@ class Member:
         """
         view, texts = self.view, {"geom1": self.contact.geoms1[0], "geom2": self.contact.geoms2[0]}
         own = (LIBRARY.mj_id2name(view.address, _PLUGIN, self.number) or b"").decode()
-        owner = view.ints("geom_bodyid", view.size("ngeom"))
-        refer = set(np.flatnonzero(view.ints("body_plugin", view.size("nbody")) == self.number).tolist())
+        owner = view.geom_bodyid
+        refer = set(np.flatnonzero(view.body_plugin == self.number).tolist())
         plain = [self._named(text, "", "") for text in texts.values()]
         if all(plain) and (not refer or any(int(owner[geom]) in refer for ids in plain for geom in ids)):
             return plain
@@ -109,7 +109,7 @@ class Member:
         ones, twos = self._ids
         if len(ones) == len(twos) == 1 and ones == twos:
             raise ValueError(f"geom2 = {' '.join(self.contact.geoms2)!r}: must be another geom than geom1")
-        return Sets(ones, twos, self.view.ints("geom_bodyid", self.view.size("ngeom")).tolist().__getitem__)
+        return Sets(ones, twos, self.view.geom_bodyid.tolist().__getitem__)
 
     @cached_property
     def sets(self) -> Sets:
@@ -123,8 +123,7 @@ class Member:
         if not self.contact.frictions:
             yield nan, list(ones), list(twos)
             return
-        count = self.view.size("ngeom")
-        mu, priority = self.view.doubles("geom_friction", 3 * count)[::3], self.view.ints("geom_priority", count)
+        mu, priority = self.view.geom_friction[:, 0], self.view.geom_priority
         first, second = (groups(own, lambda geom: (float(mu[geom]), int(priority[geom]))) for own in (ones, twos))
         for one, these in first.items():
             yield from ((friction_of(one, two), these, those) for two, those in second.items())
@@ -145,8 +144,7 @@ class Member:
     @cached_property
     def shapes(self) -> dict[int, Shape]:
         """All geoms of the instance."""
-        count, address = self.view.size("ngeom"), self.view.address
-        sizes, types = self.view.doubles("geom_size", 3 * count).reshape(-1, 3), self.view.ints("geom_type", count)
+        address, sizes, types = self.view.address, self.view.geom_size, self.view.geom_type
 
         def name(geom: int) -> str:
             return (LIBRARY.mj_id2name(address, _GEOM, geom) or b"").decode()
@@ -200,18 +198,13 @@ class _Native:
     """Which contacts the engine itself makes."""
 
     def __init__(self, view: layout.ModelView) -> None:
-        count = view.size("ngeom")
-        self._bodies = view.ints("geom_bodyid", count).tolist()
-        self._contype, self._affinity = (
-            view.ints(f"geom_{bits}", count).tolist() for bits in ("contype", "conaffinity")
-        )
-        pairs = view.size("npair")
-        ends = zip(view.ints("pair_geom1", pairs).tolist(), view.ints("pair_geom2", pairs).tolist(), strict=True)
+        self._bodies = view.geom_bodyid.tolist()
+        self._contype, self._affinity = view.geom_contype.tolist(), view.geom_conaffinity.tolist()
         self._margins: dict[tuple[int, int], float] = {}
-        for (one, two), margin in zip(ends, view.doubles("pair_margin", pairs).tolist(), strict=True):
+        for one, two, margin in explicit_pairs(view):
             key = min(one, two), max(one, two)
             self._margins[key] = max(margin, self._margins.get(key, -inf))
-        self._excluded = set(view.ints("exclude_signature", view.size("nexclude")).tolist())
+        self._excluded = set(view.exclude_signature.tolist())
 
     def example(self, sets: Sets) -> tuple[int, int] | None:
         """Two geoms of sets that touch by the engine's own contact; None: there are none."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import mujoco
@@ -67,13 +66,11 @@ class Model:
     """The bodies and contacts of a compiled model."""
 
     def __init__(self, view: layout.ModelView) -> None:
-        self._view = view
         self._members = [Member(view, number) for number in members(view)]
         self._kinds = {geom: shape for member in self._members for geom, shape in member.shapes.items()}
         geoms = sorted(self._kinds)
-        self._m = _model_arrays(view)
-        self._owner = view.ints("geom_bodyid", view.size("ngeom"))
-        self._carriers = {geom: self._carrier(int(self._owner[geom])) for geom in geoms}
+        self._m = view
+        self._carriers = {geom: self._carrier(int(self._m.geom_bodyid[geom])) for geom in geoms}
         self._world = World(gravity=0.0, substeps=max(member.contact.substeps for member in self._members))
         self._rows: dict[int, int] = {}  # of the world, counted without itself
         self._frames: dict[int, Pose] = {}  # of bodies that move: their frames, from the centre of mass
@@ -120,8 +117,8 @@ class Model:
     def _touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
         """Let geoms of an instance touch; the first time, all of it."""
         member, known = self._members[number], self._pairs
-        for mu, *sets in member.by_friction(ones, twos):
-            shapes = [self._shapes_of(geoms) for geoms in sets]
+        for mu, these, those in member.by_friction(ones, twos):
+            shapes = self._shapes_of(these), self._shapes_of(those)
             if not all(shapes):
                 continue
             if (number, mu) not in known:  # as many as there may be: the state is as long whatever they are now
@@ -139,7 +136,7 @@ class Model:
     def _keep_rules(self, natives: list[int]) -> None:
         """Take from instances that touch as they would natively what the engine does not let touch, or others have."""
         bits = {geom: own for number in natives for geom, own in self._members[number].native.items()}
-        for rule in Rules(self._view, bits).known:
+        for rule in Rules(self._m, bits).known:
             ones, twos = self._shapes_of(rule.ones), self._shapes_of(rule.twos)
             if not rule.allowed and ones and twos:
                 self._world.add_rule(ones, twos)
@@ -152,7 +149,7 @@ class Model:
     @property
     def state_size(self) -> int:
         """Numbers in plugin_state."""
-        return PUSH + self._view.size("nv") + self._world_size
+        return PUSH + self._m.nv + self._world_size
 
     @property
     def _world_size(self) -> int:
@@ -168,8 +165,8 @@ class Model:
         """
         carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
         dofs = self._m.body_dofnum
-        check(self._view, self._members, lambda geom: dofs[carriers[geom]] > 0)
-        if self._view.size("npluginstate") < self.state_size:
+        check(self._m, self._members, lambda geom: dofs[carriers[geom]] > 0)
+        if self._m.npluginstate < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
     def block_size(self) -> int:
@@ -179,17 +176,17 @@ class Model:
     def fill(self, memory: NDArray[np.uint8], report: int, truth: int) -> None:
         """Write the block of the leading instance, where it will stay; report, truth: addresses that `block` names."""
         head = np.zeros(1, HEAD)
-        addresses = self._view.ints("plugin_stateadr", self._view.size("nplugin"))
+        addresses = self._m.plugin_stateadr
         fields = {
             "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
             "passing": address_of_passing() if self._trees else 0,
-            "report": report, "truth": truth, "body_count": self._view.size("nbody"),
+            "report": report, "truth": truth, "body_count": self._m.nbody,
             "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
             "watch_count": len(self._seen[0]),
             "state": addresses[self._members[0].number], "state_size": self._world_size,
-            "nq": self._view.size("nq"), "nv": self._view.size("nv"), "free_count": len(self._frees),
+            "nq": self._m.nq, "nv": self._m.nv, "free_count": len(self._frees),
             "placed_count": len(self._placed), "tree_count": len(self._trees),
-            "signature": self._view.signature,
+            "signature": self._m.signature,
         }  # fmt: skip
         for name, value in fields.items():
             head[name] = value
@@ -199,34 +196,34 @@ class Model:
     @cached_property
     def _tables(self) -> dict[str, NDArray[Any]]:
         """By the names of their addresses in the head."""
-        nv = self._view.size("nv")
+        nv = self._m.nv
         return {
-            "starts": np.zeros(STARTS * (1 + self._view.size("nq") + nv)), "given": np.zeros(nv),
+            "starts": np.zeros(STARTS * (1 + self._m.nq + nv)), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "left": np.zeros(self._left),
             "geoms": self._geom_of_shapes(), "instances": np.array(self._instances, np.int64),
             "said": np.zeros(len(self._members), np.int64), "frictions": np.full(len(self._instances), np.nan),
             "watch": self._seen[0], "seen": self._seen[1], "sensors": with_rows(np.zeros(0, SENSOR), self._sensors[1]),
             "centres": np.array([self._pose_of(int(geom)).inverse().place for geom in self._geom_of_shapes()]),
-            "loads": np.zeros(12 * self._view.size("nbody") + 2 * nv + 6),
+            "loads": np.zeros(12 * self._m.nbody + 2 * nv + 6),
         }  # fmt: skip
 
     @cached_property
     def _sensors(self) -> tuple[bool, list[dict[str, Any]]]:
         own = {member.number: number for number, member in enumerate(self._members)}
-        return sensors.rows_of(self._view, dict.fromkeys(instances(self._view), -1) | own)
+        return sensors.rows_of(self._m, dict.fromkeys(instances(self._m), -1) | own)
 
     @cached_property
     def _seen(self) -> tuple[NDArray[np.int64], Array]:
         """What the world is made of: trees, and all that geoms hang on."""
         parent, roots = self._m.body_parentid.tolist(), self._roots
-        bodies = {int(self._owner[geom]) for geom in self._kinds}
+        bodies = {int(self._m.geom_bodyid[geom]) for geom in self._kinds}
         bodies |= set(np.flatnonzero(np.isin(roots, [roots[body] for body in bodies if roots[body]])).tolist())
         for body in tuple(bodies):
             while body:
                 bodies.add(body)
                 body = parent[body]
-        return watch.seen(self._view, sorted(bodies), sorted(self._kinds))
+        return watch.seen(self._m, sorted(bodies), sorted(self._kinds))
 
     def _geom_of_shapes(self) -> NDArray[np.int64]:
         geoms = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
@@ -343,30 +340,13 @@ class Model:
 
         While the model is compiled there are none yet, and those of something stand for them.
         """
-        view = self._view
-        mesh = int(view.ints("geom_dataid", view.size("ngeom"))[geom])
-        first, count, graph = (
-            int(view.ints(f"mesh_{name}", view.size("nmesh"))[mesh]) for name in ("vertadr", "vertnum", "graphadr")
-        )
+        view = self._m
+        mesh = int(view.geom_dataid[geom])
+        first, count, graph = (int(getattr(view, f"mesh_{name}")[mesh]) for name in ("vertadr", "vertnum", "graphadr"))
         if count == 0:
             return np.eye(4, 3)
-        own = view.floats("mesh_vert", 3 * view.size("nmeshvert")).reshape(-1, 3)[first : first + count]
+        own = view.mesh_vert[first : first + count]
         if graph >= 0:
-            numbers = view.ints("mesh_graph", view.size("nmeshgraph"))[graph:]
+            numbers = view.mesh_graph[graph:]
             own = own[numbers[2 + numbers[0] : 2 + 2 * numbers[0]]]
         return own.astype(np.float64)
-
-
-def _model_arrays(view: layout.ModelView) -> SimpleNamespace:
-    """Bodies, joints and geoms of a model, as `tree_rows.Bodies` names them, and more."""
-    bodies, joints, dofs, geoms = (view.size(name) for name in ("nbody", "njnt", "nv", "ngeom"))
-    whole = dict.fromkeys(("body_parentid", "body_mocapid", "body_dofnum", "body_dofadr", "body_jntnum", "body_jntadr"),
-                          bodies)  # fmt: skip
-    whole |= dict.fromkeys(("jnt_type", "jnt_qposadr", "jnt_dofadr"), joints)
-    real = {"body_pos": (bodies, 3), "body_quat": (bodies, 4), "body_ipos": (bodies, 3), "body_iquat": (bodies, 4),
-            "body_mass": (bodies,), "body_inertia": (bodies, 3), "jnt_pos": (joints, 3), "jnt_axis": (joints, 3),
-            "qpos0": (view.size("nq"),), "dof_armature": (dofs,), "dof_damping": (dofs,),
-            "geom_pos": (geoms, 3), "geom_quat": (geoms, 4)}  # fmt: skip
-    arrays = {name: view.ints(name, size) for name, size in whole.items()}
-    arrays |= {name: view.doubles(name, int(np.prod(shape))).reshape(shape) for name, shape in real.items()}
-    return SimpleNamespace(**arrays)

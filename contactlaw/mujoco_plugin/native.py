@@ -46,6 +46,11 @@ class Rule(NamedTuple):
         return (one in self.ones and two in self.twos) or (two in self.ones and one in self.twos)
 
 
+def explicit_pairs(view: layout.ModelView) -> Iterable[tuple[int, int, float]]:
+    """Both geoms of each `<pair>`, and its margin [m]."""
+    return zip(view.pair_geom1.tolist(), view.pair_geom2.tolist(), view.pair_margin.tolist(), strict=True)
+
+
 class Rules:
     """Of geoms that may touch each other natively, those that do not; of two rules that fit, the later one holds.
 
@@ -57,9 +62,8 @@ class Rules:
     """
 
     def __init__(self, view: layout.ModelView, bits: Mapping[int, Bits]) -> None:
-        count, bodies = view.size("ngeom"), view.size("nbody")
-        contype, affinity, owner = (view.ints(f"geom_{name}", count) for name in ("contype", "conaffinity", "bodyid"))
-        weld, parent, tree = (view.ints(f"body_{name}", bodies) for name in ("weldid", "parentid", "treeid"))
+        contype, affinity, owner = view.geom_contype, view.geom_conaffinity, view.geom_bodyid
+        weld, parent, tree = view.body_weldid, view.body_parentid, view.body_treeid
         known: list[tuple[Iterable[int], Iterable[int], bool]] = []
         kinds = groups(bits, lambda geom: (bits[geom], (int(contype[geom]), int(affinity[geom]))))
         for one, two in combinations_with_replacement(kinds, 2):
@@ -72,13 +76,11 @@ class Rules:
             above = {body: int(weld[parent[body]]) for body in carried if body}
             known += [(carried[body], carried[up], False) for body, up in above.items() if up and up in carried]
         of_body = groups(bits, lambda geom: int(owner[geom]))
-        for signature in view.ints("exclude_signature", view.size("nexclude")).tolist():
+        for signature in view.exclude_signature.tolist():
             one, two = signature >> 16, signature & 0xFFFF
             if one in of_body and two in of_body:
                 known.append((of_body[one], of_body[two], False))
-        pairs = view.size("npair")
-        ends = zip(view.ints("pair_geom1", pairs).tolist(), view.ints("pair_geom2", pairs).tolist(), strict=True)
-        for (one, two), margin in zip(ends, view.doubles("pair_margin", pairs).tolist(), strict=True):
+        for one, two, margin in explicit_pairs(view):
             if one in bits and two in bits:
                 known.append(([one], [two], margin < 0.0))
         self.known = [Rule(frozenset(ones), frozenset(twos), allowed) for ones, twos, allowed in known]

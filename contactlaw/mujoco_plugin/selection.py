@@ -21,7 +21,8 @@ MOST_NAMES = 20  # in a message
 Selector = str | int | mujoco.MjsGeom
 
 
-def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument: str = "geoms") -> list[Any]:
+def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument: str = "geoms",
+             known: list[Any] | None = None) -> list[Any]:  # fmt: skip
     """The geoms of a specification that are meant, each once, for `add_contact`.
 
     Args:
@@ -36,11 +37,12 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
             Patterns and bodies leave out geoms that the engine lets touch nothing (contype = conaffinity = 0), as those
             are there to be looked at; one that is wanted all the same is given by its name or id.
         argument: What messages call it.
+        known: All geoms of the specification, if they have been listed, which takes a time that grows as their square.
 
     Raises:
         ValueError: Nothing is meant; the message has the nearest names.
     """
-    every = list(spec.geoms)
+    every = list(spec.geoms) if known is None else known
     named, there = {geom.name: geom for geom in every if geom.name}, set(every)
     found = [geom for item in _flat(what) for geom in _chosen(spec, named, there, argument, item)]
     if not found:

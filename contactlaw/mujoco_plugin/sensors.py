@@ -71,10 +71,9 @@ def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, li
     Raises:
         ValueError: A sensor of the law is on something else than a body, geom or site.
     """
-    count = view.size("nsensor")
     names = ("type", "needstage", "objtype", "objid", "adr", "plugin")
-    kinds, stages, on, ids, places, plugins = (view.ints(f"sensor_{name}", count).tolist() for name in names)
-    cutoffs, owner = view.doubles("sensor_cutoff", count).tolist(), view.ints("site_bodyid", view.size("nsite"))
+    kinds, stages, on, ids, places, plugins = (getattr(view, f"sensor_{name}").tolist() for name in names)
+    cutoffs, owner = view.sensor_cutoff.tolist(), view.site_bodyid
     rows = []
     for i, kind in enumerate(kinds):
         own = kind == _PLUGIN and plugins[i] in instances

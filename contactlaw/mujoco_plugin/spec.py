@@ -13,12 +13,13 @@ import mujoco
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
+from contactlaw.mujoco_plugin.selection import Selector, geoms_of
 from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, shape_of
 from contactlaw.mujoco_plugin.silence import silence
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets
 
-Geoms = str | mujoco.MjsGeom | Sequence[str | mujoco.MjsGeom]
+Geoms = Selector | Sequence[Selector]
 
 
 def add_contact(
@@ -43,9 +44,9 @@ def add_contact(
 
     Args:
         spec: The model, before it is compiled.
-        geom1, geom2: Names, or geoms of the spec (one without a name is given one), or sequences of them: then each of
-            the first may touch each of the second, but none itself or one of its own body. A geom may be in both.
-            Sets of more than 256 pairs are kept apart natively by their `contype` and `conaffinity`.
+        geom1, geom2: Names, patterns, bodies or geoms (one without a name is given one), see `geoms_of`, or sequences
+            of them: then each of the first may touch each of the second, but none itself or one of its own body. A geom
+            may be in both. Sets of more than 256 pairs are kept apart natively by their `contype` and `conaffinity`.
         pair: The contact; its radius, where None, is read from the geoms.
         others: Whether these geoms may touch any other natively. False takes them out of the engine's collision
             detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to
@@ -68,7 +69,7 @@ def add_contact(
     substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
     rounding = None if rounding is None else checks.positive("rounding", rounding)
     known = list(spec.geoms)  # which takes MuJoCo a time that grows with their square
-    ones, twos = _geoms(known, "geom1", geom1), _geoms(known, "geom2", geom2)
+    ones, twos = (geoms_of(spec, one, argument=name, known=known) for name, one in (("geom1", geom1), ("geom2", geom2)))
     parents = {geom: geom.parent for geom in known}
     sets = Sets(ones, twos, parents.__getitem__)
     _check(sets)
@@ -113,25 +114,6 @@ def _check(sets: Sets) -> None:
         raise ValueError("geom1, geom2: hold no two geoms of different bodies")
     for one, two in sets.by_kinds(lambda geom: shapes[geom].kind):
         check_served(shapes[one], shapes[two])
-
-
-def _geoms(known: list[Any], argument: str, value: Any) -> list[Any]:
-    if isinstance(value, str | mujoco.MjsGeom):
-        value = [value]
-    if not isinstance(value, Sequence) or not value:
-        raise ValueError(f"{argument} = {value!r}: must be a geom, the name of one, or a sequence of them, not empty")
-    names, there = {geom.name: geom for geom in reversed(known) if geom.name}, set(known)
-    return list(dict.fromkeys(_geom(names, there, argument, item) for item in value))
-
-
-def _geom(names: dict[str, Any], there: set[Any], argument: str, value: Any) -> mujoco.MjsGeom:
-    if isinstance(value, mujoco.MjsGeom):
-        if value not in there:
-            raise ValueError(f"{argument} = geom {value.name!r}: must be a geom of the spec")
-        return value
-    if isinstance(value, str):
-        return names[value] if value in names else names[checks.one_of(argument, value, names)]
-    raise ValueError(f"{argument} = {value!r}: must be the name of a geom, or a geom, of the spec")
 
 
 def _hold(spec: mujoco.MjSpec, name: str, geoms: Sequence[mujoco.MjsGeom]) -> None:

@@ -17,9 +17,9 @@ from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import place
 from contactlaw.world.access import whole_at
 
-OF_BODIES = {"body_mass": 1, "body_inertia": 3, "body_pos": 3, "body_quat": 4, "body_ipos": 3, "body_iquat": 4}
-OF_GEOMS = {"geom_size": 3, "geom_pos": 3, "geom_quat": 4, "geom_friction": 3}
-OF_ALL = {"jnt_pos": (3, "njnt"), "jnt_axis": (3, "njnt"), "dof_armature": (1, "nv"), "dof_damping": (1, "nv")}
+OF_BODIES = ("body_mass", "body_inertia", "body_pos", "body_quat", "body_ipos", "body_iquat")
+OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")
+OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
 
 
 def seen(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) -> tuple[NDArray, NDArray]:
@@ -27,15 +27,12 @@ def seen(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) ->
 
     Shapes (n, 3) and (sum of counts,).
     """
-    sizes = {**{name: (width, "nbody") for name, width in OF_BODIES.items()},
-             **{name: (width, "ngeom") for name, width in OF_GEOMS.items()}, **OF_ALL}  # fmt: skip
     rows, values = [], [np.zeros(0)]
-    for name, (width, count) in sizes.items():
-        some = bodies if name in OF_BODIES else geoms if name in OF_GEOMS else range(view.size(count))
-        numbers = view.doubles(name, width * view.size(count))
-        for first, last in _runs(some):
-            rows.append((layout.MODEL[name], width * first, width * (last - first)))
-            values.append(numbers[width * first : width * last])
+    for name in (*OF_BODIES, *OF_GEOMS, *OF_ALL):
+        own = getattr(view, name)
+        for first, last in _runs(bodies if name in OF_BODIES else geoms if name in OF_GEOMS else range(len(own))):
+            rows.append((layout.MODEL[name], own[:first].size, own[first:last].size))
+            values.append(own[first:last].ravel())
     return np.array(rows, np.int64).reshape(-1, 3), np.concatenate(values)
 
 

@@ -34,11 +34,17 @@ UNTOUCHED = 1 << 30  # a conaffinity that no contype has
 
 
 class Entry(NamedTuple):
-    """Geoms that touch those others that they would touch natively; pair None: they go on doing so by the engine."""
+    """Geoms that touch those others. pair None: they go on doing so by the engine.
+
+    number: Its place in the list. native: whether it means contacts that the model makes natively; others, substeps,
+    rounding: see `spec.add_contact`; frictions: see `config.Contact`.
+    """
 
     ones: Sequence[Any]
     twos: Sequence[Any]
     pair: ContactPair | None
+    number: int = 0
+    native: bool = True
     substeps: int = config.SUBSTEPS
     others: bool = True
     rounding: float | None = None

@@ -283,9 +283,9 @@ def sound_arm(b, arm, radii):
 @jit_inside
 def lay(b, row):
     """Let a body sleep if a row says so; returns whether it is one that may."""
-    if row[0] == 0.0:
+    if row[0] == 0.0 or b.tree != 0:  # a tree wakes
         return True
-    if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0 or b.tree != 0:
+    if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0:
         return False
     b.asleep = 1
     take(row, 1, b.held)

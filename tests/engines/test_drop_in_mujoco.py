@@ -151,8 +151,6 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
 @pytest.mark.parametrize(
     ("scene", "contact", "settings", "message"),
     [
-        (SCENE.replace('type="box"', 'name="egg" type="ellipsoid"').replace(".1 .1 .1", ".1 .1 .2"),
-         ("stripe", "egg", PAIR), {}, r"contacts\[0\]: cylinder 'stripe' on ellipsoid 'egg': they touch"),
         (SCENE, ("floor", "floor", PAIR), {}, r"contacts\[0\]: .*another geom"),
         (SCENE, (["upper", "lower"], ["lower", "floor"], PAIR), {}, "capsule 'upper' and capsule 'lower' belong to"),
         (SCENE, ("upper", "floor"), {}, r"contacts\[0\] = .* must be \(geoms1, geoms2, pair\)"),

@@ -276,3 +276,18 @@ def test_a_jointed_model_that_is_changed_moves_as_one_that_was_so_from_the_start
         mujoco.mj_step(model, data, 300)
         ends.append(np.concatenate([data.qpos, data.qvel]))
     assert ends[0] == pytest.approx(ends[1], abs=1e-5)  # what is set back wakes
+
+
+def test_a_state_in_which_a_robot_sleeps_is_set_back_without_complaint():
+    scene = BALL.replace("<freejoint/>", '<joint type="slide" axis="0 0 1"/>')
+    model = load_model(scene, [("ball", "floor", ContactPair(RUBBER, RUBBER, 0.8, 0.5))])
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    mujoco.mj_step(model, data, 3000)
+    assert np.abs(data.qvel).max() == 0.0
+    mujoco.mj_copyData(other, model, data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, other, 20)
+        model.body_mass[1] *= 1.1
+        mujoco.mj_step(model, data, 20)
+    assert other.qpos == pytest.approx(data.qpos, abs=1e-4)

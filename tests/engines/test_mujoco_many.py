@@ -230,5 +230,5 @@ def test_bad_settings_are_refused(arguments, said):
 
 def test_sets_without_a_pair_are_refused():
     spec = balls([[0, 0, 0], [1, 0, 0]])
-    with pytest.raises(ValueError, match="not empty"):
+    with pytest.raises(ValueError, match="geom1: holds no geoms"):
         add_contact(spec, [], "ball1", steel_pair())

@@ -44,7 +44,7 @@ def test_the_structs_are_where_the_description_says():
     model = mujoco.MjModel.from_xml_string(BALLS)
     view = layout.ModelView(model._address)
     for size in ("nq", "nv", "nbody", "ngeom", "npair", "nplugin", "npluginstate"):
-        assert view.size(size) == getattr(model, size)
+        assert getattr(view, size) == getattr(model, size)
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast"])
