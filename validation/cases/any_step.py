@@ -57,7 +57,7 @@ class AnyStep(Case):
         f"open marks: PyBullet. Right: at a step of {1e3 * LONG:g} ms in MuJoCo, over the time that the impact takes, "
         "for the number of substeps written at the marks."
     )
-    needs = ("mujoco", "pybullet")
+    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Every step in both engines, every integrator of MuJoCo, every number of substeps."""
@@ -171,15 +171,16 @@ def _limits(data: Data) -> list[Limit]:
 
 def _of_spin(pair: ContactPair, psi_1: list[float]) -> np.ndarray:
     """By how much psi_2 changes with `TWIRL`, by the grid with local Coulomb friction (nu = 0.28, chi = 1.465)."""
+    from validation.reference import grid
+
     radius = float(np.sqrt(ball.RADIUS * pair.greatest_overlap(MASS, ball.SPEED)))
-    square = (pair.kappa / FRICTION * TWIRL * radius / ball.SPEED) ** 2
-    rows = np.array([row for row in turning_data.load()["spinning"] if row[0] == 0.28 and row[1] == 0.0])
-    places = np.unique(rows[:, 2])
-    shifts = []
-    for psi in places:
-        own = rows[rows[:, 2] == psi]
-        shifts.append(np.interp(square, own[:, 3] ** 2, own[:, 4] - own[0, 4]))
-    return np.interp(psi_1, places, shifts)
+    sigma = pair.kappa / FRICTION * TWIRL * radius / ball.SPEED
+    chi = [turning_data.BALL_CHI, turning_data.BALL_CHI, 0.0]
+
+    def psi_2(psi: float, spin: float) -> float:
+        return float(grid.rebound([psi, 0.0, spin], chi, nu=turning_data.NUS[1], cells=32, steps=256)[0])
+
+    return np.array([psi_2(psi, sigma) - psi_2(psi, 0.0) for psi in psi_1])
 
 
 def _times(repeats: int) -> list[dict[str, float]]:
