@@ -1,9 +1,9 @@
 """Boxes dropped flat, on an edge and on a corner, a can that comes to roll, a coin-like puck that stands on its end.
 
 A flat shape touches a plane by small balls of its rounded edges (docs/shapes.md): a box by four corners, of radius r
-a tenth of its smallest half length, a puck on its end by four feet, a can on its side by two rims, of the radius
-sqrt(r R).
-At rest n such points carry the weight, so that each lies
+a tenth of its smallest half length, a puck on its end by four feet, a can on its side, of radius R, by two rims of
+curvatures 1/r and 1/R, which is Hertz's elliptic contact (Johnson, Contact Mechanics, 1985, section 4.2). At rest n
+such points carry the weight, so that each lies
 
     depth = (m g/n / (4/3 E* sqrt(radius)))^(2/3)
 
@@ -115,5 +115,14 @@ class Shapes(Scene):
 def depth(name: str, mass: float, o: Any) -> float:
     """By the closed form [m]."""
     edge = EDGE * min(CAN if name == "can" else PUCK if name == "puck" else SIDES)
-    points, radius = (2.0, (edge * CAN[0]) ** 0.5) if name == "can" else (4.0, edge)
+    points, radius = (2.0, elliptic_radius(1.0 / CAN[0], 1.0 / edge)) if name == "can" else (4.0, edge)
     return float(static_overlap(ContactPair(o.material, o.material, o.friction), mass * GRAVITY / points, radius))
+
+
+def elliptic_radius(p: float, q: float) -> float:
+    """Of the ball that is pressed in as a body of two curvatures p < q [1/m] is [m]: Hertz's elliptic contact."""
+    from scipy.optimize import brentq
+    from scipy.special import ellipe, ellipk
+
+    m: Any = brentq(lambda m: (ellipe(m) / (1.0 - m) - ellipk(m)) / (ellipk(m) - ellipe(m)) - q / p, 1e-6, 1.0 - 1e-9)
+    return float(pi**2 * (ellipk(m) - ellipe(m)) / m / (2.0 * p * ellipk(m) ** 3))
