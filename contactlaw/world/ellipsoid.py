@@ -134,7 +134,10 @@ def feature_at(sa, a, sb, b, shift):
 def plane_gap(sa, a, sb, b, n):
     """Between the planes across n that an ellipsoid and a core touch from either side [m]; the gap is the greatest."""
     facing_a = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
-    return dot(sub(facing_a, support(sb, b, n)), n)
+    y = support(sb, b, n)
+    if sb.kind == CYLINDER:
+        y, _, _ = on_rim(sb, b, n)
+    return dot(sub(facing_a, y), n)
 
 
 @jit_inside
@@ -161,7 +164,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
         way = axpy(ball, n, sub(facing(sa, a, scale(-1.0, n)), middle(sa, a)))
         v, y, count, e, around = feature_at(sa, a, sb, b, way)
         far = norm(v)
-        if far > 0.0 and sb.kind != CYLINDER:
+        if far > 0.0:
             parted = plane_gap(sa, a, sb, b, scale(1.0 / far, v))
             if parted > best:
                 best, kept = parted, (scale(1.0 / far, v), y)
@@ -177,7 +180,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
             n, gap, y = climb(sa, a, sb, b, y, edge, start)
         if norm(sub(n, before)) <= 10.0 * SAME:
             break
-    if best > gap + SAME * h[0]:  # a plane parts them further: the feature was none there
+    if best - sb.radius > gap - around + SAME * h[0]:  # a plane parts them further: the feature was none there
         n, y = kept
         return n, best, y, 3, NONE, sb.radius
     return n, gap, y, count, e, around
