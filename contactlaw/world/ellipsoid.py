@@ -132,9 +132,12 @@ def feature_at(sa, a, sb, b, shift):
 
 @jit_inside
 def plane_gap(sa, a, sb, b, n):
-    """Between the planes across n that an ellipsoid and a core touch from either side [m]: the gap is the greatest."""
+    """Between the planes across n that an ellipsoid and a core touch from either side [m]; the gap is the greatest."""
     facing_a = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
-    return dot(sub(facing_a, support(sb, b, n)), n)
+    y = support(sb, b, n)
+    if sb.kind == CYLINDER:
+        y, _, _ = on_rim(sb, b, n)
+    return dot(sub(facing_a, y), n)
 
 
 @jit_inside
@@ -142,8 +145,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     """Where an ellipsoid A is nearest to B, which is anything but a plane.
 
     Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and its feature there, see
-    `feature_at`. Of the normals on the way that with the greatest gap between planes across it counts: no other plane
-    parts them further.
+    `feature_at`. Where A reaches into the core as far as its ball, the gap is that along the last normal found.
     """
     between = sub(load(a.position), load(b.position))
     to_b = sub(middle(sb, b), add(between, middle(sa, a)))  # from A's middle to B's
@@ -156,32 +158,32 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     v, y, count, e, around = feature_at(sa, a, sb, b, NONE)
     n = shrink(sa, a, v if norm(v) > 0.0 else scale(-1.0, to_b))
     n = scale(1.0 / norm(n), n) if norm(n) > 0.0 else (0.0, 0.0, 1.0)
-    best, kept = -NEVER, (n, y, count, e, around)
+    gap, best, kept = 0.0, -NEVER, (n, y)
     for _ in range(TRIES):
         before = n
         way = axpy(ball, n, sub(facing(sa, a, scale(-1.0, n)), middle(sa, a)))
         v, y, count, e, around = feature_at(sa, a, sb, b, way)
-        far, face = norm(v), count == 3
+        far = norm(v)
+        if far > 0.0:
+            parted = plane_gap(sa, a, sb, b, scale(1.0 / far, v))
+            if parted > best:
+                best, kept = parted, (scale(1.0 / far, v), y)
         if far == 0.0:
-            y, face, around = support(sb, b, n), True, sb.radius
-        if not face:
+            y, count, around = support(sb, b, n), 3, sb.radius
+        if count == 3:
+            n = scale(1.0 / far, v) if far > 0.0 else n
+            gap = dot(sub(add(between, facing(sa, a, scale(-1.0, n))), y), n)
+        else:
             edge, start = (e, scale(1.0 / far, v)) if count == 2 else (NONE, n)
             if sb.kind == CYLINDER and around == sb.radius:
                 edge = NONE
-            at = y
             n, gap, y = climb(sa, a, sb, b, y, edge, start)
-            if sb.kind != CYLINDER and gap > plane_gap(sa, a, sb, b, n) + SAME * norm(load(h)):  # it is within a face
-                face, y = True, at
-        if face:
-            n, count = scale(1.0 / far, v) if far > 0.0 else n, 3
-            gap = dot(sub(add(between, facing(sa, a, scale(-1.0, n))), y), n)
-            gap = gap if sb.kind == CYLINDER else min(gap, plane_gap(sa, a, sb, b, n))
-        if gap > best:
-            best, kept = gap, (n, y, count, e, around)
         if norm(sub(n, before)) <= 10.0 * SAME:
             break
-    n, y, count, e, around = kept
-    return n, best, y, count, e, around
+    if best - sb.radius > gap - around + SAME * h[0]:  # a plane parts them further: the feature was none there
+        n, y = kept
+        return n, best, y, 3, NONE, sb.radius
+    return n, gap, y, count, e, around
 
 
 def meet(sa, a, sb, b):

@@ -73,7 +73,7 @@ def test_mujoco_lets_them_fall_and_rest(timestep):
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         geom = model.body_geomadr[body]
         own = model.mesh_vert[first : first + count] @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-        assert min(abs(own[:, 2].min() - top) for top in (0.0, 0.03)) < 1e-5 or body == 4
+        assert min(abs(own[:, 2].min() - top) for top in (0.0, 0.03)) < 1e-4 or body == 4
         assert own[:, 2].min() > -1e-5
     saved = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION))
     data.qvel[:] = 0.1

@@ -53,11 +53,13 @@ def reach(world: World, body: int, kind: str, n: np.ndarray) -> float:
         return out + np.linalg.norm(HALF_AXES * own)
     if kind == "capsule":
         return out + HALF * abs(own[2]) + RADIUS
+    if kind == "cylinder":
+        return out + 0.018 * np.hypot(own[0], own[1]) + 0.028 * abs(own[2]) + 0.002
     return out + (RADIUS if kind == "sphere" else 0.018 * np.abs(own).sum() + 0.002)
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("kind", ["sphere", "capsule", "ellipsoid", "hull"])
+@pytest.mark.parametrize("kind", ["sphere", "capsule", "ellipsoid", "hull", "cylinder"])
 def test_an_ellipsoid_meets_where_no_plane_parts_further(kind: str) -> None:
     """Along the normal found the gap is that of both supports, and along others near to it less (separating axis)."""
     found = 0
@@ -73,6 +75,10 @@ def test_an_ellipsoid_meets_where_no_plane_parts_further(kind: str) -> None:
             second = capsule(world, rng, place, (0, 0, 0))[0]
         elif kind == "ellipsoid":
             second = ellipsoid(world, rng, place, (0, 0, 0))
+        elif kind == "cylinder":
+            second = world.add_cylinder(
+                world.add_body(1.0, 1e-4, place, quaternion=rng.normal(size=4)), 0.02, 0.03, rounding=0.002
+            )
         else:
             body, _ = cube(world, 0.02, place, quaternion=rng.normal(size=4))
             second = world.add_hull(body, 0.02 * CUBE, 0.002)
@@ -128,14 +134,19 @@ def test_an_ellipsoid_strikes_a_plane_as_hertz_says(axis: int) -> None:
 @pytest.mark.heavy
 @pytest.mark.parametrize("angle", [30.0, 60.0, 90.0])
 @pytest.mark.parametrize("second", [0.01, 0.03])
-def test_crossed_cylinders_strike_as_hertz_says(angle: float, second: float) -> None:
-    """The sides of two capsules; relative curvatures by Johnson (1985), equation 4.6."""
+@pytest.mark.parametrize("kind", ["capsule", "cylinder"])
+def test_crossed_cylinders_strike_as_hertz_says(kind: str, angle: float, second: float) -> None:
+    """The sides of two capsules, or of cylinders; relative curvatures by Johnson (1985), equation 4.6."""
     world = World(gravity=0.0, timestep=1e-4)
     turn, mass = np.radians(angle), 0.3
     body = world.add_body(mass, 1e-4, (0.0, 0.0, 0.01 + second + 1e-5), (0.0, 0.0, -0.2))
-    moving = world.add_capsule(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0))[0]
-    held = world.add_body(np.inf, 1.0)
-    still = world.add_capsule(held, second, 0.05, axis=(np.cos(turn), np.sin(turn), 0.0))[0]
+    held, across = world.add_body(np.inf, 1.0), (np.cos(turn), np.sin(turn), 0.0)
+    if kind == "capsule":
+        moving = world.add_capsule(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0))[0]
+        still = world.add_capsule(held, second, 0.05, axis=across)[0]
+    else:
+        moving = world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0))
+        still = world.add_cylinder(held, second, 0.05, axis=across)
     one, two = 1.0 / 0.01, 1.0 / second
     differ = np.sqrt(one**2 + two**2 + 2.0 * one * two * np.cos(2.0 * turn))
     radius = hertz_radius(0.5 * (one + two - differ), 0.5 * (one + two + differ))

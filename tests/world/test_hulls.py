@@ -225,6 +225,29 @@ def test_a_cube_is_a_body_on_eight_balls() -> None:
         assert np.abs(between["force"][:, 2]).sum() == pytest.approx(weight, rel=1e-6)
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("lies", [False, True])
+def test_a_can_stands_and_lies_on_a_hull(lies: bool) -> None:
+    world = World(timestep=2e-3)
+    block = world.add_hull(None, 0.05 * CUBE)
+    mass, radius, half = 0.1, 0.01, 0.02
+    across = mass * (radius**2 / 4.0 + half**2 / 3.0)
+    angle = 0.5 * (0.5 * np.pi * lies + 0.02)
+    place = (0.01, 0.02, 0.051 + (radius if lies else half))
+    body = world.add_body(mass, (across, across, 0.5 * mass * radius**2), place,
+                          quaternion=(np.cos(angle), np.sin(angle), 0.0, 0.0))  # fmt: skip
+    can = world.add_cylinder(body, radius, half)
+    world.add_contact(can, block, steel_pair(0.4, 0.5, rolling_resistance=0.05))
+    energy = scale = world.energy.total
+    for _ in range(1500):
+        world.step()
+        assert world.energy.total <= energy + 1e-6 * scale
+        energy = world.energy.total
+    assert world.position[0, 2] == pytest.approx(0.05 + (radius if lies else half), abs=3e-6)
+    assert np.abs(world.velocity).max() < 1e-6
+    assert world.contacts["force"][:, 2].sum() == pytest.approx(9.81 * mass, rel=1e-4)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
