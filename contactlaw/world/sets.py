@@ -67,11 +67,12 @@ class Sets:
                 if found:
                     yield found
 
-    def every(self) -> Iterator[tuple[Any, Any]]:
-        """All pairs, each once: as many as the product of the sets."""
+    def every(self, among: Callable[[Any], bool] = lambda _: True) -> Iterator[tuple[Any, Any]]:
+        """All pairs of which one geom is among those meant, each once: of all, as many as the product of the sets."""
         first, second = self._ranks
+        meant = [two for two in self.twos if among(two)]
         for one in self.ones:
-            for two in self.twos:
+            for two in self.twos if among(one) else meant:
                 again = two in first and one in second and first[two] < first[one]
                 if not again and self._may_touch(one, two):
                     yield one, two
