@@ -22,7 +22,7 @@ KINDS = ("plot", "gif", "mp4")  # of pictures
 PLOT, GIF, MP4, VIEW = (
     "Many exposures in one picture, .png.",
     "Moving picture, .gif.",
-    "The same as a video, .mp4 (needs contactlaw[video]).",
+    "The same as a video, .mp4 (needs the extra video).",
     "Watch it in the engine's own window.",
 )
 LAW = "native: the engine's own contact; default: the simplest by which the scene is the same"

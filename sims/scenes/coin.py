@@ -126,7 +126,7 @@ class Coin(Scene):
             over_time.plot(times, np.degrees(angles), marker, **style)
             over_angle.plot(np.degrees(angles), rates, marker, **style)
         _, angles, _, axial = wobble(recording)
-        seen = angles > 0.01
+        seen = angles > np.radians(0.5)
         angles, axial = angles[seen], axial[seen]
         told = rolling(angles, recording.o, axial)[0]
         over_angle.plot(np.degrees(angles), told, "k--", linewidth=1.0, label="closed form, its spin about the axis")
@@ -135,7 +135,10 @@ class Coin(Scene):
         over_angle.plot(np.degrees(alpha), told, "k-", linewidth=1.0, label="closed form, its middle at rest")
         over_time.set(xlabel="time [s]", ylabel="angle to the table [degrees]", ylim=(0.0, most))
         over_angle.set(xlabel="angle to the table [degrees]", ylabel="rate of precession [rad/s]")
-        over_angle.set(xlim=(0.0, most), ylim=(0.0, None))
+        over_angle.set(xscale="log", yscale="log", xlim=(0.5, 1.2 * most))
+        over_angle.set_xticks([1, 3, 10, 30], ["1", "3", "10", "30"])
+        over_angle.set_yticks([20, 50, 100, 200, 500], ["20", "50", "100", "200", "500"])
+        over_angle.minorticks_off()
         over_angle.legend(fontsize=8)
         for axes in (over_time, over_angle):
             axes.grid(alpha=0.3)
