@@ -36,7 +36,7 @@ from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
 
 FOUND = 1e-9  # of its overlap, that a contact may still move
 SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
-ROUNDING = 4e-15  # of a place, the same
+ROUNDING = 4e-15  # of a place along the normal, the same
 
 
 @jit_inside
@@ -108,6 +108,12 @@ def weigh(b, m):
 
 
 @jit_inside
+def rounded(n, b):
+    """Size [m] of the numbers whose rounding an overlap along n has from the place of a body."""
+    return abs(n[0] * b.position[0]) + abs(n[1] * b.position[1]) + abs(n[2] * b.position[2])
+
+
+@jit_inside
 def look_at(w, r, stage):
     """Ask the law of a row where the bodies are, and enter its force; returns whether it has moved since the last look.
 
@@ -148,7 +154,7 @@ def look_at(w, r, stage):
         twist(a, scale(-stage, moment_of(c)), n, part(w, RIGHT))
         twist(b, scale(stage, moment_of(c)), n, part(w, RIGHT))
     pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
-    least = pace * FOUND * t.overlap + ROUNDING * (norm(load(a.position)) + norm(load(b.position)))
+    least = pace * FOUND * t.overlap + ROUNDING * (rounded(n, a) + rounded(n, b))
     return not change <= least, least / stage  # NaN has moved
 
 
