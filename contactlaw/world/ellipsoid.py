@@ -17,7 +17,7 @@ from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import MEETING, RADIUS
-from contactlaw.world.core import excess_of
+from contactlaw.world.core import excess_of, local
 from contactlaw.world.curvature import feature, radius_between
 from contactlaw.world.gjk import NONE, middle, nearest, support
 from contactlaw.world.records import CYLINDER, ELLIPSOID, NEVER, PLANE
@@ -59,11 +59,14 @@ def bend(s, b, n, t, u):
 
 
 @jit_inside
-def on_rim(s, b, n):
-    """The point of a cylinder's rim that is furthest along n, as `facing`, and by its place how it moves, as `bend`."""
-    m, h = to_body(s.axes, to_body(b.axes, n)), s.half
+def on_rim(s, b, n, up):
+    """The point of a cylinder's rim that is furthest along n, as `facing`, and by its place how it moves, as `bend`.
+
+    up: along the cylinder's axis, of the sign that the rim's end has.
+    """
+    m, h = local(n, s, b), s.half
     out = max(sqrt(m[0] * m[0] + m[1] * m[1]), 1e-300)
-    r, z = (h[0] - s.radius) / out, copysign(h[2] - s.radius, m[2])
+    r, z = (h[0] - s.radius) / out, copysign(h[2] - s.radius, up)
     along = to_world(b.axes, to_world(s.axes, (-m[1] / out, m[0] / out, 0.0)))
     return add(middle(s, b), to_world(b.axes, to_world(s.axes, (r * m[0], r * m[1], z)))), r, along
 
@@ -72,18 +75,20 @@ def on_rim(s, b, n):
 def climb(sa, a, sb, b, y, edge, n):
     """The normal between an ellipsoid A and another one, or a point y of B whose edge, if there is one, it is across.
 
-    y: from the centre of mass of B; of a cylinder without an edge the point is on its rim. Returns the normal, the gap
-    [m] and the point.
+    y: from the centre of mass of B; of a cylinder without an edge the point is on a rim, of which it stays: the other
+    one is a feature of its own, and Newton's method has no slope from one to the other. Returns the normal, the gap [m]
+    and the point.
     """
     d = sub(load(a.position), load(b.position))
     two, along = sb.kind == ELLIPSOID, norm(edge)
     rim = sb.kind == CYLINDER and along == 0.0
+    up = local(sub(y, middle(sb, b)), sb, b)[2]
     for _ in range(STEPS):
         rate, e = 0.0, n
         if two:
             y = facing(sb, b, n)
         elif rim:
-            y, rate, e = on_rim(sb, b, n)
+            y, rate, e = on_rim(sb, b, n, up)
         p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
         gap = max(dot(p, n), 0.0)
         t = scale(1.0 / along, cross(edge, n)) if along > 0.0 else tangent(n)
@@ -106,7 +111,7 @@ def climb(sa, a, sb, b, y, edge, n):
     if two:
         y = facing(sb, b, n)
     elif rim:
-        y, _, _ = on_rim(sb, b, n)
+        y, _, _ = on_rim(sb, b, n, up)
     return n, dot(sub(add(d, facing(sa, a, scale(-1.0, n))), y), n), y
 
 
@@ -136,7 +141,7 @@ def plane_gap(sa, a, sb, b, n):
     facing_a = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
     y = support(sb, b, n)
     if sb.kind == CYLINDER:
-        y, _, _ = on_rim(sb, b, n)
+        y, _, _ = on_rim(sb, b, n, local(n, sb, b)[2])
     return dot(sub(facing_a, y), n)
 
 

@@ -102,6 +102,25 @@ def test_an_ellipsoid_meets_where_no_plane_parts_further(kind: str) -> None:
     assert found > 40
 
 
+@pytest.mark.heavy
+def test_an_ellipsoid_by_the_border_of_a_side_meets_its_own_rim() -> None:
+    """As it turns from a cylinder's side over its rim: Newton's method once leapt to the other rim and to and fro."""
+    half, radius, height, rounding = np.array([0.0374, 0.0053, 0.0160]), 0.0377, 0.0124, 0.00124
+    gap, turned, found = 6e-4, (0.6609, 0.1440, -0.0561, 0.7344), []
+    turn = matrix_of(np.array(turned) / np.linalg.norm(turned))
+    for up in np.linspace(-0.03, 0.03, 60):  # of the normal, along the cylinder's axis
+        n = np.append(-np.sqrt(1.0 - up * up) * np.array([np.cos(0.13), np.sin(0.13)]), up)
+        out = -turn @ (half**2 * (turn.T @ n)) / np.linalg.norm(half * (turn.T @ n))
+        rim = np.append((radius - rounding) * n[:2] / np.hypot(n[0], n[1]), np.copysign(height - rounding, up))
+        world = World(gravity=0.0)
+        body = world.add_body(1.0, 1e-4, rim + (rounding + gap) * n - out, quaternion=turned)
+        still = world.add_cylinder(world.add_body(1.0, 1e-4), radius, height, rounding=rounding)
+        shape = world.add_ellipsoid(body, half)
+        (overlap, normal, _, _), _ = meeting(world.arrays.bound().world, shape, still)
+        found.append((-overlap, np.linalg.norm(normal - n)))
+    np.testing.assert_allclose(found, np.tile([gap, 0.0], (60, 1)), rtol=0, atol=1e-9)
+
+
 def press(world: World, shapes: list, pair, mass: float, speed: float, radius: float) -> None:
     """An elastic impact head on: approach and duration are Hertz's for this effective radius, to 1 %."""
     world.add_contact(*shapes, pair)
