@@ -28,6 +28,7 @@ from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, 
 
 STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron's features, mostly one or two
 WIDEST = 0.5  # [rad] of a step
+NARROW = 1e-6  # [rad] of one that is not asked whether it climbs: rounding hides that
 SAME = 1e-9  # [rad], a normal that is another's
 INSIDE = 0.9  # of the least radius of curvature, a ball that touches it from inside
 
@@ -86,6 +87,7 @@ def climb(sa, a, sb, b, y, edge, n):
     two, along = sb.kind == ELLIPSOID, norm(edge)
     rim = sb.kind == CYLINDER and along == 0.0
     up = local(sub(y, middle(sb, b)), sb, b)[2]
+    was, best, step = n, -NEVER, NONE
     for _ in range(STEPS):
         rate, e = 0.0, n
         if two:
@@ -93,7 +95,12 @@ def climb(sa, a, sb, b, y, edge, n):
         elif rim:
             y, rate, e = on_rim(sb, b, n, up)
         p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
-        gap = max(dot(p, n), 0.0)
+        if dot(p, n) < best and norm(step) > NARROW:  # too far: the gap grows at first along each of the steps
+            step = scale(0.5, step)
+            n = add(was, step)
+            n = scale(1.0 / norm(n), n)
+            continue
+        was, best, gap = n, dot(p, n), max(dot(p, n), 0.0)
         t = scale(1.0 / along, cross(edge, n)) if along > 0.0 else tangent(n)
         u = cross(n, t)
         tt, tu, uu = bend(sa, a, n, t, t), bend(sa, a, n, t, u), bend(sa, a, n, u, u)
@@ -107,7 +114,8 @@ def climb(sa, a, sb, b, y, edge, n):
         else:
             step = scale(1.0 / (tt * uu - tu * tu), add(scale(uu * x - tu * z, t), scale(tt * z - tu * x, u)))
         wide = norm(step)
-        n = axpy(min(1.0, WIDEST / max(wide, 1e-300)), step, n)
+        step = scale(min(1.0, WIDEST / max(wide, 1e-300)), step)
+        n = add(n, step)
         n = scale(1.0 / norm(n), n)
         if wide <= SAME:
             break
