@@ -7,7 +7,10 @@ maximum, where x - y has no part across n. Newton's method climbs there: the slo
     -(Q/h - (Q n)(Q n)^T/h^3)
 
 and that of a polyhedron none, while n stays across the edge that it is on. Which vertex, edge or face that is, the
-ball tells that touches the ellipsoid there from inside: where it is nearest to the polyhedron, so is the ellipsoid.
+ball tells that touches the ellipsoid there from inside: where it is nearest to the polyhedron along n itself, so is the
+ellipsoid. Where Newton's method on a feature parts the bodies no further, the way from the ball's middle to the
+polyhedron tells the next place: there it leaves the ellipsoid nearer to the polyhedron (Lin & Han 2002, SIAM J. Optim.
+13, 298-321), so that no feature is asked forever.
 """
 
 from __future__ import annotations
@@ -23,8 +26,9 @@ from contactlaw.world.gjk import NONE, middle, nearest, support
 from contactlaw.world.records import CYLINDER, ELLIPSOID, NEVER, PLANE
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 
-STEPS, TRIES = 30, 12  # of Newton's method, which needs some; of the polyhedron's features
+STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron's features, mostly one or two
 WIDEST = 0.5  # [rad] of a step
+NARROW = 1e-6  # [rad] of one that is not asked whether it climbs: rounding hides that
 SAME = 1e-9  # [rad], a normal that is another's
 INSIDE = 0.9  # of the least radius of curvature, a ball that touches it from inside
 
@@ -83,6 +87,7 @@ def climb(sa, a, sb, b, y, edge, n):
     two, along = sb.kind == ELLIPSOID, norm(edge)
     rim = sb.kind == CYLINDER and along == 0.0
     up = local(sub(y, middle(sb, b)), sb, b)[2]
+    was, best, step = n, -NEVER, NONE
     for _ in range(STEPS):
         rate, e = 0.0, n
         if two:
@@ -90,7 +95,12 @@ def climb(sa, a, sb, b, y, edge, n):
         elif rim:
             y, rate, e = on_rim(sb, b, n, up)
         p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
-        gap = max(dot(p, n), 0.0)
+        if dot(p, n) < best and norm(step) > NARROW:  # too far: the gap grows at first along each of the steps
+            step = scale(0.5, step)
+            n = add(was, step)
+            n = scale(1.0 / norm(n), n)
+            continue
+        was, best, gap = n, dot(p, n), max(dot(p, n), 0.0)
         t = scale(1.0 / along, cross(edge, n)) if along > 0.0 else tangent(n)
         u = cross(n, t)
         tt, tu, uu = bend(sa, a, n, t, t), bend(sa, a, n, t, u), bend(sa, a, n, u, u)
@@ -104,7 +114,8 @@ def climb(sa, a, sb, b, y, edge, n):
         else:
             step = scale(1.0 / (tt * uu - tu * tu), add(scale(uu * x - tu * z, t), scale(tt * z - tu * x, u)))
         wide = norm(step)
-        n = axpy(min(1.0, WIDEST / max(wide, 1e-300)), step, n)
+        step = scale(min(1.0, WIDEST / max(wide, 1e-300)), step)
+        n = add(n, step)
         n = scale(1.0 / norm(n), n)
         if wide <= SAME:
             break
@@ -146,11 +157,21 @@ def plane_gap(sa, a, sb, b, n):
 
 
 @jit_inside
+def leave(s, b, inside, m):
+    """Minus the normal of an ellipsoid where the way along -m from a point inside, given from its middle, leaves it."""
+    to, at = shrink(s, b, m), shrink(s, b, inside)
+    k, c, e = dot(m, to), dot(inside, to), dot(inside, at) - 1.0
+    n = axpy(-(c + sqrt(max(c * c - k * e, 0.0))) / k, to, at)
+    return scale(-1.0 / norm(n), n)
+
+
+@jit_inside
 def nearest_to_ellipsoid(sa, a, sb, b):
     """Where an ellipsoid A is nearest to B, which is anything but a plane.
 
     Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and its feature there, see
-    `feature_at`. Where A reaches into the core as far as its ball, the gap is that along the last normal found.
+    `feature_at`. Where A reaches into the core as far as its ball, the gap is that between planes across the normal
+    that parted them furthest.
     """
     between = sub(load(a.position), load(b.position))
     to_b = sub(middle(sb, b), add(between, middle(sa, a)))  # from A's middle to B's
@@ -163,32 +184,28 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     v, y, count, e, around = feature_at(sa, a, sb, b, NONE)
     n = shrink(sa, a, v if norm(v) > 0.0 else scale(-1.0, to_b))
     n = scale(1.0 / norm(n), n) if norm(n) > 0.0 else (0.0, 0.0, 1.0)
-    gap, best, kept = 0.0, -NEVER, (n, y)
+    best, kept = -NEVER, n
     for _ in range(TRIES):
-        before = n
-        way = axpy(ball, n, sub(facing(sa, a, scale(-1.0, n)), middle(sa, a)))
-        v, y, count, e, around = feature_at(sa, a, sb, b, way)
+        x = facing(sa, a, scale(-1.0, n))
+        inside = sub(axpy(ball, n, x), middle(sa, a))
+        v, y, count, e, around = feature_at(sa, a, sb, b, inside)
         far = norm(v)
-        if far > 0.0:
-            parted = plane_gap(sa, a, sb, b, scale(1.0 / far, v))
-            if parted > best:
-                best, kept = parted, (scale(1.0 / far, v), y)
         if far == 0.0:
-            y, count, around = support(sb, b, n), 3, sb.radius
-        if count == 3:
-            n = scale(1.0 / far, v) if far > 0.0 else n
-            gap = dot(sub(add(between, facing(sa, a, scale(-1.0, n))), y), n)
-        else:
-            edge, start = (e, scale(1.0 / far, v)) if count == 2 else (NONE, n)
-            if sb.kind == CYLINDER and around == sb.radius:
-                edge = NONE
-            n, gap, y = climb(sa, a, sb, b, y, edge, start)
-        if norm(sub(n, before)) <= 10.0 * SAME:
             break
-    if best - sb.radius > gap - around + SAME * h[0]:  # a plane parts them further: the feature was none there
-        n, y = kept
-        return n, best, y, 3, NONE, sb.radius
-    return n, gap, y, count, e, around
+        m = scale(1.0 / far, v)
+        if norm(sub(n, m)) <= 10.0 * SAME:
+            return n, dot(sub(add(between, x), y), n), y, count, e, around
+        n = m
+        if count < 3:
+            edge = NONE if count == 1 or (sb.kind == CYLINDER and around == sb.radius) else e
+            n, _, _ = climb(sa, a, sb, b, y, edge, m)
+        parted = plane_gap(sa, a, sb, b, n)
+        if parted > best:
+            best, kept = parted, n
+        else:
+            n = leave(sa, a, inside, m)
+    gap = plane_gap(sa, a, sb, b, kept)
+    return kept, gap, axpy(-gap, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, NONE, sb.radius
 
 
 def meet(sa, a, sb, b):
