@@ -23,7 +23,7 @@ DURATION = 2.9432752  # of an elastic impact by Hertz, times speed over greatest
 SPEED, MASS = 0.2, 0.3  # [m/s], [kg]
 HALF_AXES = np.array([0.03, 0.02, 0.012])  # [m]
 ANGLES, SECOND = (30.0, 60.0, 90.0), (0.01, 0.03)  # [degrees] between two cylinders; radius of the second [m]
-DROPS, HEAPS, STEPS = 500, 100, 10**7  # the seeds from here on have not been tried
+DROPS, HEAPS, STEPS = 300, 60, 10**7  # the seeds from here on have not been tried
 ENGINES = {"none": KINDS, "mujoco": KINDS, "pybullet": tuple(kind for kind in KINDS if kind != "ellipsoid")}
 TITLES = {"none": "World", "mujoco": "MuJoCo", "pybullet": "PyBullet"}
 
