@@ -12,13 +12,15 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, set_whole, shape_at, whole_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.geometry import meet
-from contactlaw.world.motion import drift, fly, settle
+from contactlaw.world.motion import drift, fly, greatest_closing, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import EACH, LATER, NEVER, NOW
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
+from contactlaw.world.vec import load, norm
 from contactlaw.world.window import fastest_closing
 
+AHEAD = 4.0  # strides of the fastest surface that two others may come nearer by in a substep
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
@@ -101,6 +103,8 @@ def run(w, bodies, pairs, t, now, until):
     a touch on is not: the first substep is the remainder, as long as there is hardly any force.
     """
     whole = until - now
+    for i in range(pairs):
+        near_at(w.near, whole_at(w.island_pairs, i)).room = 0.0
     h = length(w, pairs, t, until)
     h = whole / ceil(whole / kept(w, pairs, h) - 1e-9)
     count = floor((until - t) / h + 1e-9)
@@ -123,7 +127,7 @@ def run(w, bodies, pairs, t, now, until):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
         crowd = NOW if last or done % TWISTS == 0 else LATER
         w.twists = EACH if closed <= w.crowd else crowd
-        closed, news = forces(w, pairs, (h, following))
+        closed, news = forces(w, pairs, (h, following), travel(w, bodies) * max(following / h, 1.0))
         going = closed > 0 and not last
         if not going:
             following = 0.0
@@ -152,21 +156,35 @@ def run(w, bodies, pairs, t, now, until):
 
 
 @jit_inside
-def forces(w, pairs, span):
+def travel(w, bodies):
+    """Note how far surfaces went in a substep; returns the most [m]."""
+    most = 0.0
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
+        b.way += way
+        most = max(most, way)
+    return most
+
+
+@jit_inside
+def forces(w, pairs, span, stride):
     """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched.
 
-    span: lengths [s] of this substep and of the next.
+    span: lengths [s] of this substep and of the next. stride: the most [m] that a surface may go in one; an open pair
+    is met in the substep before it touches, for its gap there.
     """
     closed, news = 0, False
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed == 0:
-            if p.watched == 0:
+            if a.way + b.way + AHEAD * stride < p.room:
                 continue
             overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
             before = -p.gap
             p.gap = -overlap
+            p.room = p.gap + a.way + b.way
             if overlap <= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
             news = True
@@ -196,11 +214,13 @@ def length(w, pairs, t, until):
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed == 0:
-            if p.clear_until <= t + BLOCK * h:
-                predict_clear(w, p, t)
-                if p.clear_until <= t + BLOCK * h and p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0):
+            a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if p.room - a.way - b.way <= 2.0 * BLOCK * h * greatest_closing(a, b):
+                foresee(w, p, t)
+                p.room = p.gap + a.way + b.way
+                wait = time_to_close(max(p.gap, 0.0), fastest_closing(p, a, b), max(p.acceleration, 0.0))
+                if wait <= BLOCK * h and p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0):
                     h = min(h, touch_time(w, p) / substeps_of(w, p, few))
-            p.watched = 1 if p.clear_until <= t + BLOCK * h else 0
     return h
 
 
@@ -220,14 +240,6 @@ def foresee(w, p, t):
     """Look at an open pair, if nobody has at this time."""
     if p.seen != t:
         predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
-
-
-@jit_inside
-def predict_clear(w, p, t):
-    """Look at an open pair, and how long it stays so whatever impacts do."""
-    foresee(w, p, t)
-    closing = fastest_closing(p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-    p.clear_until = t + time_to_close(max(p.gap, 0.0), closing, max(p.acceleration, 0.0))
 
 
 @jit_inside

@@ -298,7 +298,6 @@ def enter(w, k, heads):
     p.slot = -1
     p.closed = 0
     p.active = 0
-    p.watched = 0
     p.toi = 0.0
     p.seen = -1.0
     slot = whole_at(w.grid, heads + p.a)

@@ -65,6 +65,7 @@ BODY = record(
     placed="i8",  # somebody has put it where it is since the last step
     pressed="i8",  # it touches something, see `step.find_pressed`; for who reads it between two steps
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
+    way="f8",  # [m] that its surface has gone in the substeps of a window, at most
     island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
     # broad phase
     mark=VECTOR, turned="f8",  # position, and angle turned since, of the last list of near pairs
@@ -196,10 +197,9 @@ NEAR = record(
     slot="i8",  # of the contact, if it is closed or has been in this step; else -1
     closed="i8",
     active="i8",  # taken into an island in this window
-    watched="i8",  # may close within a block of substeps
     link="i8",  # next pair of the island
     toi="f8",  # time [s] before which it cannot close by the motion that there is
-    clear_until="f8",  # time [s] before which it cannot close whatever impacts do, within a window
+    room="f8",  # [m] that the ways of both bodies come to in all before it can close, in a run of substeps
     seen="f8",  # time [s] when it was last looked at
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
     fastest="f8",  # [m/s] at which any points of both come nearer as a step begins, see `passing`

@@ -125,8 +125,6 @@ def clear(c):
 def open_up(q, c):
     """A contact has opened; its slot is kept until the next step."""
     q.closed = 0
-    q.clear_until = 0.0
-    q.watched = 1
     q.gap = max(-c.touch.overlap, 0.0)
     c.phase = PARTED
     store(c.force, (0.0, 0.0, 0.0))

@@ -20,6 +20,7 @@ from contactlaw.world.records import NEVER
 
 MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
 GROWN = 1.1  # a bound that has grown by less is not handed on
+FAR = 40.0  # margins of a body; what can go so far within a window meets all that is near, which lies within four
 
 
 @jit_inside
@@ -83,14 +84,16 @@ def next_impact(w, now):
 @jit_inside
 def activate(w, now, until):
     """Take in what is closed or can close in a window; returns whether somebody who sleeps is among them."""
-    length = until - now
+    length, widest = until - now, 0.0
     for n in range(w.near_body_count):
         i = whole_at(w.near_bodies, n)
         b = body_at(w.bodies, i)
-        b.delta_v = 0.0
+        widest = max(widest, b.margin)
+        b.delta_v, b.way = 0.0, 0.0
         b.island = i - b.member  # a tree is in one island
         b.head = -1
         b.link = -1
+    enough = FAR * widest / length
     sleeper = False
     found = True
     first = True
@@ -104,7 +107,7 @@ def activate(w, now, until):
             if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
                 continue
             if p.active != 0:
-                found = bound_delta_v(w, p, a, b, length) or found
+                found = bound_delta_v(w, p, a, b, length, enough) or found
                 continue
             if p.closed == 0 and (not first or p.toi > until):
                 if a.delta_v == 0.0 and b.delta_v == 0.0:
@@ -117,22 +120,22 @@ def activate(w, now, until):
                 if time_to_close(p.gap, fastest_closing(p, a, b), max(p.acceleration, 0.0)) > length:
                     continue
             p.active = 1
-            p.clear_until = 0.0
             found = True
             fly(a, now)
             fly(b, now)
             sleeper = sleeper or a.asleep != 0 or b.asleep != 0
-            bound_delta_v(w, p, a, b, length)
+            bound_delta_v(w, p, a, b, length, enough)
             join(w, p.body_a, p.body_b)
         first = False
     return sleeper
 
 
 @jit_inside
-def bound_delta_v(w, p, a, b, length):
+def bound_delta_v(w, p, a, b, length, enough):
     """How much two bodies' velocities may change by their contact, or by what the other one may be given.
 
-    Returns whether this is clearly more than known before.
+    Returns whether this is clearly more than known before, and that was not enough [m/s] to meet everybody: between
+    trees bounds would grow for ever.
     """
     closing, push = max(p.closing, 0.0), max(p.acceleration, 0.0)
     square = (closing + push * length) ** 2
@@ -146,7 +149,7 @@ def bound_delta_v(w, p, a, b, length):
     handed = 0.0 if a.tree != 0 and a.tree == b.tree else 1.0  # within a tree `spread` has done so
     for_a *= 2.0 * max(sqrt(square), handed * b.delta_v) / both
     for_b *= 2.0 * max(sqrt(square), handed * a.delta_v) / both
-    more = for_a > GROWN * a.delta_v or for_b > GROWN * b.delta_v
+    more = (for_a > GROWN * a.delta_v and a.delta_v < enough) or (for_b > GROWN * b.delta_v and b.delta_v < enough)
     for one, value in ((a, for_a), (b, for_b)):
         if value > one.delta_v:
             one.delta_v = value
