@@ -284,12 +284,15 @@ def solve(w, bodies, pairs, stage, time):
 
 @jit_inside
 def imbalance(w):
-    """By how much [m/s] a velocity could change at most where momenta are missing, whatever contacts do."""
+    """By how much [m/s] a velocity could change at most where momenta are missing, whatever contacts do.
+
+    Infinite where a force is no number: the greatest of numbers does not see that.
+    """
     m, right = masses(w), part(w, RIGHT)
-    most = 0.0
+    most, total = 0.0, 0.0
     for i in range(w.unknowns):
-        most = max(most, abs(right[i]) / m[i, i])
-    return most
+        most, total = max(most, abs(right[i]) / m[i, i]), total + right[i]
+    return most if isfinite(total) else NEVER
 
 
 @jit_inside
