@@ -266,7 +266,7 @@ def test_an_ellipsoid_comes_to_rest_on_its_flat_side(timestep: float) -> None:
 
 @pytest.mark.parametrize("drop", [lambda: draw(267, KINDS), lambda: draw_heap(58)], ids=["rolls on a box", "in a heap"])
 def test_an_implicit_step_to_forces_that_are_no_numbers_is_not_taken(drop):
-    """Newton's method had gone through the floor there, and what was missing of momenta, not a number, counted as none."""
+    """Newton's method had gone through the floor there; what was missing of momenta, not a number, counted as none."""
     verdict = judge("none", drop())
     assert verdict.gain < 1e-6
     assert verdict.depth < DEEPER
