@@ -12,7 +12,7 @@ from __future__ import annotations
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
-from contactlaw.memory import load_int, load_pointer
+from contactlaw.memory import load_int, load_pointer, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, jointed_at, placed_at
 from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, read_free, write_free
@@ -29,7 +29,7 @@ from contactlaw.mujoco_plugin.loads import mean_share, press
 from contactlaw.mujoco_plugin.memory import call_on_world, call_sense, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, look_over, notice, tell_of
 from contactlaw.mujoco_plugin.watch import edited
-from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole_at, world_at
+from contactlaw.world.access import body_at, contact_at, near_at, tree_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from numba import types
 
+from contactlaw.memory import set_whole, whole_at
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import call_report
 from contactlaw.pair import DEEPEST
-from contactlaw.world.access import contact_at, near_at, pair_at, set_whole, whole_at
+from contactlaw.world.access import contact_at, near_at, pair_at
 from contactlaw.world.clear import is_clear
 
 DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(7))

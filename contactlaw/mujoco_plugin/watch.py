@@ -11,11 +11,10 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from contactlaw.memory import load_pointer
+from contactlaw.memory import load_pointer, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import place
-from contactlaw.world.access import whole_at
 
 OF_BODIES = ("body_mass", "body_inertia", "body_pos", "body_quat", "body_ipos", "body_iquat")
 OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")

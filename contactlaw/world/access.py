@@ -14,8 +14,6 @@ from contactlaw.laws.record import CONTACT_SIZE, PAIR_SIZE
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.torsion import TORSION
 from contactlaw.memory import doubles_at, element
-from contactlaw.memory import set_whole as set_whole
-from contactlaw.memory import whole_at as whole_at
 from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # what laws know of a contact, its first numbers

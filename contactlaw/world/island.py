@@ -9,7 +9,8 @@ from __future__ import annotations
 from math import ceil, floor
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, set_whole, shape_at, whole_at
+from contactlaw.memory import set_whole, whole_at
+from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, greatest_closing, settle

@@ -18,6 +18,7 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 from contactlaw.jit import address_of, jit_inside
+from contactlaw.memory import whole_at
 from contactlaw.world.access import (
     body_at,
     body_kept,
@@ -33,7 +34,6 @@ from contactlaw.world.access import (
     row_at,
     shape_at,
     tree_at,
-    whole_at,
 )
 from contactlaw.world.call import ON_WORLD, call_with_body
 from contactlaw.world.core import CROWN

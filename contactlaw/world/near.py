@@ -13,7 +13,8 @@ from math import ceil, floor, log2
 from numba import types
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, set_whole, shape_at, whole_at
+from contactlaw.memory import set_whole, whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, shape_at
 from contactlaw.world.core import lies_over_face
 from contactlaw.world.geometry import centre, half_axis, meet
 from contactlaw.world.motion import jerk

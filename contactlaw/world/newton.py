@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.rolling import stiffness
+from contactlaw.memory import whole_at
 from contactlaw.world.access import (
     body_at,
     bring_back_contact,
@@ -21,7 +22,6 @@ from contactlaw.world.access import (
     pair_at,
     shape_at,
     tree_at,
-    whole_at,
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, masses, matrix, part

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import near_at, set_whole, whole_at
+from contactlaw.memory import set_whole, whole_at
+from contactlaw.world.access import near_at
 
 
 @jit_inside

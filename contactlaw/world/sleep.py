@@ -8,7 +8,8 @@ when somebody changes the velocity or the acceleration of one of its bodies.
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, tree_at, whole_at
+from contactlaw.memory import whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, tree_at
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.motion import give, settle
 from contactlaw.world.pace import contact_time

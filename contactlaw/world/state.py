@@ -18,19 +18,8 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
-from contactlaw.memory import doubles_at
-from contactlaw.world.access import (
-    KNOWN_NUMBERS,
-    body_at,
-    contact_at,
-    law_of,
-    memory_of,
-    near_at,
-    pair_at,
-    set_whole,
-    shape_at,
-    whole_at,
-)
+from contactlaw.memory import doubles_at, set_whole, whole_at
+from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
 from contactlaw.world.near import count_slots, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
 from contactlaw.world.touch import enter

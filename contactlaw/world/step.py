@@ -15,7 +15,8 @@ from functools import lru_cache
 from numba import types
 
 from contactlaw.jit import address_of, jit, jit_inside
-from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at, whole_at, world_at
+from contactlaw.memory import whole_at
+from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.call import A_STEP, address, call_on_world, call_step
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet

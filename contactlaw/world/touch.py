@@ -7,18 +7,9 @@ from contactlaw.laws import speeds
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import know
 from contactlaw.laws.torsion import RINGS
+from contactlaw.memory import set_whole, whole_at
 from contactlaw.world import force
-from contactlaw.world.access import (
-    body_at,
-    contact_at,
-    law_of,
-    near_at,
-    pair_at,
-    set_whole,
-    shape_at,
-    speed_numbers,
-    whole_at,
-)
+from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
 from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import kick, moved_at, turn, velocity_at

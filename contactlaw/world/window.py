@@ -10,7 +10,8 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_aside, body_at, contact_at, near_at, set_whole, tree_at, whole_at
+from contactlaw.memory import set_whole, whole_at
+from contactlaw.world.access import body_aside, body_at, contact_at, near_at, tree_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import call_with_body
 from contactlaw.world.motion import fly, lightness
