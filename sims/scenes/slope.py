@@ -17,7 +17,7 @@ import numpy as np
 
 from contactlaw import ContactPair
 from sims.contact_point import Array
-from sims.options import Option
+from sims.options import Option, of_contact, seconds
 from sims.recording import Recording
 from sims.scene import EVERYWHERE, NATIVE, Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
@@ -44,12 +44,10 @@ class Slope(Scene):
     slow = 5.0
     options = {
         "angle": Option(20.0, "of the slope, in degrees", 0.1, 80.0),
-        "friction": Option(0.5, "of box and slope", 1e-3, 10.0),
-        "restitution": Option(0.5, "of both", 0.02, 1.0),
         "mass": Option(MASS, "of the box, in kg", 1e-3, 1e4),
-        "seconds": Option(60.0, "how long it is watched", 2.0, 1e5),
+        "seconds": seconds(60.0, 2.0, 1e5),
         "best": BEST,
-    }
+    } | of_contact(0.5, 0.5)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
         """Let go just above the slope."""
