@@ -27,15 +27,15 @@ TONES = {
 }
 """Colours of bodies by what moves them; dark and light differ in grey too."""
 GROUND, TABLE, FLOOR, NOTES = "#8c8c8c", "#cfcfcf", "#ececec", "#444444"
-NARROWEST, ALONE = 2.4, 5.6  # [in], of a panel beside others, or with the whole width
+NARROWEST, ALONE = 3.0, 5.6  # [in], of a panel beside others, or with the whole width
 BELOW = 0.1  # room for a mark, of the height
 TITLES = 0.55  # [in], over a panel
 MARGIN = np.array([0.03, 0.1])  # around what is shown, of its width and height
 LARGER = 0.6  # share of the width that a panel must do with, to be drawn larger
 WIDE = 1.3  # width over height from which panels stand above each other
 MOST_WIDTH, MOST_HEIGHT = 9.0, 9.0  # of a figure [in]
-SETTINGS = {NATIVE: ("restitution", "solref"), NATIVE_DAMPED: ("friction", "elliptic cone, solreffriction")}
-"""What MuJoCo's own contact is set for, and by what."""
+SETTINGS = {NATIVE: "restitution (solref)", NATIVE_DAMPED: "friction (elliptic cone, solreffriction)"}
+"""What MuJoCo's own contact is set for."""
 ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet", NONE: "its own world"}
 
 
@@ -73,23 +73,16 @@ def title_of(scene: Scene, recording: Recording) -> str:
     engine, law = ENGINE_NAMES[recording.facts["engine"]], recording.facts["law"]
     title = f"contactlaw in {engine}" + ("" if "microslip" in law else f", law {law}")
     if law in NATIVES:
-        aim = f", set for {SETTINGS[law][0]}"
-        title = f"{engine}'s own contact" + (aim if _has_settings(scene, recording) else "")
+        several = scene.beside_damped and engine == "MuJoCo"
+        title = f"{engine}'s own, set for {SETTINGS[law]}" if several else f"{engine}'s own contact"
     return f"{title}, {1e3 * recording.facts['timestep']:.3g} ms"
-
-
-def _has_settings(scene: Scene, recording: Recording) -> bool:
-    """Whether the engine's own contact is set in one of several ways."""
-    facts = recording.facts
-    return scene.beside_damped and facts["engine"] == "mujoco" and facts["law"] in NATIVES
 
 
 def panel_of(scene: Scene, recording: Recording) -> Panel:
     """The panel of a scene's recording."""
     kind = "native" if recording.facts["law"] in NATIVES else "law"
     title, marks = title_of(scene, recording), partial(scene.marks, recording)
-    settings = f"{SETTINGS[recording.facts['law']][1]}; " if _has_settings(scene, recording) else ""
-    return Panel(recording, title, settings + scene.caption(recording), kind, marks)
+    return Panel(recording, title, scene.caption(recording), kind, marks)
 
 
 def extent(panels: Sequence[Panel], until: float) -> Array:

@@ -55,7 +55,10 @@ def differences(printed: str, expected: str) -> list[str]:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, id=page.stem, marks=[pytest.mark.slow] * (page.stem == "law")) for page in PAGES],
+)
 def test_page_runs_and_prints_what_it_says(
     page: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, no_other_client: None
 ) -> None:

@@ -75,7 +75,7 @@ class Shapes(Scene):
     def caption(self, recording: Recording) -> str:
         """How deep they lie."""
         bodies = self.measure(recording)["bodies"].items()
-        return "depth [um]: " + ", ".join(f"{name} {one['depth_um']:.2f}" for name, one in bodies)
+        return "depth [um]: " + ", ".join(f"{name} {one['depth_um']:.3g}" for name, one in bodies)
 
     def measure(self, recording: Recording) -> Measured:
         """How deep each lies, and how fast it still is."""

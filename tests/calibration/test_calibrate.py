@@ -39,6 +39,7 @@ def test_true_values_come_back(mu, kappa, e, inertia, known):
     assert result.friction.lower < result.friction.value < result.friction.upper
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("known", "tables"), [(True, 200), (False, 100)])
 def test_uncertainties_are_those_of_repeated_tables(known, tables):
     """The law generates, so that nothing but noise is left; 200 tables tell a standard deviation to 5 %, 100 to 7 %.
@@ -134,6 +135,7 @@ def test_contact_velocities_of_rolling_and_backspin():
     np.testing.assert_allclose(x, [0.0, 6.0])
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(
     scale=st.floats(1e-3, 1e3),
@@ -209,6 +211,7 @@ def test_a_users_table(tmp_path, capsys):
     assert "radius = None" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_large_table_is_averaged_and_tells_the_same():
     """Beside a table of a fortieth of its rows; two of its rows are far off."""
     few, many = (table(np.linspace(0.3, 8.0, n), law=True) for n in (500, 20_000))
