@@ -43,7 +43,7 @@ def not_negative(name: str, value: Any) -> float:
 
 LEAST_RESTITUTION = 1e-6  # 0 would need infinite damping; far below, the damped oscillator loses its digits
 RESTITUTIONS = "in [1e-6, 1]"
-SPEEDS = 1e-100, 1e100  # [m/s], beyond which powers of them are no numbers
+SPEEDS = 1e-30, 1e30  # [m/s], beyond which powers of them are no numbers
 
 
 def restitution(name: str, value: Any) -> float:

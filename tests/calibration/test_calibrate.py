@@ -187,11 +187,11 @@ def test_bad_input_is_named(change, message):
         calibrate(**arguments)
 
 
-@pytest.mark.parametrize("scale", [5e-324, 1e-300, 1e-99, 1e-30, 1e30, 1e99, 1e300])
+@pytest.mark.parametrize("scale", [5e-324, 1e-300, 1e-29, 1e29, 1e300])
 def test_speeds_at_the_ends_of_the_doubles_are_fitted_or_refused(scale):
     before, after = ([scale * column for column in columns] for columns in table())
-    if not 1e-100 < scale < 1e100:
-        with pytest.raises(ValueError, match=r"must be at most 1e\+100|must be > 0"):
+    if not 1e-30 < scale < 1e30:
+        with pytest.raises(ValueError, match=r"must be at most 1e\+30|must be > 0"):
             calibrate(before, after, DISK)
         return
     result, plain = calibrate(before, after, DISK), calibrate(*table(), DISK)
