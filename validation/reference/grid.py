@@ -126,7 +126,7 @@ def force_along_path(
     radius = np.sqrt(np.maximum(np.interp(fine, samples, depth), 0.0))
     lengths = np.array([1.0, 1.0, radius.max()])
     path = np.stack([np.interp(fine, samples, d) for d in moved.T], 1) * lengths * (kappa / friction)
-    forces, _ = _march((radius, np.ones(fine.size)), cells, nu, path, *np.zeros((2, 3)), kappa / friction * beta)
+    forces, _ = _march((radius, np.ones(fine.size)), cells, nu, path, np.zeros(3), np.zeros(3), kappa / friction * beta)
     return friction * lengths * forces[::substeps]
 
 
