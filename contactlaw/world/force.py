@@ -7,7 +7,7 @@ from math import isfinite, sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
+from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
 from contactlaw.world.access import (
     body_at,
@@ -18,8 +18,8 @@ from contactlaw.world.access import (
     pair_at,
     speed_numbers,
 )
-from contactlaw.world.call import address, call_limit, call_twist
-from contactlaw.world.demand import LIMIT, TWIST
+from contactlaw.world.call import address, call_along, call_limit, call_twist
+from contactlaw.world.demand import ALONG, LIMIT, TWIST
 from contactlaw.world.motion import give
 from contactlaw.world.records import EACH, LATER
 from contactlaw.world.vec import dot, load, sub
@@ -56,6 +56,9 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         room = law.sectors * law.vectors if w.twists == EACH or t.state == SPUN else 0.0
         left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
+    if t.skew != 0.0 and t.state != SPUN:
+        numbers = w.numbers + 8 * (pair_at(w.pairs, c.pair).numbers + PAIR_SIZE)
+        call_along(address(w, ALONG), c, numbers, own, law.vectors, du, dv)
     calms = t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
     if spun:
         inertia = 0.0
