@@ -5,13 +5,21 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.laws import rolling, torsion
+from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
+from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
-from contactlaw.world.access import body_at, bring_back_touch, law_numbers, law_of, memory_of, pair_at
-from contactlaw.world.call import address, call_limit, call_twist
-from contactlaw.world.demand import LIMIT, TWIST
+from contactlaw.world.access import (
+    body_at,
+    bring_back_touch,
+    law_numbers,
+    law_of,
+    memory_of,
+    pair_at,
+    speed_numbers,
+)
+from contactlaw.world.call import address, call_along, call_limit, call_twist
+from contactlaw.world.demand import ALONG, LIMIT, TWIST
 from contactlaw.world.motion import give
 from contactlaw.world.records import EACH, LATER
 from contactlaw.world.vec import dot, load, sub
@@ -25,7 +33,8 @@ ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is
 def advance_contact(w, c, slot, moved, slide, dt, free):
     """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are its forces and its moment.
 
-    moved: what A has moved over B along both tangents [m], and turned about the normal [rad]; slide: how fast. dt [s].
+    moved: what A has moved over B along both tangents [m], and turned about the normal [rad]; slide: how fast. dt [s];
+    zero: at the end of a stage of an implicit step, so that a contact which is no new one lasts.
     free: closing acceleration by all but this contact [m/s^2].
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
@@ -33,6 +42,8 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     if t.state == OPEN:
         for i in range(memory.size):
             memory[i] = 0.0
+    elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or hardly_moves(c, 1.0)):
+        speeds.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
@@ -45,6 +56,9 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         room = law.sectors * law.vectors if w.twists == EACH or t.state == SPUN else 0.0
         left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
+    if t.skew != 0.0 and t.state != SPUN:
+        numbers = w.numbers + 8 * (pair_at(w.pairs, c.pair).numbers + PAIR_SIZE)
+        call_along(address(w, ALONG), c, numbers, own, law.vectors, du, dv)
     calms = t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
     if spun:
         inertia = 0.0

@@ -85,9 +85,15 @@ def predict(w, p, a, b, now, left):
 @jit_inside
 def radius_of(w, p):
     """Effective radius [m] of a near pair, where its bodies are."""
+    return ellipse_of(w, p)[0]
+
+
+@jit_inside
+def ellipse_of(w, p):
+    """The same, and the longer axis, see `geometry.effective_radius`; a radius that is given is that of a circle."""
     own = pair_at(w.pairs, p.pair).radius
     if own > 0.0:
-        return own
+        return own, (0.0, 0.0, 0.0)
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     return effective_radius(sa, body_at(w.bodies, p.body_a), sb, body_at(w.bodies, p.body_b))
 

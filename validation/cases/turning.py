@@ -64,7 +64,7 @@ class Turning(Case):
             Limit("psi_2, tangential masses 3:1", 5e-3, impacts["turning"]),
             Limit("psi_2 of impacts with spin about the normal, sigma to 0.3, default law", 1e-2, max(spin.values())),
             Limit("energy given back at constant load, over mu P and path", 1e-12, energy["steady"]),
-            Limit("the same as the load changes", 3e-4, load_changes),
+            Limit("the same as the load changes", 1e-12, load_changes),
             Limit("force over its limit, less 1", 1e-12, energy["cone"]),
             Limit("time of a contact's substep that turns over a straight one", 6.0, cost["turning"]["median"]),
             Limit("straight substep over one that never looks", 1.02, cost["straight"]["median"]),
