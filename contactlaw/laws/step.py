@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
+from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
 
 # Of the greatest overlap foreseen: the steps' own error must not outgrow it. The square of 1.02, of a contact radius.
@@ -28,7 +29,7 @@ def touch(contact, linear):
     deepest = greatest_overlap(contact.stiffness, contact.mass, max(contact.before, 0.0), contact.closing)
     deepest = max(deepest, contact.overlap)  # a step that is too long, or a contact that did not come by its speed
     contact.stiffness = stiffness_foreseen(contact, linear, deepest)
-    contact.reach = MARGIN * deepest
+    contact.reach = MARGIN * deepest * restitution(contact.zeta) ** 0.4
 
 
 @jit
