@@ -17,12 +17,12 @@ def test_an_ellipsoid_in_mujoco() -> None:
     from contactlaw.mujoco_plugin import load_model
 
     half, pair = ELLIPSOIDS[NAME], steel_pair(FRICTION)
-    below = half[2]
+    below, inertia = half[2], 0.4 * MASS * half[2] ** 2
     model = load_model(
         f"""<mujoco><option timestep="1e-3" gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="1 1 .1"/>
-        <body pos="0 0 {below + GAP!r}"><freejoint/><geom name="thing" type="ellipsoid"
-        size="{half[0]} {half[1]} {below}"/><inertial pos="0 0 0" mass="{MASS}" diaginertia="{" ".join(3 * [repr(0.4 * MASS * below**2)])}"/></body>
-        </worldbody></mujoco>""",
+        <body pos="0 0 {below + GAP!r}"><freejoint/>
+        <geom name="thing" type="ellipsoid" size="{half[0]} {half[1]} {below}"/>
+        <inertial pos="0 0 0" mass="{MASS}" diaginertia="{inertia} {inertia} {inertia}"/></body></worldbody></mujoco>""",
         [("thing", "floor", pair)],
     )
     data, unit = mujoco.MjData(model), FRICTION / pair.kappa * SPEED
