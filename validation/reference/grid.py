@@ -15,6 +15,9 @@ At constant overlap the error falls as cells^(-3/2) to cells^(-2), where the con
 once its first corner is covered). It is of first order in the steps where the slip turns: slip is along the traction
 at the end of a step. `refinement.extrapolated` removes the first order of both. Elastic impacts only, restitution 1.
 
+An elliptic contact, half axes a along x and b = a ratio along y, has cells of these proportions, and the axes that
+Hertz gives it for the same P and overlap (section 4.2): a = (2/pi) K(1 - (b/a)^2) times the radius of the circle.
+
 Scaled quantities: psi = (kappa/mu) V/V_z1, sigma = (kappa/mu) omega a_max/V_z1; chi = (kappa/2) m_N/m_T, for spin
 chi_s = (kappa/2) m_N a_max^2/I, I the inertia about the normal; forces F/mu, moments M/mu; displacements kappa s/mu,
 angles kappa theta/mu. Moments and angles turn x into y.
@@ -26,6 +29,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ellipk
 
 from validation.reference.checks import check_annuli, check_poisson, check_positive, check_steps, series, vectors
 from validation.reference.grid_step import Step, cell_pressure
@@ -33,17 +37,25 @@ from validation.reference.normal_motion import Array, impact_motion
 
 
 def _march(
-    motion: tuple[Array, Array], cells: int, nu: float, path: Array | None, psi_1: Array, chi: Array, coupling: float
+    motion: tuple[Array, Array],
+    cells: int,
+    nu: float,
+    path: Array | None,
+    psi_1: Array,
+    chi: Array,
+    coupling: float,
+    ratio: float = 1.0,
 ) -> tuple[Array, Array]:
     """Resultant (F_x, F_y, M/a_max) and velocity (psi_x, psi_y, sigma), each (n, 3), for radii and steps (n,).
 
     Along a path (w_x, w_y, theta a_max), shape (n, 3), if there is one, otherwise with momentum: psi' = -2 chi Q.
     """
-    radius, dt = motion
+    wide = 2.0 / math.pi * float(ellipk(1.0 - ratio**2))
+    radius, dt = wide * motion[0], motion[1]
     largest, last = float(radius.max()), radius.size - 1
     h = 2.0 * largest / cells
     middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
-    arms = np.stack(np.broadcast_arrays(-middles, middles[:, None]))
+    arms = np.stack(np.broadcast_arrays(-ratio * middles, middles[:, None]))
     traction, before, slipped = np.zeros((3, 2, cells, cells))
     w, psi, force = np.zeros(3), psi_1.copy(), np.zeros(3)
     if path is not None:
@@ -57,9 +69,9 @@ def _march(
         # The window holds the contact of the next instant too: what is about to be covered has to be followed.
         half = max(1, math.ceil(max(radius[k], radius[min(k + 1, last)]) / h * (1.0 - 1e-12)))
         window = (slice(None), *(slice(cells // 2 - half, cells // 2 + half),) * 2)
-        caps = cell_pressure(radius[k], h, 2 * half)
+        caps = cell_pressure(radius[k], h, 2 * half) / (wide**3 * ratio)
         parted = coupling * drawn(largest * arms[window], radius[k])
-        problem = Step(h, nu, radius[k], caps, arms[window], free, compliance, slipped[window] - parted)
+        problem = Step(h, nu, radius[k], caps, arms[window], free, compliance, slipped[window] - parted, ratio)
         new = np.zeros_like(traction)
         if radius[k] > 0.0:
             new[window], _ = problem.solve(2.0 * traction[window] - before[window])
@@ -131,7 +143,14 @@ def force_along_path(
 
 
 def rebound(
-    psi_1: ArrayLike, chi: ArrayLike, *, nu: float = 0.0, cells: int = 32, steps: int = 256, coupling: float = 0.0
+    psi_1: ArrayLike,
+    chi: ArrayLike,
+    *,
+    nu: float = 0.0,
+    cells: int = 32,
+    steps: int = 256,
+    coupling: float = 0.0,
+    ratio: float = 1.0,
 ) -> Array:
     """Rebound of an elastic impact of a body that spins about the normal.
 
@@ -142,7 +161,8 @@ def rebound(
         nu: Poisson's ratio of both bodies, in (-1, 0.5].
         cells: Number of cells across the largest contact, even.
         steps: Least number of time steps.
-        coupling: (kappa/mu) beta, of unlike materials.
+        coupling: (kappa/mu) beta, of unlike materials, on a circle.
+        ratio: b/a of an elliptic contact, above 1 where its longer axis is along y; kappa is that of a circle.
 
     Returns:
         psi_x, psi_y and sigma after the impact, shape (3,).
@@ -157,13 +177,14 @@ def rebound(
     incidence, ratios = vectors("psi_1", psi_1, 3), vectors("chi", chi, 3)
     if incidence.ndim != 1 or ratios.ndim != 1:
         raise ValueError(f"psi_1 has shape {incidence.shape} and chi {ratios.shape}; both must be (3,)")
-    for ratio in ratios[:2]:
-        check_positive("chi", float(ratio))
+    check_positive("ratio", ratio)
+    for value in ratios[:2]:
+        check_positive("chi", float(value))
     if ratios[2] < 0.0:
         raise ValueError(f"chi_s is {float(ratios[2])!r}; it must not be negative")
     motion = impact_motion(1.0, cells // 2, int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])
-    _, velocities = _march((np.sqrt(motion.overlap), dt), cells, nu, None, incidence, ratios, coupling)
+    _, velocities = _march((np.sqrt(motion.overlap), dt), cells, nu, None, incidence, ratios, coupling, ratio)
     return velocities[-1]
 
 
