@@ -6,7 +6,7 @@ It leaves what it found in validation/data/census.json, of which `validation.cas
 an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
 actions, for so long or until so much processor time is spent; then it falls without any, and its energy is looked at.
 Files that MuJoCo does not load by themselves are parts of other models and are left out. Each file has a process of its
-own, forked from one that has all compiled code, and a limit of processor time; those of few degrees of freedom go first.
+own, forked from one that has all compiled code, and a limit of processor time; those of few freedoms go first.
 """
 
 # The wheel describes little of what it exports.
@@ -102,9 +102,7 @@ def start(mujoco: Any, model: Any) -> Any:
     return data
 
 
-def driven(
-    mujoco: Any, models: tuple[Any, Any], seconds: float, budget: float
-) -> tuple[float, list[dict[str, Any]]]:
+def driven(mujoco: Any, models: tuple[Any, Any], seconds: float, budget: float) -> tuple[float, list[dict[str, Any]]]:
     """Random actions: for how long [s]; processor time of a step [us], how often the engine found the state unstable.
 
     The models take turns of a few steps, so that what else the machine does meets both. budget: processor time [s];
@@ -169,7 +167,7 @@ def work(pipe: Any, asked: tuple[Any, ...], limit: float) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit + time.process_time()), resource.RLIM_INFINITY))
     try:
         pipe.send(examine(*asked))
-    except Exception as error:  # noqa: BLE001  (whatever a model does, the next one has its turn)
+    except Exception as error:  # whatever a model does, the next one has its turn
         pipe.send({"failed": f"{type(error).__name__}: {error}"[:120]})
 
 
