@@ -45,10 +45,10 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         room = law.sectors * law.vectors if w.twists == EACH or t.state == SPUN else 0.0
         left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    calms = t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
+    damped = calms(c)
     if spun:
         inertia = 0.0
-        if calms:
+        if damped:
             n = load(c.normal)
             turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
             inertia = 1.0 / turn
@@ -56,8 +56,15 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         t.before = c.waits if c.waits > 0.0 else before
         call_twist(address(w, TWIST), c, own, law.g_t, turned, left, (slide[2], inertia))
         t.before, c.turned, c.waits = before, 0.0, 0.0
-    if calms:
+    if damped:
         calm(t, slide[0], slide[1])
+
+
+@jit_inside
+def calms(c):
+    """Whether a contact lasts, hardly moves and is damped, and so is across: what is stuck would swing for ever."""
+    t = c.touch
+    return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
 
 
 @jit_inside
@@ -128,9 +135,15 @@ def hardly_moves(c, part):
 
 
 @jit_inside
+def drag_across(t):
+    """Of the dashpot across [N s/m]."""
+    return 2.0 * CALM * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
+
+
+@jit_inside
 def calm(t, u, v):
-    """Add a dashpot across, within the cone; u, v: sliding speed [m/s]. What is stuck would swing for ever."""
-    drag = 2.0 * CALM * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
+    """Add a dashpot across, within the cone; u, v: sliding speed [m/s]."""
+    drag = drag_across(t)
     t.f += drag * u
     t.g += drag * v
     pull, limit = sqrt(t.f * t.f + t.g * t.g), t.friction * t.force
