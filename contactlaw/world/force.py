@@ -13,7 +13,7 @@ from contactlaw.world.access import body_at, bring_back_touch, law_numbers, law_
 from contactlaw.world.call import address, call_limit, call_twist
 from contactlaw.world.demand import LIMIT, TWIST
 from contactlaw.world.motion import give
-from contactlaw.world.records import EACH, LATER
+from contactlaw.world.records import LATER, SELDOM
 from contactlaw.world.vec import dot, load, sub
 
 PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
@@ -37,12 +37,13 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
         c.turned += angle
-        if w.twists == LATER and t.state != OPEN and t.state != SPUN:
+        later = w.twists == LATER or (w.twists == SELDOM and t.course == LASTING)
+        if later and t.state != OPEN and t.state != SPUN:
             c.waits = c.waits if c.waits > 0.0 else t.before
             spun = False
     own, left, turned = w.memory + 8 * w.memory_size * slot, 0.0, (du, dv, c.turned)
     if spun:
-        room = law.sectors * law.vectors if w.twists == EACH or t.state == SPUN else 0.0
+        room = law.sectors * law.vectors if w.twists >= SELDOM or t.state == SPUN else 0.0
         left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
     damped = calms(c)

@@ -16,7 +16,7 @@ from contactlaw.world.coasting import coast, land, set_out
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, greatest_closing, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
-from contactlaw.world.records import EACH, LATER, NEVER, NOW
+from contactlaw.world.records import EACH, LATER, NEVER, NOW, SELDOM
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.vec import load, norm
@@ -28,7 +28,7 @@ LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they ar
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
 LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
 SHORTEST = 1e-6  # of a substep, a remainder that is none
-TWISTS = 4  # substeps of a crowd in which contacts are twisted once: torsion is a hundred times slower than an impact
+TWISTS = 4  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
@@ -131,8 +131,7 @@ def run(w, bodies, pairs, t, now, until):
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
             land(w, pairs - rest)
             rest = pairs
-        crowd = NOW if last or done % TWISTS == 0 else LATER
-        w.twists = EACH if closed <= w.crowd else crowd
+        w.twists = twists(w, closed, last or done % TWISTS == 0)
         closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
         closed += pairs - rest
         going = closed > 0 and not last
@@ -165,6 +164,17 @@ def run(w, bodies, pairs, t, now, until):
     for i in range(bodies):
         settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
     return t
+
+
+@jit_inside
+def twists(w, closed, now):
+    """When contacts of an island are twisted: in a crowd, and those that last, now and then; else in each substep.
+
+    closed: how many contacts are; now: this is one of the substeps. Sectors are for where few touch.
+    """
+    if closed > w.crowd:
+        return NOW if now else LATER
+    return EACH if now else SELDOM
 
 
 @jit_inside
