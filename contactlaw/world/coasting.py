@@ -60,7 +60,7 @@ def coasts(w, p, time):
     if not (is_round(a) and is_round(b)):
         return False
     closing, n = closing_speed(c, a, b), load(c.normal)
-    if abs(closing) * time > CHANGE * t.overlap:
+    if (abs(closing) + 0.5 * time * abs(c.closing_acceleration)) * time > CHANGE * t.overlap:
         return False
     apart = sub(load(a.velocity), load(b.velocity))
     across = time * norm(axpy(-dot(apart, n), n, apart))
