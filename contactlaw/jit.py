@@ -141,7 +141,7 @@ class _Haste:
         """From now on."""
         self.collects = gc.isenabled()
         gc.disable()
-        typing = cpu_target.typing_context
+        typing: Any = cpu_target.typing_context
         resolve, known = typing.resolve_function_type, {}
 
         def resolve_once(function: Any, args: Any, kws: Any) -> Any:
@@ -156,7 +156,7 @@ class _Haste:
 
     def end(self) -> None:
         """As it was."""
-        del cpu_target.typing_context.resolve_function_type
+        del vars(cpu_target.typing_context)["resolve_function_type"]
         if self.collects:
             gc.enable()
 

@@ -61,7 +61,7 @@ class Viscoelastic(OverSpeed):
     Source: Mueller & Poeschel, Phys. Rev. E 84 (2011) 021302; the contact ends where its force does.
 
     Attributes:
-        restitution: e in (0, 1] at
+        restitution: e in [1e-6, 1] at
         speed: an approach speed [m/s].
     """
 
@@ -106,7 +106,7 @@ class Plastic(OverSpeed):
 
     Attributes:
         yield_speed: v_y [m/s], at which the middle of the contact begins to yield.
-        below: e of slower impacts, in (0, 1], as other losses make it; a factor above. With 1 they bounce for ever.
+        below: e of slower impacts, in [1e-6, 1], as other losses make it; a factor above. With 1 they bounce for ever.
     """
 
     name = "plastic"

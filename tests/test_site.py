@@ -121,7 +121,7 @@ def test_blocks_stand_apart(site: Path) -> None:
     for path in site.rglob("*.html"):
         text = re.sub(r"<(head|pre|code|script)\b.*?</\1>", "", path.read_text(encoding="utf-8"), flags=re.S)
         assert not re.search(r"<td>\s*<div class=\"language", text), path.name
-        assert not re.search(r"(<p>|\n)\s*(\||- |```|\?\?\? )", re.sub(r"<head>.*?</head>", "", text, flags=re.S)), (
+        assert not re.search(r"(<p>|\n)\s*(\||[-*] |```|\?\?\? )", re.sub(r"<head>.*?</head>", "", text, flags=re.S)), (
             path.name
         )
 

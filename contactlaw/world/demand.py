@@ -12,20 +12,23 @@ import numpy as np
 
 from contactlaw.jit import compiling
 
-STEP, LAST, LIMIT, TWIST, ALONG = range(5)
-"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`, `elliptic.advance`."""
+STEP, LAST, LIMIT, TWIST, ALONG, READ = range(6)
+"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`, `elliptic.advance`, `state.read`."""
 
-FOUND = np.zeros(5, np.uint64)
+FOUND = np.zeros(6, np.uint64)
 """Addresses of those that have been asked for."""
 
 
 @lru_cache
 def supply(what: int) -> int:
     """The address of one of them."""
-    from contactlaw.world import elliptic, lasting, spinning, step  # which need the records that need this
+    from contactlaw.world import elliptic, lasting, spinning, state, step  # which need the records that need this
 
     if what == STEP:
         FOUND[what] = step.address_of_step()
+    elif what == READ:
+        with compiling("states that are set back", 2):
+            FOUND[what] = state.address_of_read()
     elif what == LAST:
         with compiling("contacts that last", 8):
             FOUND[what] = lasting.address()

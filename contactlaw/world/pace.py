@@ -148,8 +148,9 @@ def substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
-    if t.overlap > 0.0 and hardly_moves(c, STEADY):
-        substeps = FEWEST
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    if t.overlap > 0.0 and law.vectors > 0.0 and hardly_moves(c, STEADY):
+        substeps = FEWEST  # but where friction is rigid: what drives it then creeps by what it gains in a substep
     elif t.overlap > 0.0 and hardly_moves(c, 1.0):
         substeps = min(substeps, max(substeps / FEW, 20.0))
     longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))

@@ -61,7 +61,7 @@ def close(w, k, overlap):
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
     clear_torsion(c.torsion)
-    c.turned, c.waits = 0.0, 0.0
+    c.turned, c.waits, c.kept = 0.0, 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
     masses(c, a, b)
@@ -222,7 +222,10 @@ def advance(w, c, slot, span):
         c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
-    force.advance_contact(w, c, slot, moved, scale(1.0 / h, moved), h, c.closing_acceleration + own)
+    told = moved
+    if c.kept > 0.0:
+        told, t.before, c.kept = add(moved, load(c.missed)), c.kept, 0.0
+    force.advance_contact(w, c, slot, told, scale(1.0 / h, moved), h, c.closing_acceleration + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here

@@ -72,7 +72,7 @@ class Golf(Scene):
             way = ball.positions[entry] - ball.positions[0]
             far, radius = float(np.linalg.norm(way)), ball.size[0]
             if far > 12.0 * radius:
-                beyond = ball.positions[entry] + 2.5 * radius / far * way
+                beyond = ball.positions[entry] + 3.5 * radius / far * way
                 out.append((float(beyond[0]), float(beyond[2]) + 0.5 * radius, f"{loft}\N{DEGREE SIGN}"))
         return out
 

@@ -78,7 +78,7 @@ class Paddle(Scene):
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
         """Where the hinge is, and where the ball comes from."""
         x, _, z = recording.track("ball").positions[0]
-        return [(0.0, 0.0, "hinge of the paddle"), (x, z - recording.o.radius, "in")]
+        return [(0.0, 0.0, "hinge"), (x, z - recording.o.radius, "in")]
 
     def caption(self, recording: Recording) -> str:
         """Spin of the ball, and how fast the paddle turns after it."""

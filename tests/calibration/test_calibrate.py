@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf
+from time import process_time
 
 import numba
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 
 from contactlaw import MATERIALS, Body, calibrate, collide, contact_velocities
 from contactlaw.__main__ import main
+from contactlaw.calibration.reading import read_table
 from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST
 from contactlaw.calibration_figure import draw_calibration
 from contactlaw.pair import ContactPair
@@ -170,7 +172,7 @@ def test_unit_of_velocity_and_side_change_nothing(scale, seed, signs):
         ({"before": [1.0]}, "must be two arrays"),
         ({"before": (np.ones((2, 2)), [0.1, 0.2])}, r"shape \(2, 2\); must be \(n,\)"),
         ({"after": (None, [0.0, 0.0])}, "with a restitution"),
-        ({"after": (None, [0.0, 0.0]), "restitution": 1.5}, r"restitution = 1.5: must be in \(0, 1\]"),
+        ({"after": (None, [0.0, 0.0]), "restitution": 1.5}, r"restitution = 1.5: must be in \[1e-6, 1\]"),
         ({"restitution": 0.9}, "must be None where V_z2 was measured"),
         ({"normal_error": 0.1}, "give both, or neither"),
         ({"normal_error": 0.1, "tangential_error": 0.0}, "tangential_error: holds 0; standard deviations must be > 0"),
@@ -183,6 +185,36 @@ def test_bad_input_is_named(change, message):
     arguments = {"before": ([1.0, 1.0], [0.1, 0.2]), "after": ([0.9, 0.9], [0.0, 0.0]), "inertia_ratio": 0.4} | change
     with pytest.raises(ValueError, match=message):
         calibrate(**arguments)
+
+
+@pytest.mark.parametrize("scale", [5e-324, 1e-300, 1e-29, 1e29, 1e300])
+def test_speeds_at_the_ends_of_the_doubles_are_fitted_or_refused(scale):
+    before, after = ([scale * column for column in columns] for columns in table())
+    if not 1e-30 < scale < 1e30:
+        with pytest.raises(ValueError, match=r"must be at most 1e\+30|must be > 0"):
+            calibrate(before, after, DISK)
+        return
+    result, plain = calibrate(before, after, DISK), calibrate(*table(), DISK)
+    for name in ("friction", "stiffness_ratio", "restitution"):
+        assert getattr(result, name).value == pytest.approx(getattr(plain, name).value, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_large_file_is_read_and_fitted_at_a_million_rows_a_minute(tmp_path):
+    (z1, x1), (z2, x2) = table(np.linspace(0.3, 8.0, 500), law=True)
+    path, count = tmp_path / "many.csv", 100_000
+    rows = np.column_stack([np.tile(column, count // 500) for column in (z1, x1, z2, x2)])
+    head = "normal_before,tangential_before,normal_after,tangential_after"
+    np.savetxt(path, rows, fmt="%.6f", delimiter=",", header=head, comments="")
+    told = []
+    start = process_time()
+    columns = read_table(path, told.append)
+    normal, tangential = (
+        [columns[f"{way}_{when}"] for when in ("before", "after")] for way in ("normal", "tangential")
+    )
+    calibrate((normal[0], tangential[0]), (normal[1], tangential[1]), DISK)
+    assert process_time() - start < 60.0 * count / 1e6
+    assert len(told) >= 9 and told == sorted(told)
 
 
 def test_a_result_makes_a_pair_and_a_picture():

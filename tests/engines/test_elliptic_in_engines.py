@@ -22,8 +22,8 @@ def test_an_ellipsoid_in_mujoco() -> None:
         f"""<mujoco><option timestep="1e-3" gravity="0 0 0"/><worldbody><geom name="floor" type="plane" size="1 1 .1"/>
         <body pos="0 0 {below + GAP!r}"><freejoint/>
         <geom name="thing" type="ellipsoid" size="{half[0]} {half[1]} {below}"/>
-        <inertial pos="0 0 0" mass="{MASS}" diaginertia="{inertia} {inertia} {inertia}"/></body></worldbody>
-        </mujoco>""",
+        <inertial pos="0 0 0" mass="{MASS}" diaginertia="{inertia} {inertia} {inertia}"/></body>
+        </worldbody></mujoco>""",
         [("thing", "floor", pair)],
     )
     data, unit = mujoco.MjData(model), FRICTION / pair.kappa * SPEED

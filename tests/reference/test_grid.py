@@ -165,6 +165,7 @@ def test_sliding_and_spinning_together(k):
     assert force[2] == pytest.approx(float(exact[1]), abs=3e-3)
 
 
+@pytest.mark.slow
 def test_rings_and_grid_agree_on_a_circle():
     approach, slide = path("circle", 0.6, 2)
     expected = rings.force_along_path(approach, slide, rings=64) / P
