@@ -2,10 +2,10 @@
 
     ContactPair(steel, steel, friction=FallingFriction(0.118, 0.00995, 0.92), restitution=Viscoelastic(0.9, 1.0))
 
-They are read once for each contact, at its touch: restitution by the closing speed, friction by the sliding speed. One
-is asked for its value like a function, `Viscoelastic(0.9, 1.0)(speeds)`, and written in XML by its name and fields,
-"viscoelastic restitution=0.9 speed=1". One of your own is a frozen dataclass of numbers, or tuples of them, with a name
-and `values`.
+A contact reads them at its touch: restitution by the closing speed, friction by the sliding speed; one that lasts reads
+its friction again as it slides. One is asked for its value like a function, `Viscoelastic(0.9, 1.0)(speeds)`, and
+written in XML by its name and fields, "viscoelastic restitution=0.9 speed=1". One of your own is a frozen dataclass of
+numbers, or tuples of them, with a name and `values`.
 """
 
 from __future__ import annotations
