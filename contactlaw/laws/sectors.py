@@ -266,7 +266,7 @@ def pull_back(memory, before, limit, soft, known):
             memory[1, i, k] += back * y
     f, g, m = resultant(before)
     least = energy + work(start, (-f, -g, -m), moves) - stored(before, soft)
-    bend = stored(memory, soft)
+    bend = max(stored(memory, soft), 1e-300)  # zero where no ring is in contact any more
     rise = gain - least + bend
     share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
     share = min(max(share, 0.0), 1.0)
