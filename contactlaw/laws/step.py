@@ -20,6 +20,7 @@ def know(contact, pair, radius):
     contact.state, contact.course, contact.ratio = OPEN, PRESSED, 1.0
     contact.force, contact.f, contact.g = 0.0, 0.0, 0.0
     contact.scale, contact.reach, contact.stiffness = 0.0, 0.0, hertz_stiffness(contact)
+    contact.skew = 0.0
 
 
 @jit
@@ -42,7 +43,7 @@ def prescribe(contact, pair, deepest):
 @jit
 def ask(contact, pair, law, memory, du, dv, dt):
     """The law's tangential force, for the normal forces that the contact has; see `record.ask_force`."""
-    if contact.state == SPUN:
+    if contact.state == SPUN or contact.skew != 0.0:
         return
     if contact.friction == 0.0:
         contact.state = SLIDING
