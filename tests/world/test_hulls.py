@@ -56,7 +56,7 @@ def meeting(world, i, j):
     w = world[0]
     sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
-    return meet(sa, a, sb, b), effective_radius(sa, a, sb, b)
+    return meet(sa, a, sb, b), effective_radius(sa, a, sb, b)[0]
 
 
 def test_a_hull_reaches_as_far_as_its_points_and_its_core_a_radius_less() -> None:
