@@ -20,7 +20,6 @@ from contactlaw.mujoco_plugin.jointed import (
     find_damping,
     find_jointed,
     foresee_jointed,
-    lead_jointed,
     note_jointed,
     read_jointed,
     write_jointed,
@@ -113,7 +112,6 @@ def read_trees(m, d, head, w):
             find_damping(m, d)
             known = True
         read_jointed(m, d, head, j)
-        lead_jointed(head, j)
     return not known
 
 
