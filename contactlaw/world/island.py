@@ -10,7 +10,7 @@ from math import ceil, floor
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at
+from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.coasting import coast, land, set_out
 from contactlaw.world.geometry import meet
@@ -29,6 +29,7 @@ ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column o
 SEVERAL = 4  # closed contacts of an island; in one of more each counts for less
 LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
 SHORTEST = 1e-6  # of a substep, a remainder that is none
+JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
 TWISTS = 4  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
@@ -122,6 +123,9 @@ def run(w, bodies, pairs, t, now, until):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
     done, going, closed, rest, stirred, spacing = 0, True, 0, pairs, False, h
+    joints = False
+    for i in range(bodies):
+        joints = joints or jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
     while going:
         done += 1
         left = until - t - h
@@ -132,7 +136,7 @@ def run(w, bodies, pairs, t, now, until):
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
             land(w, pairs - rest)
             rest = pairs
-        w.twists = twists(w, closed, last or done % TWISTS == 0)
+        w.twists = twists(closed, joints or closed > w.crowd, last or done % TWISTS == 0)
         closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
         closed += pairs - rest
         going = closed > 0 and not last
@@ -168,12 +172,13 @@ def run(w, bodies, pairs, t, now, until):
 
 
 @jit_inside
-def twists(w, closed, now):
+def twists(closed, crowded, now):
     """When contacts of an island are twisted: in a crowd, or if they last, now and then; of a few in each substep.
 
-    closed: how many contacts are; now: this is one of the substeps. Sectors are for where few touch.
+    closed: how many contacts are; crowded: that is many, or joints hold bodies; now: this is one of the substeps. Sectors
+    are for where few touch.
     """
-    if closed > w.crowd:
+    if crowded:
         return NOW if now else LATER
     return EACH if now or closed <= SEVERAL else SELDOM
 
@@ -251,11 +256,19 @@ def length(w, pairs, t, until):
 def substeps_of(w, p, few):
     """Substeps that an impact of a pair should have; few: contacts of its island are closed.
 
-    In a crowd, what is damped forgets its errors; what is elastic adds them up.
+    In a crowd, and where joints hold bodies together, what is damped forgets its errors; what is elastic adds them up.
     """
+    damped = law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0
     if few:
-        return w.substeps
-    return w.crowd_substeps if law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0 else max(w.crowd_substeps, ELASTIC)
+        joints = jointed(body_at(w.bodies, p.body_a)) or jointed(body_at(w.bodies, p.body_b))
+        return w.substeps / JOINTED if damped and joints else w.substeps
+    return w.crowd_substeps if damped else max(w.crowd_substeps, ELASTIC)
+
+
+@jit_inside
+def jointed(b):
+    """Whether joints hold a body to others."""
+    return b.tree != 0 and tree_at(b.tree, 0).count > 1
 
 
 @jit_inside
