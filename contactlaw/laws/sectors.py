@@ -130,6 +130,17 @@ def advance(contact, state, memory, modulus, moved):
         if gain + held + work(was, state.missed, moves) >= energy_of(state.missed, hold):
             break
         share = 0.0
+    gain += held + work(was, state.missed, moves) - energy_of(state.missed, hold)
+    if gain < 0.0:  # within the contact's limit the spring beside has less: back, sectors and spring together
+        memory += before
+        for k in range(3):
+            state.missed[k] += was[k]
+        share = max(1.0 + gain / (stored(memory, soft) + energy_of(state.missed, hold)), 0.0)
+        for k in range(3):
+            state.missed[k] = share * state.missed[k] - was[k]
+        memory *= share
+        memory -= before
+        f, g, m = resultant(memory)
     contact.f, contact.g = carried(contact, span * (f + state.missed[0]), span * (g + state.missed[1]))
     state.moment = span * span * (m + state.missed[2]) * min(contact.force / contact.elastic, 1.0)
     state.stored = 0.5 * span / contact.g_star * (stored(memory, soft) + energy_of(state.missed, hold))
