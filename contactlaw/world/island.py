@@ -175,8 +175,8 @@ def run(w, bodies, pairs, t, now, until):
 def twists(closed, crowded, now):
     """When contacts of an island are twisted: in a crowd, or if they last, now and then; of a few in each substep.
 
-    closed: how many contacts are; crowded: that is many, or joints hold bodies; now: this is one of the substeps. Sectors
-    are for where few touch.
+    closed: how many contacts are; crowded: that is many, or joints hold bodies; now: this is one of the substeps.
+    Sectors are for where few touch.
     """
     if crowded:
         return NOW if now else LATER
