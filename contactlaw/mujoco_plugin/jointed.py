@@ -16,7 +16,7 @@ from typing import Any
 from numba import types
 
 from contactlaw.jit import address_of, compiling
-from contactlaw.memory import caller
+from contactlaw.memory import caller, load_int
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import head_at, jointed_at
 from contactlaw.mujoco_plugin.free import jit
@@ -77,7 +77,6 @@ def read_trees(m, d, head):
             smooth_derivative(types.uintp(m), types.uintp(d), 0)
             known = True
         read_jointed(m, d, head, j)
-        lead_jointed(head, j)
     return not known
 
 
@@ -162,38 +161,33 @@ def read_jointed(m, d, head, j):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
     for k in range(t.v_size):
         axis_at(t.axes, k).side = 0.0
-    t.stale = 1
-    call_with_body(t.settle, body_at(t.bodies, 0))
-    hand_over_limits(m, d, head, j, t)
+    leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
+    if leads or load_int(d + types.uintp(layout.LIMITS)) > 0:
+        t.stale = 1
+        call_with_body(t.settle, body_at(t.bodies, 0))
+        hand_over_limits(m, d, head, j, t)
+    a = floats(t.a, 0, t.v_size)
     for i in range(t.v_size):
-        v[i] = rates[i]
+        v[i] = rates[i] + (head.lag * a[i] if leads else 0.0)  # the velocities at the time of the coordinates
     t.stale = 1
 
 
 @jit
-def lead_jointed(head, j):
-    """Bring the velocities of a tree that nothing presses to the time of its coordinates."""
-    t = tree_at(world_at(head.world, 0).trees, j.tree)
-    first, pressed = body_at(t.bodies, 0), False
+def is_pressed(t):
+    """Whether something presses a body of a tree."""
+    pressed = False
     for i in range(t.count):
         pressed = pressed or body_at(t.bodies, i).pressed != 0
-    if first.asleep != 0 or pressed or head.lag == 0.0:
-        return
-    v, a = floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
-    for i in range(t.v_size):
-        v[i] += head.lag * a[i]
-    t.stale = 1
+    return pressed
 
 
 @jit
 def write_jointed(d, head, j):
     """Put a tree of which a body was touched, or that is at a limit, where the world has it."""
     t = tree_at(world_at(head.world, 0).trees, j.tree)
-    touched, pressed, asleep = False, False, body_at(t.bodies, 0).asleep != 0
+    touched, asleep = False, body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
-        b = body_at(t.bodies, i)
-        touched = touched or b.touched != 0
-        pressed = pressed or b.pressed != 0
+        touched = touched or body_at(t.bodies, i).touched != 0
     for k in range(t.v_size):
         touched = touched or axis_at(t.axes, k).side != 0.0
     if not (touched or asleep):
@@ -204,7 +198,7 @@ def write_jointed(d, head, j):
         place[i] = q[i]
     for i in range(t.v_size):
         rates[i] = 0.0 if asleep else v[i]
-    if not (pressed or asleep) and head.lag > 0.0:
+    if not (is_pressed(t) or asleep) and head.lag > 0.0:
         for i in range(t.v_size):
             v[i] = 0.0
         t.stale = 1

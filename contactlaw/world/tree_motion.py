@@ -25,7 +25,7 @@ from contactlaw.world.trees import accelerate, clear, copy, place, take_up
 from contactlaw.world.vec import add, load, norm, scale, store, sub
 
 HOLD = 4
-LONGEST_HOLD, HELD_TURN = 1e-3, 0.02  # [s], or [rad] where the tree turns slowly
+LONGEST_HOLD, HELD_TURN = 2e-3, 0.02  # [s], or [rad] where the tree turns slowly
 LARGEST_TURN = 0.1  # [rad] of a Runge-Kutta step
 LARGEST_DECAY = 0.5  # of a velocity by damping, in such a step
 STIFF = 4.0  # steps that damping may ask of a flight; then it lags
