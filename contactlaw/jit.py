@@ -15,18 +15,17 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
-from llvmlite import ir
-from llvmlite.binding import parse_assembly
 from numba.core import event
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager
+from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
-from numba.core.types import unliteral
+from numba.core.types import Dispatcher, unliteral
 
 from contactlaw.cache import Cache, lament
 
@@ -54,7 +53,7 @@ def _cache(compiled: Any, key: str) -> None:
 
 
 class _Ingredient(JITCodeLibrary):
-    """Code that goes into that of others: it is optimised and made machine code of only there, and once."""
+    """Code that goes into that of others: it is optimised, made machine code of and kept only there, and once."""
 
     def _optimize_final_module(self) -> None:
         """Left to who links it."""
@@ -75,14 +74,13 @@ class _Ingredient(JITCodeLibrary):
     def set_env(self, name: str, environment: Any) -> None:
         """What only wrappers for Python use is not there."""
 
-    def serialize_using_object_code(self) -> Any:
-        """What the cache keeps: the code for linking, and an object that is empty but for what `set_env` looks for."""
-        code, module = self._get_module_for_linking(), self._codegen._create_empty_module(self.name)
-        for name in (one.name for one in code.global_variables if one.name.startswith("_ZN08NumbaEnv")):
-            place = ir.GlobalVariable(module, ir.IntType(64), name)
-            place.linkage = "common"
-            place.initializer = ir.Constant(place.value_type, 0)  # type: ignore[assignment]
-        return self.name, "object", (self._codegen._tm.emit_object(parse_assembly(str(module))), code.as_bitcode())
+
+NEEDLESS = {
+    "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "InlineInlinables", "InlineOverloads",
+    "DeadBranchPrune", "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass", "NopythonRewrites",
+    "AnnotateTypes", "DumpParforDiagnostics",
+}  # fmt: skip
+"""Passes of numba's compiler for what no code of ours has: closures, literals that choose types, sums of arrays."""
 
 
 class _InsideCompiler(Compiler):
@@ -90,6 +88,14 @@ class _InsideCompiler(Compiler):
         """Compile for compiled code alone."""
         self.state.library = _Ingredient(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
+
+    def define_pipelines(self) -> Any:
+        """numba's, without what serves nothing here."""
+        (passes,) = super().define_pipelines()
+        kept = PassManager(passes.pipeline_name)
+        kept.passes = [one for one in passes.passes if one[0].__name__ not in NEEDLESS]
+        kept.finalize()
+        return [kept]
 
 
 INSIDE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _InsideCompiler}
@@ -106,15 +112,6 @@ def _take_any_value(dispatcher: Any, inside: Any) -> None:
     dispatcher.get_overload = inside.get_overload
 
 
-def _twin(function: Any) -> Any:
-    """The function by another name, by which numba keeps what it compiles of it."""
-    twin = FunctionType(
-        function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
-    )
-    twin.__qualname__ = function.__qualname__ + ".inside"
-    return twin
-
-
 def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
     """`jit` for code that depends on something outside too, named by the key; options: numba's.
 
@@ -124,13 +121,44 @@ def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
     def compile_lazily(function: Function) -> Function:
         dispatcher = numba.njit(error_model="numpy", **options)(function)
         if dispatcher is not function:
-            inside = numba.njit(error_model="numpy", **INSIDE, **options)(_twin(function))
             _cache(dispatcher, key)
-            _cache(inside, key)
-            _take_any_value(dispatcher, inside)
+            _take_any_value(dispatcher, numba.njit(error_model="numpy", **INSIDE, **options)(function))
         return dispatcher  # type: ignore[return-value]
 
     return compile_lazily
+
+
+class _Haste:
+    """numba while it compiles for us.
+
+    All that it makes is alive, so that no garbage is looked for; what an operator gives for numbers is found out once.
+    """
+
+    def __init__(self) -> None:
+        self.collects = False
+
+    def begin(self) -> None:
+        """From now on."""
+        self.collects = gc.isenabled()
+        gc.disable()
+        typing: Any = cpu_target.typing_context
+        resolve, known = typing.resolve_function_type, {}
+
+        def resolve_once(function: Any, args: Any, kws: Any) -> Any:
+            if kws or isinstance(function, str | Dispatcher):  # a slice cannot be a key
+                return resolve(function, args, kws)
+            key = function, args
+            if key not in known:
+                known[key] = resolve(function, args, kws)
+            return known[key]
+
+        typing.resolve_function_type = resolve_once
+
+    def end(self) -> None:
+        """As it was."""
+        del vars(cpu_target.typing_context)["resolve_function_type"]
+        if self.collects:
+            gc.enable()
 
 
 class _Said:
@@ -142,7 +170,7 @@ class _Said:
         self.depth = 0  # compilations within one another
         self.clock = threading.Thread()
         self.kept = True
-        self.collects = False
+        self.haste = _Haste()
 
     def __call__(self) -> None:
         what = self.doing[-1]
@@ -158,9 +186,8 @@ class _Said:
     def begin(self) -> None:
         """Something is being compiled from now on."""
         self()
-        if self.depth == 0:  # what the compiler makes is all alive: to look for garbage takes a tenth of the time
-            self.collects = gc.isenabled()
-            gc.disable()
+        if self.depth == 0:
+            self.haste.begin()
         self.depth += 1
         if not self.clock.is_alive():
             self.clock = threading.Thread(target=self.tick, args=(time.monotonic(),), daemon=True)
@@ -169,8 +196,8 @@ class _Said:
     def end(self) -> None:
         """It has been compiled."""
         self.depth -= 1
-        if self.depth == 0 and self.collects:
-            gc.enable()
+        if self.depth == 0:
+            self.haste.end()
 
     def tick(self, begun: float) -> None:
         """Say every other second how long it has taken."""

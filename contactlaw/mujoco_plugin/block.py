@@ -19,8 +19,8 @@ STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four ti
 
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
-    # addresses of its `records.WORLD`, of `step.find_pressed` and `find_passing`
-    world="u8", pressed="u8", passing="u8",
+    # addresses of its `records.WORLD`, of `step.find_pressed`, and of `jointed.serve` and `jointed.press`
+    world="u8", pressed="u8", serve="u8", press="u8",
     report="u8", own="u8", truth="u8",  # addresses: what tells Python; this; `instance.TRUTH`
     state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
     nq="i8", nv="i8",

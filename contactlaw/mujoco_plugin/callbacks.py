@@ -14,26 +14,18 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import c_callback
 from contactlaw.memory import load_int, load_pointer, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, jointed_at, placed_at
-from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, note, read_free, write_free
-from contactlaw.mujoco_plugin.jointed import (
-    find_damping,
-    find_jointed,
-    foresee_jointed,
-    note_jointed,
-    read_jointed,
-    write_jointed,
-)
-from contactlaw.mujoco_plugin.loads import mean_share, press
+from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, placed_at
+from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, mean_share, note, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.jointed import FIND, NOTE, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.memory import call_on_world, call_sense, field, floats, inside, place
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, look_over, notice, tell_of
 from contactlaw.mujoco_plugin.watch import edited
-from contactlaw.world.access import body_at, contact_at, near_at, tree_at, world_at
-from contactlaw.world.call import address, call_step
+from contactlaw.world.access import body_at, contact_at, near_at, world_at
+from contactlaw.world.call import address, call_read, call_step
+from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
-from contactlaw.world.records import PASSES
-from contactlaw.world.state import hole, read, write
+from contactlaw.world.state import forget, hole, write
 from contactlaw.world.vec import load, scale, store
 
 STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS, XPOS, XQUAT = (
@@ -61,12 +53,11 @@ def move(m, d, head, w, state):
     w.step = head.step_size
     for i in range(head.free_count):
         read_free(d, head, free_at(head.frees, i))
-    for i in range(head.tree_count):
-        find_jointed(d, head, jointed_at(head.trees, i))
+    trees(m, d, head, FIND)
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
     call_on_world(head.pressed, head.world)
-    if head.tree_count > 0 and read_trees(m, d, head, w) and head.free_count == 0 and head.idle != 0:
+    if trees(m, d, head, READ) and head.free_count == 0 and head.idle != 0:
         return
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
@@ -76,10 +67,15 @@ def move(m, d, head, w, state):
         keep_near(w)
     for i in range(head.free_count):
         write_free(d, head, free_at(head.frees, i))
-    for i in range(head.tree_count):
-        write_jointed(d, head, jointed_at(head.trees, i))
+    trees(m, d, head, WRITE)
     look_over(head, w)
     leave(head, w, state)
+
+
+@jit
+def trees(m, d, head, stage):
+    """Take bodies that joints hold through a stage of the step, see `jointed.serve`; False: there are none."""
+    return head.tree_count > 0 and call_trees(head.serve, m, d, head.own, stage)
 
 
 @jit
@@ -93,26 +89,6 @@ def read_placed(d, w, p):
             w.stale = 1
         b.quaternion[i] = q[i]
     set_axes(b)
-
-
-@jit
-def read_trees(m, d, head, w):
-    """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
-    for i in range(head.tree_count):
-        foresee_jointed(d, head, jointed_at(head.trees, i))
-    call_on_world(head.passing, head.world)
-    known = False
-    for i in range(head.tree_count):
-        j = jointed_at(head.trees, i)
-        t = tree_at(w.trees, j.tree)
-        if t.passes == PASSES:
-            j.there = 1
-            continue
-        if not known:
-            find_damping(m, d)
-            known = True
-        read_jointed(m, d, head, j)
-    return not known
 
 
 @jit
@@ -160,10 +136,13 @@ def take(d, head):
 def take_over(head, w, state):
     """Bring the world to a state that its own last step did not leave."""
     sound = state[TOKEN] == token_of(head, state, state.size, state.size)
-    if not sound:
+    row, dropped = state[PUSH + head.nv :], 0
+    if sound and state[TOKEN] != 0.0:
+        dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
+    else:
         for i in range(PUSH, state.size):
             state[i] = 0.0
-    dropped = read(w, state[PUSH + head.nv :])
+        forget(w)
     head.token, head.idle = state[TOKEN], 0
     if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
@@ -198,6 +177,16 @@ def leave(head, w, state):
     head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
     head.idle = 1 if w.spares == w.contact_room else 0
+
+
+@jit
+def press(head, body, arm, force, push_io):
+    """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised one."""
+    b = body_at(world_at(head.world, 0).bodies, body)
+    if 0 < body <= head.free_count:
+        press_free(b, free_at(head.frees, body - 1), arm, force, push_io)
+    elif b.tree != 0:
+        call_press(head.press, head.own, b, arm, force, push_io.ctypes.data)
 
 
 @jit
@@ -268,8 +257,7 @@ def advance(m, d, instance):
         move(m, d, head, w, state)
     for i in range(head.free_count):
         note(d, free_at(head.frees, i))
-    for i in range(head.tree_count):
-        note_jointed(d, head, jointed_at(head.trees, i))
+    trees(m, d, head, NOTE)
     if head.sense != 0:
         head.averages = 1
         call_sense(head.sense, m, d, head.own, 1)

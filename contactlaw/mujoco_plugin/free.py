@@ -9,12 +9,15 @@ gyroscopic acceleration, which is across it, energy would be gained each time, b
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
 from contactlaw.jit import jit_for
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.memory import field, floats
 from contactlaw.world.access import body_at, world_at
+from contactlaw.world.force import hardly_moves
 from contactlaw.world.motion import give, set_axes, spin_rate
 from contactlaw.world.vec import add, axpy, cross, load, norm, product, store, sub, turn_by
 
@@ -173,14 +176,27 @@ def write_free(d, head, f):
 
 
 @jit
-def press_free(head, f, arm, force, push_out):
+def mean_share(c, dt):
+    """What a closed contact will press with in the mean over the next step, over what it presses with now.
+
+    Of an impact that is going on the impulse left is m (v + u): v closing speed now, u parting speed, from
+    m u^2/2 = m v^2/2 + 2/5 P delta. Limits and equalities would hold against all of its force for a whole step.
+    """
+    t = c.touch
+    if t.force <= 0.0 or hardly_moves(c, 1.0):
+        return 1.0
+    parting = sqrt(t.closing * t.closing + 0.8 * t.force * max(t.overlap, 0.0) / t.mass)
+    return min(t.mass * (t.closing + parting) / (t.force * dt), 1.0)
+
+
+@jit
+def press_free(b, f, arm, force, push_io):
     """Add a force on a body [N], at an arm [m] from its centre of mass, to the generalised one."""
-    b = body_at(world_at(head.world, 0).bodies, f.body)
     own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
     if f.plain == 0:
         own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
         arm = add(arm, turn_by(own, load(f.offset)))
     moment = turn_by((own[0], -own[1], -own[2], -own[3]), cross(arm, force))
     for i in range(3):
-        push_out[f.v + i] += force[i]
-        push_out[f.v + 3 + i] += moment[i]
+        push_io[f.v + i] += force[i]
+        push_io[f.v + 3 + i] += moment[i]

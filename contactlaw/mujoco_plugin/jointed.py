@@ -10,17 +10,22 @@ gained, and damping may be stiff.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any
+
 from numba import types
 
-from contactlaw.memory import load_int
+from contactlaw.jit import address_of, compiling
+from contactlaw.memory import caller, load_int
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import jointed_at
+from contactlaw.mujoco_plugin.block import head_at, jointed_at
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.limits import hand_over_limits
 from contactlaw.mujoco_plugin.memory import entry, field, floats
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
-from contactlaw.world.call import call_with_body
-from contactlaw.world.records import ASKED, STAYS
+from contactlaw.world.call import BODY_TYPE, VECTOR, call_with_body
+from contactlaw.world.passing import find_passing
+from contactlaw.world.records import ASKED, PASSES, STAYS
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, norm, store, sub
 
@@ -29,13 +34,50 @@ SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
 )
 DERIVATIVE, DIAGONAL, ROWS = layout.DATA["qDeriv"], layout.MODEL["D_diag"], layout.MODEL["D_rowadr"]
 
+FIND, READ, WRITE, NOTE = range(4)
+"""Stages of a step, see `serve`."""
+
+SERVE = types.boolean(*3 * [types.uintp], types.int64)
+PRESS = types.void(types.uint64, BODY_TYPE, VECTOR, VECTOR, types.uint64)
+call_trees: Any = caller(SERVE)
+call_press: Any = caller(PRESS)
+
 smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.uintp, types.uintp, types.intc))
 
 
+def serve(m, d, block, stage):
+    """Take all trees through a stage of the step; after READ, whether the engine's own step takes them past all."""
+    head = head_at(block, 0)
+    if stage == READ:
+        return read_trees(m, d, head)
+    for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        if stage == FIND:
+            find_jointed(d, head, j)
+        elif stage == WRITE:
+            write_jointed(d, head, j)
+        else:
+            note_jointed(d, head, j)
+    return False
+
+
 @jit
-def find_damping(m, d):
-    """Let the engine find D, that of the bias forces left out."""
-    smooth_derivative(types.uintp(m), types.uintp(d), 0)
+def read_trees(m, d, head):
+    """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
+    for i in range(head.tree_count):
+        foresee_jointed(d, head, jointed_at(head.trees, i))
+    find_passing(head.world)
+    known = False
+    for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        if tree_at(world_at(head.world, 0).trees, j.tree).passes == PASSES:
+            j.there = 1
+            continue
+        if not known:  # the engine finds D, that of the bias forces left out
+            smooth_derivative(types.uintp(m), types.uintp(d), 0)
+            known = True
+        read_jointed(m, d, head, j)
+    return not known
 
 
 @jit
@@ -177,19 +219,24 @@ def note_jointed(d, head, j):
         left[t.q_size + i] = v[i]
 
 
-@jit
-def press_jointed(head, b, arm, force, push_io):
-    """Add a force on a body of a tree [N], at an arm [m] from its centre of mass, to the generalised one."""
-    t = tree_at(b.tree, 0)
-    first = 0
+def press(block, b, arm, force, push):
+    """Add a force on a body of a tree [N], at an arm [m] from its centre of mass, to the generalised one there."""
+    head, t, first = head_at(block, 0), tree_at(b.tree, 0), 0
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
         if tree_at(world_at(head.world, 0).trees, j.tree).bodies == t.bodies:
             first = j.v
     link = link_at(t.links, b.member)
-    moment = cross(add(sub(load(b.position), load(t.origin)), arm), force)
+    moment, push_io = cross(add(sub(load(b.position), load(t.origin)), arm), force), floats(push, first, t.v_size)
     k = link.first_axis + link.axes - 1
     while k >= 0:
         axis = axis_at(t.axes, k)
-        push_io[first + k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
+        push_io[k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
         k = axis.before
+
+
+@lru_cache
+def addresses() -> dict[str, int]:
+    """Of `serve` and `press`, by their names in the head, compiled where there are joints."""
+    with compiling("bodies with joints", 10):
+        return {"serve": address_of(serve, SERVE, layout.KEY), "press": address_of(press, PRESS, layout.KEY)}

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.mujoco_plugin import layout, sensors, watch
+from contactlaw.mujoco_plugin import jointed, layout, sensors, watch
 from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PUSH, SENSOR, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, instances, members
 from contactlaw.mujoco_plugin.native import Rules
@@ -23,7 +23,6 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.demand import STEP, supply
 from contactlaw.world.frames import matrix_of, product
-from contactlaw.world.passing import address_of_passing
 from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
@@ -179,7 +178,6 @@ class Model:
         addresses = self._m.plugin_stateadr
         fields = {
             "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
-            "passing": address_of_passing() if self._trees else 0,
             "report": report, "truth": truth, "body_count": self._m.nbody,
             "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
             "watch_count": len(self._seen[0]),
@@ -187,7 +185,7 @@ class Model:
             "nq": self._m.nq, "nv": self._m.nv, "free_count": len(self._frees),
             "placed_count": len(self._placed), "tree_count": len(self._trees),
             "signature": self._m.signature,
-        }  # fmt: skip
+        } | (jointed.addresses() if self._trees else {})  # fmt: skip
         for name, value in fields.items():
             head[name] = value
         supply(STEP)

@@ -13,15 +13,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.jit import jit
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
 from contactlaw.mujoco_plugin.members import Member, members
-from contactlaw.world.access import world_at
+from contactlaw.world.demand import READ, supply
 from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
-from contactlaw.world.state import read
 
 Array = NDArray[np.float64]
+_READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
 STUCK, FULL = 0.01, 1e-6  # shares of mu P
 
 
@@ -165,12 +164,6 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return out
 
 
-@jit
-def _take_over(address, row):
-    """Bring a world to a state that its own last step did not leave."""
-    read(world_at(address, 0), row)
-
-
 class View:
     """The world of an mjData: its arrays."""
 
@@ -221,6 +214,7 @@ def _head(data: mujoco.MjData, known: list[int]) -> Any:
     start = int(head["state"])
     state = data.plugin_state[start : start + int(head["own_size"])]
     if state[TOKEN] != head["token"]:
-        _take_over(head["world"], state[PUSH + int(head["nv"]) :])
+        row = state[PUSH + int(head["nv"]) :]  # not what the world's own last step left
+        _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
         head["token"] = state[TOKEN]
     return head

@@ -29,8 +29,7 @@ from contactlaw.jit import address_of, compiling
 from contactlaw.memory import load_pointer, whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import head_at, sensor_at
-from contactlaw.mujoco_plugin.free import jit
-from contactlaw.mujoco_plugin.loads import mean_share
+from contactlaw.mujoco_plugin.free import jit, mean_share
 from contactlaw.mujoco_plugin.memory import entry, field, floats, inside, place
 from contactlaw.world.access import body_at, contact_at, world_at
 from contactlaw.world.near import count_slots

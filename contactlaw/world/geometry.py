@@ -7,7 +7,7 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.world.call import ask_deepest, ask_meeting, ask_radius
 from contactlaw.world.core import deepest_on_line, nearest_on_core
-from contactlaw.world.curvature import equivalent_radius, radius_between, side_at
+from contactlaw.world.curvature import radius_between, rim, side_at
 from contactlaw.world.records import BOX, DISC, EDGE, PLANE, SEGMENT, SIDE, SPHERE
 from contactlaw.world.segments import CROWN, nearest_on_segments
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
@@ -91,23 +91,24 @@ def meet_long(sa, a, sb, b):
 
 @jit_inside
 def effective_radius(sa, a, sb, b):
-    """R [m] where two shapes are nearest: 1/R = 1/R_A + 1/R_B of spheres; see `curvature`.
+    """R [m] where two shapes are nearest, 1/R = 1/R_A + 1/R_B of spheres, and the longer axis, see `curvature`.
 
-    The rim of a cylinder has that of its edge and its own, as it has where it stands upright. Boxes count as flat.
+    Boxes count as flat.
     """
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
-        return ask_radius(sa.curve if sa.meet != 0 else sb.curve, sa, a, sb, b)
+        o = ask_radius(sa.curve if sa.meet != 0 else sb.curve, sa, a, sb, b)
+        return o[0], (o[1], o[2], o[3])
     if sa.kind == DISC:
-        return equivalent_radius(1.0 / (sa.radius + norm(load(sa.half))), 1.0 / sa.radius)
+        return rim(sa, a)
     if sa.kind == SIDE:
         along, axis = dot(load(sa.half), load(sa.normal)), (0.0, 0.0, 1.0)
         across = sqrt(dot(load(sa.half), load(sa.half)) - along * along)
         one = 0.0, 1.0 / (sa.radius + across), to_world(a.axes, load(sa.normal))
         return radius_between(one, (0.0, 1.0 / sb.half[0], to_world(b.axes, to_world(sb.axes, axis))))
     if sb.kind >= BOX:
-        return sa.radius
+        return sa.radius, (0.0, 0.0, 0.0)
     if sb.kind != SEGMENT:
-        return sa.radius * sb.radius / (sa.radius + sb.radius)
+        return sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)
     u, v = half_axis(sa, a), half_axis(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
     s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)

@@ -7,11 +7,7 @@ may be in between is some part of what the speeds change by.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
-from numba import types
-
-from contactlaw.jit import address_of, jit_inside
+from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, near_at, shape_at, tree_at, world_at
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import closing_at, greatest_closing
@@ -21,6 +17,7 @@ from contactlaw.world.vec import load, norm, sub
 DOUBT = 0.125  # of a step, times the change of a closing speed: by how much a gap may be less
 
 
+@jit_inside
 def find_passing(world):
     """Which trees pass of those that are asked about; their bodies are where they are at the end of the step.
 
@@ -54,12 +51,6 @@ def find_passing(world):
         b = body_at(w.bodies, i)
         if passes(b):
             tree_at(b.tree, 0).passes = PASSES
-
-
-@lru_cache
-def address_of_passing() -> int:
-    """Address of `find_passing`."""
-    return address_of(find_passing, types.void(types.uint64))
 
 
 @jit_inside

@@ -16,10 +16,11 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import jit, jit_inside
+from contactlaw.jit import address_of, jit, jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
+from contactlaw.world.call import A_READ
 from contactlaw.world.near import count_slots, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
 from contactlaw.world.touch import enter
@@ -174,17 +175,25 @@ def read(w, row):
         bad += 0 if lay(body_at(w.bodies, i), row[at : at + SLEEP]) else 1
         at += SLEEP
     for i in range(w.pair_count):
-        own = pair_at(w.pairs, i).ledger
-        sound = small(row[at : at + LEDGER], LEDGER)
-        for j in range(LEDGER):
-            own[j] = row[at + j] if sound else 0.0
+        if small(row[at : at + LEDGER], LEDGER):
+            take(row, at, pair_at(w.pairs, i).ledger)
         at += LEDGER
     return bad
 
 
+def read_at(w, address, count):
+    """The same of a row at an address."""
+    return read(w, carray(doubles_at(address), count))
+
+
+def address_of_read() -> int:
+    """Where `read_at` is, compiled."""
+    return address_of(read_at, A_READ)
+
+
 @jit_inside
 def forget(w):
-    """Leave no contact, nobody asleep, and no list of near pairs."""
+    """Leave no contact, nobody asleep, no list of near pairs, and nothing in the ledgers: the state of zeros."""
     w.nears = 0
     w.stale = 1
     count_slots(w)
@@ -197,6 +206,10 @@ def forget(w):
         b.asleep = 0
         b.active = 0
         store(b.held, (0.0, 0.0, 0.0))
+    for i in range(w.pair_count):
+        own = pair_at(w.pairs, i).ledger
+        for j in range(LEDGER):
+            own[j] = 0.0
 
 
 @jit_inside
@@ -246,7 +259,7 @@ def sound_touch(t):
     positive = least > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
     positive = positive and min(t.mu, t.zeta) >= 0.0
-    return phases and overlaps and forces and positive and whole
+    return phases and overlaps and forces and positive and whole and abs(t.skew) < 1.0
 
 
 @jit_inside
