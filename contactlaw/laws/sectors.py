@@ -48,7 +48,7 @@ NUMBERS = 2 * RINGS * SECTORS  # of a contact
 LEAST_SPIN = 0.02  # sigma, see `validation.reference.grid`, from which on psi_2 would be off by 2e-3 without sectors
 REST = 4.2  # fitted to the grid with nu = 0 and 0.28
 BESIDE = 0.05  # of the stuck stiffness that the whole span would have, that of the spring for what sectors miss
-ENOUGH, MOST_SWEEPS = 1e-2, 30  # of what a step adds to the forces, what the last sweep may change
+ENOUGH, MOST_SWEEPS = 2e-2, 6  # of what a step adds to the forces, what the last sweep may change
 NEAR = 0.8  # of the limit squared: such a traction counts as on its limit at the start of the step
 
 RIMS, LINE = np.arange(RINGS + 1) / RINGS, (np.arange(RINGS) + 0.5) / RINGS
@@ -195,26 +195,28 @@ def weights(soft):
 @jit_of_sums
 def give_way(memory, before, limit, soft, enough):
     """Let sectors slip until all are within their limits; returns whether all slip. before: tractions at the start."""
-    gave, parts, r, weight = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty(6), weights(soft)
-    slips = True
+    gave, parts, trial = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty((2, SECTORS))
+    slips, weight = True, weights(soft)
     for _ in range(MOST_SWEEPS):
         change, slips = 0.0, True
         for i in range(RINGS - 1, -1, -1):
             own = weight[6] * GIVE[1, i, i]
             one = 1.0 / max(GIVE[0, i, i], own, soft * GIVE[1, i, i])
             rest = one * own
+            for k in range(SECTORS):
+                trial[0, k] = memory[0, i, k] - (1.0 - rest) * gave[0, i, k]
+                trial[1, k] = memory[1, i, k] - (1.0 - rest) * gave[1, i, k]
             for m in range(6):
-                r[m] = 0.0
+                slip = 0.0
                 for j in range(RINGS):
-                    r[m] += GIVE[min(m // 2, 1), i, j] * parts[m, j]
-                r[m] = one * weight[m] * r[m] - rest * parts[m, i]
+                    slip += GIVE[min(m // 2, 1), i, j] * parts[m, j]
+                slip = one * weight[m] * slip - rest * parts[m, i]
+                for k in range(SECTORS):
+                    trial[0, k] += slip * PARTS[i, m, 0, k]
+                    trial[1, k] += slip * PARTS[i, m, 1, k]
             most = limit[i] * limit[i]
             for k in range(SECTORS):
-                x = memory[0, i, k] - (1.0 - rest) * gave[0, i, k]
-                y = memory[1, i, k] - (1.0 - rest) * gave[1, i, k]
-                for m in range(6):
-                    x += r[m] * PARTS[i, m, 0, k]
-                    y += r[m] * PARTS[i, m, 1, k]
+                x, y = trial[0, k], trial[1, k]
                 over = x * x + y * y - most
                 slips = slips and over >= 0.0
                 if over > 0.0:
@@ -266,7 +268,7 @@ def pull_back(memory, before, limit, soft, known):
             memory[1, i, k] += back * y
     f, g, m = resultant(before)
     least = energy + work(start, (-f, -g, -m), moves) - stored(before, soft)
-    bend = stored(memory, soft)
+    bend = max(stored(memory, soft), 1e-300)  # zero where no ring is in contact any more
     rise = gain - least + bend
     share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
     share = min(max(share, 0.0), 1.0)

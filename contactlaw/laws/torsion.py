@@ -8,7 +8,8 @@ Torsion alone is exact on a line of independent springs (Jaeger, Arch. Appl. Mec
     k^2 = 1 - x^2/a^2
 
 which is Lubkin's solution (J. Appl. Mech. 18, 1951): stuck 16/3 G_t a^3, slipping as a whole M_s = 3 pi/16 mu P a.
-Rings of fixed radii hold one angle each; stiffness and cap are those of the part that is in contact. What comes
+Rings of fixed radii hold one angle each; stiffness and cap are those of the part that is in contact. M is off by
+0.57/n^2 of M_s with n of them, 4e-3 with 12, as M over the angle is then made of n chords: 1e-4 takes 76. What comes
 into contact is not twisted, what leaves it takes its energy along: no load or history makes energy.
 
 Sliding and spinning together, slipping everywhere, the velocity v of the middle of the contact being s times omega a

@@ -39,7 +39,7 @@ from contactlaw import checks
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
-from contactlaw.mujoco_plugin.overlaps import warn_of_start
+from contactlaw.mujoco_plugin.overlaps import part_joined, warn_of_start
 from contactlaw.mujoco_plugin.selection import label
 from contactlaw.mujoco_plugin.spec import add_contact
 from contactlaw.mujoco_plugin.whole import put_natives
@@ -71,7 +71,8 @@ def load_model(
             friction, restitution: Of a table, a number, or a function of two materials. Without one the friction is
                 that of the geoms, by the engine's rule; the restitution is 1.
             overlaps: "warn" of geoms that lie in each other by more than a tenth of their radius where the model
-                begins, "raise", or "keep" silent. See `relax`.
+                begins, "raise", or "keep" silent. See `relax`. With "warn" bodies of one mechanism that are built into
+                each other by a tenth of their size, as a finger and its palm, touch each other no more.
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
@@ -204,6 +205,8 @@ def _read(
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
+    if natives and overlaps == "warn" and part_joined(spec, compiled):
+        compiled = _compiled(spec)
     if overlaps != "keep":
         warn_of_start(compiled, overlaps == "raise")
     return spec, compiled

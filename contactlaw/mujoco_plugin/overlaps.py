@@ -18,6 +18,7 @@ from contactlaw.mujoco_plugin.shapes import effective_radius
 from contactlaw.pair import DEEPEST, ContactWarning
 
 NAMED = 5  # pairs in a message
+INSIDE = 0.1  # of the smaller bounding sphere's radius, the depth of parts that are built into each other
 ROUNDS, SWEEPS = 30, 20
 Overlap = tuple[int, int, float]
 
@@ -80,6 +81,36 @@ def warn_of_start(model: mujoco.MjModel, refuse: bool) -> None:
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
     warnings.warn(f"{text}; they will be thrown apart, but for `relax`", ContactWarning, stacklevel=4)
+
+
+def part_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+    """Exclude contacts of bodies of one mechanism that are built into each other; whether there are any.
+
+    A finger whose root is in the palm cannot leave it, and has no normal there: it would be pressed and rubbed for
+    good. A mechanism is a tree of bodies, with the world where it stands on this without a free joint. Planes divide.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    root, weld = model.body_rootid, model.body_weldid
+    free = set(model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist())
+    said: dict[tuple[int, int], str] = {}
+    for one, two, depth in overlaps_of(model, data):
+        bodies = (int(model.geom_bodyid[one]), int(model.geom_bodyid[two]))
+        loose = {int(root[body]) for body in bodies} & free
+        joined = root[bodies[0]] == root[bodies[1]] or (0 in weld[[*bodies]] and not loose)
+        if joined and depth > INSIDE * model.geom_rbound[[one, two]].min() > 0.0:
+            said.setdefault(bodies, f"{_label(model, one)} and {_label(model, two)} by {1e3 * depth:.3g} mm")
+    every = list(spec.bodies) if said else []
+    for bodies in said:
+        ends = [next(body for body in every if body.id == number) for number in bodies]
+        for body in ends:
+            body.name = body.name or f"body{body.id}"
+        spec.add_exclude(bodyname1=ends[0].name, bodyname2=ends[1].name)
+    if said:
+        text = f"parts are built into each other: {', '.join([*said.values()][:NAMED])}"
+        more = f" and {len(said) - NAMED} more pairs" if len(said) > NAMED else ""
+        warnings.warn(f"{text}{more}; their bodies touch each other no more", ContactWarning, stacklevel=4)
+    return bool(said)
 
 
 def _close(model: mujoco.MjModel, data: mujoco.MjData, member: Member) -> Iterator[tuple[int, int]]:

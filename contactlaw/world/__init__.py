@@ -23,8 +23,8 @@ What holds, by test (`tests/world`), at any step and phase: psi_2 of single impa
 Coulomb friction (1e-4 with 64 nodes and 200 substeps); energy of elastic impacts to 3e-6 each, of tumbling bodies to
 1e-5 each; momenta to 1e-14. A body at rest falls asleep and stays still to the bit (`sleep`).
 
-What does not: contacts that last are stepped like impacts until they sleep, so a heap that settles costs five to eight
-times what an engine's own solver does (64 balls of steel); all contacts of an island have the substeps of its fastest;
+What does not: contacts that last are stepped like impacts until they sleep, so a heap that settles costs several times
+what an engine's own solver does; all contacts of an island have the substeps of its fastest;
 the overlap must stay small beside the radii (Hertz).
 
 Bodies that joints hold make a tree, which branches as it may and moves as a whole in generalised coordinates, those of

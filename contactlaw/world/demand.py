@@ -5,6 +5,11 @@ A step asks Python for the address, once in a process (`call.address`); there is
 
 from __future__ import annotations
 
+import _thread
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from ctypes import CFUNCTYPE, c_int64, c_uint64, c_void_p, cast
 from functools import lru_cache
 
@@ -41,9 +46,26 @@ def supply(what: int) -> int:
     return int(FOUND[what])
 
 
+@contextmanager
+def held_back() -> Iterator[None]:
+    """An interrupt waits until compiled code, which cannot hand it on and would jump to no address, has gone on."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+        if came:
+            threading.Timer(0.05, _thread.interrupt_main).start()
+
+
 @CFUNCTYPE(c_uint64, c_int64)
 def _supply(what: int) -> int:
-    return supply(what)
+    with held_back():
+        return supply(what)
 
 
 DEMAND = int(cast(_supply, c_void_p).value or 0)

@@ -68,7 +68,7 @@ def principal(inertia: ArrayLike) -> tuple[Array, Array]:
         raise ValueError(f"inertia: shape {value.shape}; must be one number, (3,) or (3, 3)")
     moments, axes = value if value.ndim == 1 else np.full(3, value if value.ndim == 0 else 0.0), None
     if value.ndim == 2:
-        if not np.allclose(value, value.T, rtol=1e-9, atol=0.0):
+        if not np.abs(value - value.T).max() <= 1e-9 * np.abs(value).max():
             raise ValueError(f"inertia = {value.tolist()}: must be symmetric")
         if np.count_nonzero(value - np.diag(np.diag(value))) == 0:
             moments = np.diag(value)

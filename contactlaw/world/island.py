@@ -26,6 +26,7 @@ AHEAD = 4.0  # strides of the fastest surface that two others may come nearer by
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
+SEVERAL = 4  # closed contacts of an island; in one of more each counts for less
 LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
 SHORTEST = 1e-6  # of a substep, a remainder that is none
 JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
@@ -135,7 +136,7 @@ def run(w, bodies, pairs, t, now, until):
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
             land(w, pairs - rest)
             rest = pairs
-        w.twists = twists(joints or closed > w.crowd, last or done % TWISTS == 0)
+        w.twists = twists(closed, joints or closed > w.crowd, last or done % TWISTS == 0)
         closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
         closed += pairs - rest
         going = closed > 0 and not last
@@ -159,7 +160,7 @@ def run(w, bodies, pairs, t, now, until):
                 open_up(p, c)
         stirred = coast(w, pairs - rest, (h, 0.5 * (h + following))) or news
         w.kicks += closed
-        if rest == pairs and done <= 1 and following == h and closed > 1:
+        if rest == pairs and done <= 1 and following == h and closed > SEVERAL:
             count = min(BLOCK, (until - t) / h)
             if count > LEAST_COASTED:
                 rest, spacing = set_out(w, pairs, h, count), h
@@ -171,14 +172,15 @@ def run(w, bodies, pairs, t, now, until):
 
 
 @jit_inside
-def twists(crowded, now):
-    """When contacts of an island are twisted: in a crowd, and those that last, now and then; else in each substep.
+def twists(closed, crowded, now):
+    """When contacts of an island are twisted: in a crowd, or if they last, now and then; of a few in each substep.
 
-    crowded: many are closed, or joints hold bodies; now: this is one of the substeps. Sectors are for where few touch.
+    closed: how many contacts are; crowded: that is many, or joints hold bodies; now: this is one of the substeps. Sectors
+    are for where few touch.
     """
     if crowded:
         return NOW if now else LATER
-    return EACH if now else SELDOM
+    return EACH if now or closed <= SEVERAL else SELDOM
 
 
 @jit_inside

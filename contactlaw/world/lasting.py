@@ -49,9 +49,9 @@ from contactlaw.world.equations import (
     part,
     substitute,
 )
-from contactlaw.world.force import rigid
+from contactlaw.world.force import hardly_moves, rigid
 from contactlaw.world.island import members
-from contactlaw.world.motion import follow, settle, spin_rate
+from contactlaw.world.motion import follow, give, settle, spin_rate
 from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
 from contactlaw.world.pace import loaded, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
@@ -168,10 +168,17 @@ def last(w, bodies, pairs, stages):
     begin(w, bodies, pairs)
     stage = SHARE * w.step if stages == 2 else w.step
     launch(w, stage, 0.0)
+    steady = is_steady(w, pairs)
+    if steady:
+        go_on(w, bodies, pairs, stage)
     found = solve(w, bodies, pairs, stage, stage)
     if found and stages == 2:
         add_impulses(w, pairs, w.step - stage)
         launch(w, stage, w.step - stage)
+        if steady:
+            velocity, begun = part(w, VELOCITY), part(w, BEGUN)
+            for i in range(w.unknowns):
+                velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
         found = solve(w, bodies, pairs, stage, w.step) and not changes(w, pairs)
     if found:
         add_impulses(w, pairs, stage)
@@ -241,6 +248,37 @@ def launch(w, stage, before):
     for i in range(w.unknowns):
         moved[i] = before * velocity[i]
         free[i] = begun[i] + before / stage * (velocity[i] - begun[i]) + stage * a[i]
+
+
+@jit_inside
+def is_steady(w, pairs):
+    """Whether no contact of an island moves along its normal as it begins the step: its forces hardly change then."""
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0 and not hardly_moves(contact_at(w.contacts, r.slot), 1.0):
+            return False
+    return True
+
+
+@jit_inside
+def go_on(w, bodies, pairs, stage):
+    """Look first for what loads, and contacts as they press when the step begins, make of free bodies."""
+    velocity, a = part(w, VELOCITY), part(w, ACCELERATION)
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.tree == 0 and b.unknown >= 0:
+            for j in range(b.unknown, b.unknown + 6):
+                velocity[j] += stage * a[j]
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0:
+            c = contact_at(w.contacts, r.slot)
+            for k, arm, sign in ((c.body_a, load(c.arm_a), stage), (c.body_b, load(c.arm_b), -stage)):
+                b = body_at(w.bodies, k)
+                if b.tree == 0 and b.unknown >= 0:
+                    impulse, own = scale(sign, load(c.force)), velocity[b.unknown :]
+                    store(own, axpy(b.inverse_mass, impulse, load(own)))
+                    store(own[3:], add(load(own[3:]), give(b, cross(arm, impulse))))
 
 
 @jit_inside

@@ -9,6 +9,8 @@ P, F, G and their slopes K (`force.slopes`), a step of Newton's method for a sta
 
 from __future__ import annotations
 
+from math import sqrt
+
 from contactlaw.jit import jit_inside
 from contactlaw.laws.rolling import stiffness
 from contactlaw.memory import whole_at
@@ -34,7 +36,7 @@ from contactlaw.world.touch import close, force_of, look
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
 
-FOUND = 1e-9  # of its overlap, that a contact may still move
+FOUND = 1e-9  # of its overlap and its slide, that a contact may still move
 SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
 ROUNDING = 4e-15  # of a place along the normal, the same
 
@@ -154,7 +156,8 @@ def look_at(w, r, stage):
         twist(a, scale(-stage, moment_of(c)), n, part(w, RIGHT))
         twist(b, scale(stage, moment_of(c)), n, part(w, RIGHT))
     pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
-    least = pace * FOUND * t.overlap + ROUNDING * (rounded(n, a) + rounded(n, b))
+    way = pace * t.overlap + stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
+    least = FOUND * way + ROUNDING * (rounded(n, a) + rounded(n, b))
     return not change <= least, least / stage  # NaN has moved
 
 

@@ -32,15 +32,16 @@ def look_ahead(w, now, step):
     """Look at all open pairs whose bodies have changed course or that could close now.
 
     Returns when the next one could close [s], the duration [s] of the shortest impact that is going on, and how long
-    the next window is to be [s].
+    the next window is to be [s]: the same, but in a crowd.
     """
-    first, shortest, window = NEVER, NEVER, NEVER
+    first, shortest, window, closed = NEVER, NEVER, NEVER, 0
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
             continue
         if p.closed != 0:
+            closed += 1
             c = contact_at(w.contacts, p.slot)
             time = contact_time(w, c, a, b)
             shortest = min(shortest, time)
@@ -55,7 +56,7 @@ def look_ahead(w, now, step):
             first = min(first, p.toi)
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
-    return first, shortest, window
+    return first, shortest, window if closed > w.crowd else shortest
 
 
 @jit_inside

@@ -51,11 +51,11 @@ def test_crossed_cylinders_in_pybullet() -> None:
         p.changeDynamics(bodies[0], -1, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=1e6,
                          localInertiaDiagonal=3 * [0.4 * MASS * 1e-4], physicsClientId=client)  # fmt: skip
         contact, unit = ContactCallback(client), FRICTION / pair.kappa * SPEED
-        contact.add_contact(*bodies, pair)
+        contact.add_contact(bodies[0], bodies[1], pair)
         p.resetBaseVelocity(bodies[0], (*(unit * PSI), -SPEED), physicsClientId=client)
         for _ in range(STEPS):
             contact.step()
-        v, w = p.getBaseVelocity(bodies[0], client)
+        v, w = p.getBaseVelocity(bodies[0], physicsClientId=client)
     finally:
         p.disconnect(client)
     assert v[2] == pytest.approx(SPEED, rel=1e-3)

@@ -182,6 +182,28 @@ def test_overlaps_at_the_start_are_said_with_their_geoms():
         load_model(START, [("*", "*", SOFT)], overlaps="kep")
 
 
+SLIDE = '<joint type="slide" axis="1 0 0"/>'
+GRIPPER = f"""<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="palm" pos="0 0 .3"><geom name="palm" type="box" size=".05 .02 .02"/></body>
+<body name="finger" pos="0 0 .27">{SLIDE}<geom name="finger" type="box" size=".01 .01 .03" mass=".1"/></body>
+<body pos=".5 0 .1"><freejoint/><geom name="box" type="box" size=".05 .05 .05"/></body></worldbody></mujoco>"""
+
+
+def test_parts_that_are_built_into_each_other_do_not_touch():
+    """A finger slides in its palm as if that were not there, and the floor holds what falls; one that is free is not
+    part of the mechanism, and one that begins deep in the law's contact may be asked for."""
+    with pytest.warns(ContactWarning, match="built into each other: 'palm' and 'finger' by .* mm; their bodies touch"):
+        model = load_model(GRIPPER, [("*", "*", SOFT)])
+    data = mujoco.MjData(model)
+    data.qvel[0] = 0.1
+    mujoco.mj_step(model, data, 250)
+    assert data.qpos[0] == pytest.approx(0.05, rel=1e-9)
+    assert data.qpos[3] > 0.045
+    assert load_model(GRIPPER, [("*", "*", SOFT)], overlaps="keep").nexclude == 0
+    with pytest.warns(ContactWarning, match="geoms lie in each other"):
+        assert load_model(GRIPPER.replace(SLIDE, "<freejoint/>"), [("*", "*", SOFT)]).nexclude == 0
+
+
 def test_relax_moves_things_apart_until_they_touch():
     model = load_model(START, [("*", "*", SOFT)], overlaps="keep")
     data = mujoco.MjData(model)

@@ -53,14 +53,14 @@ class Models(Case):
     def table(self, data: Data) -> Table:
         """A row a package, then a row a model."""
         rows: list[dict[str, Any]] = data["rows"]
-        heads = ["model", "dofs", "native step [us]", "cost", "unstable, law / native", "gained, law / native"]
+        heads = ["model", "dofs", "ran [s]", "native step [us]", "cost", "unstable, law / native", "gain, law / native"]
         table = Table(heads)
         for package in dict.fromkeys(row["package"] for row in rows):
             own = [row for row in rows if row["package"] == package]
             costs = [row["cost"] for row in own if "cost" in row]
-            said = f"{own[0]['versions']}: {len(own)} models, {own[0]['seconds']:g} s each"
+            said = f"{own[0]['versions']}: {len(own)} models, {len(own) - len(costs)} refused or not finished"
             said += f"; {data['left'][package]} files not examined" if data["left"][package] else ""
-            table.rows.append([said, "", "median", f"{median(costs):.2f}" if costs else "", "", ""])
+            table.rows.append([said, "", "", "median", f"{median(costs):.2f}" if costs else "", "", ""])
             table.rows.extend(_words(row) for row in own)
         return table
 
@@ -68,9 +68,9 @@ class Models(Case):
 def _words(row: dict[str, Any]) -> list[str]:
     name = f"{row['package']}/{row['name']}"
     if "failed" in row:
-        return [name, "", "", row["failed"], "", ""]
+        return [name, "", "", "", row["failed"], "", ""]
     law, native = row["law"], row["native"]
     return [
-        name, str(row["dofs"]), f"{native['us']:.0f}", f"{row['cost']:.2f}",
+        name, str(row["dofs"]), f"{row['seconds']:.3g}", f"{native['us']:.0f}", f"{row['cost']:.2f}",
         f"{law['unstable']} / {native['unstable']}", f"{law['gain']:.3f} / {native['gain']:.3f}",
     ]  # fmt: skip
