@@ -48,12 +48,12 @@ def files(package: str) -> Iterator[Path]:
 
 
 def with_law(source: str) -> Any:
-    """A model with the law for all its contacts but of parts that are built into each other."""
+    """A model with the law for all its contacts."""
     from contactlaw import MATERIALS, ContactPair
     from contactlaw.mujoco_plugin import load_model
 
     pair = ContactPair(MATERIALS["rubber"], MATERIALS["steel"], friction=0.8, restitution=0.5)
-    return load_model(source, [("*", "*", pair)], overlaps="exclude")
+    return load_model(source, [("*", "*", pair)])
 
 
 def compiled() -> None:
