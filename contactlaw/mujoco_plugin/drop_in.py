@@ -48,7 +48,7 @@ from contactlaw.world.sets import groups
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
-OVERLAPS = ("warn", "keep", "raise")
+OVERLAPS = ("warn", "keep", "raise", "exclude")
 
 
 def load_model(
@@ -71,8 +71,8 @@ def load_model(
             friction, restitution: Of a table, a number, or a function of two materials. Without one the friction is
                 that of the geoms, by the engine's rule; the restitution is 1.
             overlaps: "warn" of geoms that lie in each other by more than a tenth of their radius where the model
-                begins, "raise", or "keep" silent. See `relax`. With "warn" bodies of one mechanism that are built into
-                each other by a tenth of their size, as a finger and its palm, touch each other no more.
+                begins, "raise", or "keep" silent. See `relax`. "exclude": bodies of one mechanism that are built into
+                each other by a tenth of their size, as a finger and its palm, do not touch; of others "warn".
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
@@ -205,7 +205,7 @@ def _read(
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
-    if natives and overlaps == "warn" and part_joined(spec, compiled):
+    if overlaps == "exclude" and part_joined(spec, compiled):
         compiled = _compiled(spec)
     if overlaps != "keep":
         warn_of_start(compiled, overlaps == "raise")

@@ -80,7 +80,9 @@ def warn_of_start(model: mujoco.MjModel, refuse: bool) -> None:
     text = f"geoms lie in each other where the model begins: {', '.join(found[:NAMED])}{more}"
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
-    warnings.warn(f"{text}; they will be thrown apart, but for `relax`", ContactWarning, stacklevel=4)
+    warnings.warn(
+        f"{text}; they will be thrown apart, but for `relax` or overlaps = 'exclude'", ContactWarning, stacklevel=4
+    )
 
 
 def part_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
@@ -109,7 +111,7 @@ def part_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     if said:
         text = f"parts are built into each other: {', '.join([*said.values()][:NAMED])}"
         more = f" and {len(said) - NAMED} more pairs" if len(said) > NAMED else ""
-        warnings.warn(f"{text}{more}; their bodies touch each other no more", ContactWarning, stacklevel=4)
+        warnings.warn(f"{text}{more}; their bodies do not touch", ContactWarning, stacklevel=4)
     return bool(said)
 
 
