@@ -145,7 +145,7 @@ class _Haste:
         resolve, known = typing.resolve_function_type, {}
 
         def resolve_once(function: Any, args: Any, kws: Any) -> Any:
-            if kws or isinstance(function, Dispatcher):
+            if kws or isinstance(function, str | Dispatcher):  # a slice cannot be a key
                 return resolve(function, args, kws)
             key = function, args
             if key not in known:

@@ -1,8 +1,5 @@
 """Make the plugin known to MuJoCo, once for each process."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import ctypes
