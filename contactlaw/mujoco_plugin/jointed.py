@@ -293,5 +293,5 @@ def hand_over(m, d, head, j, row):
 @lru_cache
 def addresses() -> dict[str, int]:
     """Of `serve` and `press`, by their names in the head, compiled where there are joints."""
-    with compiling("bodies with joints", 10):
+    with compiling("bodies with joints", 5):
         return {"serve": address_of(serve, SERVE, layout.KEY), "press": address_of(press, PRESS, layout.KEY)}

@@ -14,7 +14,7 @@ from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import SENSOR_SYMBOLS
 
-COMPILE_TIME = 30  # [s]
+COMPILE_TIME = 20  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",
