@@ -54,7 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("psi_1", type=float, nargs="+", help="before the impact")
     one.add_argument("--chi", type=float, default=1.256, help="(kappa/2) m_N/m_T; default: the paper's steel puck")
     one.add_argument("--law", default="microslip", help=" | ".join(LAWS))
-    one.add_argument("--restitution", type=float, default=1.0, help="in (0, 1]")
+    one.add_argument("--restitution", type=float, default=1.0, help="in [1e-6, 1]")
     one.add_argument("--json", action="store_true", help="one JSON object")
 
     one = command("pair", _pair, "what the law makes of two materials: moduli, kappa, and an impact's time and force")

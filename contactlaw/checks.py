@@ -41,9 +41,14 @@ def not_negative(name: str, value: Any) -> float:
     return number(name, value, "finite and >= 0", low=0.0, high=LARGEST)
 
 
+LEAST_RESTITUTION = 1e-6  # 0 would need infinite damping; far below, the damped oscillator loses its digits
+RESTITUTIONS = "in [1e-6, 1]"
+SPEEDS = 1e-30, 1e30  # [m/s], beyond which powers of them are no numbers
+
+
 def restitution(name: str, value: Any) -> float:
-    """Return a restitution coefficient; 0 would need infinite damping and is refused."""
-    return number(name, value, "in (0, 1]", low=0.0, high=1.0, open_low=True)
+    """Return a restitution coefficient."""
+    return number(name, value, RESTITUTIONS, low=LEAST_RESTITUTION, high=1.0)
 
 
 def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:

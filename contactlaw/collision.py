@@ -145,6 +145,10 @@ def collide(
 
     sliding = _plus(relative, approach, n)
     speed = hypot(*sliding)
+    least, most = checks.SPEEDS
+    if approach < least or not max(approach, speed) <= most:
+        raise ValueError(f"velocity: the surfaces meet at {approach:g} m/s and slide at {speed:g} m/s; must be in "
+                         f"[{least:g}, {most:g}]")  # fmt: skip
     along = (sliding[0] / speed, sliding[1] / speed, sliding[2] / speed) if speed > 0.0 else _any_tangent(n)
     pair = pair.at(approach, speed)
     chi = pair.chi(mass, tangential_mass)

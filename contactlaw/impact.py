@@ -46,7 +46,7 @@ def rebound(
         chi: (kappa/2) m_N/m_T, > 0.
         law: Name in `LAWS`, or a law. One with numbers in SI units sees the scaled impact, m = V_z1 = 1 and P =
             delta^1.5.
-        restitution: e, in (0, 1].
+        restitution: e, in [1e-6, 1].
         steps: Steps per impact; None: from chi, 128 to 1024. `coulomb` takes none.
         threads: How many threads share a large batch, >= 1; the results do not depend on it.
 
@@ -73,8 +73,9 @@ def rebound(
         raise ValueError(f"{shapes}: must be shapes that broadcast together") from None
     if (c <= 0.0).any():
         raise ValueError(f"chi = {c[c <= 0.0].flat[0]}: must be > 0")
-    if ((e <= 0.0) | (e > 1.0)).any():
-        raise ValueError(f"restitution = {e[(e <= 0.0) | (e > 1.0)].flat[0]}: must be in (0, 1]")
+    if ((e < checks.LEAST_RESTITUTION) | (e > 1.0)).any():
+        wrong = e[(e < checks.LEAST_RESTITUTION) | (e > 1.0)].flat[0]
+        raise ValueError(f"restitution = {wrong}: must be {checks.RESTITUTIONS}")
     out = _grouped(psi.ravel(), c.ravel(), e.ravel(), rule, steps, threads).reshape(psi.shape)
     return out if psi.ndim else float(out)
 
@@ -85,8 +86,8 @@ def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int |
         raise ValueError(f"psi_1: holds {psi_1}; every value must be finite")
     if not 0.0 < chi < inf:
         raise ValueError(f"chi = {chi}: must be finite and > 0")
-    if not 0.0 < restitution <= 1.0:
-        raise ValueError(f"restitution = {restitution}: must be in (0, 1]")
+    if not checks.LEAST_RESTITUTION <= restitution <= 1.0:
+        raise ValueError(f"restitution = {restitution}: must be {checks.RESTITUTIONS}")
     chi_class = bisect_left(CHI_BOUNDS, chi)
     return float(_group(np.array([psi_1]), np.array([chi]), restitution, chi_class, law, steps)[0])
 

@@ -2,10 +2,10 @@
 
     ContactPair(steel, steel, friction=FallingFriction(0.118, 0.00995, 0.92), restitution=Viscoelastic(0.9, 1.0))
 
-They are read once for each contact, at its touch: restitution by the closing speed, friction by the sliding speed. One
-is asked for its value like a function, `Viscoelastic(0.9, 1.0)(speeds)`, and written in XML by its name and fields,
-"viscoelastic restitution=0.9 speed=1". One of your own is a frozen dataclass of numbers, or tuples of them, with a name
-and `values`.
+A contact reads them at its touch: restitution by the closing speed, friction by the sliding speed; one that lasts reads
+its friction again as it slides. One is asked for its value like a function, `Viscoelastic(0.9, 1.0)(speeds)`, and
+written in XML by its name and fields, "viscoelastic restitution=0.9 speed=1". One of your own is a frozen dataclass of
+numbers, or tuples of them, with a name and `values`.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Viscoelastic(OverSpeed):
     Source: Mueller & Poeschel, Phys. Rev. E 84 (2011) 021302; the contact ends where its force does.
 
     Attributes:
-        restitution: e in (0, 1] at
+        restitution: e in [1e-6, 1] at
         speed: an approach speed [m/s].
     """
 
@@ -106,7 +106,7 @@ class Plastic(OverSpeed):
 
     Attributes:
         yield_speed: v_y [m/s], at which the middle of the contact begins to yield.
-        below: e of slower impacts, in (0, 1], as other losses make it; a factor above. With 1 they bounce for ever.
+        below: e of slower impacts, in [1e-6, 1], as other losses make it; a factor above. With 1 they bounce for ever.
     """
 
     name = "plastic"

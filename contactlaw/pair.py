@@ -31,7 +31,7 @@ class ContactPair:
     Attributes:
         a, b: The materials, or their names in `MATERIALS`; at most one rigid.
         friction: Coulomb coefficient mu, >= 0; or one over the sliding speed, from `contactlaw.losses`.
-        restitution: e, in (0, 1], the same at any speed; or one over the approach speed, from `contactlaw.losses`.
+        restitution: e, in [1e-6, 1], the same at any speed; or one over the approach speed, from `contactlaw.losses`.
         radius: Effective radius R [m], 1/R = 1/R_A + 1/R_B; None: read from the geoms.
         law: Name in `LAWS`, with fields after it where they are not the defaults ("microslip node_count=32"), or a law.
         stiffness_ratio: kappa = k_T/k_N; None: from the materials, G*/E*.

@@ -43,7 +43,11 @@ def draw_animation(
     for one, panel in zip(axes, panels, strict=True):
         if not panel.marks_move:
             marks(one, panel)
-    speed = "as fast as life" if slow == 1.0 else f"{slow:g} times slower than life"
+    speed = (
+        "as fast as life"
+        if slow == 1.0
+        else f"{max(slow, 1.0 / slow):g} times {'slow' if slow > 1.0 else 'fast'}er than life"
+    )
     note(axes[-1], f"{speed}; half of each body is dark")
     figure.set_dpi(dpi)
     canvas = FigureCanvasAgg(figure)

@@ -94,7 +94,7 @@ def run_scene(scene: Scene, values: Mapping[str, Any]) -> None:
     """Run a scene with the values of its command, print its figures and checks, make its pictures."""
     settings = settings_of(scene, values)
     recording = show.run(scene, settings)
-    measured = scene.measure(recording)
+    measured = show.measure(scene, recording)
     if values["as_json"]:
         print(json.dumps(measured))
     else:

@@ -59,9 +59,12 @@ def main_job(console: Console, out: Path) -> int:
     for material in SURFACES:
         console.print(_table(material, [result for result in in_table if result.material == material]))
     if importlib.util.find_spec("matplotlib"):
-        from sims.draw import draw_rebounds
+        with bar() as progress:
+            progress.add_task("picture", total=None)
+            from sims.draw import draw_rebounds
 
-        console.print(f"picture: {draw_rebounds(drawn, FINE_PSI_1, curves, out / 'rebounds.png')}")
+            file = draw_rebounds(drawn, FINE_PSI_1, curves, out / "rebounds.png")
+        console.print(f"picture: {file}")
     else:
         console.print("[yellow]matplotlib is not installed: no picture (pip install 'contactlaw\\[plot]')[/]")
     failed = [message for result in results if (message := _failure(result))]

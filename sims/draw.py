@@ -36,8 +36,8 @@ def draw_rebounds(
         here = [result for result in results if result.material == material]
         one = here[0]
         rigid = rebound(psi_1, one.chi, "coulomb", one.restitution)
-        axis.axhline(0.0, color="black", linewidth=0.6)
-        axis.plot(psi_1, rigid, color=GREY, linestyle=(0, (6, 3)), label="rigid theory (Coulomb)")
+        axis.axhline(0.0, color="#bbbbbb", linewidth=0.6)
+        axis.plot(psi_1, rigid, color=GREY, linewidth=2.0, linestyle=(0, (6, 3)), label="rigid theory (Coulomb)")
         axis.plot(psi_1, curve, color="black", linewidth=1.6, label="reference: annulus solver")
         for (engine, law), (marker, colour, name) in MARKERS.items():
             points = [(r.psi1, r.psi2) for r in here if (r.engine, r.law) == (engine, law)]

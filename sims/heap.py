@@ -89,6 +89,19 @@ def support(world: Any) -> float:
     ))  # fmt: skip
 
 
+def build_times(count: int) -> dict[str, float]:
+    """Processor time to add balls and compile the model, and to make an MjData of it [s]."""
+    import mujoco
+
+    times = [process_time()]
+    world = poured(Settings("mujoco"), count)
+    model = world.spec.compile()
+    times.append(process_time())
+    mujoco.MjData(model)  # type: ignore[attr-defined]
+    times.append(process_time())
+    return {"model": times[1] - times[0], "data": times[2] - times[1]}
+
+
 def costs(count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT) -> dict[str, Any]:
     """Processor time of a drop in MuJoCo, by the law and natively with each solver; see `timed`."""
     made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch, o=o)}

@@ -38,13 +38,24 @@ def of_ball(
     radius: float | None, friction: float | None, restitution: float | None, mass: float | None = None
 ) -> dict[str, Option]:
     """What is told of any ball and its contact; mass None: that of a ball of the material."""
+    return of_contact(friction, restitution) | {
+        "mass": Option(mass, "of a ball, in kg" + ("" if mass else "; default: by radius and material"), 1e-6, 1e4),
+        "radius": Option(radius, "of a ball, in m", 1e-4, 1.0),
+    }
+
+
+def of_contact(friction: float | None, restitution: float | None) -> dict[str, Option]:
+    """What is told of any contact; None: by the material."""
     by = "; default: by the material" if friction is None else ""
     return {
         "friction": Option(friction, f"mu of the contact{by}", 1e-3, 10.0),
         "restitution": Option(restitution, f"of the contact{by}", 0.02, 1.0),
-        "mass": Option(mass, "of a ball, in kg" + ("" if mass else "; default: by radius and material"), 1e-6, 1e4),
-        "radius": Option(radius, "of a ball, in m", 1e-4, 1.0),
     }
+
+
+def seconds(default: float, least: float = 0.1, most: float = 60.0) -> Option:
+    """Of a scene that may go on."""
+    return Option(default, "how long it is watched, in s", least, most)
 
 
 def speed(default: float, text: str) -> Option:

@@ -13,6 +13,18 @@ Polygon = tuple[Array, str]
 """Corners [m], shape (n, 2), and the tone: `LIGHT` and `DARK` are filled, `EDGE` is a line around."""
 
 
+def reach_of(track: Track) -> Array:
+    """How far a body goes from its middle along each axis of the world [m], shape (n, 3)."""
+    size, turns = np.array(track.size), np.abs(track.rotations)
+    if track.shape in ("ball", "disc"):
+        return np.full(track.positions.shape, size[0])
+    if track.shape == "box":
+        return turns @ size
+    axis = turns[:, :, 2]
+    across = np.sqrt(np.clip(1.0 - axis**2, 0.0, None)) if track.shape == "cylinder" else np.ones_like(axis)
+    return size[0] * across + size[1] * axis
+
+
 def polygons_of(track: Track, entry: int, view: tuple[int, int]) -> list[Polygon]:
     """A body at one entry of its track.
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sims.outlines import DARK, EDGE, LIGHT, polygons_of, scenery_of
+from sims.outlines import DARK, EDGE, LIGHT, polygons_of, reach_of, scenery_of
 from sims.recording import Array, Recording
-from sims.scene import NATIVE_DAMPED, NATIVES, NONE, Mark, Scene
+from sims.scene import NATIVE, NATIVE_DAMPED, NATIVES, NONE, Mark, Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,13 +27,15 @@ TONES = {
 }
 """Colours of bodies by what moves them; dark and light differ in grey too."""
 GROUND, TABLE, FLOOR, NOTES = "#8c8c8c", "#cfcfcf", "#ececec", "#444444"
-NARROWEST, ALONE = 2.4, 5.6  # [in], of a panel beside others, or with the whole width
+NARROWEST, ALONE = 3.0, 5.6  # [in], of a panel beside others, or with the whole width
 BELOW = 0.1  # room for a mark, of the height
 TITLES = 0.55  # [in], over a panel
 MARGIN = np.array([0.03, 0.1])  # around what is shown, of its width and height
 LARGER = 0.6  # share of the width that a panel must do with, to be drawn larger
 WIDE = 1.3  # width over height from which panels stand above each other
 MOST_WIDTH, MOST_HEIGHT = 9.0, 9.0  # of a figure [in]
+SETTINGS = {NATIVE: "restitution (solref)", NATIVE_DAMPED: "friction (elliptic cone, solreffriction)"}
+"""What MuJoCo's own contact is set for."""
 ENGINE_NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet", NONE: "its own world"}
 
 
@@ -71,9 +73,8 @@ def title_of(scene: Scene, recording: Recording) -> str:
     engine, law = ENGINE_NAMES[recording.facts["engine"]], recording.facts["law"]
     title = f"contactlaw in {engine}" + ("" if "microslip" in law else f", law {law}")
     if law in NATIVES:
-        damped = "friction (elliptic cone, solreffriction)"
-        aim = f", set for {damped if law == NATIVE_DAMPED else 'restitution (solref)'}"
-        title = f"{engine}'s own contact" + (aim if scene.beside_damped and engine == "MuJoCo" else "")
+        several = scene.beside_damped and engine == "MuJoCo"
+        title = f"{engine}'s own, set for {SETTINGS[law]}" if several else f"{engine}'s own contact"
     return f"{title}, {1e3 * recording.facts['timestep']:.3g} ms"
 
 
@@ -91,9 +92,9 @@ def extent(panels: Sequence[Panel], until: float) -> Array:
         recording = panel.recording
         here = recording.times <= until
         for track in recording.tracks:
-            reach = track.size[0] if track.shape in ("ball", "disc") else float(np.linalg.norm(track.size))
-            flat = track.positions[here][:, list(recording.view)]
-            bounds.append([*(flat.min(axis=0) - reach), *(flat.max(axis=0) + reach)])
+            view = list(recording.view)
+            flat, reach = track.positions[here][:, view], reach_of(track)[here][:, view]
+            bounds.append([*(flat - reach).min(axis=0), *(flat + reach).max(axis=0)])
         bounds += [[x, y, x, y] for x, y, _ in panel.marks if not panel.marks_move and np.isfinite([x, y]).all()]
     low, high = np.min(bounds, axis=0)[:2], np.max(bounds, axis=0)[2:]
     lows = [low[1] if panel.marks_move else y for panel in panels for _, y, _ in panel.marks]

@@ -28,6 +28,13 @@ def run(scene: Scene, settings: Settings) -> Recording:
         return scene.run(replace(settings, progress=lambda part: progress.update(task, completed=part)))
 
 
+def measure(scene: Scene, recording: Recording) -> Measured:
+    """The figures of a recording, beside their reference, behind a bar."""
+    with bar() as progress:
+        progress.add_task(f"figures of {scene.name}", total=None)
+        return scene.measure(recording)
+
+
 def figures(measured: Measured) -> None:
     """Plain figures as one table, each list of like objects as a table of its own."""
     plain = Table("quantity", "value", "unit")
@@ -106,7 +113,7 @@ def show_all(scenes: Sequence[Scene], out: Path) -> int:
             settings = Settings(engine)
             recording = run(scene, settings)
             console.print(f"{engine}, step {1e3 * float(recording.facts['timestep']):.3g} ms")
-            held &= checks(scene.check(scene.measure(recording)))
+            held &= checks(scene.check(measure(scene, recording)))
             first = first or (settings, recording)
         if first and drawing:
             pictures(scene, *first, out / f"{scene.name}.png", out / f"{scene.name}.gif", engines)

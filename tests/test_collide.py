@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from math import inf, nan
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from contactlaw import LAWS, MATERIALS, Body, ContactPair, Impact, collide, rebound
+from contactlaw import LAWS, MATERIALS, Body, ContactPair, ContactWarning, Impact, collide, rebound
 from contactlaw.laws.microslip import Microslip
 
 STEEL = MATERIALS["steel"]
@@ -333,3 +334,30 @@ def test_nodes_follow_chi(chi: float) -> None:
     impact = collide(pair, Body(0.5, 0.025, inertia=inertia, velocity=(0.5, 0.0, -1.0)), steps=2000)
     assert impact.chi == pytest.approx(chi)
     assert impact.psi_2 == pytest.approx(rebound(impact.psi_1, chi, law=Microslip(128), steps=4000), abs=5e-3)
+
+
+@pytest.mark.parametrize("speed", [5e-324, 1e-300, 1e-29, 1e29, 1e300])
+def test_speeds_at_the_ends_of_the_doubles_are_served_or_refused(speed):
+    """Angles of rebound do not depend on the speed."""
+    pair = ContactPair("steel", "steel", friction=0.1, restitution=0.9)
+
+    def thrown(speed):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ContactWarning)
+            return collide(pair, Body(mass=1.0, radius=0.02, velocity=(0.2 * speed, 0.0, -speed)))
+
+    if 1e-30 < speed < 1e30:
+        assert thrown(speed).psi_2 == pytest.approx(thrown(1.0).psi_2, rel=1e-9)
+    else:
+        with pytest.raises(ValueError, match="velocity: the surfaces meet at"):
+            thrown(speed)
+
+
+@pytest.mark.parametrize("e", [5e-324, 1e-300, 1e-7, 1e-6, 1.0 - 2.0**-53])
+def test_restitutions_at_the_ends_of_their_range_are_served_or_refused(e):
+    if e < 1e-6:
+        with pytest.raises(ValueError, match=r"restitution = .*: must be in"):
+            rebound(1.0, 1.2, restitution=e)
+        return
+    near = 1.0 if e > 0.5 else 1e-4  # what it hardly differs from
+    assert rebound(1.0, 1.2, restitution=e) == pytest.approx(rebound(1.0, 1.2, restitution=near), abs=5e-3)

@@ -87,6 +87,7 @@ def test_stamp_changes_with_a_new_or_renamed_source(copy_of_package: Path) -> No
 
 
 @pytest.mark.heavy
+@pytest.mark.slow
 def test_cached_machine_code_notices_an_edit_in_another_file(copy_of_package: Path) -> None:
     """time_of_phases of normal_motion.py calls phase_point of oscillator.py: twice the y is 2^-0.2 of the time."""
     code = (

@@ -25,6 +25,7 @@ print({"inner": inner, "one": one, "other": other}[sys.argv[1]](1.0))
 
 
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled")
+@pytest.mark.slow
 def test_what_is_taken_in_is_kept_with_who_takes_it(tmp_path: Path) -> None:
     file = tmp_path / "functions.py"
     file.write_text(SOURCE)

@@ -140,6 +140,32 @@ def test_page_follows_its_sliders_in_a_browser(tmp_path: Path) -> None:
         assert all(drawn)
 
 
+def test_what_to_try_happens_where_the_page_says() -> None:
+    """For its own throws: where the ball goes on, where it slides throughout, where rigid friction is right."""
+    throws = (PLAY / "play.js").read_text(encoding="utf-8")
+    page = " ".join((PLAY.parent / "playground.md").read_text(encoding="utf-8").split())
+    number = r"(-?[\d.]+)"
+
+    def throw(name: str) -> tuple[float, float, float, float, ContactPair, float]:
+        found = re.search(rf'{name}: \[{", ".join([number] * 5)}, "(.*?)"\]', throws)
+        assert found is not None
+        angle, speed, spin, friction, e = map(float, found.groups()[:5])
+        pair = ContactPair(found[6], found[6], friction=friction, restitution=e)
+        return speed * sin(angle * pi / 180), speed * cos(angle * pi / 180), spin, e, pair, pair.chi(1.0, 1.0 / 3.5)
+
+    along, down, spin, e, pair, chi = throw("superball")
+    friction = along / ((1 + e) * down)  # what gross slip takes is all that there was
+    assert f"friction down: below {friction:.2f} the ball slides to the end and goes on forwards" in page
+    slip = pair.kappa / friction * (along - 0.025 * spin) / down
+    assert slip > 2 * chi * (1 + e) - e, "it slides throughout"
+
+    *_, spin, e, pair, chi = throw("steel")
+    limits = (2 * chi * (1 + e) - e, 2 * chi * (1 + e))
+    slides, rigid = (f"{np.degrees(np.arctan(pair.friction / pair.kappa * psi)):.0f}" for psi in limits)
+    assert spin == 0
+    assert f"from {slides} degrees on it slides throughout, and from {rigid} degrees on rigid friction is right" in page
+
+
 def test_materials_are_those_of_the_package() -> None:
     told = run("console.log(JSON.stringify(law.MATERIALS));")
     assert isinstance(told, dict) and len(told) > 3

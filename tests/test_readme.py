@@ -29,6 +29,19 @@ def test_code_runs_as_it_stands(code, no_other_client):
     exec(compile(code, "README.md", "exec"), {})
 
 
+@pytest.mark.parametrize("code", BLOCKS)
+def test_an_example_has_eight_lines_at_most_beside_its_imports(code):
+    lines = [line for line in code.splitlines() if line and "import " not in line]
+    assert len(lines) <= 8
+
+
+def test_what_a_newcomer_must_know_is_said():
+    """How long tests take and how to leave slow ones out; that the plugin is imported first, in workers too."""
+    text = " ".join(TEXT.split())
+    assert "-m 'not slow'" in text and "less than 5 minutes on two cores" in text
+    assert "where `contactlaw.mujoco_plugin` has been imported before" in text and "workers of a pool" in text
+
+
 def test_links_lead_somewhere():
     for target in re.findall(r"\]\(([^)#]+)\)", TEXT):
         assert (Path(__file__).parent.parent / target).exists(), target

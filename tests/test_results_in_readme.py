@@ -1,4 +1,4 @@
-"""The README's table of results comes from the saved results, shows the worst, and says what is not measured."""
+"""The tables of README and guide come from the saved results, show the worst, and say what is not measured."""
 
 from __future__ import annotations
 
@@ -103,34 +103,40 @@ def test_a_run_that_is_not_sane_has_no_figures(tmp_path, monkeypatch):
 def test_a_run_into_the_projects_own_folder_writes_the_block_and_nothing_else(tmp_path, monkeypatch):
     monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
     monkeypatch.setattr(runner, "find_cases", lambda: {"sample": Sample()})
-    monkeypatch.setattr(runner, "README", tmp_path / "README.md")
+    monkeypatch.setattr(readme, "COSTS", readme.ROWS)
+    monkeypatch.setattr(runner, "ROOT", tmp_path)
     monkeypatch.setattr(store, "HERE", tmp_path / "validation")
     text = f"before\n\n{BEGIN}\nold\n{END}\n\nafter\n"
-    runner.README.write_text(text)
+    pages = {tmp_path / name: made for name, made in readme.BLOCKS.items()}
+    for page in pages:
+        page.parent.mkdir(exist_ok=True)
+        page.write_text(text)
     for folder in (tmp_path / "elsewhere", runner.quick_folder(store.HERE)):
         runner.run_case(Sample(), folder)
         runner.rewrite(folder)
-        assert runner.README.read_text() == text
+        assert {page.read_text() for page in pages} == {text}
     runner.run_case(Sample(), store.HERE)
     runner.rewrite(store.HERE)
-    before, between, after = readme.split(runner.README.read_text())
-    assert (before, after) == ("before\n\n", "\n\nafter\n")
-    assert between == readme.block(store.HERE) and "old" not in between
+    for page, made in pages.items():
+        before, between, after = readme.split(page.read_text())
+        assert (before, after) == ("before\n\n", "\n\nafter\n")
+        assert between == made(store.HERE) and "old" not in between
 
 
 @pytest.mark.parametrize("text", ["", BEGIN, f"{END} {BEGIN}", f"{BEGIN} {END} {BEGIN} {END}"])
-def test_a_readme_without_its_markers_is_a_clear_error(text):
+def test_a_page_without_its_markers_is_a_clear_error(text):
     with pytest.raises(ValueError, match="once each, in this order"):
         readme.split(text)
 
 
 def test_every_row_is_of_a_case_and_names_one_thing():
-    for row in readme.ROWS:
+    for row in (*readme.ROWS, *readme.COSTS):
         assert row.case in find_cases()
         assert bool(row.limits) != bool(row.data), row
-    assert 5 <= sum(row.front for row in readme.ROWS) <= 7
+    assert sum(row.front for row in readme.ROWS) == 5
 
 
-def test_the_committed_readme_shows_the_committed_results():
-    text = runner.README.read_text()
-    assert readme.split(text)[1] == readme.block(store.HERE)
+@pytest.mark.parametrize("page", readme.BLOCKS)
+def test_committed_pages_show_the_committed_results(page):
+    text = (runner.ROOT / page).read_text(encoding="utf-8")
+    assert readme.split(text)[1] == readme.BLOCKS[page](store.HERE)

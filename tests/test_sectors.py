@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, sqrt
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from contactlaw.laws.step import prescribe
 from contactlaw.laws.torsion import FULL, TORSION
 from contactlaw.world import World
 from tests.test_torsion import LUBKIN, closed_form
-from validation import turning
+from validation import spinning, turning
 from validation.reference.turning_data import load
 
 PAIR = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.3, radius=0.01)
@@ -61,8 +61,8 @@ class Contact:
 def test_impacts_with_spin_are_the_grids(heading: float) -> None:
     """For psi_1 from 0.2 to 5 and sigma to 0.3; nu = 0 and 0.28."""
     errors, sigma = np.abs(turning.spun_errors(ROWS, heading)), np.array([row[3] for row in ROWS])
-    assert errors.max() < 1e-2
-    assert errors[sigma <= 0.1].max() < 5e-3
+    assert errors.max() < 5e-3
+    assert errors[sigma <= 0.1].max() < 3e-3
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.4])
@@ -91,25 +91,23 @@ def test_torsion_alone_follows_lubkin() -> None:
         assert found[2] / FULL == pytest.approx(share, abs=0.01)
 
 
-def test_no_path_makes_energy() -> None:
-    """Turning, spinning and opening at once: the work done is never less than what is stored, but for rounding."""
+@pytest.mark.parametrize("kind", turning.KINDS)
+def test_no_path_makes_energy(kind: str) -> None:
+    """Turning, spinning and opening, load and place in turn, in steps of any size: to rounding. Limits hold too."""
     rng = np.random.default_rng(23)
-    contact = Contact()
-    for trial in range(150):
-        overlap, place = turning.random_path(rng, turning.KINDS[trial % 5], 16)
-        angle = np.append(0.0, np.cumsum(np.repeat(rng.normal(size=(len(place) - 2) // 16), 16) / 16))
-        moved = np.diff(np.column_stack([place[1:], angle * 10.0 ** rng.uniform(-2.0, 0.5)]), axis=0)
-        contact.open_up()
-        last, work, lost = contact.move(overlap[1]), 0.0, [0.0]
-        for depth, step in zip(overlap[2:], moved, strict=True):
-            force = contact.move(depth, step[0], step[1], step[2])
-            work += 0.5 * (force + last) @ step
-            last = force
-            assert hypot(*force[:2]) <= max(depth, 0.0) ** 1.5 * (1.0 + 1e-9)
-            assert abs(force[2]) <= FULL * max(depth, 0.0) ** 2 * (1.0 + 1e-9)
-            lost.append(work - contact.torsion.stored / (contact.full * contact.unit))
-        path = np.hypot(*moved.T[:2]).sum() + np.abs(moved[:, 2]).sum()
-        assert turning.fall(np.array(lost)) < 5e-4 * path
+    for trial in range(20 if INTERPRETED else 600):
+        overlap, place = spinning.random_path(rng, kind, (1, 4, 16)[trial % 3])
+        lost, over = spinning.dissipated("sectors", overlap, place, in_turn=kind != "steady")
+        assert turning.fall(lost) < 1e-13
+        assert over < 1e-12
+
+
+@in_a_world
+def test_no_cycle_makes_energy() -> None:
+    """Cycles that a search makes as generous as it can, load and place in turn or at once."""
+    rng = np.random.default_rng(5)
+    for corners, parts, in_turn in ((4, 1, True), (6, 1, True), (5, 16, False)):
+        assert spinning.worst_cycle("sectors", rng, corners, parts, in_turn, looks=150) < 1e-13
 
 
 def spun(restitution: float = 1.0) -> tuple[World, int]:

@@ -64,6 +64,7 @@ def pages(site: Path) -> dict[Path, Page]:
     return {path: Page(path) for path in site.rglob("*.html")}
 
 
+@pytest.mark.slow
 def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
     for path, page in pages.items():
         if path.name == "404.html":
@@ -79,10 +80,12 @@ def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
                 assert unquote(parts.fragment) in pages[target].ids, f"{path.name}: {link}"
 
 
+@pytest.mark.slow
 def test_a_name_means_one_place(pages: dict[Path, Page]) -> None:
     assert not {path.name: page.twice for path, page in pages.items() if page.twice}
 
 
+@pytest.mark.slow
 def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[Path, Page]) -> None:
     for path, page in pages.items():
         assert not [source for source in page.loaded if urlsplit(source).netloc], path.name
@@ -90,10 +93,12 @@ def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[Path, Page]) -
         assert not re.search(r"url\(['\"]?https?:|@import", style.read_text(encoding="utf-8")), style.name
 
 
+@pytest.mark.slow
 def test_pictures_say_what_they_show(pages: dict[Path, Page]) -> None:
     assert not {path.name: page.bare for path, page in pages.items() if page.bare}
 
 
+@pytest.mark.slow
 def test_the_reference_has_every_public_name(site: Path, pages: dict[Path, Page]) -> None:
     ids = set().union(*(page.ids for path, page in pages.items() if path.parent.name == "api"))
     tree = {
@@ -110,16 +115,18 @@ def test_the_reference_has_every_public_name(site: Path, pages: dict[Path, Page]
         assert not {f"{module}.{name}" for name in listed} - ids
 
 
+@pytest.mark.slow
 def test_blocks_stand_apart(site: Path) -> None:
     """No code swallowed by a table, no list or table that stayed text."""
     for path in site.rglob("*.html"):
         text = re.sub(r"<(head|pre|code|script)\b.*?</\1>", "", path.read_text(encoding="utf-8"), flags=re.S)
         assert not re.search(r"<td>\s*<div class=\"language", text), path.name
-        assert not re.search(r"(<p>|\n)\s*(\||- |```|\?\?\? )", re.sub(r"<head>.*?</head>", "", text, flags=re.S)), (
+        assert not re.search(r"(<p>|\n)\s*(\||[-*] |```|\?\?\? )", re.sub(r"<head>.*?</head>", "", text, flags=re.S)), (
             path.name
         )
 
 
+@pytest.mark.slow
 def test_no_page_is_wider_than_a_narrow_window(site: Path, tmp_path: Path) -> None:
     """Every page in a frame of a browser: wide tables, code and pictures stay in frames of their own."""
     width = 420
@@ -143,6 +150,7 @@ def test_no_page_is_wider_than_a_narrow_window(site: Path, tmp_path: Path) -> No
     assert not {name: wide for name, wide in widths.items() if not 0 < wide <= width}
 
 
+@pytest.mark.slow
 def test_equations_are_drawn(site: Path) -> None:
     text = (site / "docs" / "theory_impact.html").read_text(encoding="utf-8")
     assert text.count("<math") > 20

@@ -29,7 +29,7 @@ def main(
         bool, typer.Option("--resume", help="Leave out cases with a result of the same sources, versions and machine.")
     ] = False,
     only_report: Annotated[
-        bool, typer.Option("--report", help="Only write the report and the README's table from the saved results.")
+        bool, typer.Option("--report", help="Only write the report and the pages' tables from the saved results.")
     ] = False,
     folder: Annotated[Path, typer.Option(help="Where results/ and report.md go.")] = store.HERE,
 ) -> None:

@@ -4,8 +4,9 @@
 
 It leaves what it found in validation/data/census.json, of which `validation.cases.models` makes a chapter. Run it in
 an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
-actions; then it falls without any, and its energy is looked at. Files that MuJoCo does not load by themselves are parts
-of other models and are left out. Each file has a process of its own and a limit of time.
+actions, for so long or until so much processor time is spent; then it falls without any, and its energy is looked at.
+Files that MuJoCo does not load by themselves are parts of other models and are left out. Each file has a process of its
+own, forked from one that has all compiled code, and a limit of processor time; those of few freedoms go first.
 """
 
 # The wheel describes little of what it exports.
@@ -16,8 +17,8 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
-import subprocess
-import sys
+import multiprocessing
+import resource
 import time
 import warnings
 from collections.abc import Iterator
@@ -27,6 +28,14 @@ from typing import Any
 
 FOUND = Path(__file__).parent / "data" / "census.json"
 HOLD = 10  # steps that an action is held for
+FALL = 2.0  # [s]
+EVERY_SHAPE = """<mujoco><asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>
+<geom type="plane" size="1 1 1"/><body pos="0 0 9"><freejoint/><geom size="1"/></body>
+<body pos="9 0 9"><joint/><geom type="capsule" size="1 1"/></body>
+<body pos="9 9 9"><freejoint/><geom type="ellipsoid" size="1 1 2"/></body>
+<body pos="0 9 9"><freejoint/><geom type="cylinder" size="1 1"/></body>
+<body pos="0 18 9"><freejoint/><geom type="box" size="1 1 1"/></body>
+<body pos="9 18 9"><freejoint/><geom type="mesh" mesh="m"/></body></worldbody></mujoco>"""
 
 
 def files(package: str) -> Iterator[Path]:
@@ -38,36 +47,49 @@ def files(package: str) -> Iterator[Path]:
                 yield path
 
 
-def examine(path: str, seconds: float) -> dict[str, Any]:
+def with_law(source: str) -> Any:
+    """A model with the law for all its contacts."""
+    from contactlaw import MATERIALS, ContactPair
+    from contactlaw.mujoco_plugin import load_model
+
+    pair = ContactPair(MATERIALS["rubber"], MATERIALS["steel"], friction=0.8, restitution=0.5)
+    return load_model(source, [("*", "*", pair)])
+
+
+def compiled() -> None:
+    """Have all compiled code in memory before any clock runs."""
+    import mujoco
+
+    from contactlaw.world.demand import LAST, LIMIT, TWIST, supply
+
+    model = with_law(EVERY_SHAPE)
+    mujoco.mj_step(model, mujoco.MjData(model))
+    for what in (LAST, LIMIT, TWIST):
+        supply(what)
+
+
+def examine(path: str, seconds: float, budget: float) -> dict[str, Any]:
     """One model: how it lasts and what it costs, beside the engine's own contact."""
     import mujoco
 
-    from contactlaw import MATERIALS, ContactPair
-    from contactlaw.mujoco_plugin import instances_of, load_model
-    from contactlaw.world.demand import LAST, LIMIT, TWIST, supply
+    from contactlaw.mujoco_plugin import instances_of
 
-    try:
-        native = mujoco.MjModel.from_xml_path(path)
-    except ValueError as error:
-        return {"left_out": str(error).strip().splitlines()[0][:80]}
-    if native.ngeom == 0 or native.nv == 0:
-        return {"left_out": "nothing moves"}
-    rubber = MATERIALS["rubber"]
+    native = mujoco.MjModel.from_xml_path(path)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        law = load_model(path, [("*", "*", ContactPair(rubber, MATERIALS["steel"], friction=0.8, restitution=0.5))])
+        begin = time.thread_time()
+        law = with_law(path)
+        load = time.thread_time() - begin
     out: dict[str, Any] = {
         "geoms": native.ngeom, "dofs": native.nv, "instances": len(instances_of(law)), "numbers": law.npluginstate,
-        "said": [str(entry.message)[:160] for entry in said],
+        "said": [str(entry.message)[:160] for entry in said], "load": load,
     }  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for what in (LAST, LIMIT, TWIST):  # compiled, or read, before any clock runs
-            supply(what)
-        driven(mujoco, (native, law), 10.0 * native.opt.timestep)
-        found = driven(mujoco, (native, law), seconds)
-        out["native"] = found[0] | fallen(mujoco, native)
-        out["law"] = found[1] | fallen(mujoco, law)
+        driven(mujoco, (native, law), 10.0 * native.opt.timestep, budget)
+        out["seconds"], found = driven(mujoco, (native, law), seconds, budget)
+        out["native"] = found[0] | fallen(mujoco, native, 0.5 * budget)
+        out["law"] = found[1] | fallen(mujoco, law, 0.5 * budget)
     out["cost"] = out["law"]["us"] / out["native"]["us"]
     return out
 
@@ -80,57 +102,88 @@ def start(mujoco: Any, model: Any) -> Any:
     return data
 
 
-def driven(mujoco: Any, models: tuple[Any, Any], seconds: float) -> list[dict[str, Any]]:
-    """Random actions: processor time of a step [us], and how often the engine found the state unstable.
+def driven(mujoco: Any, models: tuple[Any, Any], seconds: float, budget: float) -> tuple[float, list[dict[str, Any]]]:
+    """Random actions: for how long [s]; processor time of a step [us], how often the engine found the state unstable.
 
-    The models take turns of a few steps, so that what else the machine does meets both.
+    The models take turns of a few steps, so that what else the machine does meets both. budget: processor time [s];
+    it is the thread's that is read, as a process with a limit has its own told by the tick.
     """
     import numpy as np
 
     data, spent = [start(mujoco, model) for model in models], [0.0, 0.0]
     rngs = [np.random.default_rng(0) for _ in models]
-    steps = int(seconds / models[0].opt.timestep)
-    for step in range(0, steps, HOLD):
+    steps, done = int(seconds / models[0].opt.timestep), 0
+    while done < steps and sum(spent) < budget:
+        count = min(HOLD, steps - done)
+        done += count
         for i, (model, d, rng) in enumerate(zip(models, data, rngs, strict=True)):
             low, high = np.where(model.actuator_ctrllimited[:, None], model.actuator_ctrlrange, [-1.0, 1.0]).T
             if model.nu:
                 d.ctrl[:] = rng.uniform(np.minimum(low, high), np.maximum(low, high))
-            begin = time.process_time()
-            mujoco.mj_step(model, d, min(HOLD, steps - step))
-            spent[i] += time.process_time() - begin
+            begin = time.thread_time()
+            mujoco.mj_step(model, d, count)
+            spent[i] += time.thread_time() - begin
     bad = [mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC]
-    return [
-        {"us": 1e6 * time_spent / steps, "unstable": int(sum(d.warning[kind].number for kind in bad))}
+    return done * models[0].opt.timestep, [
+        {"us": 1e6 * time_spent / done, "unstable": int(sum(d.warning[kind].number for kind in bad))}
         for time_spent, d in zip(spent, data, strict=True)
     ]
 
 
-def fallen(mujoco: Any, model: Any) -> dict[str, float]:
-    """A passive fall of 2 s: greatest energy over that of the start, over the weight times 1 m."""
+def fallen(mujoco: Any, model: Any, budget: float) -> dict[str, float]:
+    """A passive fall, for how long [s], and its greatest energy over that of the start, over the weight times 1 m."""
     data = start(mujoco, model)
     before = model.opt.disableflags, model.opt.enableflags
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     mujoco.mj_forward(model, data)
     first, greatest = float(data.energy.sum()), -float("inf")
-    for _ in range(int(2.0 / model.opt.timestep)):
+    begin = time.thread_time()
+    while data.time < FALL and time.thread_time() - begin < budget:
         mujoco.mj_step(model, data)
         greatest = max(greatest, float(data.energy.sum()))
     model.opt.disableflags, model.opt.enableflags = before
-    return {"gain": (greatest - first) / (9.81 * float(model.body_subtreemass[0]) + 1e-9)}
+    gain = (greatest - first) / (9.81 * float(model.body_subtreemass[0]) + 1e-9)
+    return {"gain": gain, "fall": float(data.time)}
 
 
-def told(package: str, path: Path, seconds: float, limit: float) -> dict[str, Any]:
-    """What a model does, examined by a process of its own."""
-    row: dict[str, Any] = {"package": package, "name": path.name}
-    command = [sys.executable, "-m", "validation.census", "--one", str(path), "--seconds", str(seconds)]
+def moving(paths: list[Path]) -> list[Path]:
+    """The files that MuJoCo loads by themselves and in which something moves, those of few freedoms first."""
+    import mujoco
+
+    known = []
+    for path in paths:
+        try:
+            model = mujoco.MjModel.from_xml_path(str(path))
+        except ValueError:
+            continue
+        if model.ngeom and model.nv:
+            known.append((model.nv, path))
+    return [path for _, path in sorted(known)]
+
+
+def work(pipe: Any, asked: tuple[Any, ...], limit: float) -> None:
+    """Examine a model within so much processor time [s]: what a process of its own does."""
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit + time.process_time()), resource.RLIM_INFINITY))
     try:
-        run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=limit)
-    except subprocess.TimeoutExpired:
-        return row | {"failed": f"took longer than {limit:g} s"}
-    if run.returncode != 0:
-        return row | {"failed": (run.stderr.strip().splitlines() or ["no word"])[-1][:120]}
-    return row | json.loads(run.stdout.splitlines()[-1])
+        pipe.send(examine(*asked))
+    except Exception as error:  # whatever a model does, the next one has its turn
+        pipe.send({"failed": f"{type(error).__name__}: {error}"[:120]})
+
+
+def told(path: Path, seconds: float, limit: float) -> dict[str, Any]:
+    """What a model does, examined by a process of its own."""
+    here, there = multiprocessing.Pipe()
+    asked = str(path), seconds, 0.3 * limit
+    process = multiprocessing.get_context("fork").Process(target=work, args=(there, asked, limit))
+    process.start()
+    there.close()
+    try:
+        return here.recv()
+    except EOFError:
+        process.join()
+        slow = process.exitcode == -24  # SIGXCPU
+        return {"failed": f"took longer than {limit:g} s" if slow else f"ended with {process.exitcode}"}
 
 
 def versions(package: str) -> str:
@@ -149,23 +202,23 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("packages", nargs="*")
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--limit", type=float, default=600.0, help="of a model, in all [s]")
-    parser.add_argument("--one", help="a single file, as JSON")
+    parser.add_argument("--limit", type=float, default=60.0, help="processor time of a model, in all [s]")
+    parser.add_argument("--only", default="", help="a part of the path")
     asked = parser.parse_args()
-    if asked.one:
-        print(json.dumps(examine(asked.one, asked.seconds)))
-        return
+    compiled()
     known = json.loads(FOUND.read_text()) if FOUND.exists() else {"rows": [], "left": {}}
     rows, left = known["rows"], known["left"]
     for package in asked.packages:
-        rows = [row for row in rows if row["package"] != package]
-        paths = list(files(package))
+        paths = [path for path in moving(list(files(package))) if asked.only in str(path)]
+        if not asked.only:
+            rows = [row for row in rows if row["package"] != package]
         for number, path in enumerate(paths, 1):
-            row = told(package, path, asked.seconds, asked.limit)
-            if "left_out" not in row:
-                rows.append(row | {"versions": versions(package), "seconds": asked.seconds})
-                print(f"{package}/{path.name} {row.get('failed') or round(row['cost'], 2)}", flush=True)
-            left[package] = len(paths) - number  # files that a run which was stopped has not come to
+            row = {"package": package, "name": f"{path.parent.name}/{path.name}", "versions": versions(package)}
+            rows = [other for other in rows if (other["package"], other["name"]) != (package, row["name"])]
+            rows.append(row | told(path, asked.seconds, asked.limit))
+            print(f"{package}/{row['name']} {rows[-1].get('failed') or round(rows[-1]['cost'], 2)}", flush=True)
+            if not asked.only:
+                left[package] = len(paths) - number  # that a run which was stopped has not come to
             FOUND.write_text(json.dumps({"left": left, "rows": rows}, indent=1) + "\n")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from time import process_time
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -126,6 +127,44 @@ def standing_ant(path: Path, seconds: float = 1.0, blocks: int = 10) -> dict[str
         engine.mj_step(model, data, round(seconds / model.opt.timestep))
         runs[name] = lambda model=model, data=data: engine.mj_step(model, data, steps)
     return turn_by_turn(runs, steps, blocks)
+
+
+def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:
+    """A ball [kg] held and shaken for so long [s], see `sims.scenes.grasp`.
+
+    Returns "slip", by the law, of the ball in its fingers from the first whole second of shaking to the last [m]; and
+    mean processor times of a step [s] by the law and natively, turn by turn, while the native contact holds it.
+    """
+    import mujoco
+
+    from sims.scenes import grasp as scene
+
+    engine, step, worlds, held = mujoco, mujoco.mj_step, {}, []  # type: ignore[attr-defined]
+    times, steps = {"law": 0.0, "native": 0.0}, 0
+    for name in times:
+        settings = Settings("mujoco", None if name == "law" else NATIVE, material, options={"mass": mass})
+        o = SimpleNamespace(**scene.Grasp().demand(settings))
+        model = scene.build(settings, o)
+        force = o.grip * scene.needed(mass, scene.pair_of(o).friction)
+        worlds[name] = model, engine.MjData(model), force
+    model, data, _ = worlds["law"]
+    while data.time < seconds:
+        native = worlds["native"][1]
+        falls = abs(native.body("ball").xpos[2] - native.body("hand").xpos[2]) > 0.5 * scene.HOLD
+        for name in ("law",) if falls else times:
+            one, state, force = worlds[name]
+            shaken = state.time >= scene.SWINGS and not falls
+            for _ in range(10):
+                scene.drive(one, state, force)
+                begun = process_time()
+                step(one, state)
+                times[name] += shaken * (process_time() - begun)
+        steps += 10 * shaken
+        held.append(data.body("ball").xpos[2] - data.body("hand").xpos[2])
+    second = round(1.0 / (10.0 * model.opt.timestep))
+    first, last = round(scene.SWINGS) * second, len(held)
+    slip = float(np.mean(held[first : first + second]) - np.mean(held[last - second : last]))
+    return {name: time / max(steps, 1) for name, time in times.items()} | {"slip": slip, "held": steps}
 
 
 def drop(make: Callable[[bool], Any], seconds: float = 3.0) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The figures that matter most, for the README and the report, made from the saved results and nothing else."""
+"""Figures for the README, the guide and the report, made from the saved results and nothing else."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Row:
 
 ROWS = (
     Row("An impact by `rebound`, chi 0.5 to 2: largest error in psi_2",
-        "law_accuracy", "^largest error of microslip, chi 0.5", front=True),
+        "law_accuracy", "^largest error of microslip, chi 0.5"),
     Row("The force at any instant of an impact, over mu P_max: largest difference from the annuli",
         "paper_figure_1", "^largest difference"),
     Row("The paper's two methods, chi = 1.256: largest difference in psi_2",
@@ -79,12 +79,30 @@ ROWS = (
     Row("Force where a slide turns, `MicroslipTurning`, over mu P: largest difference from rings with local friction",
         "turning", "^force along"),
     Row("A bouncing ball that spins about the normal: largest error in psi_2, against a grid with local friction",
-        "any_step", "^error of psi_2 in .* spun", front=True),
+        "any_step", "^error of psi_2 in .* spun"),
     Row("A substep of one contact with 16 nodes, the law alone",
         "front_law", data=("substeps", "microslip, 16 nodes", "median"), unit="ns"),
     Row("A million impacts by `rebound` on two cores at most, error within 0.007",
         "front_law", "^a million impacts, error .*, default"),
 )  # fmt: skip
+COSTS = (
+    Row("MuJoCo: a ball that bounces, elastic", "step_cost", "^bouncing, e = 1, over"),
+    Row("a ball that rolls", "step_cost", "^rolling, over"),
+    Row("a ball that slides", "step_cost", "^sliding, over"),
+    Row("a box that slides, on a plane or on a box", "shapes", "^box sliding .* over"),
+    Row("a box at rest, on a plane or on a box", "shapes", "^box at rest .* over"),
+    Row("a mesh that tumbles", "shapes", "^mesh tumbling"),
+    Row("an ant that stands", "crowds", "^an ant that stands"),
+    Row("3000 balls that fall and bounce", "crowds", "^3000 balls"),
+    Row("heaps of 8 to 216 balls that drop, over CG", "crowds", "^heap of .*, drop over CG"),
+    Row("the same asleep", "crowds", "^heap of .*, asleep over CG"),
+    Row("5 balls that fall into a narrow tube, until they sleep", "crowds", "^tube of 5, drop"),
+    Row("models that others wrote: median", "models", "^cost .* median"),
+    Row("models that others wrote: worst", "models", "^cost .* worst"),
+    Row("PyBullet: a ball that bounces, elastic", "step_cost", "^PyBullet, bouncing, e = 1, over"),
+    Row("the same, `fixed_bodies_move=False`", "step_cost", "^PyBullet, bouncing, fixed bodies not read"),
+)  # fmt: skip
+"""Time of a step over that of the engine's own contact, for the guide."""
 
 
 def table(rows: Iterable[Row], folder: Path) -> Table:
@@ -118,14 +136,24 @@ def block(folder: Path) -> str:
     )
 
 
-def write(readme: Path, folder: Path) -> None:
-    """Write the block between the markers of a README.
+def costs(folder: Path) -> str:
+    """The same of the guide's page about steps."""
+    return markdown(table(COSTS, folder))
+
+
+BLOCKS = {"README.md": block, "docs/steps.md": costs}
+"""What stands between the markers, by the page's place in the repository."""
+
+
+def write(root: Path, folder: Path) -> None:
+    """Write the blocks between the markers of the pages.
 
     Raises:
-        ValueError: The README does not have each of the markers once, in order.
+        ValueError: A page does not have each of the markers once, in order.
     """
-    before, _, after = split(readme.read_text())
-    readme.write_text(f"{before}{BEGIN}\n{block(folder)}\n{END}{after}")
+    for name, made in BLOCKS.items():
+        before, _, after = split((root / name).read_text(encoding="utf-8"))
+        (root / name).write_text(f"{before}{BEGIN}\n{made(folder)}\n{END}{after}", encoding="utf-8")
 
 
 def split(text: str) -> tuple[str, str, str]:
@@ -135,7 +163,7 @@ def split(text: str) -> tuple[str, str, str]:
         ValueError: The text does not have each of the markers once, in order.
     """
     if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
-        raise ValueError(f"README: must hold {BEGIN} and {END} once each, in this order")
+        raise ValueError(f"page: must hold {BEGIN} and {END} once each, in this order")
     before, rest = text.split(BEGIN)
     between, after = rest.split(END)
     return before, between.strip("\n"), after

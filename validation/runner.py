@@ -11,7 +11,7 @@ from validation.case import Case, Outcome, Progress, find_cases
 from validation.measure import machine
 from validation.store import Result
 
-README = store.HERE.parent / "README.md"
+ROOT = store.HERE.parent
 
 
 def missing_modules(case: Case) -> list[str]:
@@ -91,7 +91,7 @@ def draw(case: Case, result: Result, folder: Path) -> Path | None:
 
 
 def rewrite(folder: Path, *, pictures: bool = True) -> Path:
-    """Write the report from what is saved, and where that is the project's own, the README's table of results.
+    """Write the report from what is saved, and where that is the project's own, the tables of README and guide.
 
     Args:
         folder: Holds results/, is given report.md.
@@ -104,5 +104,5 @@ def rewrite(folder: Path, *, pictures: bool = True) -> Path:
                 draw(case, result, folder)
     path = report.write(cases, folder)
     if folder.resolve() == store.HERE.resolve():
-        readme.write(README, folder)
+        readme.write(ROOT, folder)
     return path

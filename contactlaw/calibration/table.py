@@ -89,7 +89,14 @@ def velocities_of(before: Sequence[ArrayLike], after: Sequence[ArrayLike | None]
         if column.min() <= 0.0:
             row = int(np.argmin(column))
             raise ValueError(f"{name}: is {column[row]:g} in impact {row}; speeds of approach and leaving must be > 0")
-    return np.stack(columns)
+    least, most = checks.SPEEDS
+    out = np.stack(columns)
+    if out[::2].min() < least or np.abs(out).max() > most:
+        raise ValueError(
+            f"before, after: velocities are {out.min():g} to {out.max():g} m/s; must be at most {most:g}, and "
+            f"along the normal at least {least:g}"
+        )
+    return out
 
 
 def errors_of(name: str, value: ArrayLike, count: int) -> Array:

@@ -43,6 +43,12 @@ def elastic_force(contact, linear, overlap):
 
 
 @jit
+def damping_of(contact):
+    """Force over closing speed of the damper on Hertz's spring [N s/m]."""
+    return sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * contact.zeta
+
+
+@jit
 def normal_force(contact, pair, free, dt):
     """Normal force [N] and its ratio to the undamped one.
 
@@ -57,7 +63,7 @@ def normal_force(contact, pair, free, dt):
     if pair.linear != 0.0:
         damping = 2.0 * contact.zeta * sqrt(contact.mass * contact.stiffness)
     else:
-        damping = sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * contact.zeta
+        damping = damping_of(contact)
     force = (elastic + damping * (contact.closing + 0.5 * dt * free)) / (1.0 + 0.5 * damping * dt / contact.mass)
     if force <= 0.0:
         return 0.0, 0.0

@@ -95,7 +95,7 @@ class Microslip(Law):
             return 0.3 * limit * limit / (contact.g_star * sqrt(contact.radius * contact.overlap))
         total = 0.0
         for i in range(law.w.size):
-            total += law.w[i] * (memory[0, i] ** 2 + memory[1, i] ** 2)
+            total += law.w[i] * ((1.0 + contact.skew) * memory[0, i] ** 2 + (1.0 - contact.skew) * memory[1, i] ** 2)
         return contact.scale * total / contact.g_star
 
     def functions(self) -> tuple[Callable[..., Any], ...]:
@@ -213,6 +213,7 @@ def regrid(contact, law, memory, new_span):
     both, square, energy, new_energy = 0.0, 0.0, 0.0, 0.0
     for side in range(2):
         force, new_force = 0.0, 0.0
+        soft = 1.0 + contact.skew if side == 0 else 1.0 - contact.skew
         for i in range(n):
             at = x[i] * new_span / span
             value = 0.0
@@ -230,8 +231,8 @@ def regrid(contact, law, memory, new_span):
             memory[side, i] = value
             force += span * w[i] * old[side, i]
             new_force += new_span * w[i] * value
-            energy += span * w[i] * old[side, i] ** 2
-            new_energy += new_span * w[i] * value * value
+            energy += soft * span * w[i] * old[side, i] ** 2
+            new_energy += soft * new_span * w[i] * value * value
         both += force * new_force
         square += new_force * new_force
     # A force that is small beside its own tractions (sheared and brought back) is no measure of them.

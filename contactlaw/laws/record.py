@@ -22,6 +22,7 @@ def record(*names: str) -> np.dtype:
 CONTACT = record(
     "state", "course", "overlap", "before", "closing", "force", "elastic", "ratio", "f", "g", "reach", "scale",
     "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction", "mu", "zeta",
+    "skew",
 )  # fmt: skip
 """One contact.
 
@@ -33,7 +34,9 @@ springs alone, see `slip.carried`. f, g: tangential force along both tangents [N
 gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's own use. mass,
 tangential_mass: effective, at the touch [kg]; infinite where the motion is prescribed. stiffness: k of P = k
 delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m]: of the pair. mu, zeta: friction
-coefficient and damping ratio, as of the touch. friction: what spin leaves of mu.
+coefficient and damping ratio, as of the touch. friction: what spin leaves of mu. skew: how much more an elliptic
+contact gives way along the first tangent, its longer axis, see `laws.ellipse`, which stands for the law there; zero: it
+is a circle, or taken as one.
 """
 
 PAIR = record(

@@ -1,21 +1,35 @@
 """A contact that slips and spins at once: rings of sectors, each with a traction and Coulomb's limit of its own.
 
 Where a body spins about the normal a place slips by (w_x - theta y, w_y + theta x): a ring slips first on the side
-where slide and spin add. So each ring has sectors of a force g_k, in units in which the ring has their mean,
+where slide and spin add. So each ring has sectors of a force g_k at angles phi_k, in units in which the ring has their
+mean; as functions of phi these have the components
 
-    g_k = f + s e_k + rest        e_k: along the spin        |g_k| <= mu P of the ring, slip along g_k
+    g = f + s e_s + r e_r + p e_p + q e_q + rest        |g_k| <= mu P of the ring, slip along g_k
+    e_s = (-sin, cos), the swirl        e_r = (cos, sin)        e_p = (cos, -sin)        e_q = (sin, cos)
 
-The response to f is that of the line of springs, the response to the swirl s that of Lubkin's, both by Abel's transform
-from the place x on the line, in cells that end at c_i, to rings that end there too (Popov & Hess 2015, section 17):
+The response to f is that of the line of springs, the response to s that of Lubkin's, both by Abel's transform from the
+place x on the line, in cells that end at c_i, to rings that end there too (Popov & Hess 2015, section 17):
 
     f = B q              B_ji = H_i(c_(j-1)) - H_i(c_j)      H_i(r) = h(c_i) - h(c_(i-1))      h(x) = 2 sqrt(x^2 - r^2)
     rho s = B_t theta    likewise                                    h(x) = 8/3 sqrt(x^2 - r^2) (2 x^2 + r^2)
 
 rho: moment of a ring on its limit over its force. The energies of both kinds of springs make the compliances between
-rings; the rest answers to its own ring, as stiff as f. With slip along the tractions at the end of a step, these make
-a convex function least (Kalker 1990, section 4.3), which is found ring by ring from the edge inwards (Gauss-Seidel).
+rings, A. Cerruti's kernel is [1 - nu k k/k^2]/(G k) for waves k; so what varies as sin and cos answers like the swirl,
+1/G, times 1 - nu for e_r, where tractions lie along k, and 1 - nu/2 for e_p and e_q, half along it. The rest answers to
+its own ring, 2.1/(1 - nu) times as much as e_p does to its own: that is fitted, psi_2 to the grid's.
+
+A step would displace the tractions g_0 to g* if all stuck; they become g on the limits, by the slip A (g* - g), which
+lies along each sector's mean of before and after, or, where it has just come to its limit, along its end. The work of
+the mean force, less what is stored anew, is
+
+    D = (g_0 + g) . A (g* - g)/2,        zero on the ball with the diameter from -g_0 to g*, positive inside.
+
+Limits are convex and symmetric. So if none falls D >= 0 for exact slip along the end: -g_0 is allowed as well. What few
+sweeps (Gauss-Seidel, from the edge inwards) leave of D < 0 is put right by going towards -g_0 until D = 0: then no step
+gives energy, however large, nor does one that changes the load alone, for what a limit takes from its traction is lost.
+Where load and place change at once the mean force is not quite the work's, by the square of the step.
 A contact that slips as a whole for long has the force and moment of `torsion.limit_point`: what few sectors miss of it,
-up to 0.04 mu P, is put right on the way of one elastic displacement.
+up to 0.03 mu P, is held by a spring beside them, put right on the way of one elastic displacement as far as D allows.
 """
 
 from __future__ import annotations
@@ -24,20 +38,25 @@ from math import copysign, sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit, jit_of_sums
+from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
 from contactlaw.laws.torsion import FULL, limit_point
 
-RINGS, SECTORS = 10, 3
+RINGS, SECTORS = 10, 4
 NUMBERS = 2 * RINGS * SECTORS  # of a contact
 LEAST_SPIN = 0.02  # sigma, see `validation.reference.grid`, from which on psi_2 would be off by 2e-3 without sectors
+REST = 4.2  # fitted to the grid with nu = 0 and 0.28
+BESIDE = 0.05  # of the stuck stiffness that the whole span would have, that of the spring for what sectors miss
 ENOUGH, MOST_SWEEPS = 1e-2, 30  # of what a step adds to the forces, what the last sweep may change
+NEAR = 0.8  # of the limit squared: such a traction counts as on its limit at the start of the step
 
 RIMS, LINE = np.arange(RINGS + 1) / RINGS, (np.arange(RINGS) + 0.5) / RINGS
 # Those of a ring lie nearly between those of the next, or so few would slip more easily one way than another.
 ANGLES = 2.0 * np.pi / SECTORS * (np.arange(SECTORS) + 0.4 * np.arange(RINGS)[:, None])
-ALONG = np.stack([-np.sin(ANGLES), np.cos(ANGLES)])
+C, S, ONE, NONE = np.cos(ANGLES), np.sin(ANGLES), np.ones_like(ANGLES), np.zeros_like(ANGLES)
+# Of each ring, both components of all six parts at its sectors: f, f, s, r, p, q.
+PARTS = np.array([(ONE, NONE), (NONE, ONE), (-S, C), (C, S), (C, -S), (S, C)]).transpose(2, 0, 1, 3).copy()
 
 
 def _abel(torsion):
@@ -56,14 +75,17 @@ def _arms():
     sine2, depth = np.sin(0.5 * np.pi * (np.arange(200) + 0.5) / 200) ** 2, 1.0 - LINE**2
     twists = depth / 2.0 * ((1.0 - sine2) / np.sqrt(LINE[:, None] ** 2 + depth[:, None] * sine2)).mean(1)
     moments, forces = _abel(True) @ twists, _abel(False) @ depth
-    return moments / forces * (3.0 * np.pi / 16.0 * forces.sum() / moments.sum())
+    # A little less within, or what is hardly pressed would hold more than M_s.
+    arms = moments / forces * (0.97 + 0.03 * LINE)
+    arms[0] = 0.97 * FULL * LINE[0]
+    arms *= FULL * forces.sum() / (arms @ forces)
+    return arms
 
 
 ARMS = _arms()
 SLIDE, SWIRL = _abel(False), np.ascontiguousarray(_abel(True) / ARMS[:, None])
-GIVE = _compliance(SLIDE, np.full(RINGS, 2.0 / RINGS))  # times G*
-GIVE_SWIRL = _compliance(SWIRL, 16.0 / 3.0 * np.diff(RIMS**3))  # times G_t
-OWN, OWN_SWIRL = np.diag(GIVE).copy(), np.diag(GIVE_SWIRL).copy()
+# Times G*, of f; times G_t, of s.
+GIVE = np.stack([_compliance(SLIDE, np.full(RINGS, 2.0 / RINGS)), _compliance(SWIRL, 16.0 / 3.0 * np.diff(RIMS**3))])
 
 
 @jit
@@ -71,28 +93,59 @@ def advance(contact, state, memory, modulus, moved):
     """Tangential force and moment of a contact after a step, for the normal forces that it has.
 
     contact: `laws.record.CONTACT`. state: `torsion.TORSION`. memory: g, shape (2, RINGS, SECTORS), over the span [N/m].
-    modulus: G_t [Pa]. moved: du, dv [m], angle [rad].
+    modulus: G_t [Pa]. moved: du, dv [m], angle [rad]. Within, forces are over the span, moments over its square [N/m],
+    moves times G*, and energies times 2 G* over the span.
     """
-    du, dv, angle = moved
     if state.span == 0.0:
         state.span = sqrt(contact.radius * contact.reach)
-    span, radius, full = state.span, sqrt(contact.radius * contact.overlap), contact.friction * contact.elastic
-    limit, added = np.empty(RINGS), np.empty((2, RINGS))
-    load = fit(contact, span, limit, added, full / span)
-    way = add(memory, added, contact.g_star * du, contact.g_star * dv, modulus * span * angle)
-    slips = give_way(memory, limit, contact.g_star / modulus, ENOUGH * way)
-    f, g, m = resultant(memory, load, radius / span)
-    known = (0.0, 0.0, 0.0)
-    if slips and way > 0.0 and 2.0 * radius > span:
-        known = missed(limit, load, (du, dv, span * angle), radius / span)
+    span, radius, soft = state.span, sqrt(contact.radius * contact.overlap), contact.g_star / modulus
+    moves = contact.g_star * moved[0], contact.g_star * moved[1], contact.g_star * span * moved[2]
+    hold = 0.5 / BESIDE, 0.5 / BESIDE, 3.0 / 16.0 * soft / BESIDE  # compliances of the spring beside
+    limit, added, before, target = np.empty(RINGS), np.empty((2, RINGS)), memory.copy(), (0.0, 0.0, 0.0)
+    load = fit(contact, span, limit, added, contact.friction * contact.elastic / span)
+    way = add(memory, added, moves[0], moves[1], moves[2] / soft)
+    slips = give_way(memory, before, limit, soft, ENOUGH * way)
+    held = energy_of(state.missed, hold)
+    energy = 2.0 * contact.g_star / span * state.stored - held
+    start = resultant(before)
+    gain = energy + work(start, resultant(memory), moves) - stored(memory, soft)
+    if gain < 0.0:
+        gain = pull_back(memory, before, limit, soft, (gain, energy, moves))
+    f, g, m = resultant(memory)
+    slips = slips and way > 0.0 and 2.0 * radius > span
+    if slips:
+        target = missed(limit, load, moves, radius / span)
+    tried, was = np.empty(3), (state.missed[0], state.missed[1], state.missed[2])
     for k in range(3):
-        state.missed[k] += way / (way + load) * (known[k] - state.missed[k])
-    f, g, m = f + state.missed[0], g + state.missed[1], m + state.missed[2]
-    full /= max(sqrt(f * f + g * g), 1.0)
-    contact.f, contact.g = carried(contact, full * f, full * g)
-    state.moment = FULL * contact.friction * min(contact.force, contact.elastic) * radius * min(max(m, -1.0), 1.0)
-    slide, swirl = energies(memory)
-    state.stored = 0.5 * span * (slide / contact.g_star + swirl / modulus)
+        tried[k] = was[k] + moves[k] / hold[k]
+    back, share = min(sqrt(held / max(energy_of(tried, hold), 1e-300)), 1.0), way / (way + load)
+    for attempt in range(2):
+        for k in range(3):
+            own = was[k] if slips and attempt == 0 else back * tried[k]
+            state.missed[k] = own + share * (target[k] - own)
+        u, v, w = f + state.missed[0], g + state.missed[1], m + state.missed[2]
+        within, most = load / max(sqrt(u * u + v * v), load), FULL * load * radius / span
+        state.missed[0], state.missed[1] = within * u - f, within * v - g
+        state.missed[2] = min(max(w, -most), most) - m
+        if gain + held + work(was, state.missed, moves) >= energy_of(state.missed, hold):
+            break
+        share = 0.0
+    contact.f, contact.g = carried(contact, span * (f + state.missed[0]), span * (g + state.missed[1]))
+    state.moment = span * span * (m + state.missed[2]) * min(contact.force / contact.elastic, 1.0)
+    state.stored = 0.5 * span / contact.g_star * (stored(memory, soft) + energy_of(state.missed, hold))
+
+
+@jit_inline
+def work(start, end, moves):
+    """Of the mean of two forces with their moments."""
+    u, v, w = moves
+    return (start[0] + end[0]) * u + (start[1] + end[1]) * v + (start[2] + end[2]) * w
+
+
+@jit_inline
+def energy_of(force, hold):
+    """Of the spring beside the sectors."""
+    return hold[0] * force[0] ** 2 + hold[1] * force[1] ** 2 + hold[2] * force[2] ** 2
 
 
 @jit_of_sums
@@ -127,101 +180,152 @@ def add(memory, added, gu, gv, gs):
         du, dv, ds = added[0, j] * gu, added[0, j] * gv, added[1, j] * gs
         way += sqrt(du * du + dv * dv + ds * ds)
         for k in range(SECTORS):
-            memory[0, j, k] += du + ds * ALONG[0, j, k]
-            memory[1, j, k] += dv + ds * ALONG[1, j, k]
+            memory[0, j, k] += du + ds * PARTS[j, 2, 0, k]
+            memory[1, j, k] += dv + ds * PARTS[j, 2, 1, k]
     return way
 
 
+@jit_inline
+def weights(soft):
+    """Compliances of the parts and of the rest over `GIVE`; soft: G* over G_t, for one material 4/(2 - nu)."""
+    radial = max(4.0 - soft, 1.0)
+    return 1.0, 1.0, soft, radial, 2.0, 2.0, REST * soft / radial
+
+
 @jit_of_sums
-def give_way(memory, limit, soft, enough):
-    """Let sectors slip until all are within their limits; returns whether all slip. soft: G* over G_t."""
-    gave, mean = np.zeros((2, RINGS, SECTORS)), np.zeros((3, RINGS))  # of the tractions, by slip
+def give_way(memory, before, limit, soft, enough):
+    """Let sectors slip until all are within their limits; returns whether all slip. before: tractions at the start."""
+    gave, parts, r, weight = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty(6), weights(soft)
     slips = True
     for _ in range(MOST_SWEEPS):
         change, slips = 0.0, True
         for i in range(RINGS - 1, -1, -1):
-            u, v, s = 0.0, 0.0, 0.0
-            for j in range(RINGS):
-                u += GIVE[i, j] * mean[0, j]
-                v += GIVE[i, j] * mean[1, j]
-                s += GIVE_SWIRL[i, j] * mean[2, j]
-            one = 1.0 / max(OWN[i], soft * OWN_SWIRL[i])
-            rest = one * OWN[i]
-            u, v, s = one * u - rest * mean[0, i], one * v - rest * mean[1, i], one * soft * s - rest * mean[2, i]
-            most, sum_u, sum_v, sum_s = limit[i] * limit[i], 0.0, 0.0, 0.0
+            own = weight[6] * GIVE[1, i, i]
+            one = 1.0 / max(GIVE[0, i, i], own, soft * GIVE[1, i, i])
+            rest = one * own
+            for m in range(6):
+                r[m] = 0.0
+                for j in range(RINGS):
+                    r[m] += GIVE[min(m // 2, 1), i, j] * parts[m, j]
+                r[m] = one * weight[m] * r[m] - rest * parts[m, i]
+            most = limit[i] * limit[i]
             for k in range(SECTORS):
-                ex, ey = ALONG[0, i, k], ALONG[1, i, k]
-                x = memory[0, i, k] - (1.0 - rest) * gave[0, i, k] + u + s * ex
-                y = memory[1, i, k] - (1.0 - rest) * gave[1, i, k] + v + s * ey
-                square = x * x + y * y
-                slips = slips and square >= most
-                back = limit[i] / sqrt(square) if square > most else 1.0
-                x, y = memory[0, i, k] - back * x, memory[1, i, k] - back * y
-                gave[0, i, k], gave[1, i, k] = x, y
-                sum_u += x
-                sum_v += y
-                sum_s += x * ex + y * ey
-            sum_u, sum_v, sum_s = sum_u / SECTORS, sum_v / SECTORS, sum_s / SECTORS
-            change += abs(sum_u - mean[0, i]) + abs(sum_v - mean[1, i]) + abs(sum_s - mean[2, i])
-            mean[0, i], mean[1, i], mean[2, i] = sum_u, sum_v, sum_s
+                x = memory[0, i, k] - (1.0 - rest) * gave[0, i, k]
+                y = memory[1, i, k] - (1.0 - rest) * gave[1, i, k]
+                for m in range(6):
+                    x += r[m] * PARTS[i, m, 0, k]
+                    y += r[m] * PARTS[i, m, 1, k]
+                over = x * x + y * y - most
+                slips = slips and over >= 0.0
+                if over > 0.0:
+                    x, y = returned(x, y, before[0, i, k], before[1, i, k], most, over)
+                gave[0, i, k], gave[1, i, k] = memory[0, i, k] - x, memory[1, i, k] - y
+            for m in range(6):
+                t = 0.0
+                for k in range(SECTORS):
+                    t += gave[0, i, k] * PARTS[i, m, 0, k] + gave[1, i, k] * PARTS[i, m, 1, k]
+                t /= SECTORS
+                change += abs(t - parts[m, i])
+                parts[m, i] = t
         if change <= enough:
             break
     memory -= gave
     return slips
 
 
-@jit_of_sums
-def resultant(memory, load, radius):
-    """F/(mu P) along both tangents, and M/M_s; load: the limits' sum. radius: of the contact, over the span."""
-    f, g, m = 0.0, 0.0, 0.0
-    for j in range(RINGS):
-        for k in range(SECTORS):
-            x, y = memory[0, j, k], memory[1, j, k]
-            f += x
-            g += y
-            m += ARMS[j] * (x * ALONG[0, j, k] + y * ALONG[1, j, k])
-    one = 1.0 / (SECTORS * load)
-    return one * f, one * g, one * m / (FULL * radius)
+@jit_inline
+def returned(x, y, u, v, most, over):
+    """A traction on its limit, from (x, y), outside; (u, v): at the start. most: the limit squared; over: beyond it."""
+    square = u * u + v * v
+    if square > NEAR * most and over < 0.6 * most:
+        onto = sqrt(most / square)
+        u, v = onto * u, onto * v
+        along = most + x * u + y * v
+        if along > 1.5 * most:
+            one = 1.0 / (2.0 * along + over)
+            return (2.0 * along * x - over * u) * one, (2.0 * along * y - over * v) * one
+    back = sqrt(most / (most + over))
+    return back * x, back * y
 
 
 @jit
-def missed(limit, load, moved, radius):
-    """What sectors miss of `resultant`, see there, if they slip as the rigid motion says.
+def pull_back(memory, before, limit, soft, known):
+    """Go from tractions of which the step would give energy towards those of its start turned round, until D = 0.
 
-    moved: du, dv, and by the spin at the span [m].
+    known: 2 D, and the energy before; and the moves. Those of the start are lowered to limits that have fallen. Returns
+    2 D: below zero only where no way between both has more.
     """
-    u, v, w = moved
-    tractions = np.empty((2, RINGS, SECTORS))
-    for j in range(RINGS):
+    gain, energy, moves = known
+    start = resultant(before)
+    for i in range(RINGS):
         for k in range(SECTORS):
-            x, y = u + w * ARMS[j] * ALONG[0, j, k], v + w * ARMS[j] * ALONG[1, j, k]
-            one = limit[j] / sqrt(x * x + y * y + 1e-300)
-            tractions[0, j, k], tractions[1, j, k] = one * x, one * y
-    f, g, m = resultant(tractions, load, radius)
-    slide, turn = sqrt(u * u + v * v), abs(w) * radius
-    one = 1.0 / max(sqrt(slide * slide + turn * turn), 1e-300)
-    force, moment, _ = limit_point(one * slide, one * turn)
-    force /= max(slide, 1e-300)
-    return force * u - f, force * v - g, copysign(moment / FULL, w) - m
+            x, y = before[0, i, k], before[1, i, k]
+            back = min(limit[i] / sqrt(x * x + y * y + 1e-300), 1.0)
+            before[0, i, k], before[1, i, k] = back * x, back * y
+            memory[0, i, k] += back * x
+            memory[1, i, k] += back * y
+    f, g, m = resultant(before)
+    least = energy + work(start, (-f, -g, -m), moves) - stored(before, soft)
+    bend = stored(memory, soft)
+    rise = gain - least + bend
+    share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
+    share = min(max(share, 0.0), 1.0)
+    for i in range(RINGS):
+        for k in range(SECTORS):
+            memory[0, i, k] = share * memory[0, i, k] - before[0, i, k]
+            memory[1, i, k] = share * memory[1, i, k] - before[1, i, k]
+    return least + share * (rise - share * bend)
 
 
 @jit_of_sums
-def energies(memory):
-    """Elastic energy of f with the rest, times 2 G* over the span, and of s, times 2 G_t over it."""
-    mean, energy, swirl = np.zeros((3, RINGS)), 0.0, 0.0
-    for i in range(RINGS):
+def resultant(tractions):
+    """Force along both tangents, and moment."""
+    f, g, m = 0.0, 0.0, 0.0
+    for j in range(RINGS):
         for k in range(SECTORS):
-            x, y = memory[0, i, k] / SECTORS, memory[1, i, k] / SECTORS
-            mean[0, i] += x
-            mean[1, i] += y
-            mean[2, i] += x * ALONG[0, i, k] + y * ALONG[1, i, k]
-            energy += OWN[i] * SECTORS * (x * x + y * y)
-        energy -= OWN[i] * (mean[0, i] ** 2 + mean[1, i] ** 2 + mean[2, i] ** 2)
+            x, y = tractions[0, j, k], tractions[1, j, k]
+            f += x
+            g += y
+            m += ARMS[j] * (x * PARTS[j, 2, 0, k] + y * PARTS[j, 2, 1, k])
+    return f / SECTORS, g / SECTORS, m / SECTORS
+
+
+@jit
+def missed(limit, load, moves, radius):
+    """What sectors miss of `resultant` if they slip as the rigid motion says. radius: of the contact, over the span."""
+    u, v, w = moves
+    tractions = np.empty((2, RINGS, SECTORS))
+    for j in range(RINGS):
+        for k in range(SECTORS):
+            x, y = u + w * ARMS[j] * PARTS[j, 2, 0, k], v + w * ARMS[j] * PARTS[j, 2, 1, k]
+            one = limit[j] / sqrt(x * x + y * y + 1e-300)
+            tractions[0, j, k], tractions[1, j, k] = one * x, one * y
+    f, g, m = resultant(tractions)
+    slide, turn = sqrt(u * u + v * v), abs(w) * radius
+    one = 1.0 / max(sqrt(slide * slide + turn * turn), 1e-300)
+    force, moment, _ = limit_point(one * slide, one * turn)
+    force *= load / max(slide, 1e-300)
+    return force * u - f, force * v - g, copysign(load * radius * moment, w) - m
+
+
+@jit_of_sums
+def stored(tractions, soft):
+    """Elastic energy."""
+    parts, weight, energy = np.zeros((6, RINGS)), weights(soft), 0.0
     for i in range(RINGS):
-        for j in range(RINGS):
-            energy += GIVE[i, j] * (mean[0, i] * mean[0, j] + mean[1, i] * mean[1, j])
-            swirl += GIVE_SWIRL[i, j] * mean[2, i] * mean[2, j]
-    return energy, swirl
+        own = weight[6] * GIVE[1, i, i]
+        for k in range(SECTORS):
+            x, y = tractions[0, i, k], tractions[1, i, k]
+            energy += own / SECTORS * (x * x + y * y)
+            for m in range(6):
+                parts[m, i] += (x * PARTS[i, m, 0, k] + y * PARTS[i, m, 1, k]) / SECTORS
+        for m in range(6):
+            energy -= own * parts[m, i] ** 2
+    for m in range(6):
+        for i in range(RINGS):
+            for j in range(RINGS):
+                energy += weight[m] * GIVE[min(m // 2, 1), i, j] * parts[m, i] * parts[m, j]
+    return energy
 
 
 @jit

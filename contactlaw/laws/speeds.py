@@ -2,7 +2,8 @@
 
 The numbers behind a law's own: how many points the curve of e has, and that of mu; then the logarithms of the speeds
 [m/s] and the values of one, and of the other. Between points values go straight over ln v, beyond them they stay; no
-points: the pair's own number holds. What a contact has read holds until it opens.
+points: the pair's own number holds. What a contact has read holds through an impact; one that lasts reads its friction
+again at each speed that it slides with.
 """
 
 from __future__ import annotations
@@ -20,15 +21,22 @@ def read(contact, numbers, push, sliding):
     push: closing acceleration [m/s^2] by all but the contact. A contact that is pressed together is as fast as its
     overlap at rest makes it, however slowly it began. sliding: speed [m/s].
     """
-    count, others = int(numbers[0]), int(numbers[1])
+    count = int(numbers[0])
     if count > 0:
         overlap = max(contact.overlap, 0.0)
         square = contact.closing**2 + 0.8 * contact.stiffness * overlap * overlap * sqrt(overlap) / contact.mass
         if push > 0.0:
             square += 2.0 * push * (contact.mass * push / contact.stiffness) ** (2.0 / 3.0)
         contact.zeta = damping_ratio(value_at(numbers, 2, count, sqrt(square)))
-    if others > 0:
-        contact.mu = contact.friction = value_at(numbers, 2 + 2 * count, others, sliding)
+    read_friction(contact, numbers, sliding)
+
+
+@jit
+def read_friction(contact, numbers, sliding):
+    """Give a contact the friction that it has at a sliding speed [m/s]."""
+    count = int(numbers[1])
+    if count > 0:
+        contact.mu = contact.friction = value_at(numbers, 2 + 2 * int(numbers[0]), count, sliding)
 
 
 @jit

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_force, stiffness_foreseen
+from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
 
 # Of the greatest overlap foreseen: the steps' own error must not outgrow it. The square of 1.02, of a contact radius.
@@ -19,6 +20,7 @@ def know(contact, pair, radius):
     contact.state, contact.course, contact.ratio = OPEN, PRESSED, 1.0
     contact.force, contact.f, contact.g = 0.0, 0.0, 0.0
     contact.scale, contact.reach, contact.stiffness = 0.0, 0.0, hertz_stiffness(contact)
+    contact.skew = 0.0
 
 
 @jit
@@ -27,7 +29,7 @@ def touch(contact, linear):
     deepest = greatest_overlap(contact.stiffness, contact.mass, max(contact.before, 0.0), contact.closing)
     deepest = max(deepest, contact.overlap)  # a step that is too long, or a contact that did not come by its speed
     contact.stiffness = stiffness_foreseen(contact, linear, deepest)
-    contact.reach = MARGIN * deepest
+    contact.reach = MARGIN * deepest * restitution(contact.zeta) ** 0.4
 
 
 @jit
@@ -41,7 +43,7 @@ def prescribe(contact, pair, deepest):
 @jit
 def ask(contact, pair, law, memory, du, dv, dt):
     """The law's tangential force, for the normal forces that the contact has; see `record.ask_force`."""
-    if contact.state == SPUN:
+    if contact.state == SPUN or contact.skew != 0.0:
         return
     if contact.friction == 0.0:
         contact.state = SLIDING

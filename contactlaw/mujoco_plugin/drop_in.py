@@ -224,7 +224,8 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
         with redirect_stderr(printed):
             model = spec.compile()
     except ValueError as error:
-        reasons = [line for line in printed.getvalue().splitlines() if line.startswith("contactlaw: ")]
+        said = [line for line in printed.getvalue().splitlines() if line.startswith("contactlaw: ")]
+        reasons = [line for line in said if not line.startswith("contactlaw: compiling")]
         if not reasons:
             raise
         raise ValueError("; ".join(dict.fromkeys(reasons)).replace("contactlaw: ", "")) from error

@@ -48,8 +48,8 @@ class ContactCallback:
     is the one that the body moves with now, zero for a body at rest, which stays where it is to the last bit.
 
     What must hold, and what cannot be known:
-      * numSubSteps must be 0 or 1. The time step and gravity are read at every call and must not change between
-        `contact()` and stepSimulation.
+      * numSubSteps must be 0 or 1. The time step and gravity are read at every call, but by `step` while all sleep;
+        they must not change between `contact()` and stepSimulation.
       * Radii come from spheres, capsules, planes and box faces. With `pair.radius` a sphere may touch any shape, and a
         capsule any if neither is a body of its own without joints; where PyBullet must measure, the tangent plane at
         the nearest point is what is touched in a step. Others, a box on a plane say, are refused: they touch in more
@@ -61,8 +61,8 @@ class ContactCallback:
       * Removing a contact turns the native response of its pairs on, whatever collision groups say: what
         setCollisionFilterPair said before cannot be read.
       * Remove a contact before its bodies. A body that has gone, or another one that PyBullet has given its id, is an
-        error at the next call if there are more or fewer bodies, or none that there were, as after resetSimulation;
-        else within as many calls as there are bodies. They carry a user data entry for this.
+        error at the next call if there are more or fewer bodies, or one is where it was not. They carry a user data
+        entry for this.
 
     Args:
         client: Physics client id.
@@ -83,7 +83,6 @@ class ContactCallback:
         self._handles = count()
         self._marks = Marks(self._client)
         self._body_count = -1
-        self._dt = 0.0
         self._old: Scene | None = None
         self._made: Scene | None = None
         _ALL.add(self)
@@ -163,12 +162,13 @@ class ContactCallback:
         both, *more = islice(self._contact(handle).sets.every(), 2)
         if more:
             raise ValueError(f"handle = {handle!r}: a contact of sets; use states")
-        return state_of(*both, self._scene.touching(handle).get(both, []), self._dt)
+        return state_of(*both, self._scene.touching(handle).get(both, []), self._scene.traffic.dt)
 
     def states(self, handle: int) -> list[ContactState]:
         """Those contacts of a handle that touched within the last step."""
         self._contact(handle)
-        return [state_of(*both, found, self._dt) for both, found in self._scene.touching(handle).items()]
+        dt = self._scene.traffic.dt
+        return [state_of(*both, found, dt) for both, found in self._scene.touching(handle).items()]
 
     def ledger(self, handle: int) -> Ledger:
         """A copy of the account of a handle.
@@ -181,7 +181,7 @@ class ContactCallback:
             raise ValueError(f"handle = {handle!r}: keeps no ledger; ask for it with add_contact(..., ledger=True)")
         out = Ledger(**vars(ledger))
         for _, record in self._scene.contacts(handle, closed=True):
-            out.add(record, self._dt)
+            out.add(record, self._scene.traffic.dt)
         return out
 
     def save(self) -> Saved:
@@ -212,13 +212,12 @@ class ContactCallback:
         """
         if stepped_by(self._client) is self:
             raise ValueError("inside `stepping` each stepSimulation is a step of this callback: do not call it as well")
-        begun = self._begin()
-        if begun is not None:
-            scene, gravity = begun
+        scene = self._begin()
+        if scene is not None:
             try:
-                said = scene.traffic.foresee(self._dt, gravity)
+                said = scene.traffic.foresee()
             except p.error:
-                self._check_bodies()
+                self._marks.check()
                 raise
             if said:
                 self._look_over(scene, said)
@@ -226,15 +225,14 @@ class ContactCallback:
 
     def step(self) -> None:
         """Take a step of PyBullet and of the contacts; errors as for a call, but Bullet may have stepped then."""
-        begun = self._begin()
-        if begun is None:
+        scene = self._begin()
+        if scene is None:
             STEP_BULLET(self._client)
             return
-        scene, gravity = begun
         try:
-            said = scene.traffic.take_step(self._dt, gravity)
+            said = scene.traffic.take_step()
         except p.error:  # which does not say whose it is
-            self._check_bodies()
+            self._marks.check()
             raise
         if said & (FLAGS - 1):
             self._look_over(scene, said)
@@ -254,30 +252,20 @@ class ContactCallback:
         """
         return stepping(self, self._client)
 
-    def _begin(self) -> tuple[Scene, tuple[float, float, float]] | None:
-        """See that all bodies are there, and read time step and gravity."""
+    def _begin(self) -> Scene | None:
+        """See that all bodies are there; None: there are no contacts."""
         if not self._contacts:
             return None
-        client = self._client
-        if p.getNumBodies(client) != self._body_count or not self._marks.next_is_there():
-            self._check_bodies()
-        step = engine_parameters(client)
-        self._dt = step["fixedTimeStep"]
-        gravity = step["gravityAccelerationX"], step["gravityAccelerationY"], step["gravityAccelerationZ"]
-        return self._made or self._scene, gravity
-
-    def _check_bodies(self) -> None:
-        """Raise ValueError where a body has gone."""
-        self._body_count = -1
-        for body in sorted(set().union(*(contact.bodies for contact in self._contacts.values()))):
-            self._marks.check(body)
-        self._body_count = p.getNumBodies(self._client)
+        if (count := p.getNumBodies(self._client)) != self._body_count:
+            self._marks.check()
+            self._body_count = count
+        return self._made or self._scene
 
     @property
     def _scene(self) -> Scene:
         """The world of the contacts that there are."""
         if self._made is None:
-            self._made = Scene(self._client, self._contacts, self._old, self._moves)
+            self._made = Scene(self._client, self._contacts, self._old, self._moves, self._marks.check)
             self._old = None
         return self._made
 
@@ -293,7 +281,7 @@ class ContactCallback:
             for handle, contact in self._contacts.items():
                 if contact.ledger is not None:
                     for _, record in scene.contacts(handle, closed=False):
-                        contact.ledger.add(record, self._dt)
+                        contact.ledger.add(record, scene.traffic.dt)
         if said & LISTED and scene.traffic.weigh_near():
             self.look()
         if said & NOTED:

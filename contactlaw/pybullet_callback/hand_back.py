@@ -27,16 +27,19 @@ from contactlaw.pybullet_callback.exchange import (
     store_quaternion,
     times,
 )
-from contactlaw.world.access import body_at, contact_at, pair_at, world_at
+from contactlaw.world.access import body_at, contact_at, near_at, pair_at, shape_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.clear import is_clear
 from contactlaw.world.demand import STEP
+from contactlaw.world.geometry import meet
 from contactlaw.world.motion import set_axes, spin_rate
-from contactlaw.world.near import strayed
+from contactlaw.world.near import list_near, strayed, surface_speed
 from contactlaw.world.records import CLOSED, FREE
+from contactlaw.world.sleep import disturbed
 from contactlaw.world.vec import axpy, dot, half_turn, load, norm, scale, store, sub
 
 PASSED, LIST = -2, -3  # of `set_off`
+QUIET = 1 << 40  # more than there are bodies
 
 
 @jit
@@ -44,32 +47,52 @@ def set_off(place):
     """The beginning of a step: `receive` and `steady`. Returns how many bodies are pushed; or, where all are so far
     from each other that they cannot touch in this step or the next, PASSED: there is no more to do.
 
-    Or LIST: the list of near pairs must be made anew; LIST less what `receive` found, where somebody must see to it; or
-    NOT_FINITE.
+    QUIET more where all that can move sleeps. Or LIST: the list of near pairs must be made anew; LIST less what
+    `receive` found, where somebody must see to it; or NOT_FINITE. Called again it does the same.
     """
     head = head_at(place, 0)
     w = world_at(head.world, 0)
     found = receive(head, w)
     if found != 0:
         return NOT_FINITE if found < 0 else LIST - found
-    apart = head.plain != 0 and w.nears == 0 and w.spares == w.contact_room
-    if w.stale == 0 and (apart or head.ahead != 0):
+    apart = head.plain != 0 and w.spares == w.contact_room and w.step > 0.0
+    if apart or head.ahead != 0:
         for k in range(head.count):
             b = body_at(w.bodies, k + 1)
             if apart:
                 b.still = 1 if b.inverse_mass == 0.0 else 0
             if strayed(b, 2.0 * head.dt):
-                w.stale = 1 if head.ahead != 0 else 0
-                apart = False
+                w.stale = 1
+    if w.stale != 0 and head.ahead != 0:
+        return LIST
+    if w.stale != 0 and apart:
+        list_near(w)
+        w.stale = 0 if 2 * w.nears <= w.near_room else 1
     if w.stale != 0:
-        return LIST if head.ahead != 0 else steady(place)
-    if not apart:
         return steady(place)
+    if not (apart and far_apart(w, 2.0 * head.dt)):
+        quiet = head.plain != 0
+        for k in range(head.count):
+            b = body_at(w.bodies, k + 1)
+            quiet = quiet and (row_at(head.rows, k).mass == 0.0 or (b.asleep != 0 and not disturbed(b)))
+        return steady(place) + (QUIET if quiet else 0)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
         b.turned += head.dt * norm(load(b.spin))  # Bullet turns it, the world does not
         keep(r, r.before, head.dt if r.mass > 0.0 else 0.0)
     return PASSED
+
+
+@jit_inside
+def far_apart(w, time):
+    """Whether no two near shapes can touch within a time [s]."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        if time * (surface_speed(a, time) + surface_speed(b, time)) >= -overlap:
+            return False
+    return True
 
 
 @jit

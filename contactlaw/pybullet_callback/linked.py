@@ -82,7 +82,7 @@ class Linked(Joints):
         if not isfinite(q.sum() + v.sum()):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
 
-    def receive(self, world: Arrays, gravity: tuple[float, float, float]) -> None:
+    def receive(self, world: Arrays, gravity: Array) -> None:
         """Take where it is at the start of a step; what its place lacks is put right."""
         self._look_at(world)
         q, v = self.now

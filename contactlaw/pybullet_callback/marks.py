@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import count, cycle
+from itertools import count
 
 import pybullet as p
 
@@ -23,7 +23,6 @@ class Marks:
         self._client = client
         self._name = f"contactlaw {next(_NAMES)}"
         self.bodies: set[int] = set()
-        self._turns = cycle(())
 
     def put(self, bodies: Iterable[int]) -> None:
         """Mark bodies."""
@@ -31,26 +30,20 @@ class Marks:
         for body in new:
             p.addUserData(body, self._name, "", physicsClientId=self._client)
         self.bodies |= new
-        self._turns = cycle(sorted(self.bodies))
 
     def take(self, body: int) -> None:
         """Take the mark off a body, which may be gone."""
         if self.is_there(body):
             p.removeUserData(p.getUserDataId(body, self._name, BASE, BASE, self._client), self._client)
         self.bodies.discard(body)
-        self._turns = cycle(sorted(self.bodies))
 
     def is_there(self, body: int) -> bool:
         """Whether the body still is the one that was marked."""
         return p.getUserDataId(body, self._name, BASE, BASE, self._client) >= 0
 
-    def next_is_there(self) -> bool:
-        """`is_there` of one of them, another one each time: all are seen to in turn, and resetSimulation at once."""
-        return self.is_there(next(self._turns))
-
-    def check(self, body: int) -> None:
-        """Raise ValueError where it is not."""
-        if not self.is_there(body):
+    def check(self) -> None:
+        """Raise ValueError where one is not."""
+        for body in (body for body in sorted(self.bodies) if not self.is_there(body)):
             raise ValueError(
                 f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes "
                 "all); call remove_contact before removing a body, or remove_all, and add what there is"

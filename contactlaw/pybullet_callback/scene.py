@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from typing import Any, NamedTuple
 
@@ -44,14 +44,14 @@ class Scene:
         client: Physics client id.
         contacts: By handle.
         old: The scene before; what it remembers of contacts that are still there is taken over.
-        moves: See `Traffic`.
+        moves, check: See `Traffic`.
 
     Attributes:
         traffic: Between it and PyBullet.
     """
 
     def __init__(
-        self, client: int, contacts: Mapping[int, Contact], old: Scene | None = None, moves: bool = True
+        self, client: int, contacts: Mapping[int, Contact], old: Scene | None, moves: bool, check: Callable[[], None]
     ) -> None:
         self._client, self._contacts, self._handles = client, contacts, tuple(contacts)
         sides = {key: side for contact in contacts.values() for key, side in contact.sides.items()}
@@ -76,7 +76,7 @@ class Scene:
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
                 self._enter(self._side_of[owner], [part])
-        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves)
+        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves, check)
         if any(contact.many for contact in contacts.values()):
             self._known = np.zeros(0, np.int64)
             self.traffic.tell_lists(self._silence)

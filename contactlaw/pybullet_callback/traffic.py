@@ -20,10 +20,10 @@ from contactlaw.pybullet_callback.exchange import (
     press,
     steady,
 )
-from contactlaw.pybullet_callback.hand_back import LIST, PASSED, complete, set_off
+from contactlaw.pybullet_callback.hand_back import LIST, PASSED, QUIET, complete, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.shapes import BASE, Key
+from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
@@ -32,6 +32,8 @@ from contactlaw.world.records import Arrays
 from contactlaw.world.step import address_of_pressed, step
 
 WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
+NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # read of a body yet
+PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
 STEP, PLACE, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
 BEFORE, AFTER, LEFT, FORCE = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force"))  # type: ignore[index]
 SPEED_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
@@ -41,7 +43,9 @@ STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 class Traffic:
     """The bodies of PyBullet that a world holds.
 
-    What is read is written into the rows only where it is not what was read before.
+    What is read is written into the rows only where it is not what was read before. The time step and gravity are not
+    read while all sleep, unless a body shows that it was not held, and while all are far apart, unless one does not
+    fall as it should; nor, then, velocities of bodies that cannot be moved.
 
     Args:
         client: Physics client id.
@@ -50,34 +54,46 @@ class Traffic:
         linked: Those with joints.
         measured: Who must be measured.
         moves: Whether bodies that nothing can move are read at every step.
+        check: Raises an error where a body is another one than it was.
+
+    Attributes:
+        dt: Of the step [s].
     """
 
     def __init__(
-        self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool
-    ) -> None:
-        self._client, self._world, self.keys, self.linked, self._measured = client, world, keys, linked, measured
+        self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool,
+        check: Callable[[], None],
+    ) -> None:  # fmt: skip
+        self._client, self._world, self.keys, self._check = client, world, keys, check
+        self.linked, self._measured = linked, measured
         self._listed: Callable[[], None] = lambda: None
         self.rows: Any = np.zeros(len(keys), ROW)
+        self._bytes = memoryview(self.rows.view(np.uint8))
         self._named = np.zeros(len(keys), np.int64)
         self._head: Any = np.zeros(1, HEAD)
         self._head["plain"] = not (linked or measured)
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed, self._foreseen = 0, [], False
+        self._quiet = self._passed = False
+        self.dt, self._fall, self._down = 0.0, 0.0, 0
+        self._parameters: tuple[float, ...] = ()
         for one in linked:
             self.rows["linked"][one.first : one.first + len(one.keys)] = 1
         plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
-        self._bases = [(key[0], k * SIZE) for k, key in plain if key[1] == BASE]
+        self._bases: list[Any] = [(key[0], k * SIZE) for k, key in plain if key[1] == BASE]
         self._still = [(key, k * SIZE) for k, key in plain if key[1] != BASE]
         self._masses: dict[int, tuple[float, tuple[float, ...]]] = {}
         self.bind(world.arrays)
         self.weigh(k for k, _ in plain)
         self._heavy = set(np.flatnonzero(self.rows["mass"]).tolist())
         self._moving = [one for one in self._bases if one[1] // SIZE in self._heavy]
+        self._bases = [(*one, one[1] // SIZE in self._heavy) for one in self._bases]
+        self._first = next((i for i, one in enumerate(self._bases) if one[2]), -1)
         if not moves:
             self._read()
-            self._bases, self._still = self._moving, []
-            self._last = [()] * len(self._bases)
+            self._bases, self._still, self._first = [one for one in self._bases if one[2]], [], 0
+            self._last = [NOTHING] * len(self._bases)
 
     def tell_lists(self, listed: Callable[[], None]) -> None:
         """Let the list of near pairs be made before Bullet's step, and call this when it is another one."""
@@ -91,7 +107,8 @@ class Traffic:
         head = self._head
         head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._last: list[Any] = [()] * len(self._bases)
+        self._last: list[Any] = [NOTHING] * len(self._bases)
+        self._quiet = self._passed = False
 
     def weigh(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; what has others than before wakes."""
@@ -115,12 +132,14 @@ class Traffic:
         self.weigh([k - 1 for k in near if k - 1 in self._heavy])
         return any(one.inertias() != one.known for one in self.linked)
 
-    def foresee(self, dt: float, gravity: tuple[float, float, float]) -> int:
+    def foresee(self) -> int:
         """The step that Bullet is about to take; returns what `hand_back.look` says of the contacts."""
-        self._found, self._pushed = 0, []
-        if self._set_off(dt, gravity) != PASSED:
+        self._found, self._pushed, self._quiet, self._passed = 0, [], False, False
+        if self._set_off() != PASSED:
             self._found = self._complete(0)
-            self._pushed = [one for one in self.linked if one.hand_back(self.arrays, dt, False, self._presses(one))]
+            self._pushed = [
+                one for one in self.linked if one.hand_back(self.arrays, self.dt, False, self._presses(one))
+            ]
         self._foreseen = True
         return self._found
 
@@ -131,38 +150,47 @@ class Traffic:
         for one in self._pushed:
             one.apply_push()
 
-    def take_step(self, dt: float, gravity: tuple[float, float, float]) -> int:
+    def take_step(self) -> int:
         """A step of PyBullet, then the same one of the world, which is handed back; returns as `foresee`."""
-        pushed = self._set_off(dt, gravity)
+        pushed = self._set_off()
         if pushed > 0:
             self._push(pushed)
         for one in self.linked:
             one.apply_steady_push()
         STEP_BULLET(self._client)
         if pushed == PASSED:
-            return 0
-        client, rows, pack, velocity = self._client, self.rows, SPEED.pack_into, p.getBaseVelocity
+            if self._falls() or not self._look_up():
+                return 0
+            set_off(self._head_at)  # once more: something may be met in such a step
+            self._passed = False
+        client, rows, pack, velocity = self._client, self._bytes, SPEED.pack_into, p.getBaseVelocity
         for body, at in self._moving:
             v, w = velocity(body, client)
             pack(rows, at + SPEED_AFTER, *v, *w)
         for one in self.linked:
-            one.compare(self.arrays, dt)
+            one.compare(self.arrays, self.dt)
         done = self._complete(1)
         if done >= FLAGS:
             self._put(done // FLAGS, LEFT)
         for one in self.linked:
-            one.hand_back(self.arrays, dt, True, self._presses(one))
+            one.hand_back(self.arrays, self.dt, True, self._presses(one))
         return done
 
-    def _set_off(self, dt: float, gravity: tuple[float, float, float]) -> int:
+    def _set_off(self) -> int:
         """Read all bodies and set the world's out from there; returns how many are to be pushed, or PASSED."""
-        STEP.pack_into(self._head, STEP_AT, dt, *gravity)
+        if not (self._quiet or self._passed):
+            self._look_up()
         for one in self.linked:
             one.look_again()
-        if not self._read() and self._foreseen:
+        if not self._read(self._passed) and self._foreseen:
             self._refuse_twice()
         self._foreseen = False
         pushed = set_off(self._head_at)
+        if (self._quiet and pushed < QUIET) or (self._passed and pushed != PASSED):
+            others = self._look_up()
+            if (self._passed and self._read()) or others:
+                pushed = set_off(self._head_at)
+        self._passed, self._quiet = pushed == PASSED, pushed >= QUIET
         if pushed == NOT_FINITE:
             self._refuse()
         if pushed == LIST:
@@ -170,16 +198,37 @@ class Traffic:
             pushed = steady(self._head_at)
         found = max(LIST - pushed, 0)
         for one in self.linked:
-            one.receive(self.arrays, gravity)
-            one.set_out(self.arrays, dt)
+            one.receive(self.arrays, self._head["gravity"][0])
+            one.set_out(self.arrays, self.dt)
             self.rows["strange"][one.first : one.first + len(one.keys)] = one.strange
             found |= int(one.strange)
         if found:
-            self._settle(dt, found)
+            self._settle(found)
             pushed = steady(self._head_at)
         for one in self._measured:
-            one.place(self._client, self.arrays, dt)
-        return pushed
+            one.place(self._client, self.arrays, self.dt)
+        return pushed % QUIET if pushed > 0 else pushed
+
+    def _look_up(self) -> bool:
+        """Read the time step and gravity; returns whether they are others."""
+        told = engine_parameters(self._client)
+        known = tuple(told[name] for name in PARAMETERS)
+        if known == self._parameters:
+            return False
+        self.dt, self._parameters = known[0], known
+        STEP.pack_into(self._head, STEP_AT, *known)
+        self._down = max(range(3), key=lambda i: abs(known[i + 1]))
+        self._fall = self.dt * known[self._down + 1]
+        return True
+
+    def _falls(self) -> bool:
+        """Whether the first body that moves has fallen, within a half, as in a step of the length and gravity known:
+        so much longer it may be for what is called far apart.
+        """
+        if self._fall == 0.0:
+            return False
+        i, gained = self._first, p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
+        return abs(gained - self._last[i][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
 
     def _complete(self, stepped: int) -> int:
         """Move the world and hand it back."""
@@ -189,22 +238,25 @@ class Traffic:
             if done == NO_ROOM:
                 self._make_room()
                 continue
+            if self._quiet and self._look_up():
+                set_off(self._head_at)
             for body, at in self._moving:
                 x, q = p.getBasePositionAndOrientation(body, self._client)
-                POSE.pack_into(self.rows, at + AFTER, *x, *q)
+                POSE.pack_into(self._bytes, at + AFTER, *x, *q)
             self.weigh(np.flatnonzero(self.rows["other"] == 2).tolist())
         return done
 
-    def _settle(self, dt: float, found: int) -> None:
+    def _settle(self, found: int) -> None:
         """See to what `exchange.receive` found."""
+        self._check()
         if found > 1:
             self._put(found >> 1, BEFORE)
             self._last = [(p.getBasePositionAndOrientation(body, self._client), p.getBaseVelocity(body, self._client))
-                          for body, _ in self._bases]  # fmt: skip
+                          for body, *_ in self._bases]  # fmt: skip
         if found & 1:
-            self._settle_in(dt)
+            self._settle_in()
 
-    def _settle_in(self, dt: float) -> None:
+    def _settle_in(self) -> None:
         """Somebody has put bodies where they are: see who is near whom, and who lies on whom."""
         self.weigh(np.flatnonzero((self.rows["strange"] != 0) & (self.rows["linked"] == 0)).tolist())
         self._list_anew()
@@ -215,7 +267,7 @@ class Traffic:
             if one.strange:
                 self.arrays.bodies["held"][:, 0] = np.nan
                 one.pressed = self._presses(one)
-                one.set_out(self.arrays, dt)
+                one.set_out(self.arrays, self.dt)
 
     def _list_anew(self) -> None:
         """See who is near whom, before Bullet does."""
@@ -233,13 +285,16 @@ class Traffic:
         self.bind(with_more_room(self.arrays))
         self.seen[: seen.size] = seen
 
-    def _read(self) -> bool:
-        """Where bodies are and how they move, into the rows; returns whether something is not as it was before."""
+    def _read(self, passed: bool = False) -> bool:
+        """Where bodies are and how they move, into the rows; returns whether something is not as it was before.
+
+        passed: whether how those move that cannot be moved does not matter.
+        """
         client, new = self._client, False
-        rows, last, pack = self.rows, self._last, WHOLE.pack_into
+        rows, last, pack = self._bytes, self._last, WHOLE.pack_into
         pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
-        for i, (body, at) in enumerate(self._bases):
-            state = pose(body, client), velocity(body, client)
+        for i, (body, at, moves) in enumerate(self._bases):
+            state = pose(body, client), velocity(body, client) if moves or not passed else last[i][1]
             if state != last[i]:
                 last[i], new = state, True
                 (x, q), (v, w) = state
@@ -253,8 +308,8 @@ class Traffic:
         """Apply the forces and torques of bodies that have been named."""
         for k in self._named[:number].tolist():
             body, at = self.keys[k][0], k * SIZE
-            fx, fy, fz, tx, ty, tz = SPEED.unpack_from(self.rows, at + FORCE)
-            place = PLACE.unpack_from(self.rows, at + BEFORE)
+            fx, fy, fz, tx, ty, tz = SPEED.unpack_from(self._bytes, at + FORCE)
+            place = PLACE.unpack_from(self._bytes, at + BEFORE)
             p.applyExternalForce(body, BASE, (fx, fy, fz), place, p.WORLD_FRAME, self._client)
             if tx != 0.0 or ty != 0.0 or tz != 0.0:
                 p.applyExternalTorque(body, BASE, (tx, ty, tz), p.WORLD_FRAME, self._client)
@@ -262,7 +317,7 @@ class Traffic:
     def _put(self, number: int, motion: int) -> None:
         """Put bodies that have been named where a motion in their rows says, moving as it says."""
         for k in self._named[:number].tolist():
-            body, own = self.keys[k][0], WHOLE.unpack_from(self.rows, k * SIZE + motion)
+            body, own = self.keys[k][0], WHOLE.unpack_from(self._bytes, k * SIZE + motion)
             p.resetBasePositionAndOrientation(body, own[:3], own[3:7], self._client)  # which stops it
             p.resetBaseVelocity(body, own[7:10], own[10:], self._client)
 

@@ -13,7 +13,7 @@ from math import sqrt
 from contactlaw.jit import address_of
 from contactlaw.world.call import MEETING, NEAREST, RADIUS, ask_deepest
 from contactlaw.world.core import CROWN, deepest_on_line
-from contactlaw.world.curvature import equivalent_radius, feature, radius_between, side_at
+from contactlaw.world.curvature import feature, radius_between, rim, side_at
 from contactlaw.world.gjk import NONE, middle, nearest
 from contactlaw.world.records import BOX, DISC, EDGE, SEGMENT
 from contactlaw.world.vec import add, axpy, load, norm, scale, sub, to_world
@@ -25,15 +25,17 @@ DEEP = 1e-6  # of both radii: a distance of cores that is none
 def radius(sa, a, sb, b):
     """`geometry.effective_radius` of the same. Of two edges the angle is taken for a right one."""
     if sa.kind >= BOX:
-        return sqrt(sa.radius * sb.radius)
+        return sqrt(sa.radius * sb.radius), 0.0, 0.0, 0.0
     if sa.kind == DISC:
-        return equivalent_radius(1.0 / (sa.radius + norm(load(sa.half))), 1.0 / sa.radius)
+        r, along = rim(sa, a)
+        return r, along[0], along[1], along[2]
     at, u = 0.0, NONE
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
         at, _ = deepest_on_line(NONE, u, 0.0, (sa, a, sb, b))
     _, _, count, e = nearest(sa, a, sb, b, scale(at, u))
-    return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
+    r, along = radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
+    return r, along[0], along[1], along[2]
 
 
 def meet(sa, a, sb, b):

@@ -14,7 +14,7 @@ from __future__ import annotations
 from math import exp, log, log1p, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.vec import dot, scale
+from contactlaw.world.vec import add, axpy, dot, load, scale, to_world
 
 SCALE = 0.0312022
 FIT = (1.3265492, 0.13058459, 0.11675849)
@@ -32,8 +32,9 @@ def equivalent_radius(p, q):
 
 @jit_inside
 def radius_between(one, two):
-    """R [m] of two bodies; of each: its curvature [1/m] along a direction, that across it, and the unit vector of it.
+    """R [m] of two bodies, and the longer axis of the ellipse, a vector as long as ln(q/p).
 
+    Of each body: its curvature [1/m] along a direction in which it is the least, that across it, and the unit vector.
     The tensors of curvature add up; what makes each differ from a ball's turns by twice the angle between both.
     """
     along_a, across_a, e = one
@@ -41,7 +42,33 @@ def radius_between(one, two):
     mean = 0.5 * (along_a + across_a + along_b + across_b)
     x, y, cosine = 0.5 * (across_a - along_a), 0.5 * (across_b - along_b), dot(e, f)
     differ = sqrt(max(x * x + y * y + 2.0 * x * y * (2.0 * cosine * cosine - 1.0), 0.0))
-    return equivalent_radius(mean - differ, mean + differ)
+    p = max(mean - differ, FLATTEST * (mean + differ))
+    return equivalent_radius(p, mean + differ), scale(log((mean + differ) / p), between(x, e, y, f, differ))
+
+
+@jit_inside
+def between(x, e, y, f, differ):
+    """Along which two bodies together curve least, which differ by x, y >= 0 from balls and curve least along e, f."""
+    cosine = dot(e, f)
+    across = axpy(-cosine, e, f)
+    sine = sqrt(dot(across, across))
+    if y == 0.0 or sine == 0.0:
+        return e if x > 0.0 else f
+    if x == 0.0 or differ == 0.0:
+        return f
+    double = (x + y * (2.0 * cosine * cosine - 1.0)) / differ
+    near, far = sqrt(max(0.5 + 0.5 * double, 0.0)), sqrt(max(0.5 - 0.5 * double, 0.0))
+    return add(scale(near, e), scale((far if cosine >= 0.0 else -far) / sine, across))
+
+
+@jit_inside
+def rim(s, b):
+    """`radius_between` of a cylinder's rim and what is flat; in place of the longer axis stands that of the cylinder.
+
+    The rim has the radius of its edge and its own, as it has where it stands upright.
+    """
+    p, q = 1.0 / (s.radius + sqrt(dot(load(s.half), load(s.half)))), 1.0 / s.radius
+    return equivalent_radius(p, q), scale(log(q / p), to_world(b.axes, load(s.normal)))
 
 
 @jit_inside

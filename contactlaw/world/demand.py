@@ -12,17 +12,17 @@ import numpy as np
 
 from contactlaw.jit import compiling
 
-STEP, LAST, LIMIT, TWIST, READ = range(5)
-"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`, `state.read`."""
+STEP, LAST, LIMIT, TWIST, ALONG, READ = range(6)
+"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`, `elliptic.advance`, `state.read`."""
 
-FOUND = np.zeros(5, np.uint64)
+FOUND = np.zeros(6, np.uint64)
 """Addresses of those that have been asked for."""
 
 
 @lru_cache
 def supply(what: int) -> int:
     """The address of one of them."""
-    from contactlaw.world import lasting, spinning, state, step  # which need the records that need this
+    from contactlaw.world import elliptic, lasting, spinning, state, step  # which need the records that need this
 
     if what == STEP:
         FOUND[what] = step.address_of_step()
@@ -32,6 +32,9 @@ def supply(what: int) -> int:
     elif what == LAST:
         with compiling("contacts that last", 8):
             FOUND[what] = lasting.address()
+    elif what == ALONG:
+        with compiling("elliptic contacts", 2):
+            FOUND[what] = elliptic.address()
     else:
         with compiling("contacts that spin", 4):
             FOUND[what] = (spinning.address_of_limit if what == LIMIT else spinning.address_of_twist)()

@@ -188,7 +188,8 @@ def radius(sa, a, sb, b):
     out = e[0] != 0.0 or e[1] != 0.0
     around = (sb.half[0] if e[2] == 0.0 else rounding) if out else 0.0
     edge = axis if e[2] == 0.0 else to_world(b.axes, to_world(sb.axes, (-e[1], e[0], 0.0)))
-    return radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
+    r, way = radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
+    return r, way[0], way[1], way[2]
 
 
 @lru_cache

@@ -238,20 +238,22 @@ def curved(s, b, n):
     tt, tu, uu = h * dot(t, q), h * dot(u, q), h * dot(u, shrink(s, b, u))
     mean, differ = 0.5 * (tt + uu), sqrt(0.25 * (tt - uu) ** 2 + tu * tu)
     angle = 0.5 * atan2(2.0 * tu, tt - uu)
-    return mean + differ, mean - differ, add(scale(cos(angle), t), scale(sin(angle), u))
+    return mean - differ, mean + differ, add(scale(-sin(angle), t), scale(cos(angle), u))
 
 
 def radius(sa, a, sb, b):
     """`geometry.effective_radius` of the same."""
+    two = feature(0.0, 3, NONE)
     if sb.kind == PLANE:
-        return radius_between(curved(sa, a, to_world(b.axes, load(sb.normal))), feature(0.0, 3, NONE))
-    if sa.kind != ELLIPSOID:
+        one = curved(sa, a, to_world(b.axes, load(sb.normal)))
+    elif sa.kind != ELLIPSOID:
         n, _, _, count, e, around = nearest_to_ellipsoid(sb, b, sa, a)
-        return radius_between(curved(sb, b, n), feature(around, count, e))
-    n, _, _, count, e, around = nearest_to_ellipsoid(sa, a, sb, b)
-    if sb.kind == ELLIPSOID:
-        return radius_between(curved(sa, a, n), curved(sb, b, n))
-    return radius_between(curved(sa, a, n), feature(around, count, e))
+        one, two = curved(sb, b, n), feature(around, count, e)
+    else:
+        n, _, _, count, e, around = nearest_to_ellipsoid(sa, a, sb, b)
+        one, two = curved(sa, a, n), curved(sb, b, n) if sb.kind == ELLIPSOID else feature(around, count, e)
+    r, along = radius_between(one, two)
+    return r, along[0], along[1], along[2]
 
 
 @lru_cache

@@ -5,15 +5,23 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.laws import rolling, torsion
+from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.record import LASTING, OPEN, SPUN, ask_energy, ask_stiffness
+from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.step import advance
-from contactlaw.world.access import body_at, bring_back_touch, law_numbers, law_of, memory_of, pair_at
-from contactlaw.world.call import address, call_limit, call_twist
-from contactlaw.world.demand import LIMIT, TWIST
+from contactlaw.world.access import (
+    body_at,
+    bring_back_touch,
+    law_numbers,
+    law_of,
+    memory_of,
+    pair_at,
+    speed_numbers,
+)
+from contactlaw.world.call import address, call_along, call_limit, call_twist
+from contactlaw.world.demand import ALONG, LIMIT, TWIST
 from contactlaw.world.motion import give
-from contactlaw.world.records import EACH, LATER
+from contactlaw.world.records import LATER, SELDOM
 from contactlaw.world.vec import dot, load, sub
 
 PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
@@ -25,7 +33,8 @@ ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is
 def advance_contact(w, c, slot, moved, slide, dt, free):
     """Advance a closed contact, in a slot, by one substep to the overlap it has now: new are its forces and its moment.
 
-    moved: what A has moved over B along both tangents [m], and turned about the normal [rad]; slide: how fast. dt [s].
+    moved: what A has moved over B along both tangents [m], and turned about the normal [rad]; slide: how fast. dt [s];
+    zero: at the end of a stage of an implicit step, so that a contact which is no new one lasts.
     free: closing acceleration by all but this contact [m/s^2].
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
@@ -33,22 +42,28 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     if t.state == OPEN:
         for i in range(memory.size):
             memory[i] = 0.0
+    elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or hardly_moves(c, 1.0)):
+        speeds.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
         c.turned += angle
-        if w.twists == LATER and t.state != OPEN and t.state != SPUN:
+        later = w.twists == LATER or (w.twists == SELDOM and t.course == LASTING)
+        if later and t.state != OPEN and t.state != SPUN:
             c.waits = c.waits if c.waits > 0.0 else t.before
             spun = False
     own, left, turned = w.memory + 8 * w.memory_size * slot, 0.0, (du, dv, c.turned)
     if spun:
-        room = law.sectors * law.vectors if w.twists == EACH or t.state == SPUN else 0.0
+        room = law.sectors * law.vectors if w.twists >= SELDOM or t.state == SPUN else 0.0
         left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    calms = t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
+    if t.skew != 0.0 and t.state != SPUN:
+        numbers = w.numbers + 8 * (pair_at(w.pairs, c.pair).numbers + PAIR_SIZE)
+        call_along(address(w, ALONG), c, numbers, own, law.vectors, du, dv)
+    damped = calms(c)
     if spun:
         inertia = 0.0
-        if calms:
+        if damped:
             n = load(c.normal)
             turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
             inertia = 1.0 / turn
@@ -56,8 +71,15 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         t.before = c.waits if c.waits > 0.0 else before
         call_twist(address(w, TWIST), c, own, law.g_t, turned, left, (slide[2], inertia))
         t.before, c.turned, c.waits = before, 0.0, 0.0
-    if calms:
+    if damped:
         calm(t, slide[0], slide[1])
+
+
+@jit_inside
+def calms(c):
+    """Whether a contact lasts, hardly moves and is damped, and so is across: what is stuck would swing for ever."""
+    t = c.touch
+    return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
 
 
 @jit_inside
@@ -128,9 +150,15 @@ def hardly_moves(c, part):
 
 
 @jit_inside
+def drag_across(t):
+    """Of the dashpot across [N s/m]."""
+    return 2.0 * CALM * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
+
+
+@jit_inside
 def calm(t, u, v):
-    """Add a dashpot across, within the cone; u, v: sliding speed [m/s]. What is stuck would swing for ever."""
-    drag = 2.0 * CALM * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
+    """Add a dashpot across, within the cone; u, v: sliding speed [m/s]."""
+    drag = drag_across(t)
     t.f += drag * u
     t.g += drag * v
     pull, limit = sqrt(t.f * t.f + t.g * t.g), t.friction * t.force

@@ -75,11 +75,16 @@ def half_axis(s, b):
 
 @jit_inside
 def effective_radius(sa, a, sb, b):
-    """R [m] where two shapes are nearest: 1/R = 1/R_A + 1/R_B of spheres; see `curvature`. Boxes count as flat."""
+    """R [m] where two shapes are nearest, 1/R = 1/R_A + 1/R_B of spheres, and the longer axis, see `curvature`.
+
+    Boxes count as flat.
+    """
+    where = types.uint64(0)
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
-        return ask_radius(sa.curve if sa.meet != 0 else sb.curve, sa, a, sb, b)
-    if sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
-        return ask_radius(asked_of(sa, sb, OF_RADIUS), sa, a, sb, b)
-    if sb.kind >= BOX:
-        return sa.radius
-    return sa.radius * sb.radius / (sa.radius + sb.radius)
+        where = sa.curve if sa.meet != 0 else sb.curve
+    elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
+        where = asked_of(sa, sb, OF_RADIUS)
+    if where != 0:
+        o = ask_radius(where, sa, a, sb, b)
+        return o[0], (o[1], o[2], o[3])
+    return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)

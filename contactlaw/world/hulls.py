@@ -11,7 +11,7 @@ import numpy as np
 
 from contactlaw.world.records import Array
 
-FLAT = 1e-9  # of the size, a height that is none
+FLAT = 1e-6  # of the size, a height that is none: meshes come in single precision
 FINE = 5e-3  # of the size: what lies less far outside is left out
 MOST = 100  # vertices
 SHARE = 0.1  # of the least distance of a face from the middle: the radius where none is given
@@ -23,7 +23,9 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Ar
     """Vertices (n, 3) of the hull of points (m, 3), and its faces, triangles (k, 3) that are outward right-handed.
 
     The next vertex is the point that is furthest outside of what there is (Barber, Dobkin & Huhdanpaa 1996), until none
-    is further than `fine` of the size, or there are so many: what is left out lies so far outside at most.
+    is further than `fine` of the size, or there are so many: what is left out lies so far outside at most. It takes
+    the place of all faces around that it sees or that it lies in the plane of: no face is then a sliver on whose
+    three vertices, nearly in a line, a normal means nothing.
 
     Raises:
         ValueError: All points lie in a plane.
@@ -39,20 +41,32 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Ar
         raise ValueError("points: lie in a plane; a hull needs four that do not")
     base = [first, second, third] if heights[fourth] < 0.0 else [first, third, second]
     faces = np.array([base, *([base[i], fourth, base[i - 2]] for i in range(3))])
-    faces[1:] = faces[1:, ::-1] if _heights(points, faces[1:2])[base[2], 0] > 0.0 else faces[1:]
-    heights = _heights(points, faces)
+    faces[1:] = faces[1:, ::-1] if _heights(points[base[2:]], points, faces[1:2])[0, 0] > 0.0 else faces[1:]
+    rest, heights = np.arange(len(points)), _heights(points, points, faces)
     for _ in range(most - 4):
         outside = heights.max(1)
-        new = int(outside.argmax())
-        if outside[new] <= fine * size:
+        top = int(outside.argmax())
+        if outside[top] <= fine * size:
             break
-        seen = heights[new] > FLAT * size
+        new, above = int(rest[top]), heights[top]
+        seen = _around(faces, above > -FLAT * size, int(above.argmax()))
         edges = {(f[i], f[i - 2]) for f in faces[seen].tolist() for i in range(3)}
         rim = np.array([[i, j, new] for i, j in sorted(edges) if (j, i) not in edges])
-        faces = np.concatenate([faces[~seen], rim])
-        heights = np.concatenate([heights[:, ~seen], _heights(points, rim)], axis=1)
+        out = outside > 0.0  # what is inside remains so
+        rest, faces = rest[out], np.concatenate([faces[~seen], rim])
+        heights = np.concatenate([heights[out][:, ~seen], _heights(points[rest], points, rim)], axis=1)
     used, faces = np.unique(faces, return_inverse=True)
     return points[used], faces.reshape(-1, 3)
+
+
+def _around(faces: Array, which: Array, first: int) -> Array:
+    """Those of some faces that hang together with the first of them by edges."""
+    out = np.zeros(len(faces), bool)
+    out[first], count = True, 0
+    while count < (count := int(out.sum())):
+        ends = {(f[i - 2], f[i]) for f in faces[out].tolist() for i in range(3)}
+        out |= which & [any((f[i], f[i - 2]) in ends for i in range(3)) for f in faces.tolist()]
+    return out
 
 
 def _normals(points: Array, faces: Array) -> Array:
@@ -60,10 +74,10 @@ def _normals(points: Array, faces: Array) -> Array:
     return n / np.linalg.norm(n, axis=1)[:, None]
 
 
-def _heights(points: Array, faces: Array) -> Array:
-    """Of all points above all faces [m], shape (points, faces)."""
+def _heights(places: Array, points: Array, faces: Array) -> Array:
+    """Of all places above all faces of points [m], shape (places, faces)."""
     n = _normals(points, faces)
-    return points @ n.T - (n * points[faces[:, 0]]).sum(1)
+    return places @ n.T - (n * points[faces[:, 0]]).sum(1)
 
 
 def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tuple[int, int]], float]:

@@ -10,12 +10,13 @@ from math import ceil, floor
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at
+from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, tree_at
 from contactlaw.world.bounds import time_to_close
+from contactlaw.world.coasting import coast, land, set_out
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import drift, fly, greatest_closing, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
-from contactlaw.world.records import EACH, LATER, NEVER, NOW
+from contactlaw.world.records import EACH, LATER, NEVER, NOW, SELDOM
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.vec import load, norm
@@ -25,8 +26,10 @@ AHEAD = 4.0  # strides of the fastest surface that two others may come nearer by
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
+LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
 SHORTEST = 1e-6  # of a substep, a remainder that is none
-TWISTS = 4  # substeps of a crowd in which contacts are twisted once: torsion is a hundred times slower than an impact
+JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
+TWISTS = 4  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
@@ -118,7 +121,10 @@ def run(w, bodies, pairs, t, now, until):
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
-    done, going, closed = 0, True, 0
+    done, going, closed, rest, stirred, spacing = 0, True, 0, pairs, False, h
+    joints = False
+    for i in range(bodies):
+        joints = joints or jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
     while going:
         done += 1
         left = until - t - h
@@ -126,9 +132,12 @@ def run(w, bodies, pairs, t, now, until):
         t = until if last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        crowd = NOW if last or done % TWISTS == 0 else LATER
-        w.twists = EACH if closed <= w.crowd else crowd
-        closed, news = forces(w, pairs, (h, following), travel(w, bodies) * max(following / h, 1.0))
+        if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
+            land(w, pairs - rest)
+            rest = pairs
+        w.twists = twists(joints or closed > w.crowd, last or done % TWISTS == 0)
+        closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
+        closed += pairs - rest
         going = closed > 0 and not last
         if not going:
             following = 0.0
@@ -137,7 +146,7 @@ def run(w, bodies, pairs, t, now, until):
             if not alike(target, following):
                 following = left / ceil(left / target - 1e-9)
             done = 0
-        for i in range(pairs):
+        for i in range(rest):
             p = near_at(w.near, whole_at(w.island_pairs, i))
             if p.closed == 0:
                 continue
@@ -148,12 +157,28 @@ def run(w, bodies, pairs, t, now, until):
             else:
                 apply_force(c, a, b, c.end_weight * h)
                 open_up(p, c)
+        stirred = coast(w, pairs - rest, (h, 0.5 * (h + following))) or news
         w.kicks += closed
+        if rest == pairs and done <= 1 and following == h and closed > 1:
+            count = min(BLOCK, (until - t) / h)
+            if count > LEAST_COASTED:
+                rest, spacing = set_out(w, pairs, h, count), h
         h = following
     w.twists = EACH
     for i in range(bodies):
         settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
     return t
+
+
+@jit_inside
+def twists(crowded, now):
+    """When contacts of an island are twisted: in a crowd, and those that last, now and then; else in each substep.
+
+    crowded: many are closed, or joints hold bodies; now: this is one of the substeps. Sectors are for where few touch.
+    """
+    if crowded:
+        return NOW if now else LATER
+    return EACH if now else SELDOM
 
 
 @jit_inside
@@ -229,11 +254,19 @@ def length(w, pairs, t, until):
 def substeps_of(w, p, few):
     """Substeps that an impact of a pair should have; few: contacts of its island are closed.
 
-    In a crowd, what is damped forgets its errors; what is elastic adds them up.
+    In a crowd, and where joints hold bodies together, what is damped forgets its errors; what is elastic adds them up.
     """
+    damped = law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0
     if few:
-        return w.substeps
-    return w.crowd_substeps if law_of(w, pair_at(w.pairs, p.pair)).zeta > 0.0 else max(w.crowd_substeps, ELASTIC)
+        joints = jointed(body_at(w.bodies, p.body_a)) or jointed(body_at(w.bodies, p.body_b))
+        return w.substeps / JOINTED if damped and joints else w.substeps
+    return w.crowd_substeps if damped else max(w.crowd_substeps, ELASTIC)
+
+
+@jit_inside
+def jointed(b):
+    """Whether joints hold a body to others."""
+    return b.tree != 0 and tree_at(b.tree, 0).count > 1
 
 
 @jit_inside

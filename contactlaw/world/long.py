@@ -14,12 +14,12 @@ import numpy as np
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import FACE, MEETING, RADIUS, TIME, ask_deepest
 from contactlaw.world.core import deepest_on_line, lies_over_face, nearest_on_core
-from contactlaw.world.curvature import equivalent_radius, radius_between, side_at
+from contactlaw.world.curvature import radius_between, rim, side_at
 from contactlaw.world.geometry import OF_FACE, OF_MEETING, OF_RADIUS, OF_TIME, centre, half_axis, round_on_round
 from contactlaw.world.records import DISC, EDGE, SEGMENT, SIDE
 from contactlaw.world.segments import CROWN, nearest_on_segments
 from contactlaw.world.side import predict_side
-from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.vec import add, axpy, dot, load, scale, sub, to_world
 
 TABLE = np.zeros(4, np.uint64)
 """Addresses, see `geometry.OF_MEETING` and those after it."""
@@ -61,12 +61,16 @@ def nearest(sa, a, sb, b):
 
 
 def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of two segments, a sphere and one, or of a cylinder's rim or side and what it meets.
+    """`geometry.effective_radius` of two segments or a sphere and one, or of a cylinder's rim or side."""
+    r, along = curved(sa, a, sb, b)
+    return r, along[0], along[1], along[2]
 
-    The rim of a cylinder has that of its edge and its own, as it has where it stands upright.
-    """
+
+@jit_inside
+def curved(sa, a, sb, b):
+    """The same as `geometry.effective_radius` has it."""
     if sa.kind == DISC:
-        return equivalent_radius(1.0 / (sa.radius + norm(load(sa.half))), 1.0 / sa.radius)
+        return rim(sa, a)
     if sa.kind == SIDE:
         along, axis = dot(load(sa.half), load(sa.normal)), (0.0, 0.0, 1.0)
         across = sqrt(dot(load(sa.half), load(sa.half)) - along * along)

@@ -21,6 +21,7 @@ from contactlaw.world.vec import add, cross, dot, load, norm, sub
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
+SLOWED = 0.5  # of a velocity, by damping in joints within a substep
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 
 
@@ -88,9 +89,15 @@ def predict(w, p, a, b, now, left):
 @jit_inside
 def radius_of(w, p):
     """Effective radius [m] of a near pair, where its bodies are."""
+    return ellipse_of(w, p)[0]
+
+
+@jit_inside
+def ellipse_of(w, p):
+    """The same, and the longer axis, see `geometry.effective_radius`; a radius that is given is that of a circle."""
     own = pair_at(w.pairs, p.pair).radius
     if own > 0.0:
-        return own
+        return own, (0.0, 0.0, 0.0)
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
     return effective_radius(sa, body_at(w.bodies, p.body_a), sb, body_at(w.bodies, p.body_b))
 
@@ -145,13 +152,14 @@ def substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
-    if t.overlap > 0.0 and hardly_moves(c, STEADY):
-        substeps = FEWEST
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    if t.overlap > 0.0 and law.vectors > 0.0 and hardly_moves(c, STEADY):
+        substeps = FEWEST  # but where friction is rigid: what drives it then creeps by what it gains in a substep
     elif t.overlap > 0.0 and hardly_moves(c, 1.0):
         substeps = min(substeps, max(substeps / FEW, 20.0))
     longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
-    slowing = decay(a) + decay(b)
-    return longest if slowing * longest <= 1.0 else 1.0 / slowing
+    slowing = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
+    return longest if slowing * longest <= SLOWED else SLOWED / slowing
 
 
 @jit_inside

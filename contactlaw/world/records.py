@@ -21,7 +21,7 @@ NEVER = np.inf
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
-LATER, NOW, EACH = 0, 1, 2  # when contacts are twisted: in a crowd now and then, else in each substep, maybe by sectors
+LATER, NOW, SELDOM, EACH = range(4)  # when contacts are twisted, see `island.twists`
 STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
@@ -217,6 +217,7 @@ CONTACT = record(
     moved=VECTOR,  # of A over B along both tangents [m], and about the normal [rad], in the last substep
     rolled=VECTOR,  # by A over B in it, about both tangents [rad]; what the limit leaves of the spring's moment
     turned="f8", waits="f8",  # [rad] by A over B since it was last twisted; its overlap then [m], zero: nothing waits
+    missed=VECTOR, kept="f8",  # `moved` that its law has not been told of; its overlap before [m], zero: it knows all
     interval="f8",  # [s] of the last substep
     closing_acceleration="f8",  # closing acceleration over it [m/s^2]
     end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
@@ -236,8 +237,17 @@ ROW = record(
     slide=VECTOR,  # of A over B at the end of a stage, see `force.advance_contact`
     closing="f8",  # speed [m/s]
     impulse=VECTOR,  # [N s] on A by the stages that are found
+    # of one that coasts, where `slide` is what its law misses: see `coasting`
+    body_a="u8", body_b="u8",  # addresses of its bodies
+    normal=VECTOR, tangent=VECTOR, side=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
+    overlap="f8", least="f8", most="f8",  # [m], now, and the range of it
+    stiffness="f8", damping="f8", share="f8",  # k of Hertz; of the closing speed [N s/m]; over 1 + damping h/(2 m)
+    spring="f8", drag="f8", friction="f8",  # across: [N/m], [N s/m], coefficient
+    force="f8", f="f8", g="f8", held_f="f8", held_g="f8", moment="f8",  # [N], of the spring, [N m]
+    turned="f8", time="f8",  # by both bodies about the normal in the mean [rad]; since it set out [s]
+    normal_work="f8", friction_work="f8",  # [J]
 )  # fmt: skip
-"""A contact in an implicit step, see `lasting`."""
+"""A contact in an implicit step, see `lasting`, or one that coasts."""
 
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
@@ -260,7 +270,7 @@ WORLD = record(
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
     kicks="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
-    twists="i8",  # in this substep, LATER, NOW or EACH
+    twists="i8",  # in this substep, LATER, NOW, SELDOM or EACH
     lost="i8",  # contacts and pairs that there was no room for
     demand="u8",  # address of what compiles what is needed, see `demand`
     found=("u8", FOUND.shape),  # addresses of that, by its numbers

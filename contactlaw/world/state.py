@@ -259,7 +259,7 @@ def sound_touch(t):
     positive = least > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0
     whole = t.state == int(t.state) and t.course == int(t.course)
     positive = positive and min(t.mu, t.zeta) >= 0.0
-    return phases and overlaps and forces and positive and whole
+    return phases and overlaps and forces and positive and whole and abs(t.skew) < 1.0
 
 
 @jit_inside

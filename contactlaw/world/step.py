@@ -130,18 +130,18 @@ def finish(w, dt):
     while now < dt:
         if w.stale != 0:
             list_near(w)
-        first, shortest = look_ahead(w, now, dt)
+        first, shortest, window = look_ahead(w, now, dt)
         if now == 0.0 and LONG * shortest <= dt and some_last(w) and call_on_world(address(w, LAST), w):
-            first, shortest = look_ahead(w, now, dt)
+            first, shortest, window = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
                 break
             now = max(now, first)
-            shortest = next_impact(w, now)
-            if shortest < NEVER and dt - now <= AT_THE_END * shortest:
+            window = next_impact(w, now)
+            if window < NEVER and dt - now <= AT_THE_END * window:
                 break
-        until = now + shortest
-        if not dt - until > REMNANT * shortest:
+        until = now + window
+        if not dt - until > REMNANT * window:
             until = dt
         while activate(w, now, until):
             wake(w, now)

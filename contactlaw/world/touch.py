@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws import speeds
+from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import know
 from contactlaw.laws.torsion import RINGS
@@ -13,8 +14,8 @@ from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_a
 from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import meet
 from contactlaw.world.motion import kick, moved_at, turn, velocity_at
-from contactlaw.world.pace import masses, radius_of
-from contactlaw.world.records import CLOSED, FREE, PARTED
+from contactlaw.world.pace import ellipse_of, masses
+from contactlaw.world.records import CLOSED, DISC, FREE, PARTED
 from contactlaw.world.rolling import advance_rolling, apply_rolling, rolled
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
@@ -45,19 +46,22 @@ def close(w, k, overlap):
     c.touches += 1
     t = c.touch
     law = law_of(w, pair_at(w.pairs, q.pair))
-    know(t, law, radius_of(w, q))
+    radius, along = ellipse_of(w, q)
+    know(t, law, radius)
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
     store(c.tangent, tangent(n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
+    if law.sectors != 0.0 and dot(along, along) > 0.0:
+        stretch(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
     c.interval = 0.0
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
     clear_torsion(c.torsion)
-    c.turned, c.waits = 0.0, 0.0
+    c.turned, c.waits, c.kept = 0.0, 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
     masses(c, a, b)
@@ -75,6 +79,17 @@ def close(w, k, overlap):
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
+
+
+@jit_inside
+def stretch(c, along, length):
+    """Make a contact that begins an elliptic one: its first tangent is its longer axis; length: ln(q/p), see there."""
+    n, t = load(c.normal), c.touch
+    e = axpy(-dot(along, n), n, along)
+    size = norm(e)
+    if size > 0.0:
+        store(c.tangent, scale(1.0 / size, e))
+        t.skew = 2.0 * (1.0 - t.g_star / t.e_star) * share_along(length)
 
 
 @jit_inside
@@ -207,7 +222,10 @@ def advance(w, c, slot, span):
         c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
-    force.advance_contact(w, c, slot, moved, scale(1.0 / h, moved), h, c.closing_acceleration + own)
+    told = moved
+    if c.kept > 0.0:
+        told, t.before, c.kept = add(moved, load(c.missed)), c.kept, 0.0
+    force.advance_contact(w, c, slot, told, scale(1.0 / h, moved), h, c.closing_acceleration + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here

@@ -14,6 +14,8 @@ what damps joints of two branches against each other, as a tendon may, is not in
 
 from __future__ import annotations
 
+from math import sqrt
+
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import axis_at, body_at, link_at
 from contactlaw.world.tree_kinematics import NONE, vector
@@ -212,11 +214,16 @@ def ascend(t, m, x):
 
 @jit_inside
 def decay(t):
-    """Rate [1/s] at which damping slows velocities, at most: the trace of M^-1 diag(D), times how many it couples.
+    """Rate [1/s] at which damping slows velocities, at most: a bound on the greatest eigenvalue of M^-1 D.
 
-    What damps a sum over n velocities, b g g^T, does so by no more than n diag(b g^2) would (Cauchy and Schwarz).
+    With R^2 = diag D it is the square of the 2-norm of B = R L^-1 P^-1/2, P the pivots, which the greatest sums of a
+    row and of a column of |B| bound by their product. What damps a sum over n velocities, b g g^T, does so by no more
+    than n diag(b g^2) would (Cauchy and Schwarz).
     """
-    out, most, d = 0.0, 1.0, vector(t.d, (t.v_size, t.v_size))
+    rows, most, d = 0.0, 1.0, vector(t.d, (t.v_size, t.v_size))
+    x, columns = vector(t.x, t.v_size), vector(t.room, t.v_size)
+    for k in range(t.v_size):
+        columns[k] = 0.0
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
         p, coupled = axis.depth, 1.0
@@ -225,21 +232,37 @@ def decay(t):
             for i in range(p):
                 coupled += 1.0 if d[k, i] != 0.0 else 0.0
             most = max(most, coupled)
-            out += own * mobility_along(t, k)
-    return most * out
+            answer_along(t, k)
+            total, i = 0.0, k
+            while i >= 0:
+                other = axis_at(t.axes, i)
+                entry = abs(x[i]) * sqrt(own * other.inverse)
+                columns[i] += entry
+                total += entry
+                i = other.before
+            rows = max(rows, total)
+    out = 0.0
+    for k in range(t.v_size):
+        out = max(out, columns[k])
+    return most * rows * out
+
+
+@jit_inside
+def answer_along(t, last):
+    """x <- L^-T of a unit impulse along an axis, for the axes that carry it."""
+    x, k = vector(t.x, t.v_size), last
+    while k >= 0:
+        x[k] = 0.0
+        k = axis_at(t.axes, k).before
+    x[last] = 1.0
+    descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
 
 
 @jit_inside
 def mobility_along(t, last):
     """An entry of the diagonal of M^-1: what a unit impulse along an axis changes its velocity by."""
-    x, m, out = vector(t.x, t.v_size), vector(t.factor, (t.v_size, t.v_size)), 0.0
-    k = last
-    while k >= 0:
-        x[k] = 0.0
-        k = axis_at(t.axes, k).before
-    x[last] = 1.0
-    descend(t, m, x, last, False)
-    k = last
+    answer_along(t, last)
+    x, out, k = vector(t.x, t.v_size), 0.0, last
     while k >= 0:
         axis = axis_at(t.axes, k)
         out += axis.inverse * x[k] * x[k]

@@ -8,6 +8,7 @@ from typing import Any
 import griffe
 
 STAR = re.compile(r"(?<=[A-Za-z])\*(?![*\w])")  # E*, G*: no emphasis
+BULLET = re.compile(r"\n+ *\* (?=\S)")  # of a list, which Markdown wants apart and at the left
 SEVERAL = re.compile(r"^( +)(\w+(?:, \w+)+): ", re.M)  # "a, b: ...", two of one kind: no type of the first
 
 
@@ -17,5 +18,5 @@ class PlainText(griffe.Extension):
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Put one docstring right."""
         if obj.docstring:
-            text = STAR.sub("\N{ASTERISK OPERATOR}", obj.docstring.value)
+            text = BULLET.sub("\n\n* ", STAR.sub("\N{ASTERISK OPERATOR}", obj.docstring.value))
             obj.docstring.value = SEVERAL.sub(lambda found: f"{found[1]}{found[2].replace(', ', ',')}: ", text)

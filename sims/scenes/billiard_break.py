@@ -14,7 +14,7 @@ import numpy as np
 
 from contactlaw import ContactPair
 from sims.contact_point import static_overlap
-from sims.options import Option, of_ball, speed
+from sims.options import Option, of_ball, seconds, speed
 from sims.recording import Recording
 from sims.scene import EVERYWHERE, NATIVES, Limit, Mark, Measured, Scene, Settings, register, signed
 from sims.scenes.billiards import GRAVITY, PHENOLIC, TABLE
@@ -38,7 +38,7 @@ class BilliardBreak(Scene):
     options = {
         "speed": speed(4.0, "of the cue ball"),
         "gap": Option(0.0, "between the balls of the rack, in m", 0.0, 0.1),
-        "seconds": Option(0.5, "how long it is watched", 0.1, 60.0),
+        "seconds": seconds(0.5),
     } | of_ball(0.02625, 0.06, 0.95, mass=0.1406)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:

@@ -47,7 +47,7 @@ class Billiards(Scene):
     name = "billiards"
     title = "a billiard ball rolls into a cushion, with running, no and reverse side"
     engines = EVERYWHERE
-    slow = 5.0
+    exposure, slow = 0.04, 5.0
     material = ""
     options = {
         "speed": speed(2.0, "of the balls"),

@@ -26,7 +26,7 @@ import numpy as np
 
 from contactlaw import ContactPair
 from sims.contact_point import Array
-from sims.options import Option
+from sims.options import Option, of_contact, seconds
 from sims.recording import Recording
 from sims.scene import EVERYWHERE, NATIVE, NATIVES, NONE, Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
@@ -56,12 +56,10 @@ class Coin(Scene):
         "angle": Option(35.0, "to the table at the start, in degrees", 5.0, 60.0),
         "radius": Option(0.0129, "in m", 1e-3, 1.0),
         "thickness": Option(0.0022, "in m", 1e-4, 0.1),
-        "friction": Option(0.4, "of coin and table", 0.01, 10.0),
-        "restitution": Option(0.5, "of both", 0.02, 1.0),
         "rolling": Option(0.14, "coefficient of rolling resistance", 0.0, 1.0),
         "mass": Option(8.5e-3, "in kg", 1e-6, 1e4),
-        "seconds": Option(1.6, "how long it is watched", 0.2, 60.0),
-    }
+        "seconds": seconds(1.6, 0.2),
+    } | of_contact(0.4, 0.5)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
         """In steady motion for its angle."""

@@ -104,6 +104,7 @@ class Galton(Scene):
     def figure(self, settings: Settings, recording: Recording) -> Figure:
         """The ways through the board, and how many came out in each bin, beside the engine's own contact."""
         from matplotlib.figure import Figure
+        from matplotlib.ticker import MaxNLocator
 
         from sims.panel import TONES, Panel, path, surroundings, title_of
 
@@ -112,8 +113,10 @@ class Galton(Scene):
             runs.append(self.run(replace(settings, law=NATIVE, timestep=self.native_step)))
         rows = recording.o.rows
         wide = (0.5 * rows + 1.0) * PITCH
-        figure = Figure(figsize=(4.3 * len(runs), 6.4), layout="constrained")
-        grid = figure.subplots(2, len(runs), squeeze=False, sharex=True, sharey="row", height_ratios=(3, 2))
+        high = (rows + 5.0) * ROW  # of the board; both are as wide, so that bins stand below the pegs
+        side = 3.7 / (2.0 * wide)
+        figure = Figure(figsize=(4.1 * len(runs) + 0.6, side * high + 3.6), layout="constrained")
+        grid = figure.subplots(2, len(runs), squeeze=False, sharex=True, sharey="row", height_ratios=(side * high, 2.4))
         for (board, bins), one, kind in zip(grid.T, runs, ("law", "native"), strict=False):
             board.set(xlim=(-wide, wide), ylim=(-(rows + 2.0) * ROW, 3.0 * ROW), aspect="equal", anchor="S")
             board.set_title(f"{title_of(self, one)}\n{self.caption(one)}", loc="left", fontsize=9)
@@ -126,6 +129,7 @@ class Galton(Scene):
             expected = [one.o.balls * comb(rows, k) / 2.0**rows for k in range(rows + 1)]
             bins.plot(places, expected, "k.--", label="binomial")
             bins.set(xlabel="x [m]")
+            bins.yaxis.set_major_locator(MaxNLocator(integer=True))
             bins.legend(fontsize=8)
         grid[0, 0].set_ylabel("z [m]")
         grid[1, 0].set_ylabel("balls")

@@ -65,13 +65,15 @@ class Golf(Scene):
         return world.record(LEAD + AFTER)
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """The loft of every third ball, beyond its end."""
+        """The loft of every third ball, beyond it, once they are apart."""
         out = []
         for loft in LOFTS[::3]:
             ball = recording.track(f"ball{loft}")
-            way = ball.velocities[-1] / max(float(np.linalg.norm(ball.velocities[-1])), 1e-12)
-            beyond = ball.positions[-1] + 2.5 * ball.size[0] * way
-            out.append((float(beyond[0]), float(beyond[2]) + 0.5 * ball.size[0], f"{loft}\N{DEGREE SIGN}"))
+            way = ball.positions[entry] - ball.positions[0]
+            far, radius = float(np.linalg.norm(way)), ball.size[0]
+            if far > 12.0 * radius:
+                beyond = ball.positions[entry] + 3.5 * radius / far * way
+                out.append((float(beyond[0]), float(beyond[2]) + 0.5 * radius, f"{loft}\N{DEGREE SIGN}"))
         return out
 
     def caption(self, recording: Recording) -> str:

@@ -77,11 +77,7 @@ class Grasp(Scene):
         begun = perf_counter()
         for number in range(count + 1):
             for _ in range(stride if number else 0):
-                if data.time < LOADED[0]:
-                    data.ctrl[:2] += settings.step / CLOSING * (force - data.actuator_force[:2]) / KP
-                model.opt.gravity[2] = -GRAVITY * ramp(data.time, *LOADED)
-                shake = AMPLITUDE * np.sin(2.0 * pi * FREQUENCY * (data.time - SHAKEN[0]))
-                data.ctrl[2] = shake * ramp(data.time, *SHAKEN)
+                drive(model, data, force)
                 engine.mj_step(model, data)
             engine.mj_kinematics(model, data)
             rows.append((data.xipos[ids].copy(), data.xmat[ids].reshape(-1, 3, 3).copy(), data.time))
@@ -130,6 +126,15 @@ class Grasp(Scene):
         measured = self.measure(recording)
         slip = abs(measured["slip_um"])
         return "the ball falls" if measured["fell"] else f"slip {slip:.2g} um" if slip > 1e-3 else "slip below 1 nm"
+
+
+def drive(model: Any, data: Any, force: float) -> None:
+    """Before a step: fingers close until they press with a force [N], weight sets in, the hand shakes."""
+    if data.time < LOADED[0]:
+        data.ctrl[:2] += model.opt.timestep / CLOSING * (force - data.actuator_force[:2]) / KP
+    model.opt.gravity[2] = -GRAVITY * ramp(data.time, *LOADED)
+    shake = AMPLITUDE * np.sin(2.0 * pi * FREQUENCY * (data.time - SHAKEN[0]))
+    data.ctrl[2] = shake * ramp(data.time, *SHAKEN)
 
 
 def ramp(time: float, begin: float, end: float) -> float:

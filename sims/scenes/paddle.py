@@ -38,7 +38,7 @@ class Paddle(Scene):
     name = "paddle"
     title = "a table tennis ball with topspin meets a paddle on a hinge"
     beside_native = False
-    slow = 20.0
+    exposure, slow = 0.014, 20.0
     in_window = False
     material = None
     options = {

@@ -35,7 +35,7 @@ class RubberExperiment(Scene):
     name = "rubber_experiment"
     title = "the paper's rubber experiment: a first block gives the puck backspin, a second meets it at a fine angle"
     engines = EVERYWHERE
-    slow = 5.0
+    exposure, slow = 0.034, 5.0
     material = "rubber"
     options = {
         "psi1_first": Option(1.0, "psi_1 of the throw at the first block", -1e3, 1e3),

@@ -19,7 +19,7 @@ import numpy as np
 
 from contactlaw import MATERIALS, ContactPair
 from sims.contact_point import static_overlap
-from sims.options import Option, length, speed
+from sims.options import length, of_contact, seconds, speed
 from sims.recording import Recording
 from sims.scene import EVERYWHERE, NATIVES, Limit, Mark, Measured, Scene, Settings, register
 from sims.worlds import new_world
@@ -47,10 +47,8 @@ class Shapes(Scene):
     options = {
         "drop": length(0.03, "of the boxes"),
         "speed": speed(0.3, "of the can"),
-        "friction": Option(0.3, "of all", 0.01, 10.0),
-        "restitution": Option(0.3, "of all", 0.02, 1.0),
-        "seconds": Option(3.0, "how long it is watched", 1.0, 60.0),
-    }
+        "seconds": seconds(3.0, 1.0),
+    } | of_contact(0.3, 0.3)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
         """Put the can and the puck down, let go of the boxes."""
@@ -77,7 +75,7 @@ class Shapes(Scene):
     def caption(self, recording: Recording) -> str:
         """How deep they lie."""
         bodies = self.measure(recording)["bodies"].items()
-        return "depth [um]: " + ", ".join(f"{name} {one['depth_um']:.2f}" for name, one in bodies)
+        return "depth [um]: " + ", ".join(f"{name} {one['depth_um']:.3g}" for name, one in bodies)
 
     def measure(self, recording: Recording) -> Measured:
         """How deep each lies, and how fast it still is."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from contactlaw import ContactPair
 from sims.contact_point import Array
-from sims.options import Option
+from sims.options import Option, of_contact, seconds
 from sims.recording import Recording
 from sims.scene import EVERYWHERE, NATIVE, Limit, Measured, Scene, Settings, register
 from sims.worlds import new_world
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 HALF, MASS = 0.05, 1.0  # [m], [kg]
 DROP = 1e-4  # [m], of the box over the slope at the start
-EVERY, SHOWN = 0.02, 0.5  # [s] between two entries, and until when it has landed
+EVERY, LANDED = 0.02, 0.5  # [s] between two entries, and until when it has landed
 IMPRATIO, NOSLIP = 10.0, 10
 BEST = Option(0, f"1: native contact with elliptic cones, impratio {IMPRATIO:g}, {NOSLIP} noslip iterations", 0, 1)
 
@@ -40,16 +40,13 @@ class Slope(Scene):
     name = "slope"
     title = "a box lies on a slope for a minute: how far it creeps"
     engines = EVERYWHERE
-    shown = SHOWN
-    slow = 5.0
+    slow = 0.05
     options = {
         "angle": Option(20.0, "of the slope, in degrees", 0.1, 80.0),
-        "friction": Option(0.5, "of box and slope", 1e-3, 10.0),
-        "restitution": Option(0.5, "of both", 0.02, 1.0),
         "mass": Option(MASS, "of the box, in kg", 1e-3, 1e4),
-        "seconds": Option(60.0, "how long it is watched", 2.0, 1e5),
+        "seconds": seconds(60.0, 2.0, 1e5),
         "best": BEST,
-    }
+    } | of_contact(0.5, 0.5)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
         """Let go just above the slope."""
@@ -69,7 +66,7 @@ class Slope(Scene):
     def measure(self, recording: Recording) -> Measured:
         """Creep from half a second on, and how long it took to land."""
         times, way = recording.times, _way(recording)
-        after = times >= SHOWN
+        after = times >= LANDED
         fit = np.polyfit(times[after], way[after], 1)[0]
         return recording.told("friction") | {
             "angle_degrees": recording.o.angle,
@@ -105,12 +102,12 @@ class Slope(Scene):
         figure = Figure(figsize=(7.0, 4.2), layout="constrained")
         axes = figure.subplots()
         for name, one, line, colour in curves:
-            after = one.times >= SHOWN
+            after = one.times >= LANDED
             way = 1e6 * np.abs(_way(one)[after] - _way(one)[after][0])
             label = f"{name}: {abs(self.measure(one)['creep_um_per_s']):.2g} um/s"
             axes.plot(one.times[after], np.maximum(way, FLOOR_UM), line, color=colour, label=label)
         axes.set_yscale("log")
-        axes.set(xlabel="time [s]", ylabel=f"way down the slope since {SHOWN:g} s [um]", ylim=(0.5 * FLOOR_UM, None))
+        axes.set(xlabel="time [s]", ylabel=f"way down the slope since {LANDED:g} s [um]", ylim=(0.5 * FLOOR_UM, None))
         axes.annotate("0 is drawn here", (0.99, FLOOR_UM), xycoords=("axes fraction", "data"), xytext=(0, 3),
                       textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
         o = recording.o

@@ -71,7 +71,7 @@ class TableTennis(Scene):
             track = recording.track(name)
             (x, _, z), spins = track.positions[-1], (float(track.spins[i, 1]) for i in (0, -1))
             told = " \N{RIGHTWARDS ARROW} ".join(signed(spin, 0) for spin in spins)
-            out.append((float(x), float(z) + 2.9 * track.size[0], f"{name}\n{told}"))
+            out.append((float(x), float(z) + 3.5 * track.size[0], f"{name}\n{told}"))
         return out
 
     def caption(self, recording: Recording) -> str:

@@ -151,6 +151,33 @@ def test_a_link_s_mass_changed_in_flight_is_the_one_that_strikes(client: int, ah
     assert velocities(client, body)[0][2] == pytest.approx((1.0 - k) / (1.0 + k), abs=1e-3)
 
 
+def test_a_step_made_longer_far_from_everything_passes_nothing(client: int) -> None:
+    """What flies far from everything is not asked for the step's length; it shows that it has fallen for longer."""
+    floor, body = plane(client), ball(client, [0, 0, RADIUS + 0.05], [0, 0, -5.0])
+    p.setGravity(0, 0, -9.81, client)
+    p.setTimeStep(1e-5, client)
+    callback = ContactCallback(client)
+    callback.add_contact(body, floor, pair_of(restitution=1.0))
+    go(client, callback, False, 4)
+    p.setTimeStep(1 / 60, client)
+    callback.step()
+    assert p.getBasePositionAndOrientation(body, client)[0][2] > RADIUS
+    assert velocities(client, body)[0][2] == pytest.approx(5.0, abs=0.2)
+
+
+@pytest.mark.parametrize("pull", [-20.0, 9.81])
+def test_gravity_changed_while_all_sleeps_is_noticed(client: int, pull: float) -> None:
+    body, callback, handle = resting(client)
+    p.setGravity(0, 0, pull, client)
+    p.setTimeStep(1e-3, client)
+    callback.step()
+    if pull > 0.0:
+        assert velocities(client, body)[0][2] > 0.0
+    else:
+        go(client, callback, False, 200)
+        assert callback.state(handle).force[2] == pytest.approx(0.5 * 20.0, rel=1e-6)
+
+
 def chain(client: int, links: int = 3) -> int:
     """Balls on a line that overlap at their joints, the next but one by nothing."""
     own = shape(client, p.GEOM_SPHERE, radius=0.05)

@@ -65,6 +65,7 @@ def test_surface_velocity_in_gross_slip_is_uniform():
 # --- prescribed paths -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @compiled_only
 def test_cattaneo_mindlin_loading_is_met_to_second_order():
     displacement = np.linspace(0.0, 1.3, 14) + 0.0137  # not on the values where stick retreats by a whole annulus

@@ -8,8 +8,8 @@ from scipy.integrate import dblquad
 
 from validation.reference import annulus, grid, rings
 from validation.reference.cerruti import displacement, square_influence
-from validation.reference.closed_forms import sliding_spin, torsion
-from validation.reference.grid_step import Step, cell_pressure
+from validation.reference.closed_forms import dundurs, sliding_spin, torsion
+from validation.reference.grid_step import Step, cell_pressure, sizes
 from validation.reference.mindlin_loop import first_loading
 from validation.reference.refinement import extrapolated
 from validation.reference.turning_paths import path
@@ -165,6 +165,7 @@ def test_sliding_and_spinning_together(k):
     assert force[2] == pytest.approx(float(exact[1]), abs=3e-3)
 
 
+@pytest.mark.slow
 def test_rings_and_grid_agree_on_a_circle():
     approach, slide = path("circle", 0.6, 2)
     expected = rings.force_along_path(approach, slide, rings=64) / P
@@ -259,3 +260,29 @@ def test_spin_that_slips_throughout_takes_the_moment_of_full_slip():
 def test_bad_arguments_are_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+# --- unlike materials -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.6, 0.95, 1.3])
+def test_pressing_unlike_materials_sticks_within_the_closed_forms_radius(ratio):
+    """To half the width of a cell, while the contact grows from nothing."""
+    cells, nu, none = 40, 0.3, np.zeros(3)
+    h, coupling = 2.0 / cells, 2.0 * (1.0 - nu) / (2.0 - nu) * ratio
+    middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
+    arms = np.stack(np.broadcast_arrays(-middles, middles[:, None]))
+    traction, slipped = np.zeros((2, 2, cells, cells))
+    for a in np.linspace(0.0, 1.0, 2 * cells + 1)[1:]:
+        caps, parted = cell_pressure(a, h, cells), coupling * grid.drawn(arms, a)
+        step = Step(h, nu, a, caps, arms, none, none, slipped - parted)
+        traction, _ = step.solve(traction)
+        slipped = step.slipped_after(traction) + parted
+    stuck = (sizes(traction) < caps * (1.0 - 1e-9)).sum()
+    assert h * math.sqrt(stuck / math.pi) == pytest.approx(dundurs.stick_radius(ratio * 0.2, 0.2), abs=0.5 * h)
+
+
+def test_the_sign_of_the_coupling_does_not_matter_to_an_impact():
+    one, other = (grid.rebound([0.9, 0.0, 0.0], [BALL, BALL, 0.0], cells=12, steps=48, coupling=c) for c in (0.5, -0.5))
+    np.testing.assert_allclose(one, other, atol=1e-4)
+    assert abs(one[0] - grid.rebound([0.9, 0.0, 0.0], [BALL, BALL, 0.0], cells=12, steps=48)[0]) > 0.02

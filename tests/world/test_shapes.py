@@ -48,7 +48,7 @@ def inside(world: World, half: float) -> bool:
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
+@pytest.mark.parametrize("timestep", [pytest.param(5e-4, marks=pytest.mark.slow), 2e-3, 1e-2])
 def test_a_hundred_elastic_impacts_keep_energy(kind: str, timestep: float) -> None:
     edges = 0
     for seed in range(4):

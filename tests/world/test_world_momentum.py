@@ -117,7 +117,7 @@ def test_a_break_of_frictionless_balls_has_no_spin(timestep: float) -> None:
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["capsule", "dumbbell", "box"])
-@pytest.mark.parametrize("timestep", [5e-4, 2e-3, 1e-2])
+@pytest.mark.parametrize("timestep", [pytest.param(5e-4, marks=pytest.mark.slow), 2e-3, 1e-2])
 def test_tumbling_bodies_gain_no_energy(kind: str, timestep: float) -> None:
     for friction, restitution in ((0.0, 1.0), (0.3, 1.0), (0.0, 0.5), (0.3, 0.5)):
         made = tumbler(kind, 1, timestep, steel_pair(friction, restitution))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,13 @@ GRASPS = {"law, steel": ("steel", {}), "law, rubber": ("rubber", {}), "native, d
           "native, best": ("steel", {"best": 1.0})}  # fmt: skip
 WIDE = 2.5 * 0.01, 1.5  # [m] between balls that are poured into a box with room on its floor; [s]
 DROPS = {8: (3.0, 4.0), 64: (2.0, 4.0), 216: (2.0, 0.5)}  # asked, and how long it is watched [s]
-MANY, STEPS = 3000, 12
+MANY, STEPS = 10_000, 12
+OTHERS = {
+    "heap of 64 of rubber": (1.0, 0.5, {"material": "rubber", "friction": 0.8, "restitution": 0.8}),
+    "heap of 64 of glass, R 1 mm": (5.0, 0.3, {"material": "glass", "radius": 1e-3, "restitution": 0.9}),
+}  # asked, how long they are watched [s], and what they are made of
+CROWD, FIRST = 1000, 0.1  # a heap that is measured once, and how long [s]
+HELD = (0.1, 0.3, 1.0)  # [kg]
 
 
 @register
@@ -83,6 +90,29 @@ class Crowds(Case):
             found, what = heap.costs(64, WIDE[1], pitch=WIDE[0]), f"heap of 64 in a wide box, its first {WIDE[1]:g} s"
             drops.append(found | {"what": what})
             limits += _limits(what, found, 2.0, "CG")
+            for name, (asked, seconds, made) in OTHERS.items():
+                found = heap.costs(64, seconds, o=SimpleNamespace(**(vars(heap.DEFAULT) | made)))
+                what = f"{name}, its first {seconds:g} s"
+                drops.append(found | {"what": what})
+                limits += _limits(what, found, asked, "CG")
+            found, what = heap.costs(CROWD, FIRST), f"heap of {CROWD}, its first {FIRST:g} s"
+            drops.append(found | {"what": what})
+            limits += _limits(what, found, 1.5, "CG")
+            made_in = heap.build_times(CROWD)
+            limits += [
+                Limit(f"{CROWD} balls added and compiled", 2.0, made_in["model"], "s"),
+                Limit(f"{CROWD} balls, an MjData", 0.1, made_in["data"], "s"),
+            ]
+        grasps: list[Data] = []
+        for material in ("steel", "rubber"):
+            for mass in HELD[: 1 if quick else None]:
+                held = lasting.grasp(material, mass, 4.0 if quick else LONG)
+                what = f"grasp of {mass:g} kg by {material}"
+                grasps.append(held | {"what": what})
+                limits += [
+                    Limit(f"{what}, slip", 0.05, 1e3 * abs(held["slip"]), "mm"),
+                    Limit(f"{what}, over native", 2.0, held["law"] / held["native"]),
+                ]
         found = lasting.drop(lasting.tube)
         drops.append(found | {"what": "tube of 5"})
         limits += _limits("tube of 5", found, 2.0, "native")
@@ -100,7 +130,8 @@ class Crowds(Case):
             Limit(f"{name}, over native", most, steps[name]["law"] / steps[name]["native"])
             for name, most in asked.items() if name in steps
         ]  # fmt: skip
-        return Outcome(limits, {"creep": creep, "slip": slip, "kept": kept, "drops": drops, "steps": steps})
+        data = {"creep": creep, "slip": slip, "kept": kept, "drops": drops, "grasps": grasps, "steps": steps}
+        return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
         """A row for each thing."""
@@ -124,6 +155,11 @@ class Crowds(Case):
                 lying = "" if one["lying"] is None else f"asleep {one['lying']['law'] / one['lying'][name]:.2f}"
                 ratio = one["drop"]["law"] / one["drop"][name]
                 table.rows.append([f"{one['what']}, CPU time over {name}, MuJoCo", f"{ratio:.2f}", lying, rest])
+        for one in data["grasps"]:
+            table.rows.append(
+                [one["what"], f"{one['law'] / one['native']:.2f} of native", f"{1e6 * one['law']:.1f} us",
+                 f"slip {1e6 * one['slip']:.1e} um"]
+            )  # fmt: skip
         for name, one in data["steps"].items():
             table.rows.append(
                 [name, f"{one['law'] / one['native']:.2f} of native", f"{1e6 * one['law']:.1f} us",

@@ -30,13 +30,12 @@ class FiniteElements(Case):
     place = 12
     title = "Finite elements of others"
     claim = (
-        "Finite elements of an elastic sphere on a rigid plane, published by others, are met without fitting to "
-        "0.07 rms, which is more than their own two curves differ, 0.04. Their "
+        "Finite elements of an elastic sphere on a rigid plane, published by others, are met without fitting, "
+        "less closely than their own two curves meet each other. Their "
         "Poisson's ratio is not stated: 0.30 is assumed, as for the steel of that benchmark. What remains is the "
-        "same for the law and for the reference, so it lies outside both: in the unknown ratio, in the coupling of "
-        f"normal and tangential motion of a sphere on a rigid plane ({COUPLING:.2f}), which both leave out, in the "
-        "finite elements themselves, and in the reading of the figure, of which the two curves' disagreement gives "
-        "the size."
+        "same for the law and for the reference, so it lies outside both: most of it in the coupling of normal and "
+        f"tangential motion of a sphere on a rigid plane ({COUPLING:.2f}), which both leave out (a later chapter "
+        "shows it), then in the reading of the figure, of which the two curves' disagreement gives the size."
     )
     caption = (
         "Velocity of the contact point and spin after an impact over the incidence, x = v_t/(mu v_n): finite "

@@ -68,22 +68,16 @@ def _row(name: str, quantity: str, points: int, found: dict[str, float], scatter
 
 def _alumina() -> list[Data]:
     """All three digitised figures; where two of them say the same, how far they differ."""
-    each, rows = alumina.consistency(), []
+    scatter, rows = alumina.scatter(), []
     for quantity, (name, column) in alumina.TABLES.items():
         table = load(name)
         theta = table["theta_deg"]
         below = theta < alumina.STICKING
         laws = alumina.quantities(alumina.PAIR, theta, with_reference=False)
         found = {law: rms((values[quantity] - table[column])[below]) for law, values in laws.items()}
-        scatter, source = each.get(quantity, (alumina.UNSURE,))[0], "from that of the rebound angle"
-        if quantity == "rebound angle":  # what the disagreement of e_t makes of it
-            angle = np.radians(theta[below])
-            reflected = np.tan(angle) / alumina.RESTITUTION
-            e_t = laws["microslip"]["e_t"][below]
-            slope = np.degrees(reflected / (1.0 + (e_t * reflected) ** 2))
-            scatter, source = rms(each["e_t"][0] * slope), "from that of e_t"
+        source = "from that of e_t" if quantity == "rebound angle" else "from that of the rebound angle"
         rows.append(_row(f"alumina on glass, {quantity}", alumina.UNITS[quantity] or "-", int(below.sum()), found,
-                         scatter, source))  # fmt: skip
+                         scatter[quantity], source))  # fmt: skip
     return rows
 
 

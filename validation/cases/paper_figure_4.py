@@ -9,7 +9,7 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.picture import panels
 from validation.rebound_figure import INCH, sized
 
@@ -48,7 +48,7 @@ class PaperFigure4(Case):
             change = np.abs(np.asarray(rebound(psi, round_chi, restitution=e)) - rebound(psi, puck.chi, restitution=e))
             pucks[name] = {
                 "radius": puck.radius, "mass": puck.mass, "chi": puck.chi, "chi_round": round_chi,
-                "gyration": gyration, "mu": puck.pair.friction, "restitution": e,
+                "gyration": gyration, "mu": puck.pair.friction, "restitution": e, "kappa": puck.pair.kappa,
                 "contact_duration": puck.contact_duration, "change": float(change.max()),
                 "greatest_overlap": puck.pair.greatest_overlap(puck.mass, puck.speed),
             }  # fmt: skip
@@ -57,7 +57,8 @@ class PaperFigure4(Case):
             "pucks": pucks, "thickness": Puck.thickness, "speed": Puck().speed,
             "incidence": SURFACES["steel"].friction / Puck().pair.kappa * replace(Puck(), psi_1=3.0).psi_1,
         }  # fmt: skip
-        return Outcome([], data)
+        flat = max(abs(puck["chi"] / (1.5 * puck["kappa"]) - 1.0) for puck in pucks.values())  # 1 + 1/K^2 = 3
+        return Outcome([Limit("chi of a flat disk from 3/2 kappa, over it", 1e-12, flat)], data)
 
     def table(self, data: Data) -> Table:
         """A row a puck."""

@@ -29,7 +29,17 @@ TITLES = {"none": "World", "mujoco": "MuJoCo", "pybullet": "PyBullet"}
 
 
 def hertz_radius(p: float, q: float) -> float:
-    """R [m] of 4/3 E* sqrt(R) delta^1.5 for curvatures p < q [1/m], by Johnson (1985), section 4.2, and a root."""
+    """R [m] of 4/3 E* sqrt(R) delta^1.5 for curvatures p <= q [1/m], by Johnson (1985), section 4.2."""
+    from scipy.special import ellipe, ellipk
+
+    if q < p * (1.0 + 1e-9):
+        return 1.0 / p
+    m = -np.expm1(-2.0 * elongation(p, q))
+    return float(np.pi**2 * (ellipk(m) - ellipe(m)) / m / (2.0 * p * ellipk(m) ** 3))
+
+
+def elongation(p: float, q: float) -> float:
+    """ln(a/b) of the ellipse for curvatures p < q [1/m], by a root."""
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
 
@@ -37,11 +47,8 @@ def hertz_radius(p: float, q: float) -> float:
         m = -np.expm1(-2.0 * t)  # t = ln(a/b), m = k^2
         return float(np.log((np.exp(2.0 * t) * ellipe(m) - ellipk(m)) / (ellipk(m) - ellipe(m))) - np.log(q / p))
 
-    if q < p * (1.0 + 1e-9):
-        return 1.0 / p
     root: Any = brentq(mismatch, 1e-7, 12.0)
-    m = -np.expm1(-2.0 * root)
-    return float(np.pi**2 * (ellipk(m) - ellipe(m)) / m / (2.0 * p * ellipk(m) ** 3))
+    return float(root)
 
 
 def box_errors() -> tuple[float, float]:

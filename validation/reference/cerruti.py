@@ -26,18 +26,19 @@ from scipy.fft import next_fast_len
 from validation.reference.normal_motion import Array
 
 
-def square_influence(cells: int, nu: float) -> tuple[Array, Array, Array]:
+def square_influence(cells: int, nu: float, height: float = 1.0) -> tuple[Array, Array, Array]:
     """Displacements xx, yy and xy = yx at whole offsets -cells < i, j < cells, of a unit square with unit traction.
 
     Args:
         cells: Offsets reach to cells - 1 squares each way.
         nu: Poisson's ratio.
+        height: Along y, of a rectangle in place of the square.
 
     Returns:
         Three arrays, shape (2 cells - 1, 2 cells - 1), first axis x.
     """
     edges = np.arange(-cells, cells, dtype=np.float64) + 0.5
-    x, y = np.meshgrid(edges, edges, indexing="ij")
+    x, y = np.meshgrid(edges, height * edges, indexing="ij")
 
     def squares(corner: Array) -> Array:
         return np.diff(np.diff(corner, axis=0), axis=1)
@@ -50,21 +51,21 @@ def square_influence(cells: int, nu: float) -> tuple[Array, Array, Array]:
 
 
 @lru_cache(maxsize=128)
-def _transforms(cells: int, nu: float) -> tuple[int, tuple[Array, Array, Array]]:
+def _transforms(cells: int, nu: float, height: float) -> tuple[int, tuple[Array, Array, Array]]:
     size = int(next_fast_len(2 * cells - 1, real=True))  # type: ignore[arg-type]
     shift = np.arange(-cells + 1, cells) % size
     found = []
-    for kernel in square_influence(cells, nu):
+    for kernel in square_influence(cells, nu, height):
         wrapped = np.zeros((size, size))
         wrapped[np.ix_(shift, shift)] = kernel
         found.append(rfft2(wrapped))
     return size, (found[0], found[1], found[2])
 
 
-def displacement(traction: Array, nu: float) -> Array:
+def displacement(traction: Array, nu: float, height: float = 1.0) -> Array:
     """Displacement in units of a cell's width, shape (2, n, n), under the traction of the same shape."""
     cells = traction.shape[-1]
-    size, (xx, yy, xy) = _transforms(cells, nu)
+    size, (xx, yy, xy) = _transforms(cells, nu, height)
     x, y = rfft2(traction, s=(size, size))
     both = np.stack([xx * x + xy * y, xy * x + yy * y])
     return irfft2(both, s=(size, size))[:, :cells, :cells]

@@ -72,6 +72,7 @@ class Step:
         free: w that the step would end with if there were no force at its end: w_x, w_y, theta a_max.
         compliance: C, shape (3,); zeros for a given path.
         slipped: S, shape (2, n, n).
+        height: Of a cell along y, over its width.
     """
 
     h: float
@@ -82,16 +83,17 @@ class Step:
     free: Array
     compliance: Array
     slipped: Array
+    height: float = 1.0
 
     def resultant(self, traction: Array) -> Array:
         """F_x, F_y and M/a_max."""
-        return self.h**2 * np.array([traction[0].sum(), traction[1].sum(), (self.arms * traction).sum()])
+        return self.h**2 * self.height * np.array([traction[0].sum(), traction[1].sum(), (self.arms * traction).sum()])
 
     def slip(self, traction: Array) -> Array:
         """Slip of the step, shape (2, n, n), for a traction at its end."""
         w = self.free - self.compliance * self.resultant(traction)
         rigid = w[:2, None, None] + self.arms * w[2]
-        return rigid - self.slipped - self.h * displacement(traction, self.nu)
+        return rigid - self.slipped - self.h * displacement(traction, self.nu, self.height)
 
     def solve(self, guess: Array) -> tuple[Array, int]:
         """The traction, found from a guess, and the number of iterations.

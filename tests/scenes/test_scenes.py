@@ -2,23 +2,28 @@
 
 import json
 import math
+from io import StringIO
 from types import SimpleNamespace
 
 import numba
 import numpy as np
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 pytest.importorskip("scipy")
 
 from contactlaw import MATERIALS, RIGID, ContactPair
+from sims import show
 from sims.cli import app
 from sims.contact_point import contact_velocity, rebound_of
-from sims.scene import EVERYWHERE, NATIVE, NONE, Settings, find_scenes
+from sims.scene import EVERYWHERE, LEAST_STEP, LONGEST_STEP, NATIVE, NONE, Settings, find_scenes
 from sims.scenes import coin
 from sims.worlds import new_world
 
 SCENES = find_scenes()
+PLAIN = set()
+"""Figures that are plain numbers."""
 
 pytestmark = pytest.mark.heavy
 
@@ -38,14 +43,38 @@ def failed(name, values):
     return [one for one in SCENES[name].check(values) if not one.passed]
 
 
+def tables(values, monkeypatch):
+    """What a terminal of 80 columns shows of the figures."""
+    console = Console(width=80, file=StringIO())
+    monkeypatch.setattr(show, "console", console)
+    show.figures(values)
+    return console.file.getvalue()
+
+
+def figures_without_unit(values):
+    """Names of what is no whole number, no word and has no unit."""
+    out = set()
+    for key, value in values.items():
+        if isinstance(value, dict):
+            out |= set().union(*(figures_without_unit(one) for one in value.values() if isinstance(one, dict)), ())
+        elif isinstance(value, list):
+            out |= set().union(*(figures_without_unit(one) for one in value if isinstance(one, dict)), ())
+        elif isinstance(value, float) and not show.unit_of(key):
+            out.add(key)
+    return out
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", EVERYWHERE)
 @pytest.mark.parametrize("name", SCENES)
-def test_a_scene_holds_what_it_checks(name, engine):
+def test_a_scene_holds_what_it_checks(name, engine, monkeypatch):
     values = measured(name, engine, **({"balls": 27} if name == "heap" else {}))
     assert SCENES[name].check(values)
     assert failed(name, values) == []
     assert json.loads(json.dumps(values)) == values  # JSON types only
+    told = tables(values, monkeypatch)
+    assert max(map(len, told.splitlines())) <= 80
+    assert not figures_without_unit(values) - PLAIN
 
 
 @pytest.mark.parametrize("engine", EVERYWHERE)
@@ -193,6 +222,23 @@ def test_a_rebound_is_told_along_the_slip_before_it():
 def test_options_outside_what_is_allowed_are_refused(name, options, said):
     with pytest.raises(ValueError, match=said):
         SCENES[name].run(Settings("pybullet" if name != "heap" else NONE, options=options))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_value_beyond_the_range_is_answered_at_once(name, monkeypatch):
+    """Every option of every scene, and the step: a sentence with the range, before anything is moved."""
+    monkeypatch.setattr(type(SCENES[name]), "simulate", None)
+    ranges = {"timestep": (LEAST_STEP, LONGEST_STEP)} | {key: one[2:] for key, one in SCENES[name].options.items()}
+    for key, (low, high) in ranges.items():
+        if (name, key) == ("puck", "spin"):
+            continue  # `--launch` says it
+        below = 0.1 * low if low > 0.0 else low - 1.0
+        whole = key in SCENES[name].options and type(SCENES[name].options[key].default) is int
+        for value in (below, 2.0 * high, 1e9, *([] if whole else [math.nan])):
+            asked = [name, f"--{key.replace('_', '-')}", f"{value:.0f}" if whole else repr(value)]
+            finished = CliRunner().invoke(app, asked, env={"COLUMNS": "300", "TERM": "dumb"})
+            assert finished.exit_code == 2, asked
+            assert f"{key} = " in finished.output and "must be" in finished.output, finished.output
 
 
 def test_what_the_packages_own_world_has_not_is_refused():

@@ -1,0 +1,164 @@
+"""The command line of the scenes: what it answers, prints and draws."""
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("typer")
+from typer.testing import CliRunner
+
+from sims import show
+from sims.cli import app
+from sims.scene import Limit, find_scenes
+
+SCENES = find_scenes()
+BOUNCE_KEYS = ["time", "x", "psi1", "psi2", "psi2_reference", "spin_before", "spin_after", "energy"]
+
+pytestmark = pytest.mark.heavy
+
+
+def test_the_scenes_are_listed():
+    assert "puck" in CliRunner().invoke(app, ["list"]).stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--engine", "bulet"], "did you mean 'pybullet'"),
+        (["--material", "stele"], "did you mean 'steel'"),
+        (["--law", "microslop"], "did you mean 'microslip'"),
+        (["--timestep", "0"], "timestep = 0.0"),
+        (["--psi1", "nan"], "psi1"),
+    ],
+)
+def test_bad_arguments_are_answered_with_what_is_allowed(arguments, said):
+    finished = CliRunner().invoke(app, ["puck", *arguments], env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2
+    assert said in " ".join(finished.output.split())
+
+
+def test_a_superball_as_one_json_object(engine):
+    finished = CliRunner().invoke(app, ["superball", "--engine", engine, "--bounces", "2", "--json"])
+    assert finished.exit_code == 0, finished.output
+    values = json.loads(finished.stdout)
+    assert [list(one)[: len(BOUNCE_KEYS)] for one in values["bounces"]] == [BOUNCE_KEYS] * 2
+
+
+def test_a_failed_check_is_an_exit_code(monkeypatch):
+    monkeypatch.setattr(type(SCENES["superball"]), "check", lambda self, measured: [Limit("never", 0.0, 1.0)])
+    finished = CliRunner().invoke(app, ["superball", "--engine", "pybullet"])
+    assert finished.exit_code == 1 and "FAILS" in finished.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["superbal"], "did you mean 'superball'"),
+        (["superball", "--law", "microslop"], "did you mean 'microslip'"),
+        (["superball", "--material", "ruber"], "did you mean 'rubber'"),
+        (["superball", "--bounces", "0"], "bounces = 0"),
+        (["under_table", "--clearance", "0.01"], "clearance = 0.01"),
+    ],
+)
+def test_a_scene_is_told_what_is_allowed(arguments, said):
+    finished = CliRunner().invoke(app, arguments, env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2
+    assert said in " ".join(finished.output.split())
+
+
+def test_the_pictures_of_a_scene(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    png, gif = tmp_path / "under.png", tmp_path / "under.gif"
+    finished = CliRunner().invoke(app, ["under_table", "--engine", "pybullet", "--plot", str(png), "--gif", str(gif)])
+    assert finished.exit_code == 0, finished.output
+    with image.open(png) as picture:
+        assert len(picture.convert("RGB").getcolors(1 << 24)) > 50
+    seen, lasting = [], 0
+    with image.open(gif) as movie:
+        for number in range(movie.n_frames):
+            movie.seek(number)
+            lasting += movie.info["duration"]
+            seen.append(np.asarray(movie.convert("RGB")))
+    assert lasting == round(1000 * 10.0 * 0.36) + 1500  # ten times slower than life, and a last frame that stands
+    assert (seen[0] != seen[len(seen) // 2]).any(axis=2).mean() > 1e-3
+
+
+def test_the_picture_that_is_shown_first_is_small():
+    shown = Path(__file__).parents[2] / "sims" / "figures" / "superball.gif"
+    assert 10_000 < shown.stat().st_size <= 400_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["superball", "--speed", "0"], "speed = 0.0: must be in [0.001, 1000]"),
+        (["superball", "--speed", "1e9"], "speed = 1000000000.0: must be in"),
+        (["superball", "--drop", "1e-9"], "drop = 1e-09: must be in"),
+        (["superball", "--timestep", "10"], "timestep = 10.0: must be in [1e-08, 0.05] s"),
+        (["superball", "--timestep", "1e-9"], "timestep = 1e-09: must be in"),
+        (["superball", "--timestep", "1e-8"], "more than 1e+07; ask for a longer one"),
+        (["cradle", "--speed", "inf"], "speed = inf"),
+        (["puck", "--timestep", "1"], "timestep = 1.0"),
+        (["puck", "--psi1", "1e9"], "psi1 = 1000000000.0: must be in [-1000, 1000]"),
+        (["puck", "--friction", "0"], "friction = 0.0: must be in"),
+        (["golf", "--material", "steel"], "golf has materials of its own"),
+        (["superball", "--engine", "none", "--law", "native"], "has no contact of its own"),
+        (["superball", "--gif", "x.png"], "must end in .gif"),
+        (["grasp", "--view"], "view: there is no"),
+        (["coin", "--timestep", "1"], "timestep = 1.0: must be in"),
+        (["galton", "--radius", "5"], "radius = 5.0: must be in"),
+        (["cradle", "--law", "native_damped"], "is for puck, superball in mujoco"),
+        (["superball", "--engine", "pybullet", "--law", "native_damped"], "is for puck, superball in mujoco"),
+    ],
+)
+def test_values_that_make_no_scene_are_answered_at_once(arguments, said):
+    finished = CliRunner().invoke(app, arguments, env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2
+    assert said in " ".join(finished.output.split())
+
+
+def test_a_video_is_written_or_said_to_need_the_extra(tmp_path, monkeypatch):
+    pytest.importorskip("PIL")
+    file = tmp_path / "under.mp4"
+    command = ["under_table", "--engine", "none", "--mp4", str(file)]
+    if importlib.util.find_spec("imageio_ffmpeg"):
+        assert CliRunner().invoke(app, command).exit_code == 0 and file.stat().st_size > 10_000
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    finished = CliRunner().invoke(app, command, env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2 and "pip install 'contactlaw[video]'" in finished.output
+
+
+def test_a_scene_without_an_engine_has_pictures(tmp_path):
+    pytest.importorskip("matplotlib")
+    file = tmp_path / "ball.png"
+    finished = CliRunner().invoke(app, ["superball", "--engine", "none", "--bounces", "1", "--plot", str(file)])
+    assert finished.exit_code == 0 and file.stat().st_size > 10_000
+
+
+def test_both_engines_in_one_call(tmp_path):
+    pytest.importorskip("pybullet")
+    finished = CliRunner().invoke(app, ["superball", "--engine", "both", "--bounces", "1"])
+    assert finished.exit_code == 0, finished.output
+    assert finished.output.count("holds  bounces: 1") == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("spin_after", "rad/s"), ("rate_first", "rad/s"), ("rate_error", ""), ("ball_speed", "m/s"), ("depth_um", "um"),
+     ("velocity_closed_form", "m/s"), ("energy", "J"), ("energy_ratio", ""), ("turning_height", "m"), ("psi2", ""),
+     ("launch_angle_sliding", "degrees"), ("creep_um_per_s", "um/s"), ("settled", "s"), ("spread_over_pitch", "")],
+)  # fmt: skip
+def test_a_figure_has_its_unit(name, unit):
+    assert show.unit_of(name) == unit
+
+
+def test_tables_have_units_and_fit_eighty_columns():
+    finished = CliRunner().invoke(app, ["superball", "--engine", "pybullet", "--bounces", "2"])
+    assert finished.exit_code == 0, finished.output
+    for unit in ("[rad/s]", "[J]", "[s]", "[m]"):
+        assert unit in finished.output
+    assert max(len(line) for line in finished.output.splitlines() if "asked" not in line) <= 80

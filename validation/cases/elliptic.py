@@ -1,0 +1,109 @@
+"""Elliptic contacts: the rebound along the longer axis, across it and askew, against the grid."""
+
+from __future__ import annotations
+
+from math import cos, exp, radians, sin
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw import rebound
+from contactlaw.world import World
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.cases.shapes import elongation
+from validation.prediction import SPHERE
+from validation.world_scenes import FLOOR, steel_pair
+
+Array = NDArray[np.float64]
+
+ASKED = 1e-2  # in psi_2, where 1 is friction times the speed of approach
+FRICTION, MASS, SPEED = 0.3, 0.3, 1e-3  # slow: the patch hardly travels over long bodies, which rigid motion makes turn
+PSI = (0.4, 1.2, 2.5, 4.0)
+WAYS = {"along": 0.0, "askew": 45.0, "across": 90.0}  # [degrees] from the longer axis
+ELLIPSOIDS = {"ellipsoid 5 : 2 : 2 on a plane": (0.03, 0.012, 0.012), "the same, 10 : 1 : 2": (0.06, 0.006, 0.012)}
+CROSSED = "crossed cylinders, radii 1 : 3"
+
+
+@register
+class Elliptic(Case):
+    """psi_2 by direction."""
+
+    name = "elliptic"
+    place = 53
+    title = "Elliptic contacts"
+    claim = (
+        "An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's "
+        "limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those "
+        "of a grid with Hertz's elliptic pressure and Cerruti's kernel, in each direction. Taken as a circle of the "
+        "same stiffness they are off by what the last column says."
+    )
+    needs = ("scipy",)
+
+    def run(self, quick: bool, progress: Progress) -> Outcome:
+        """Impacts of slow bodies, which do not roll on."""
+        kappa, rows = float(steel_pair(FRICTION).kappa), []
+        nu = 2.0 * (1.0 - kappa) / (2.0 - kappa)  # of like materials
+        chi = SPHERE * kappa / 2.0
+        bodies: dict[str, Any] = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
+        bodies[CROSSED] = (1.0 / 0.03, 1.0 / 0.01)
+        for number, (name, (p, q)) in enumerate(bodies.items()):
+            ratio = exp(-elongation(p, q))
+            for way, angle in WAYS.items():
+                along = np.array([cos(radians(angle)), sin(radians(angle))])
+                found, circle = [], []
+                for psi in PSI[1:3] if quick else PSI:
+                    truth = by_grid(psi * along, chi, nu, ratio, quick)
+                    found.append(np.abs(impact(name, psi * along) - truth).max())
+                    circle.append(np.abs(float(rebound(psi, chi)) * along - truth).max())
+                rows.append({"name": name, "way": way, "ratio": ratio, "error": max(found), "circle": max(circle)})
+                progress((number + (angle + 45.0) / 135.0) / len(bodies))
+        limits = [Limit(f"psi_2 from the grid, {name}", ASKED, max(one["error"] for one in rows if one["name"] == name))
+                  for name in bodies]  # fmt: skip
+        return Outcome(limits, {"rows": rows, "kappa": kappa, "chi": chi})
+
+    def table(self, data: Data) -> Table:
+        """A row a body and direction."""
+        table = Table(["contact", "b/a", "slide", "error of psi_2", "of a circle's"])
+        for one in data["rows"]:
+            figures = f"{one['error']:.1e}", f"{one['circle']:.1e}"
+            table.rows.append([one["name"], f"{one['ratio']:.3f}", one["way"], *figures])
+        return table
+
+
+def partial_curvatures(half: tuple[float, float, float]) -> tuple[float, float]:
+    """Of an ellipsoid that stands on a plane along its third axis [1/m], the smaller one along x."""
+    return half[2] / half[0] ** 2, half[2] / half[1] ** 2
+
+
+def impact(name: str, psi_1: Array) -> Array:
+    """psi_2 along and across the longer axis of a body whose moments of inertia are a ball's, in a world."""
+    pair = steel_pair(FRICTION)
+    world, unit = World(gravity=0.0, timestep=1e-3), FRICTION / pair.kappa * SPEED
+    below = ELLIPSOIDS[name][2] if name in ELLIPSOIDS else 0.01
+    rest = 0.0 if name in ELLIPSOIDS else 0.03
+    height = below + rest + 1e-9
+    body = world.add_body(MASS, 0.4 * MASS * below**2, (0.0, 0.0, height), (*(unit * psi_1), -SPEED))
+    if name in ELLIPSOIDS:
+        shapes = world.add_ellipsoid(body, ELLIPSOIDS[name]), world.add_plane(None, *FLOOR)
+    else:
+        other = world.add_cylinder(None, 0.03, 0.05, axis=(0.0, 1.0, 0.0))
+        shapes = world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0)), other
+    world.add_contact(*shapes, pair)
+    for _ in range(400):
+        world.step()
+        if world.contacts.size and not world.contacts["closed"].any():
+            v, w = world.velocity[body], world.spin[body]
+            return np.array([v[0] - below * w[1], v[1] + below * w[0]]) / unit
+    raise RuntimeError(f"{name}: no impact has come to an end")
+
+
+def by_grid(psi_1: Array, chi: float, nu: float, ratio: float, quick: bool) -> Array:
+    """The same by the grid, its error halved with the width of its cells taken off."""
+    from validation.reference import grid
+
+    coarse, fine = (
+        grid.rebound((*psi_1, 0.0), (chi, chi, 0.0), nu=nu, cells=cells, steps=4 * cells, ratio=ratio)[:2]
+        for cells in ((8, 16) if quick else (16, 32))
+    )
+    return 2.0 * fine - coarse
