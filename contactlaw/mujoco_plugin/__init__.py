@@ -26,7 +26,6 @@ from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402  (needs the registe
     model_xml,
     save_model,
 )
-from contactlaw.mujoco_plugin.edit import set_friction  # noqa: E402
 from contactlaw.mujoco_plugin.overlaps import overlaps_of, relax  # noqa: E402
 from contactlaw.mujoco_plugin.readout import (  # noqa: E402
     ContactState,
@@ -34,6 +33,7 @@ from contactlaw.mujoco_plugin.readout import (  # noqa: E402
     contact_wrenches,
     contacts_of,
     ledger_of,
+    set_friction,
 )
 from contactlaw.mujoco_plugin.selection import geoms_of  # noqa: E402
 from contactlaw.mujoco_plugin.spec import add_contact  # noqa: E402

@@ -26,6 +26,7 @@ from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
 from contactlaw.world.state import forget, hole, write
+from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import load, scale, store
 
 STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS, XPOS, XQUAT = (
@@ -140,8 +141,7 @@ def take_over(head, w, state):
     if sound and state[TOKEN] != 0.0:
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
     else:
-        for i in range(PUSH, state.size):
-            state[i] = 0.0
+        clear(state[PUSH:])
         forget(w)
     head.token, head.idle = state[TOKEN], 0
     if not sound or dropped > 0:
@@ -160,9 +160,8 @@ def all_far(d, head):
 @jit
 def leave(head, w, state):
     """Write the state that the next step is given."""
-    for i in range(PUSH, PUSH + head.nv):
-        state[i] = 0.0
     push = state[PUSH : PUSH + head.nv]
+    clear(push)
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.closed != 0:
@@ -226,10 +225,8 @@ def compute(m, d, instance, capability):
     start = floats(head.starts, head.turn * (1 + nq + nv), 1 + nq + nv)
     q, v = field(d, QPOS, 0, nq), field(d, QVEL, 0, nv)
     start[0] = inside(d, TIME, 1)[0]
-    for i in range(nq):
-        start[1 + i] = q[i]
-    for i in range(nv):
-        start[1 + nq + i] = v[i]
+    copy(q, start[1 : 1 + nq])
+    copy(v, start[1 + nq :])
     push = field(d, STATE, head.state + PUSH, nv)
     given, passive = floats(head.given, 0, nv), field(d, PASSIVE, 0, nv)
     for i in range(nv):
@@ -268,9 +265,7 @@ def advance(m, d, instance):
 def reset(m, state, block, instance):
     """No contact."""
     head = head_at(block, 0)
-    values = floats(state, 0, head.own_size)
-    for i in range(values.size):
-        values[i] = 0.0
+    clear(floats(state, 0, head.own_size))
 
 
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)

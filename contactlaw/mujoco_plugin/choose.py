@@ -1,8 +1,5 @@
 """What `load_model` is asked for: a list of contacts, or a table of materials, as geoms of a specification."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -17,9 +17,6 @@ dm_control a model goes into an environment that is there already, and nothing e
     env.physics.reload_from_xml_string(model_xml(xml, [("ball", "cup_part_*", hard)], assets=assets), assets)
 """
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import os

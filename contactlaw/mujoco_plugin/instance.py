@@ -1,8 +1,5 @@
 """A plugin instance comes to life: what MuJoCo asks of Python when a model is compiled and when an mjData is made."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import copyreg
@@ -16,10 +13,9 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import layout, notices
 from contactlaw.mujoco_plugin.block import HEAD
-from contactlaw.mujoco_plugin.edit import give_frictions, given_frictions
 from contactlaw.mujoco_plugin.members import LIBRARY, instances, members
 from contactlaw.mujoco_plugin.model import Model
-from contactlaw.mujoco_plugin.readout import record_at
+from contactlaw.mujoco_plugin.readout import give_frictions, given_frictions, record_at
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import DEEPEST, ContactWarning
 
@@ -112,36 +108,33 @@ def _renew(model: int, data: int) -> str:
     return ""
 
 
+_TEXTS = {
+    notices.EDITED: "the model has been changed, and the law goes on with what it was: ",
+    notices.DEEP: "overlap over radius is {:.2g}: beyond {} Hertz contact is no longer right",
+    notices.UNCLEAR_RADIUS: "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; "
+    "give the pair its radius",
+    notices.DAMAGED: "the part of plugin_state that is the law's is not what a step of this model leaves: it is of "
+    "another model, or damaged; contacts start anew",
+    notices.SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
+    "nothing touches",
+    notices.UNSAVED: "the state has no room for {:.0f} of the contacts: they begin anew where it is set back",
+    notices.FULL: "more contacts at once than the {:.0f} there is room for: those left over are forgotten",
+}
+
+
 @ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
 def report(address: int, code: int, value: float) -> int:
     """Something that a compiled callback noticed, once for each instance and mjData; address: of the block.
 
     Returns the address of what asks to be raised, see `_Raised`, or zero.
     """
+    text = _TEXTS[code].format(value, DEEPEST)
     if code == notices.EDITED:
         head = record_at(address, HEAD, 1)[0]
         why = _renew(int(head["model"]), int(head["data"]))
         if not why:
             return 0
-        text = f"the model has been changed, and the law goes on with what it was: {why}"
-    elif code == notices.DEEP:
-        text = f"overlap over radius is {value:.2g}: beyond {DEEPEST} Hertz contact is no longer right"
-    elif code == notices.UNCLEAR_RADIUS:
-        text = (
-            f"touching at the edge of a box, with R = {value:.3g} m taken from the ball or capsule; "
-            "give the pair its radius"
-        )
-    elif code == notices.DAMAGED:
-        text = (
-            "the part of plugin_state that is the law's is not what a step of this model leaves: it is of another "
-            "model, or damaged; contacts start anew"
-        )
-    elif code == notices.SWITCHED_OFF:
-        text = "disableflags: spring and damper are both disabled, and with them all passive forces: nothing touches"
-    elif code == notices.UNSAVED:
-        text = f"the state has no room for {value:.0f} of the contacts: they begin anew where it is set back"
-    else:
-        text = f"more contacts at once than the {value:.0f} there is room for: those left over are forgotten"
+        text += why
     try:
         warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=2)
     except ContactWarning as warning:

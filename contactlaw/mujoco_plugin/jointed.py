@@ -6,6 +6,13 @@ velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of p
 it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are read and handed back is told
 in `free`; here too the half step is one of what pushes at rest alone: with that of centripetal forces energy would be
 gained, and damping may be stiff.
+
+Joint limits that the engine has found reached are soft, and act in the world as they do there. The force of such a
+constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is how far the joint
+is beyond its limit and a the acceleration of r (MuJoCo documentation, Computation, "Constraint model"). As a = a_0 + A
+f, A = (M^-1)_kk, it changes by -D/(1 + D A) (K I dr + B d(dr/dt) + da_0). Held instead, it would go on against what a
+contact has turned back within the step, and give way to what strikes a joint at its stop. A limit that is reached
+behind a contact acts from the engine's next step on, as it does there.
 """
 
 from __future__ import annotations
@@ -20,19 +27,26 @@ from contactlaw.memory import caller, load_int
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import head_at, jointed_at
 from contactlaw.mujoco_plugin.free import jit
-from contactlaw.mujoco_plugin.limits import hand_over_limits
-from contactlaw.mujoco_plugin.memory import entry, field, floats
+from contactlaw.mujoco_plugin.memory import entry, field, floats, place
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
 from contactlaw.world.call import BODY_TYPE, VECTOR, call_with_body
 from contactlaw.world.passing import find_passing
-from contactlaw.world.records import ASKED, PASSES, STAYS
+from contactlaw.world.records import ASKED, PASSES, SLIDE, STAYS
+from contactlaw.world.tree_dynamics import ascend, descend, mobility_along
 from contactlaw.world.tree_kinematics import vector
+from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import add, cross, dot, load, norm, store, sub
 
 SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
     layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
 )
 DERIVATIVE, DIAGONAL, ROWS = layout.DATA["qDeriv"], layout.MODEL["D_diag"], layout.MODEL["D_rowadr"]
+
+KIND, JOINT, BEYOND, MARGIN, REFERENCE, WEIGHT, FORCE = (
+    layout.DATA[name] for name in ("efc_type", "efc_id", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "efc_force")
+)
+TYPE, DOF, COORDINATE, RANGE = (layout.MODEL[name] for name in ("jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range"))
+EQUALITIES, FRICTIONS, LIMITS, JOINT_LIMIT = layout.EQUALITIES, layout.FRICTIONS, layout.LIMITS, layout.JOINT_LIMIT
 
 FIND, READ, WRITE, NOTE = range(4)
 """Stages of a step, see `serve`."""
@@ -121,11 +135,9 @@ def find_jointed(d, head, j):
 def set_down(t, coordinates, velocities):
     """Put the bodies of a tree where coordinates and velocities have them."""
     start, v, x = floats(t.start, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.x, 0, t.v_size)
-    for i in range(t.q_size):
-        start[i] = coordinates[i]
-    for i in range(t.v_size):
-        v[i] = velocities[i]
-        x[i] = 0.0
+    copy(coordinates, start)
+    copy(velocities, v)
+    clear(x)
     call_with_body(t.stand, body_at(t.bodies, 0))
 
 
@@ -153,11 +165,10 @@ def read_jointed(m, d, head, j):
     f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
     read_damping(m, d, j.v, vector(t.d, (t.v_size, t.v_size)))
     store(t.gravity, load(head.gravity))
-    for i in range(t.q_size):
-        q[i] = start[i]
+    copy(start, q)
+    copy(asked, v_f)
     for i in range(t.v_size):
         v[i] = 0.0
-        v_f[i] = asked[i]
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
     for k in range(t.v_size):
         axis_at(t.axes, k).side = 0.0
@@ -193,9 +204,8 @@ def write_jointed(d, head, j):
     if not (touched or asleep):
         return
     q, v, a = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
-    place, rates = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size)
-    for i in range(t.q_size):
-        place[i] = q[i]
+    coordinates, rates = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size)
+    copy(q, coordinates)
     for i in range(t.v_size):
         rates[i] = 0.0 if asleep else v[i]
     if not (is_pressed(t) or asleep) and head.lag > 0.0:
@@ -212,11 +222,8 @@ def write_jointed(d, head, j):
 def note_jointed(d, head, j):
     """Keep how a tree was left."""
     t = tree_at(world_at(head.world, 0).trees, j.tree)
-    q, v, left = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size), floats(j.left, 0, t.q_size + t.v_size)
-    for i in range(t.q_size):
-        left[i] = q[i]
-    for i in range(t.v_size):
-        left[t.q_size + i] = v[i]
+    copy(field(d, QPOS, j.q, t.q_size), floats(j.left, 0, t.q_size))
+    copy(field(d, QVEL, j.v, t.v_size), floats(j.left, t.q_size, t.v_size))
 
 
 def press(block, b, arm, force, push):
@@ -235,8 +242,51 @@ def press(block, b, arm, force, push):
         k = axis.before
 
 
+@jit
+def hand_over_limits(m, d, head, j, t):
+    """Let the limits of a tree go with its coordinates and velocities, for a step whose other forces are known."""
+    first = load_int(d + types.uintp(EQUALITIES)) + load_int(d + types.uintp(FRICTIONS))
+    some, n = False, t.v_size
+    answer, factor = vector(t.room, n), vector(t.factor, (n, n))
+    copy(floats(head.given, j.v, n), answer)
+    descend(t, factor, answer, n - 1, True)
+    ascend(t, factor, answer)
+    for row in range(first, first + load_int(d + types.uintp(LIMITS))):
+        if entry(d, KIND, row) == JOINT_LIMIT and entry(m, TYPE, entry(d, JOINT, row)) >= SLIDE:
+            some = hand_over(m, d, head, j, row) or some
+    if some:
+        t.stale = 1
+        call_with_body(t.settle, body_at(t.bodies, 0))
+
+
+@jit
+def hand_over(m, d, head, j, row):
+    """The same for one limit; returns whether it is one of a hinge or slide of the tree."""
+    t = tree_at(world_at(head.world, 0).trees, j.tree)
+    answer = vector(t.room, t.v_size)
+    joint = entry(d, JOINT, row)
+    k = entry(m, DOF, joint) - j.v
+    force = field(d, FORCE, row, 1)[0]
+    if k < 0 or k >= t.v_size or force <= 0.0:
+        return False
+    axis = axis_at(t.axes, k)
+    asked = place(head.starts, (1 + head.nq + head.nv) * head.turn + 1)
+    q, v = floats(asked, entry(m, COORDINATE, joint), 1)[0], floats(asked, head.nq + j.v + k, 1)[0]
+    beyond, ends = field(d, BEYOND, row, 1)[0], field(m, RANGE, 2 * joint, 2)
+    r = beyond - field(d, MARGIN, row, 1)[0]
+    side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
+    reference, weight = field(d, REFERENCE, 4 * row, 3), field(d, WEIGHT, row, 1)[0]
+    weight /= 1.0 + weight * mobility_along(t, k)
+    axis.side, axis.coordinate, axis.weight = side, entry(m, COORDINATE, joint) - j.q, weight
+    axis.edge = side * q - r
+    axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
+    axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
+    vector(t.f, t.v_size)[k] -= side * force
+    return True
+
+
 @lru_cache
 def addresses() -> dict[str, int]:
     """Of `serve` and `press`, by their names in the head, compiled where there are joints."""
-    with compiling("bodies with joints", 10):
+    with compiling("bodies with joints", 5):
         return {"serve": address_of(serve, SERVE, layout.KEY), "press": address_of(press, PRESS, layout.KEY)}

@@ -1,8 +1,5 @@
 """Where MuJoCo keeps its fields: offsets derived from the wheel's own description, checked against live arrays."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import ctypes

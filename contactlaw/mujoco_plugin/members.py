@@ -1,8 +1,5 @@
 """The contacts of a compiled model: what each plugin instance is configured for, and whether it can be served."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import ctypes

@@ -1,8 +1,5 @@
 """A compiled model as a world: its bodies, their shapes, and which of these touch by the law."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from collections.abc import Iterable

@@ -1,8 +1,5 @@
 """Geoms that lie in each other where somebody has put them: which they are, and how to move them apart."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import warnings

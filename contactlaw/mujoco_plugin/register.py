@@ -1,8 +1,5 @@
 """Make the plugin known to MuJoCo, once for each process."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import ctypes
@@ -17,7 +14,7 @@ from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import SENSOR_SYMBOLS
 
-COMPILE_TIME = 30  # [s]
+COMPILE_TIME = 20  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",

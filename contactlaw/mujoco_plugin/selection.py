@@ -1,8 +1,5 @@
 """Geoms of a model that somebody else wrote: by name, by pattern, by body, by id."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import operator

@@ -14,9 +14,6 @@ force on it [N] and the moment [N m] about the point of contact, world frame, an
 the mean, weighted by their forces.
 """
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from functools import lru_cache

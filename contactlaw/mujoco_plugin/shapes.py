@@ -1,8 +1,5 @@
 """Geoms as shapes of a world: which can touch, and the radius of curvature there."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,8 +1,5 @@
 """Put the law into a model that is still a specification."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
@@ -13,9 +10,9 @@ import mujoco
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
+from contactlaw.mujoco_plugin.native import silence
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of
 from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, shape_of
-from contactlaw.mujoco_plugin.silence import silence
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets
 

@@ -8,9 +8,6 @@ touching. Flexes are never served and get theirs in the same way. The engine's f
 them. What the bits were stands in the plugin's configuration.
 """
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import warnings

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from contactlaw.jit import INTERPRETED
+from contactlaw.world import long
 from contactlaw.world.coordinates import addresses
 from contactlaw.world.equations import room_for
 from contactlaw.world.records import (
@@ -18,6 +20,7 @@ from contactlaw.world.records import (
     PAIR,
     PLANE,
     ROW,
+    SEGMENT,
     SHAPE,
     TANGENT,
     TREE,
@@ -105,6 +108,8 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
         points = np.concatenate([points, vertices])
     shapes = with_rows(one.shapes, own)
     new, bodies = shapes[-len(rows) :], one.bodies
+    more = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
+    new["long"][more] = long.address() if more.any() and not INTERPRETED else 0
     flat = np.isin(new["kind"], (PLANE, TANGENT))
     far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
     far[new["kind"] == PLANE] = FAR

@@ -9,11 +9,12 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import caller
-from contactlaw.world.records import BODY, CONTACT, SHAPE, TREE, WORLD
+from contactlaw.world.records import BODY, CONTACT, NEAR, SHAPE, TREE, WORLD
 
 BODY_TYPE = numba.from_dtype(BODY)
 SHAPE_TYPE = numba.from_dtype(SHAPE)
 TREE_TYPE = numba.from_dtype(TREE)
+NEAR_TYPE = numba.from_dtype(NEAR)
 CONTACT_TYPE = numba.from_dtype(CONTACT)
 WORLD_TYPE = numba.from_dtype(WORLD)
 NUMBER = types.float64
@@ -27,6 +28,8 @@ DEEPEST = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE
 NEAREST = types.UniTuple(NUMBER, 7)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 RADIUS = types.UniTuple(NUMBER, 4)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 MEETING = types.UniTuple(NUMBER, 10)(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
+TIME = types.void(NEAR_TYPE, SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR, VECTOR, NUMBER)
+FACE = types.boolean(VECTOR, VECTOR, NUMBER, SHAPE_TYPE, BODY_TYPE)
 ON_WORLD = types.boolean(WORLD_TYPE)
 A_STEP = types.boolean(WORLD_TYPE, NUMBER, types.boolean)
 A_READ = types.int64(WORLD_TYPE, types.uint64, types.int64)
@@ -46,6 +49,8 @@ ask_deepest: Any = caller(DEEPEST)
 ask_meeting: Any = caller(MEETING)
 ask_nearest: Any = caller(NEAREST)
 ask_radius: Any = caller(RADIUS)
+ask_time: Any = caller(TIME)
+ask_over_face: Any = caller(FACE)
 call_on_world: Any = caller(ON_WORLD)
 call_step: Any = caller(A_STEP)
 call_read: Any = caller(A_READ)

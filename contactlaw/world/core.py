@@ -117,11 +117,10 @@ def nearest_on_core(d, s, b, rounding):
     return far, to_world(b.axes, to_world(s.axes, n))
 
 
-@jit_inside
 def lies_over_face(d, u, margin, s, b):
     """Whether all of an edge is over one face of a box, by a margin [m] from the face's border.
 
-    Its ends, where corners are, lie as deep as it or deeper then: it never touches. d, u: as below.
+    Its ends, where corners are, lie as deep as it or deeper then: it never touches. d, u: as for `deepest_on_line`.
     """
     p, q = local(d, s, b), local(u, s, b)
     beyond, over = 0, 0

@@ -15,8 +15,8 @@ from numba import types
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at
-from contactlaw.world.core import lies_over_face
-from contactlaw.world.geometry import centre, half_axis, meet
+from contactlaw.world.call import ask_over_face
+from contactlaw.world.geometry import OF_FACE, asked_of, centre, half_axis, meet
 from contactlaw.world.motion import jerk
 from contactlaw.world.order import sort_near
 from contactlaw.world.records import (
@@ -274,7 +274,8 @@ def consider(w, i, j):
         far = margin + size(sa) + size(sb)
         if dot(d, d) > far * far:
             return
-        if sa.kind == EDGE and sb.kind == BOX and lies_over_face(d, half_axis(sa, a), margin, sb, b):
+        over = asked_of(sa, sb, OF_FACE) if sa.kind == EDGE and sb.kind == BOX else types.uint64(0)
+        if over != 0 and ask_over_face(over, d, half_axis(sa, a), margin, sb, b):
             return
     overlap = 0.0
     if sb.kind != SPHERE and sb.kind != TANGENT:

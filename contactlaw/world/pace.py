@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from math import sqrt
 
+from numba import types
+
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import hertz_stiffness
+from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
+from contactlaw.world.call import ask_time
 from contactlaw.world.force import hardly_moves
-from contactlaw.world.geometry import centre, effective_radius, meet
+from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet
 from contactlaw.world.motion import acceleration_at, closing_at, decay, jerk, mobility_between, rate, velocity_at
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
-from contactlaw.world.side import predict_side
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
@@ -60,7 +63,7 @@ def predict(w, p, a, b, now, left):
     if overlap > 0.0:
         return
     if sa.kind >= SEGMENT:
-        predict_side(p, sa, a, sb, b, n, arm_a, left)
+        ask_time(types.uint64(whole_at(sa.long, OF_TIME)), p, sa, a, sb, b, n, arm_a, left)
         return
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:

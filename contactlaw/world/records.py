@@ -169,6 +169,7 @@ SHAPE = record(
     # addresses of what finds where a hull or an ellipsoid meets others, and the radius there, of a cylinder too; and
     # where a hull is nearest to a point
     meet="u8", curve="u8", nearest="u8",
+    long="u8",  # address of the table of `long`, of all but spheres and planes
 )  # fmt: skip
 """A shape fixed to a body.
 

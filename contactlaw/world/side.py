@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contactlaw.jit import jit_inside
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.geometry import centre, half_axis
 from contactlaw.world.motion import jerk, rate, velocity_at
@@ -13,7 +12,6 @@ from contactlaw.world.vec import add, cross, dot, load, norm, sub
 GROWN = 1.5  # what accelerations by turning may grow to, within LARGEST_TURN, over what they are now
 
 
-@jit_inside
 def predict_side(p, sa, a, sb, b, n, arm_a, left):
     """`pace.predict` where A is a segment, or wider; the record knows gap, time, and acceleration without turning.
 
