@@ -63,7 +63,7 @@ from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
-LOOKS, STALLED = 25, 2  # steps of Newton's method at most, and those in a row that do not halve what is missing
+LOOKS, STALLED = 25, 4  # steps of Newton's method at most, and those in a row that do not halve what is missing
 CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
 WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
