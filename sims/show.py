@@ -42,10 +42,10 @@ def figures(measured: Measured) -> None:
     for key, value in measured.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
             lists[key] = value
-        elif isinstance(value, dict):
+        elif isinstance(value, dict) and value:
             lists[key] = [{"": name} | one for name, one in value.items()]
         else:
-            plain.add_row(key, _text(value), unit_of(key, value))
+            plain.add_row(key, "none" if value == {} else _text(value), unit_of(key, value))
     console.print(plain)
     for key, rows in lists.items():
         heads = [head for head, value in rows[0].items() if not isinstance(value, list | dict)]

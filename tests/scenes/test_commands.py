@@ -41,6 +41,15 @@ def test_bad_arguments_are_answered_with_what_is_allowed(arguments, said):
     assert said in " ".join(finished.output.split())
 
 
+@pytest.mark.parametrize("name", SCENES)
+def test_the_help_of_a_scene_names_its_options_and_fits_eighty_columns(name):
+    finished = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "80", "TERM": "dumb"})
+    assert finished.exit_code == 0 and max(map(len, finished.output.splitlines())) <= 80
+    hidden = {"spin"} if name == "puck" else set()
+    for option in {"engine", "law", "timestep", "json", "gif", *SCENES[name].options} - hidden:
+        assert f"--{option.replace('_', '-')} " in finished.output
+
+
 def test_a_superball_as_one_json_object(engine):
     finished = CliRunner().invoke(app, ["superball", "--engine", engine, "--bounces", "2", "--json"])
     assert finished.exit_code == 0, finished.output
@@ -197,6 +206,13 @@ def test_every_number_in_a_table_has_a_unit_and_fits_eighty_columns(name, engine
     for head, rows in lists:
         numbers = [is_number(cell) for cell in rows[0]]
         assert [name for name, number in zip(head, numbers, strict=True) if number != name.endswith("]")] == []
+
+
+def test_a_list_of_nothing_is_shown_as_none():
+    with show.console.capture() as printed:
+        show.figures({"chi": 1.0, "strokes": {}})
+    ((_, rows),) = tables(printed.get().splitlines())
+    assert rows == [["chi", "1", "-"], ["strokes", "none", ""]]
 
 
 def test_the_table_of_the_main_job_has_units_and_fits_eighty_columns():
