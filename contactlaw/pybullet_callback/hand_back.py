@@ -28,7 +28,7 @@ from contactlaw.pybullet_callback.exchange import (
     times,
 )
 from contactlaw.world.access import body_at, contact_at, near_at, pair_at, shape_at, world_at
-from contactlaw.world.call import address, call_step
+from contactlaw.world.call import address, call_step, ready
 from contactlaw.world.clear import is_clear
 from contactlaw.world.demand import STEP
 from contactlaw.world.geometry import meet
@@ -111,7 +111,7 @@ def complete(place, stepped):
         if others > 0 and head.looked == 0:
             head.looked = 1
             return OTHERS
-    if not call_step(address(w, STEP), w, head.dt, True):
+    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, True)):
         return NO_ROOM
     return hand_back(head, w, stepped)
 
