@@ -55,7 +55,7 @@ HEAD = record(
 """What compiled code is given: addresses, the step [s], gravity; and what came out."""
 
 EXACT = 1e-12  # relative difference that is rounding
-ENDED, NOTED, LISTED, FLAGS = 1, 2, 4, 8
+NOTED, LISTED, FLAGS = 1, 2, 4
 NOT_FINITE, NO_ROOM, OTHERS = -1, -2, -3
 
 head_at: Any = element(HEAD)

@@ -8,7 +8,6 @@ from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.exchange import (
-    ENDED,
     EXACT,
     FLAGS,
     LISTED,
@@ -151,8 +150,8 @@ def hand_back(head, w, stepped):
 
 @jit_inside
 def look(head, w):
-    """See which bodies have closed contacts; returns whether contacts have ended or there is something to say of them,
-    and whether the list of near pairs is new.
+    """See which bodies have closed contacts; returns whether there is something to say of them, and whether the list
+    of near pairs is new.
     """
     flags = 0 if w.lists == head.lists else LISTED
     head.lists = w.lists
@@ -172,8 +171,6 @@ def look(head, w):
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1
-        else:
-            flags |= ENDED
     return flags
 
 
