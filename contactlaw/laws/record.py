@@ -7,11 +7,10 @@ from typing import Any
 
 import numba
 import numpy as np
-from llvmlite import ir
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
-from numba.extending import intrinsic, overload
+from numba.extending import overload
 
-from contactlaw.memory import doubles_at, element
+from contactlaw.memory import caller, doubles_at, element
 
 
 def record(*names: str) -> np.dtype:
@@ -107,40 +106,12 @@ def ask_energy(pair: Any, contact: Any, law: Any, memory: Any) -> float:
 _contact_at, _pair_at = element(CONTACT), element(PAIR)
 
 
-def _caller(result: Any, *last: Any) -> Any:
-    """An intrinsic that calls a law's function: address, contact, address of the law's numbers, and what is last."""
-
-    def call(typing_context, address, contact, law, *rest):
-        def generate(context, builder, signature, arguments):
-            pointer = ir.IntType(8).as_pointer()
-            kinds = [pointer, pointer, *(context.get_value_type(kind) for kind in last)]
-            function = ir.FunctionType(context.get_value_type(result), kinds)
-            own = builder.bitcast(arguments[1], pointer), builder.inttoptr(arguments[2], pointer)
-            return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*own, *arguments[3:]])
-
-        return result(types.uintp, contact, types.uintp, *last), generate
-
-    return call
-
-
-_FLOAT, _BOTH = types.float64, types.UniTuple(types.float64, 2)
-
-
-def _force_typing(typing_context, address, contact, law, memory, du, dv, dt):
-    return _caller(_BOTH, MEMORY_TYPE, _FLOAT, _FLOAT, _FLOAT)(typing_context, address, contact, law)
-
-
-def _stiffness_typing(typing_context, address, contact, law):
-    return _caller(_FLOAT)(typing_context, address, contact, law)
-
-
-def _energy_typing(typing_context, address, contact, law, memory):
-    return _caller(_FLOAT, MEMORY_TYPE)(typing_context, address, contact, law)
-
-
-_call_force: Any = intrinsic(_force_typing)
-_call_stiffness: Any = intrinsic(_stiffness_typing)
-_call_energy: Any = intrinsic(_energy_typing)
+_NUMBER = types.float64
+_call_force: Any = caller(
+    types.UniTuple(_NUMBER, 2)(CONTACT_TYPE, types.uint64, MEMORY_TYPE, _NUMBER, _NUMBER, _NUMBER)
+)
+_call_stiffness: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64))
+_call_energy: Any = caller(_NUMBER(CONTACT_TYPE, types.uint64, MEMORY_TYPE))
 
 
 @overload(contact_of, jit_options={"forceinline": True})

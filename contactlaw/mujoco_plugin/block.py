@@ -21,7 +21,7 @@ HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
     # addresses of its `records.WORLD`, of `step.find_pressed`, and of `jointed.serve` and `jointed.press`
     world="u8", pressed="u8", serve="u8", press="u8",
-    report="u8", own="u8", truth="u8",  # addresses: what tells Python; this; `instance.TRUTH`
+    report="u8", own="u8",  # addresses: what tells Python; this
     state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
     nq="i8", nv="i8",
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest

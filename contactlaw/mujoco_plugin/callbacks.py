@@ -21,7 +21,7 @@ from contactlaw.mujoco_plugin.memory import call_on_world, call_sense, field, fl
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, look_over, notice, tell_of
 from contactlaw.mujoco_plugin.watch import edited
 from contactlaw.world.access import body_at, contact_at, near_at, world_at
-from contactlaw.world.call import address, call_read, call_step
+from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
@@ -138,7 +138,7 @@ def take_over(head, w, state):
     """Bring the world to a state that its own last step did not leave."""
     sound = state[TOKEN] == token_of(head, state, state.size, state.size)
     row, dropped = state[PUSH + head.nv :], 0
-    if sound and state[TOKEN] != 0.0:
+    if sound and state[TOKEN] != 0.0 and ready(w, READ_STATE):
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
     else:
         clear(state[PUSH:])

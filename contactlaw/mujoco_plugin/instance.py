@@ -6,7 +6,7 @@ import copyreg
 import ctypes
 import sys
 import warnings
-from typing import Any, ClassVar
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -18,6 +18,7 @@ from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import give_frictions, given_frictions, record_at
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import DEEPEST, ContactWarning
+from contactlaw.world.demand import keeps
 
 LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
 LIBRARY.mju_malloc.restype = ctypes.c_void_p
@@ -83,7 +84,7 @@ def _block(view: layout.ModelView, leads: bool) -> int:
     here = np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory))
     here[:] = 0
     if made:
-        made.fill(here, _REPORT_ADDRESS, TRUTH)
+        made.fill(here, _REPORT_ADDRESS)
     return int(memory)
 
 
@@ -122,24 +123,18 @@ _TEXTS = {
 }
 
 
-@ctypes.CFUNCTYPE(ctypes.c_uint64, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
-def report(address: int, code: int, value: float) -> int:
-    """Something that a compiled callback noticed, once for each instance and mjData; address: of the block.
-
-    Returns the address of what asks to be raised, see `_Raised`, or zero.
-    """
+@ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
+@keeps
+def report(address: int, code: int, value: float) -> None:
+    """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
     text = _TEXTS[code].format(value, DEEPEST)
     if code == notices.EDITED:
         head = record_at(address, HEAD, 1)[0]
         why = _renew(int(head["model"]), int(head["data"]))
         if not why:
-            return 0
+            return
         text += why
-    try:
-        warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=2)
-    except ContactWarning as warning:
-        return id(_Raised(warning))
-    return 0
+    warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=3)
 
 
 def _whereabouts(address: int) -> str:
@@ -158,26 +153,6 @@ def _name(view: layout.ModelView, kind: int, number: int) -> str:
     return repr(name) if name else str(number)
 
 
-class _Raised:
-    """An error that cannot cross MuJoCo's C frames: Python asks whether it is true when the step has returned.
-
-    A pending call of the interpreter (`Py_AddPendingCall`, the way of signals) does so in the main thread, at address
-    `TRUTH`: PyObject_IsTrue, which takes an object and fails as that does. No call from Python could put it there, for
-    it would be made at once, in the callback.
-    """
-
-    waiting: ClassVar[list[_Raised]] = []
-
-    def __init__(self, error: Warning) -> None:
-        self.error = error
-        self.waiting.append(self)
-
-    def __bool__(self) -> bool:
-        self.waiting.remove(self)
-        raise self.error
-
-
-TRUTH = ctypes.cast(ctypes.pythonapi.PyObject_IsTrue, ctypes.c_void_p).value or 0
 _GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0
 

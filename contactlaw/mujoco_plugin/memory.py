@@ -43,8 +43,8 @@ def inside(base, offset, size):
 call_on_world: Any = caller(types.void(types.uint64))
 """Call void (*function)(uint64 world) at an address."""
 
-call_report: Any = caller(types.uint64(types.int64, types.int64, types.float64))
-"""Call uint64 (*function)(int64 who, int64 code, double value) at an address."""
+call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
+"""Call void (*function)(int64 who, int64 code, double value) at an address."""
 
 call_sense: Any = caller(types.void(*4 * [types.uint64]))
 """Call void (*function)(uint64 m, uint64 d, uint64 block, uint64 mean) at an address."""

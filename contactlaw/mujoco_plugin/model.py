@@ -169,13 +169,13 @@ class Model:
         """Bytes of the block."""
         return size_of(self.arrays, *self._tables.values())
 
-    def fill(self, memory: NDArray[np.uint8], report: int, truth: int) -> None:
-        """Write the block of the leading instance, where it will stay; report, truth: addresses that `block` names."""
+    def fill(self, memory: NDArray[np.uint8], report: int) -> None:
+        """Write the block of the leading instance, where it will stay; report: as `block` has it."""
         head = np.zeros(1, HEAD)
         addresses = self._m.plugin_stateadr
         fields = {
             "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
-            "report": report, "truth": truth, "body_count": self._m.nbody,
+            "report": report, "body_count": self._m.nbody,
             "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
             "watch_count": len(self._seen[0]),
             "state": addresses[self._members[0].number], "state_size": self._world_size,

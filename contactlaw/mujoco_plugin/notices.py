@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from numba import types
-
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.mujoco_plugin.free import jit
 from contactlaw.mujoco_plugin.memory import call_report
 from contactlaw.pair import DEEPEST
-from contactlaw.world.access import contact_at, near_at, pair_at
+from contactlaw.world.access import contact_at, near_at, pair_at, world_at
+from contactlaw.world.call import raise_later, waits
 from contactlaw.world.clear import is_clear
 
 DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(7))
-
-
-call_later = types.ExternalFunction("Py_AddPendingCall", types.int32(types.uintp, types.uintp))
 
 
 @jit
@@ -36,7 +32,7 @@ def notice_of(head, c, code, value):
 def tell(head, code, value):
     """The same of what the head holds."""
     said = whole_at(head.said, head.told)
-    if said & code == 0:
+    if said & code == 0 and not waits(world_at(head.world, 0).demand):
         set_whole(head.said, head.told, said | code)
         tell_of(head, code, value)
 
@@ -44,10 +40,9 @@ def tell(head, code, value):
 @jit
 def tell_of(head, code, value):
     """The same, every time."""
-    truth = types.uintp(head.truth)
-    error = call_report(head.report, head.own, code, value)
-    if error != 0:
-        call_later(truth, types.uintp(error))
+    table = world_at(head.world, 0).demand
+    call_report(head.report, head.own, code, value)
+    raise_later(table)
 
 
 @jit

@@ -16,6 +16,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
 from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.world.demand import READ, supply
+from contactlaw.world.ledger import Ledger, ledger
 from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 
 Array = NDArray[np.float64]
@@ -56,27 +57,6 @@ class ContactState:
     contact_radius: float
     slip: str
     stick_radius: float
-
-
-@dataclass(frozen=True)
-class Ledger:
-    """What the contacts of an instance have done since the model was reset.
-
-    Attributes:
-        impacts: Touches begun.
-        greatest_overlap: [m].
-        greatest_force: Normal [N].
-        time_in_contact: Summed over the contacts [s].
-        normal_work, tangential_work: Work that the motions along and across the normal have done on the contacts [J]:
-            lost to damping and friction, but for what is stored in contacts that still touch.
-    """
-
-    impacts: int
-    greatest_overlap: float
-    greatest_force: float
-    time_in_contact: float
-    normal_work: float
-    tangential_work: float
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[ContactState]:
@@ -121,14 +101,7 @@ def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """The account of an instance; arguments and errors as for `contacts_of`."""
     number, head = world_of(model, data, name)
     world = View(head)
-    own = world.ledgers[world.instances == number]
-    (touches, _, _, duration, normal, across), (_, deepest, strongest, *_) = own.sum(0), own.max(0)
-    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
-    return Ledger(
-        int(touches + rows["touches"].sum()), float(max([deepest, *rows["deepest"]])),
-        float(max([strongest, *rows["strongest"]])), float(duration + rows["duration"].sum()),
-        float(-normal - rows["normal_work"].sum()), float(-across - rows["friction_work"].sum()),
-    )  # fmt: skip
+    return ledger(world.pairs, world.contacts, np.flatnonzero(world.instances == number))
 
 
 def _patch(touch: Any, across: float) -> tuple[float, str, float]:
@@ -171,8 +144,8 @@ class View:
         self.contacts = record_at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
         bodies = record_at(int(world["bodies"]), BODY, int(world["body_count"]))
         self.asleep, self.positions = bodies["asleep"], bodies["position"]
-        self.ledgers = record_at(int(world["pairs"]), PAIR, int(world["pair_count"]))["ledger"]
-        self.instances = record_at(int(head["instances"]), np.dtype(np.int64), len(self.ledgers))
+        self.pairs = record_at(int(world["pairs"]), PAIR, int(world["pair_count"]))
+        self.instances = record_at(int(head["instances"]), np.dtype(np.int64), self.pairs.size)
         self.geoms = record_at(int(head["geoms"]), np.dtype(np.int64), int(world["shape_count"]))
 
     def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:

@@ -13,6 +13,7 @@ from numba.core import config as numba_config
 from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import SENSOR_SYMBOLS
+from contactlaw.world import demand
 
 COMPILE_TIME = 20  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
@@ -69,7 +70,7 @@ def register() -> _Plugin:
     plugin.nstate = ctypes.cast(instance.nstate, ctypes.c_void_p)
     plugin.init = ctypes.cast(instance.init, ctypes.c_void_p)
     plugin.nsensordata = ctypes.cast(instance.nsensordata, ctypes.c_void_p)
-    _keep(instance.nstate, instance.init, instance.nsensordata, instance.report)
+    _keep(instance.nstate, instance.init, instance.nsensordata, instance.report, *demand.LASTS)
     if address is None:
         library.mjp_registerPlugin(ctypes.byref(plugin))
         sys.modules[REGISTERED] = known = ModuleType(REGISTERED, "What contactlaw has registered with MuJoCo.")
@@ -86,8 +87,6 @@ def _first(library: ctypes.CDLL) -> _Plugin:
     """The plugin's struct, but for what MuJoCo asks of Python."""
     for name in ("mjd_smooth_vel", "mju_free", *SENSOR_SYMBOLS):
         llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
-    later = ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value
-    llvmlite.binding.add_symbol("Py_AddPendingCall", later)
     with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
         from contactlaw.mujoco_plugin import callbacks  # compiled against the symbols just added
 

@@ -5,7 +5,8 @@ from contactlaw import checks
 checks.need("pybullet", "contactlaw.pybullet_callback", "pybullet")
 
 from contactlaw.pybullet_callback.callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.contact import ContactState, Ledger  # noqa: E402
+from contactlaw.pybullet_callback.contact import ContactState  # noqa: E402
 from contactlaw.pybullet_callback.drop_in import Loaded, links_of, load_urdf  # noqa: E402
+from contactlaw.world.ledger import Ledger  # noqa: E402
 
 __all__ = ["ContactCallback", "ContactState", "Ledger", "Loaded", "links_of", "load_urdf"]

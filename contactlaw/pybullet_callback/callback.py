@@ -16,13 +16,14 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
-from contactlaw.pybullet_callback.contact import Contact, ContactState, Ledger, state_of
-from contactlaw.pybullet_callback.exchange import ENDED, FLAGS, LISTED, NOTED
+from contactlaw.pybullet_callback.contact import Contact, ContactState, state_of
+from contactlaw.pybullet_callback.exchange import FLAGS, LISTED, NOTED
 from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.meetings import sets_of
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepping
+from contactlaw.world.ledger import Ledger
 
 LEAST_SUBSTEPS = 10
 
@@ -96,7 +97,6 @@ class ContactCallback:
         link_b: int = -1,
         *,
         substeps: int = 100,
-        ledger: bool = False,
         rounding: float | None = None,
     ) -> int:
         """Let the law act between two bodies, or those of two sets, in place of the native response.
@@ -109,7 +109,6 @@ class ContactCallback:
             link_a, link_b: Links of plain ids; -1: the base.
             substeps: Least number of steps that an impact is resolved by, >= 10; the error falls with its square. The
                 most that any contact asks for hold for all.
-            ledger: Whether to keep account, see `ledger`.
             rounding: Radius of the edges of boxes and cylinders [m], and so of their contacts with what is flat, see
                 docs/shapes.md; None: a tenth of the smallest half length of each.
 
@@ -124,8 +123,6 @@ class ContactCallback:
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
         a = read_sides(self._client, "a", body_a, link_a)
         b = read_sides(self._client, "b", body_b, link_b)
-        if not isinstance(ledger, bool):
-            raise ValueError(f"ledger = {ledger!r}: must be True or False")
         radius = None if rounding is None else checks.positive("rounding", rounding)
         sides = {side.key: side for side in (*a, *b)}
         known = [(f"contact {handle}", one) for handle, one in self._contacts.items()]
@@ -133,7 +130,7 @@ class ContactCallback:
             there = other._client == self._client and all(map(other._marks.is_there, other._marks.bodies))
             known += [("a contact of another ContactCallback", one) for one in other._contacts.values() if there]
         sets = sets_of(self._client, a, b, pair, known)
-        contact = Contact(pair, _substeps(substeps), sides, sets, Ledger() if ledger else None, radius)
+        contact = Contact(pair, _substeps(substeps), sides, sets, radius)
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
@@ -171,23 +168,14 @@ class ContactCallback:
         return [state_of(*both, found, dt) for both, found in self._scene.touching(handle).items()]
 
     def ledger(self, handle: int) -> Ledger:
-        """A copy of the account of a handle.
-
-        Raises:
-            ValueError: It was not asked for in `add_contact`.
-        """
-        ledger = self._contact(handle).ledger
-        if ledger is None:
-            raise ValueError(f"handle = {handle!r}: keeps no ledger; ask for it with add_contact(..., ledger=True)")
-        out = Ledger(**vars(ledger))
-        for _, record in self._scene.contacts(handle, closed=True):
-            out.add(record, self._scene.traffic.dt)
-        return out
+        """What the contacts of a handle have done since it was added, or as `restore` brought it back."""
+        self._contact(handle)
+        return self._scene.ledger(handle)
 
     def save(self) -> Saved:
         """What is remembered of all contacts; with PyBullet's saveState, all that a restart needs, to the last bit.
 
-        Call it where saveState is called, before a step or after it. Ledgers are not in it.
+        Call it where saveState is called, before a step or after it.
         """
         return self._scene.save()
 
@@ -274,14 +262,7 @@ class ContactCallback:
         self._contacts, self._made, self._body_count = contacts, None, -1
 
     def _look_over(self, scene: Scene, said: int) -> None:
-        """See to what a step says of its contacts: some that are over, or near anew, or that there is something to say
-        of.
-        """
-        if said & ENDED:
-            for handle, contact in self._contacts.items():
-                if contact.ledger is not None:
-                    for _, record in scene.contacts(handle, closed=False):
-                        contact.ledger.add(record, scene.traffic.dt)
+        """See to what a step says of its contacts: some that are near anew, or that there is something to say of."""
         if said & LISTED and scene.traffic.weigh_near():
             self.look()
         if said & NOTED:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -47,40 +46,6 @@ class ContactState:
     b: Key
 
 
-@dataclass
-class Ledger:
-    """What the contacts of a handle have come to since they were added.
-
-    Attributes:
-        impacts: How often bodies have touched.
-        greatest_overlap: [m].
-        greatest_force: Normal [N].
-        time_in_contact: Summed over the contacts [s].
-        shortest_contact: Duration of the shortest contact that is over, over the time step; inf: none yet.
-        normal_loss, tangential_loss: Work done on the contacts along the normal and across [J]: once the bodies have
-            parted, energy lost; before, with what the contacts hold as springs.
-    """
-
-    impacts: int = 0
-    greatest_overlap: float = 0.0
-    greatest_force: float = 0.0
-    time_in_contact: float = 0.0
-    shortest_contact: float = inf
-    normal_loss: float = 0.0
-    tangential_loss: float = 0.0
-
-    def add(self, contact: Any, dt: float) -> None:
-        """Enter a contact of the world, since its touch."""
-        self.impacts += int(contact["touches"])
-        self.greatest_overlap = max(self.greatest_overlap, float(contact["deepest"]))
-        self.greatest_force = max(self.greatest_force, float(contact["strongest"]))
-        self.time_in_contact += float(contact["duration"])
-        if contact["phase"] != CLOSED:
-            self.shortest_contact = min(self.shortest_contact, float(contact["duration"] / contact["touches"]) / dt)
-        self.normal_loss -= float(contact["normal_work"])
-        self.tangential_loss -= float(contact["friction_work"])
-
-
 @dataclass(eq=False)
 class Contact:
     """The law between bodies of two sets.
@@ -90,7 +55,6 @@ class Contact:
         substeps: Least number in a contact.
         sides: Of both sets, by their keys.
         sets: Who may touch whom, by their keys.
-        ledger: None: not asked for.
         rounding: Radius of edges [m]; None: see `world.shapes.ROUNDING`.
         silent: Those for which Bullet's own response is off.
         told: Which two have been warned of, and what.
@@ -100,7 +64,6 @@ class Contact:
     substeps: int
     sides: dict[Key, Side]
     sets: Sets
-    ledger: Ledger | None
     rounding: float | None = None
     silent: dict[tuple[Key, Key], None] = field(default_factory=dict)
     told: set[tuple[Key, Key, str]] = field(default_factory=set)

@@ -70,7 +70,7 @@ def load_urdf(
             dict, holds settings of this contact alone.
         undamped: Whether to take Bullet's default damping, which eats energy in flight, and its clamp of velocities
             from the body. Damping of joints stays as the URDF has it.
-        settings: Of `add_contact`, for all contacts: substeps, ledger.
+        settings: Of `add_contact`, for all contacts: substeps, rounding.
         options: Of `pybullet.loadURDF`: basePosition, useFixedBase, globalScaling, ...
 
     Raises:

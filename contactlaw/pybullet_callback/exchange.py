@@ -21,7 +21,21 @@ from contactlaw.memory import element, set_whole
 from contactlaw.world.access import body_at, world_at
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
+from contactlaw.world.vec import (
+    add,
+    axpy,
+    dot,
+    load,
+    load4,
+    norm,
+    product,
+    scale,
+    store,
+    store4,
+    sub,
+    to_body,
+    to_world,
+)  # fmt: skip
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
 """As PyBullet tells it, quaternion scalar last."""
@@ -31,7 +45,7 @@ ROW = record(
     left=MOTION,  # how the last call left it
     ahead="f8",  # [s] that Bullet has stepped since
     lacks="i8",  # its place lacks something then
-    shift=VECTOR, turn=("f8", (4,)),  # and what: [m], quaternion scalar last
+    shift=VECTOR, turn=("f8", (4,)),  # and what: [m], quaternion scalar first
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
     linked="i8",  # of a body with joints, see `linked`
     force=VECTOR, torque=VECTOR,  # mean of what contacts did in the last step [N], [N m]
@@ -55,7 +69,7 @@ HEAD = record(
 """What compiled code is given: addresses, the step [s], gravity; and what came out."""
 
 EXACT = 1e-12  # relative difference that is rounding
-ENDED, NOTED, LISTED, FLAGS = 1, 2, 4, 8
+NOTED, LISTED, FLAGS = 1, 2, 4
 NOT_FINITE, NO_ROOM, OTHERS = -1, -2, -3
 
 head_at: Any = element(HEAD)
@@ -102,7 +116,9 @@ def receive(head, w):
         if r.lacks != 0 and (r.strange == 0 or kept_speed(r)):
             r.strange = 0
             store(r.before.position, add(x, load(r.shift)))
-            multiply(r.turn, r.before.quaternion)
+            q = product(load4(r.turn), quaternion_of(r.before))
+            one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+            store_quaternion(r.before, (one * q[0], one * q[1], one * q[2], one * q[3]))
             if b.asleep != 0 and norm(v) + norm(load(r.before.spin)) <= EXACT * head.dt * norm(load(b.acceleration)):
                 store(r.before.velocity, (0.0, 0.0, 0.0))
                 store(r.before.spin, (0.0, 0.0, 0.0))
@@ -157,9 +173,7 @@ def set_out(r, b, dt):
     """The world's body where PyBullet's is, with its true velocity; `acceleration` and `torque` are known."""
     m = r.before
     store(b.position, load(m.position))
-    b.quaternion[0] = m.quaternion[3]
-    for i in range(3):
-        b.quaternion[i + 1] = m.quaternion[i]
+    store4(b.quaternion, quaternion_of(m))
     set_axes(b)
     lag = 0.5 * dt if r.pressed == 0 and r.mass > 0.0 else 0.0
     store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
@@ -249,26 +263,15 @@ def moment(r, b, rate):
 
 
 @jit_inside
-def store_quaternion(out, q):
-    """Write a quaternion."""
-    for i in range(4):
-        out[i] = q[i]
+def quaternion_of(m):
+    """Of a motion, scalar first."""
+    return m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2]
 
 
 @jit_inside
-def times(p, q):
-    """The quaternion p q, scalars last."""
-    a, b = (p[0], p[1], p[2]), (q[0], q[1], q[2])
-    v = add(cross(a, b), add(scale(p[3], b), scale(q[3], a)))
-    return v[0], v[1], v[2], p[3] * q[3] - dot(a, b)
-
-
-@jit_inside
-def multiply(turn, q_out):
-    """Turn a quaternion by another, and make it a unit one."""
-    q = times((turn[0], turn[1], turn[2], turn[3]), (q_out[0], q_out[1], q_out[2], q_out[3]))
-    one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    store_quaternion(q_out, (one * q[0], one * q[1], one * q[2], one * q[3]))
+def store_quaternion(m, q):
+    """Write a quaternion, scalar first, into a motion."""
+    m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2] = q
 
 
 @jit_inside

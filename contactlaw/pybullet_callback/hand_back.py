@@ -8,7 +8,6 @@ from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.exchange import (
-    ENDED,
     EXACT,
     FLAGS,
     LISTED,
@@ -21,14 +20,14 @@ from contactlaw.pybullet_callback.exchange import (
     head_at,
     moment,
     name,
+    quaternion_of,
     receive,
     row_at,
     steady,
     store_quaternion,
-    times,
 )
 from contactlaw.world.access import body_at, contact_at, near_at, pair_at, shape_at, world_at
-from contactlaw.world.call import address, call_step
+from contactlaw.world.call import address, call_step, ready
 from contactlaw.world.clear import is_clear
 from contactlaw.world.demand import STEP
 from contactlaw.world.geometry import meet
@@ -36,7 +35,7 @@ from contactlaw.world.motion import set_axes, spin_rate
 from contactlaw.world.near import list_near, strayed, surface_speed
 from contactlaw.world.records import CLOSED, FREE
 from contactlaw.world.sleep import disturbed
-from contactlaw.world.vec import axpy, dot, half_turn, load, norm, scale, store, sub
+from contactlaw.world.vec import axpy, dot, half_turn, load, load4, norm, product, scale, store, store4, sub
 
 PASSED, LIST = -2, -3  # of `set_off`
 QUIET = 1 << 40  # more than there are bodies
@@ -111,7 +110,7 @@ def complete(place, stepped):
         if others > 0 and head.looked == 0:
             head.looked = 1
             return OTHERS
-    if not call_step(address(w, STEP), w, head.dt, True):
+    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, True)):
         return NO_ROOM
     return hand_back(head, w, stepped)
 
@@ -151,8 +150,8 @@ def hand_back(head, w, stepped):
 
 @jit_inside
 def look(head, w):
-    """See which bodies have closed contacts; returns whether contacts have ended or there is something to say of them,
-    and whether the list of near pairs is new.
+    """See which bodies have closed contacts; returns whether there is something to say of them, and whether the list
+    of near pairs is new.
     """
     flags = 0 if w.lists == head.lists else LISTED
     head.lists = w.lists
@@ -172,8 +171,6 @@ def look(head, w):
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1
-        else:
-            flags |= ENDED
     return flags
 
 
@@ -204,18 +201,16 @@ def finish(head, k, r, b, stepped):
     spin = load(b.spin)
     spin = axpy(lag, spin_rate(b, spin), spin)
     x1 = load(b.position)
-    qx, qy, qz, qw = b.quaternion[1], b.quaternion[2], b.quaternion[3], b.quaternion[0]
+    turned = load4(b.quaternion)
     m = r.before
     gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), load(b.acceleration))
     store(r.force, scale(r.mass, gained))
     # the moment at the start of the step, where Bullet takes its inertia
-    b.quaternion[0] = m.quaternion[3]
-    for i in range(3):
-        b.quaternion[i + 1] = m.quaternion[i]
+    store4(b.quaternion, quaternion_of(m))
     set_axes(b)
     rate = sub(scale(1.0 / dt, sub(spin, load(m.spin))), spin_rate(b, load(m.spin)))
     store(r.torque, moment(r, b, rate))
-    b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3] = qw, qx, qy, qz
+    store4(b.quaternion, turned)
     set_axes(b)
     name(head, k)
     if stepped == 0:
@@ -223,32 +218,20 @@ def finish(head, k, r, b, stepped):
         store(r.left.velocity, v)
         place = axpy(dt, v, load(m.position))
         store(r.shift, sub(x1, place))
-        store_quaternion(r.turn, (qx, qy, qz, qw))
-        back = turned(scale(dt, spin), m.quaternion)
-        conjugate_times(r.turn, back)
+        c, s = half_turn(dt * dt * dot(spin, spin))
+        x, y, z = scale(s * dt, spin)
+        c, x, y, z = product((c, x, y, z), quaternion_of(m))  # where Bullet will have turned it
+        store4(r.turn, product(turned, (c, -x, -y, -z)))
         off = norm(load(r.shift)) > EXACT * norm(sub(place, load(m.position)))
-        off = off or abs(r.turn[0]) + abs(r.turn[1]) + abs(r.turn[2]) > EXACT
+        off = off or abs(r.turn[1]) + abs(r.turn[2]) + abs(r.turn[3]) > EXACT
         r.lacks = 1 if off or b.asleep != 0 else 0
         return
     done = r.after
     store(done.position, x1)
-    store_quaternion(done.quaternion, (qx, qy, qz, qw))
+    store_quaternion(done, turned)
     store(done.velocity, v)
     store(done.spin, spin)
     keep(r, done, 0.0)
     r.lacks = 0
     if b.asleep != 0:
         hold(r, b)
-
-
-@jit_inside
-def turned(turn, q):
-    """A quaternion turned by a rotation vector [rad]."""
-    c, s = half_turn(dot(turn, turn))
-    return times((s * turn[0], s * turn[1], s * turn[2], c), (q[0], q[1], q[2], q[3]))
-
-
-@jit_inside
-def conjugate_times(q_out, p):
-    """What turns p into q."""
-    store_quaternion(q_out, times((q_out[0], q_out[1], q_out[2], q_out[3]), (-p[0], -p[1], -p[2], p[3])))

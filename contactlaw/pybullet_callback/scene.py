@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet as p
+from numpy.typing import NDArray
 
 from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.contact import Contact
@@ -18,7 +19,8 @@ from contactlaw.pybullet_callback.shapes import Key, Side, coordinates
 from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.records import CLOSED, FREE, Arrays
+from contactlaw.world.ledger import Ledger, ledger
+from contactlaw.world.records import FREE, Arrays
 from contactlaw.world.shapes import tangent
 
 CROWD_SUBSTEPS = 60
@@ -139,12 +141,12 @@ class Scene:
                 contact.silence(self._client, [(self._side_of[a], self._side_of[b])])
         self._known = np.union1d(self._known, codes[new])
 
-    def contacts(self, handle: int | None = None, closed: bool | None = None) -> Iterator[tuple[int, Any]]:
+    def contacts(self, handle: int | None = None) -> Iterator[tuple[int, Any]]:
         """Those closed now, or parted in the last step, of one handle or all: slots and records."""
         records = self.traffic.arrays.contacts
         for slot in np.flatnonzero(records["phase"] != FREE).tolist():
             own = self._handle_of[records["pair"][slot]]
-            if handle in (None, own) and closed in (None, bool(records["phase"][slot] == CLOSED)):
+            if handle in (None, own):
                 yield slot, records[slot]
 
     def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
@@ -183,6 +185,15 @@ class Scene:
             out.setdefault((one.key, two.key), []).append((record, arrays.memory[slot], sign, asleep))
         return out
 
+    def pairs(self, handle: int) -> NDArray[np.int64]:
+        """Those of the world that a handle has."""
+        return np.flatnonzero(np.array(self._handle_of) == handle)
+
+    def ledger(self, handle: int) -> Ledger:
+        """What the contacts of a handle have done."""
+        arrays = self.traffic.arrays
+        return ledger(arrays.pairs, arrays.contacts, self.pairs(handle))
+
     def save(self) -> Saved:
         """A copy of all that is remembered."""
         traffic = self.traffic
@@ -203,6 +214,8 @@ class Scene:
     def _take_over(self, old: Scene) -> None:
         """What is remembered of contacts and bodies that are there still."""
         mine, theirs = self.traffic.arrays, old.traffic.arrays
+        for handle in self._contacts.keys() & old._contacts.keys():
+            mine.pairs["ledger"][self.pairs(handle)] = theirs.pairs["ledger"][old.pairs(handle)]
         before = {one.body: one for one in old.traffic.linked}
         for one in self.traffic.linked:
             if one.body in before and before[one.body].v_size == one.v_size:

@@ -27,6 +27,7 @@ from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
+from contactlaw.world.demand import KEPT
 from contactlaw.world.frames import ALIKE
 from contactlaw.world.records import Arrays
 from contactlaw.world.step import address_of_pressed, step
@@ -235,7 +236,7 @@ class Traffic:
         while (done := complete(self._head_at, stepped)) < 0:
             if done == NOT_FINITE:
                 self._refuse()
-            if done == NO_ROOM:
+            if done == NO_ROOM and not KEPT:  # or it raises
                 self._make_room()
                 continue
             if self._quiet and self._look_up():

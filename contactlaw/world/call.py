@@ -8,7 +8,8 @@ import numba
 from numba import types
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import caller
+from contactlaw.memory import caller, whole_at
+from contactlaw.world.demand import ASK, KEEPER, LATER, TRUTH, WAITS
 from contactlaw.world.records import BODY, CONTACT, NEAR, SHAPE, TREE, WORLD
 
 BODY_TYPE = numba.from_dtype(BODY)
@@ -36,7 +37,6 @@ A_READ = types.int64(WORLD_TYPE, types.uint64, types.int64)
 LIMIT = NUMBER(CONTACT_TYPE, types.uint64, NUMBER, NUMBER, VECTOR)
 TWIST = types.void(CONTACT_TYPE, types.uint64, NUMBER, VECTOR, NUMBER, types.UniTuple(NUMBER, 2))
 ALONG = types.void(CONTACT_TYPE, types.uint64, types.uint64, NUMBER, NUMBER, NUMBER)
-DEMAND = types.uint64(types.int64)
 MOBILITY = NUMBER(BODY_TYPE, VECTOR, BODY_TYPE, VECTOR, VECTOR)
 
 
@@ -57,12 +57,40 @@ call_read: Any = caller(A_READ)
 call_limit: Any = caller(LIMIT)
 call_twist: Any = caller(TWIST)
 call_along: Any = caller(ALONG)
-ask_address: Any = caller(DEMAND)
+call_for: Any = caller(types.void(types.int64))
+call_later: Any = caller(types.int32(types.uint64, types.uint64))
+
+
+@jit_inside
+def ready(w, what):
+    """Whether a function is there that only some scenes need, by its number, see `demand`; if not, it is asked for."""
+    table = w.demand
+    if entry(table, what) == 0 and not waits(table):
+        call_for(entry(table, ASK), what)
+        if entry(table, what) == 0:
+            raise_later(table)
+    return entry(table, what) != 0
 
 
 @jit_inside
 def address(w, what):
-    """Where a function is that only some scenes need, by its number, see `demand`."""
-    if w.found[what] == 0:
-        w.found[what] = ask_address(w.demand, what)
-    return w.found[what]
+    """Where a function is that is ready."""
+    return entry(w.demand, what)
+
+
+@jit_inside
+def waits(table):
+    """Whether an exception waits to be raised; table: address of `demand.TABLE`. No Python is called meanwhile."""
+    return entry(table, WAITS) != 0
+
+
+@jit_inside
+def raise_later(table):
+    """Have what waits raised when compiled code has returned."""
+    call_later(entry(table, LATER), entry(table, TRUTH), entry(table, KEEPER))
+
+
+@jit_inside
+def entry(table, place):
+    """Of `demand.TABLE`."""
+    return types.uint64(whole_at(table, place))

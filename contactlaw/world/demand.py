@@ -1,72 +1,87 @@
 """What only some scenes come to need: called by address, and compiled when a scene first needs it.
 
-A step asks Python for the address, once in a process (`call.address`); there is nothing else that it calls Python for.
+Compiled code asks Python for it once in a process (`call.ready`). No exception can cross compiled code: what is raised
+there, an interrupt too, is kept, the step goes on without what it asked for, and when it returns, it is raised. The
+main thread does so, in a pending call of the interpreter, the way of signals, for which compiled code must ask
+(`call.raise_later`): one that Python asked for would be made at once. It calls PyObject_IsTrue of `KEPT`, which raises.
 """
 
 from __future__ import annotations
 
-import _thread
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from ctypes import CFUNCTYPE, c_int64, c_uint64, c_void_p, cast
-from functools import lru_cache
+from collections.abc import Callable
+from ctypes import CFUNCTYPE, c_int64, c_void_p, cast, pythonapi
+from typing import Any
 
 import numpy as np
 
 from contactlaw.jit import compiling
 
-STEP, LAST, LIMIT, TWIST, ALONG, READ = range(6)
-"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`, `elliptic.advance`, `state.read`."""
+STEP, LAST, LIMIT, TWIST, ALONG, READ, ASK, WAITS, LATER, TRUTH, KEEPER = range(11)
+"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`, `elliptic.advance`, `state.read`; what asks
+for them; whether something waits to be raised; Py_AddPendingCall, PyObject_IsTrue and `KEPT`."""
 
-FOUND = np.zeros(6, np.uint64)
-"""Addresses of those that have been asked for."""
+TABLE = np.zeros(11, np.uint64)
+"""Addresses of these; zero: not asked for yet."""
 
 
-@lru_cache
 def supply(what: int) -> int:
     """The address of one of them."""
     from contactlaw.world import elliptic, lasting, spinning, state, step  # which need the records that need this
 
+    if TABLE[what] != 0:
+        return int(TABLE[what])
     if what == STEP:
-        FOUND[what] = step.address_of_step()
+        TABLE[what] = step.address_of_step()
     elif what == READ:
         with compiling("states that are set back", 2):
-            FOUND[what] = state.address_of_read()
+            TABLE[what] = state.address_of_read()
     elif what == LAST:
         with compiling("contacts that last", 8):
-            FOUND[what] = lasting.address()
+            TABLE[what] = lasting.address()
     elif what == ALONG:
         with compiling("elliptic contacts", 2):
-            FOUND[what] = elliptic.address()
+            TABLE[what] = elliptic.address()
     else:
-        with compiling("contacts that spin", 4):
-            FOUND[what] = (spinning.address_of_limit if what == LIMIT else spinning.address_of_twist)()
-    return int(FOUND[what])
+        with compiling("contacts that spin", 4):  # the limit last: it is asked for, and both are called
+            TABLE[TWIST], TABLE[LIMIT] = spinning.address_of_twist(), spinning.address_of_limit()
+    return int(TABLE[what])
 
 
-@contextmanager
-def held_back() -> Iterator[None]:
-    """An interrupt waits until compiled code, which cannot hand it on and would jump to no address, has gone on."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
-        if came:
-            threading.Timer(0.05, _thread.interrupt_main).start()
+class _Kept:
+    """What waits to be raised, the first that came."""
+
+    error: BaseException | None = None
+
+    def __bool__(self) -> bool:
+        """Raises it; False: nothing waits."""
+        error, self.error, TABLE[WAITS] = self.error, None, 0
+        if error:
+            raise error
+        return False
 
 
-@CFUNCTYPE(c_uint64, c_int64)
-def _supply(what: int) -> int:
-    with held_back():
-        return supply(what)
+def keeps(function: Callable[..., object]) -> Callable[..., None]:
+    """Of Python that compiled code calls: what it raises is kept."""
+
+    def call(*values: Any) -> None:
+        try:
+            function(*values)
+        except BaseException as error:
+            KEPT.error, TABLE[WAITS] = KEPT.error or error, 1
+
+    return call
 
 
-DEMAND = int(cast(_supply, c_void_p).value or 0)
-"""Address of what is asked for them."""
+@CFUNCTYPE(None, c_int64)
+@keeps
+def _supply(what: int) -> None:
+    supply(what)
+
+
+KEPT = _Kept()
+LASTS = TABLE, KEPT, _supply
+"""What engines must keep alive that may call it to the end of the process."""
+
+for _place, _function in ((ASK, _supply), (LATER, pythonapi.Py_AddPendingCall), (TRUTH, pythonapi.PyObject_IsTrue)):
+    TABLE[_place] = cast(_function, c_void_p).value or 0
+TABLE[KEEPER] = id(KEPT)

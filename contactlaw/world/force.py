@@ -18,7 +18,7 @@ from contactlaw.world.access import (
     pair_at,
     speed_numbers,
 )
-from contactlaw.world.call import address, call_along, call_limit, call_twist
+from contactlaw.world.call import address, call_along, call_limit, call_twist, ready
 from contactlaw.world.demand import ALONG, LIMIT, TWIST
 from contactlaw.world.motion import give
 from contactlaw.world.records import LATER, SELDOM
@@ -52,12 +52,13 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         if later and t.state != OPEN and t.state != SPUN:
             c.waits = c.waits if c.waits > 0.0 else t.before
             spun = False
+    spun = spun and ready(w, LIMIT)
     own, left, turned = w.memory + 8 * w.memory_size * slot, 0.0, (du, dv, c.turned)
     if spun:
         room = law.sectors * law.vectors if w.twists >= SELDOM or t.state == SPUN else 0.0
         left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
     advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    if t.skew != 0.0 and t.state != SPUN:
+    if t.skew != 0.0 and t.state != SPUN and ready(w, ALONG):
         numbers = w.numbers + 8 * (pair_at(w.pairs, c.pair).numbers + PAIR_SIZE)
         call_along(address(w, ALONG), c, numbers, own, law.vectors, du, dv)
     damped = calms(c)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from contactlaw.laws.record import CONTACT as TOUCH
 from contactlaw.laws.torsion import TORSION
-from contactlaw.world.demand import DEMAND, FOUND
+from contactlaw.world.demand import TABLE
 
 NEVER = np.inf
 
@@ -272,8 +272,7 @@ WORLD = record(
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
     twists="i8",  # in this substep, LATER, NOW, SELDOM or EACH
     lost="i8",  # contacts and pairs that there was no room for
-    demand="u8",  # address of what compiles what is needed, see `demand`
-    found=("u8", FOUND.shape),  # addresses of that, by its numbers
+    demand="u8",  # address of `demand.TABLE`
 )  # fmt: skip
 """A world as a whole: what compiled code is given."""
 
@@ -349,7 +348,7 @@ class Arrays(NamedTuple):
         one["unknown_room"] = self.equations.shape[1]
         one["cells"] = self.grid.size - 4 * self.shapes.size
         self.shapes["points"] = self.points.ctypes.data + 24 * self.shapes["first"]
-        one["demand"], one["found"] = DEMAND, FOUND
+        one["demand"] = TABLE.ctypes.data
         for number, tree in enumerate(self.trees):
             first, count = int(tree["first"]), int(tree["count"])
             tree["bodies"] = self.bodies[first:].ctypes.data

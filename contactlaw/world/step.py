@@ -17,7 +17,7 @@ from numba import types
 from contactlaw.jit import address_of, jit, jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at, world_at
-from contactlaw.world.call import A_STEP, address, call_on_world, call_step
+from contactlaw.world.call import A_STEP, address, call_on_world, call_step, ready, waits
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet
 from contactlaw.world.island import integrate
@@ -36,15 +36,18 @@ REMNANT = 0.01  # of a window: what would be left of the step after it is taken 
 
 @jit
 def step(world, dt, count):
-    """Move a world by a number of steps of dt [s]; stops before a step for which there may not be room enough.
+    """Move a world by a number of steps of dt [s]; stops before a step for which there may not be room enough,
+    and where an exception waits.
 
     world: array of one `records.WORLD`, with the addresses of its arrays. Between two steps anybody may change
     positions, velocities and accelerations. Returns how many steps were made.
     """
     w = world[0]
     for i in range(count):
-        if not call_step(address(w, STEP), w, dt, True):
+        if not (ready(w, STEP) and call_step(address(w, STEP), w, dt, True)):
             return i
+        if waits(w.demand):
+            return i + 1
     return count
 
 
@@ -131,7 +134,7 @@ def finish(w, dt):
         if w.stale != 0:
             list_near(w)
         first, shortest, window = look_ahead(w, now, dt)
-        if now == 0.0 and LONG * shortest <= dt and some_last(w) and call_on_world(address(w, LAST), w):
+        if now == 0.0 and LONG * shortest <= dt and some_last(w) and let_last(w):
             first, shortest, window = look_ahead(w, now, dt)
         if shortest == NEVER:
             if first >= dt:
@@ -152,6 +155,12 @@ def finish(w, dt):
         watch(w, dt - now)
     for k in range(w.body_count):
         fly(body_at(w.bodies, k), dt)
+
+
+@jit_inside
+def let_last(w):
+    """The same of `lasting`, by address."""
+    return ready(w, LAST) and call_on_world(address(w, LAST), w)
 
 
 @jit_inside

@@ -69,7 +69,7 @@ def test_a_body_must_be_there(client, floor, body):
 
 @pytest.mark.parametrize("file", ["sphere_small.urdf", "sphere2.urdf", "soccerball.urdf"])
 def test_a_ball_from_a_file_bounces_and_flies_undamped(client, floor, callback, file):
-    loaded = load_urdf(callback, file, [("*", floor, PAIR)], settings={"ledger": True}, basePosition=[0, 0, 0.6])
+    loaded = load_urdf(callback, file, [("*", floor, PAIR)], basePosition=[0, 0, 0.6])
     p.resetBaseVelocity(loaded.body, [0, 0, -3.0], [0, 0, 0], client)
     run(callback, client, 100)
     velocity = p.getBaseVelocity(loaded.body, client)[0]

@@ -18,6 +18,7 @@ if numba.config.DISABLE_JIT:
 
 from contactlaw import ContactPair, ContactWarning  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, load_model, save_model  # noqa: E402
+from contactlaw.world import demand  # noqa: E402
 
 STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
 CONTACTS = [("ball", "floor", STEEL)]
@@ -135,6 +136,24 @@ def test_warnings_made_errors_reach_the_caller(model):
         warnings.simplefilter("error")
         with pytest.raises(ContactWarning, match="overlap over radius"):
             step_until_interrupted(model, data)
+
+
+@pytest.mark.parametrize("kind", [OSError, KeyboardInterrupt])
+def test_what_is_raised_while_something_is_compiled_reaches_the_caller(model, kind, monkeypatch):
+    def supply(what):
+        raise kind
+
+    data = mujoco.MjData(model)
+    data.qpos[2], data.qvel[2], data.qvel[5] = 0.026, -1.0, 50.0
+    with monkeypatch.context() as patched:
+        patched.setattr(demand, "supply", supply)
+        demand.TABLE[demand.LIMIT] = 0
+        with pytest.raises(kind):
+            step_until_interrupted(model, data)
+        assert not demand.KEPT
+        assert data.time < 0.01
+    mujoco.mj_step(model, data, 5)
+    assert 0.5 < data.qvel[2] < 1.0
 
 
 def test_flags_that_turn_the_law_off_are_noticed(model):

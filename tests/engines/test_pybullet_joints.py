@@ -95,7 +95,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     body = ball(client, [0.405, 0.0, 2.0 * RADIUS], [0, 0, -1.0])
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
-    handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0, ledger=True)
+    handle = callback.add_contact(body, racket, pair_of(restitution=1.0, friction=0.0), link_b=0)
     steps = 3 + int(8e-4 / dt)
     run(client, callback, steps) if ahead else step(callback, steps)
     velocity, spin = velocities(client, body)
@@ -118,7 +118,7 @@ def test_momentum_of_a_free_tree_and_a_ball(client: int, ahead: bool) -> None:
     bullet = ball(client, target + [0.0, 0.0, 0.1 + RADIUS + 0.01], [0, 0, -3.0])
     p.setTimeStep(1e-3, client)
     callback = ContactCallback(client)
-    handle = callback.add_contact(bullet, body, pair_of(friction=0.0), link_b=1, ledger=True)
+    handle = callback.add_contact(bullet, body, pair_of(friction=0.0), link_b=1)
 
     one, world = Linked(client, body), World(0.0)
     one.add_to(world)

@@ -40,7 +40,7 @@ def test_two_balls_keep_momentum_and_angular_momentum(client: int, dt: float, st
     }
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
-    handle = callback.add_contact(*bodies, pair_of(restitution=1.0), ledger=True)
+    handle = callback.add_contact(*bodies, pair_of(restitution=1.0))
     before = totals(client, bodies)
     for _ in range(int((start + 3e-4) / dt) + 3):
         step(callback)
@@ -163,7 +163,7 @@ def test_body_that_is_not_a_ball_keeps_its_angular_momentum(client: int) -> None
     body = ball(client, 0.1 * turn[:, 2] + [0.0, 0.0, 0.05], [0, 0, -2.0])
     p.setTimeStep(1e-3, client)
     callback = ContactCallback(client)
-    handle = callback.add_contact(body, rod, pair_of(), ledger=True)
+    handle = callback.add_contact(body, rod, pair_of())
 
     def angular() -> tuple[np.ndarray, np.ndarray]:
         total, momentum = np.zeros(3), np.zeros(3)

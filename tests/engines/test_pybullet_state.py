@@ -79,7 +79,7 @@ def test_energy_of_elastic_bounces(client: int, dt: float, ahead: bool) -> None:
     p.setGravity(0, 0, -G, client)
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
-    handle = callback.add_contact(body, floor, pair_of(restitution=1.0, friction=0.0), ledger=True)
+    handle = callback.add_contact(body, floor, pair_of(restitution=1.0, friction=0.0))
 
     def energy() -> float:
         velocity, spin = velocities(client, body)
@@ -115,7 +115,7 @@ def test_a_gas_of_elastic_balls_keeps_its_energy(client: int, seed: int, ahead: 
         )
     p.setTimeStep(dt, client)
     callback = ContactCallback(client)
-    handle = callback.add_contact(balls, [*balls, *walls], pair_of(friction=0.0, restitution=1.0), ledger=True)
+    handle = callback.add_contact(balls, [*balls, *walls], pair_of(friction=0.0, restitution=1.0))
     go(client, callback, ahead, 600)
     while callback.states(handle):
         go(client, callback, ahead)

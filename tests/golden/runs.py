@@ -247,13 +247,13 @@ def readout(engine: str, law: str) -> Values:
         pybullet.setGravity(*WEIGHT, client)
         pybullet.setTimeStep(STEP, client)
         ball, contact = scenes.ball(client, place, velocity, radius=RADIUS, mass=MASS), ContactCallback(client)
-        handle = contact.add_contact(ball, scenes.plane(client), pair, ledger=True)
+        handle = contact.add_contact(ball, scenes.plane(client), pair)
         for _ in range(5):
             contact()
             pybullet.stepSimulation(client)
             impulse += contact.state(handle).impulse
         told = contact.ledger(handle)
-        work = [told.normal_loss, told.tangential_loss]
+        work = [told.normal_work, told.tangential_work]
         pybullet.disconnect(client)
     return {
         "impulse": (impulse, MASS),

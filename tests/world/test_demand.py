@@ -3,33 +3,92 @@
 from __future__ import annotations
 
 import signal
-import threading
-import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from ctypes import CFUNCTYPE, c_int64, c_void_p, cast
+from typing import NoReturn
 
+import numpy as np
 import pytest
 
-from contactlaw.world import demand
+from contactlaw import MATERIALS, ContactPair
+from contactlaw.jit import INTERPRETED
+from contactlaw.world import World, demand
+
+if INTERPRETED:
+    pytest.skip("calls by address", allow_module_level=True)
+
+STEEL = MATERIALS["steel"]
+FLIGHT = 3  # steps before the touch
 
 
-def test_an_interrupt_while_something_is_compiled_waits_until_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without an address the step would jump to none and end the process."""
-
-    def interrupted(what: int) -> int:
-        signal.raise_signal(signal.SIGINT)
-        return 40 + what
-
-    monkeypatch.setattr(demand, "supply", interrupted)
-    before = signal.getsignal(signal.SIGINT)
-    assert demand._supply(2) == 42
-    with pytest.raises(KeyboardInterrupt):
-        time.sleep(5.0)
-    assert signal.getsignal(signal.SIGINT) is before
+def spinning_ball() -> World:
+    world = World(timestep=1e-3)
+    floor = world.add_plane(None, point=(0, 0, 0), normal=(0, 0, 1))
+    body = world.add_body(
+        mass=0.5, inertia=2e-4, position=(0, 0, 0.02 + (FLIGHT + 0.5) * 1e-3), velocity=(0, 0, -1.0), spin=(0, 0, 50.0)
+    )
+    world.add_contact(world.add_sphere(body, radius=0.02), floor, ContactPair(STEEL, STEEL, 0.1, 0.9))
+    return world
 
 
-def test_other_threads_leave_signals_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    found: list[int] = []
-    monkeypatch.setattr(demand, "supply", lambda what: 40 + what)
-    thread = threading.Thread(target=lambda: found.append(demand._supply(1)))
-    thread.start()
-    thread.join()
-    assert found == [41]
+@CFUNCTYPE(None, c_int64)
+def _broken(what: int) -> None:
+    raise OSError("nobody keeps this")
+
+
+@contextmanager
+def entry(place: int, value: int) -> Iterator[None]:
+    """Another entry of the table for a while."""
+    before, demand.TABLE[place] = int(demand.TABLE[place]), value
+    try:
+        yield
+    finally:
+        demand.TABLE[place] = before
+
+
+def compiler_fault() -> NoReturn:
+    raise OSError("no room for machine code")
+
+
+def interrupt() -> None:
+    signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize(("fault", "kind"), [(compiler_fault, OSError), (interrupt, KeyboardInterrupt)])
+@pytest.mark.parametrize("missing", [demand.LIMIT, demand.STEP])
+def test_what_is_raised_while_something_is_compiled_reaches_who_steps(
+    fault: Callable[[], None], kind: type[BaseException], missing: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once, at the step that needs it: that is the last one made."""
+    asked: list[int] = []
+
+    def supply(what: int) -> None:
+        asked.append(what)
+        fault()
+
+    world = spinning_ball()
+    world.step()
+    with monkeypatch.context() as patched, entry(missing, 0):
+        patched.setattr(demand, "supply", supply)
+        with pytest.raises(kind):
+            world.step(100)
+        assert asked == [missing]
+        assert not demand.KEPT
+    made = 1 if missing == demand.STEP else FLIGHT + 1
+    assert world.position[0, 2] - 0.02 == pytest.approx(abs(FLIGHT + 0.5 - made) * 1e-3, abs=4e-4)
+    world.step(20)
+    assert 0.5 < world.velocity[0, 2] < 1.0
+    assert np.isfinite(world.spin).all()
+
+
+def test_what_escapes_even_that_leaves_no_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An exception outside of `keeps` is only told by Python; whatever comes back is not taken for an address."""
+    world = spinning_ball()
+    world.step()
+    unraisable: list[object] = []
+    monkeypatch.setattr("sys.unraisablehook", unraisable.append)
+    with entry(demand.LIMIT, 0), entry(demand.ASK, cast(_broken, c_void_p).value or 0):
+        world.step(20)
+    assert unraisable
+    assert 0.5 < world.velocity[0, 2] < 1.0
