@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
-from contactlaw.laws.microslip import Microslip, displace, keeps_sliding, step_of
+from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
+from contactlaw.laws.nodes import step_of
 from contactlaw.laws.slip import carried
 
 TURN = 1e-3  # of the limit, or sine: tractions out of line by less count as straight, at a tenth of this of mu P

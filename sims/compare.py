@@ -86,14 +86,14 @@ def _table(material: str, results: list[Result]) -> Table:
     table = Table(
         title=f"{material} puck: chi = {one.chi:.3f}, mu = {one.mu}, e = {one.restitution}, "
         f"contact {one.contact_duration * 1e6:.0f} us of {one.contact_duration / one.timestep:.0f} steps",
-        caption="psi = (kappa/mu) V_x/V_z1 of the contact point, a plain number, before (1) and after (2); reference: "
+        caption="psi = (kappa/mu) V_x/V_z1 of the contact point before (1) and after (2); reference: "
         "psi_2 of the annulus solver; energy: after over before",
         padding=(0, 0, 0, 1),
     )
     for name in ("engine", "law"):
         table.add_column(name)
-    for name in ("psi_1", "psi_2", "refer-\nence", "error", "energy", escape("time\n[ms]")):
-        table.add_column(name, justify="right")
+    for name in ("psi_1\n[-]", "psi_2\n[-]", "reference\n[-]", "error\n[-]", "energy\n[-]", "time\n[ms]"):
+        table.add_column(escape(name), justify="right")
     last = ("", "")
     for r in results:
         if (r.engine, r.law) != last:

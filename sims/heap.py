@@ -102,10 +102,12 @@ def build_times(count: int) -> dict[str, float]:
     return {"model": times[1] - times[0], "data": times[2] - times[1]}
 
 
-def costs(count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT) -> dict[str, Any]:
+def costs(
+    count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT, solvers: Any = SOLVERS
+) -> dict[str, Any]:
     """Processor time of a drop in MuJoCo, by the law and natively with each solver; see `timed`."""
     made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch, o=o)}
-    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch, o) for one in SOLVERS}
+    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch, o) for one in solvers}
     return {"balls": count} | timed(made, seconds)
 
 

@@ -139,6 +139,7 @@ def figure_for(panels: Sequence[Panel], until: float) -> tuple[Figure, list[Axes
             one.set_ylabel(f"{up} [m]")
         one.spines[["top", "right"]].set_visible(False)
         one.tick_params(labelsize=8)
+        one.locator_params("x", nbins=max(4, min(9, round(2.0 * width * scale))))
         surroundings(one, panel, here)
     return figure, axes
 
@@ -160,7 +161,8 @@ def surroundings(axes: Axes, panel: Panel, bounds: Array) -> None:
         if outline.solid:
             axes.fill(*flat.T, facecolor=TABLE, edgecolor=GROUND, linewidth=1.0, zorder=1)
             continue
-        axes.plot(*flat.T, color=GROUND, linewidth=1.2, zorder=1, scalex=False, scaley=False)
+        end_on = "o" if flat.size and np.ptp(flat, axis=0).max() < 1e-9 else None
+        axes.plot(*flat.T, color=GROUND, linewidth=1.2, marker=end_on, zorder=1, scalex=False, scaley=False)
         if outline.normal and flat.size and outline.normal[panel.recording.view[1]] > 1.0 - 1e-9:  # the ground
             axes.axhspan(bounds[2], flat[0, 1], color=FLOOR, zorder=0)
 

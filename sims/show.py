@@ -42,18 +42,18 @@ def figures(measured: Measured) -> None:
     for key, value in measured.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
             lists[key] = value
-        elif isinstance(value, dict):
+        elif isinstance(value, dict) and value:
             lists[key] = [{"": name} | one for name, one in value.items()]
         else:
-            plain.add_row(key, _text(value), unit_of(key))
+            plain.add_row(key, "none" if value == {} else _text(value), unit_of(key, value))
     console.print(plain)
     for key, rows in lists.items():
         heads = [head for head, value in rows[0].items() if not isinstance(value, list | dict)]
         for part in _parts(heads):
             table = Table(title=key, padding=(0, 0, 0, 1))
             for head in part:
-                unit = f"\n[{unit_of(head)}]" if unit_of(head) else ""
-                table.add_column(escape(head.replace("_", "\n") + unit), justify="right")
+                unit = unit_of(head, rows[0][head])
+                table.add_column(escape(head.replace("_", "\n") + f"\n[{unit}]" * bool(unit)), justify="right")
             for row in rows:
                 table.add_row(*(_text(row[head]) for head in part))
             console.print(table)
@@ -66,8 +66,8 @@ def checks(found: Sequence[Limit]) -> bool:
         style, word = ("green", "holds") if one.passed else ("red", "FAILS")
         console.print(
             f"[{style}]{word}[/]  {one.name}: {one.reached:.3g}{unit}, asked {sign} {one.asked:g}{unit}",
-            highlight=False, soft_wrap=True,
-        )  # fmt: skip
+            highlight=False,
+        )
     return all(one.passed for one in found)
 
 
@@ -122,17 +122,22 @@ def show_all(scenes: Sequence[Scene], out: Path) -> int:
 
 UNITS = {
     r"_um_per_s$": "um/s", r"_um$": "um", r"degrees$|^loft$|^launch_angle": "degrees", r"^turns_a_second$": "1/s",
-    r"_over_|_ratio$|_error$|_gained$|_rise$|^psi|^slip": "", r"^(back)?spin|^side_after$|rate$|^rate_": "rad/s",
-    r"velocit|speed|^lift$": "m/s", r"^acceleration|^rim": "m/s^2", r"^energy(_before)?$": "J", r"^force$": "N",
+    r"_over|_ratios?$|_error$|_gained$|_rise$|_change$|_lost$|^change_of|^psi|^slip_on|restitution": "-",
+    r"^(chi|kappa|mu|friction|rolling|grip|aside|turned)$": "-",
+    r"bounces$|^(balls|rows|passed|moving|steps|turns_reference)$": "-",
+    r"^(back)?spin|^side_after$|rate$|^rate_": "rad/s", r"velocit|speed|^lift$": "m/s",
+    r"^acceleration|^rim": "m/s^2", r"^energy(_before)?$": "J", r"^force$": "N",
     r"^x(_end)?$|height|^off_the_mirror$|^radius$": "m",
     r"^((wall_)?time|timestep|(contact_)?duration|seconds|settled|compared_until|drop_s)$": "s",
 }  # fmt: skip
-"""Of figures, by what is found first in their names."""
+"""Of figures, by what is found first in their names; "-" of plain numbers: counts and ratios."""
 COLUMNS = 7  # of a table of 80 characters
 
 
-def unit_of(name: str) -> str:
-    """Unit of a figure, by its name; nothing for plain numbers and words."""
+def unit_of(name: str, value: object = 0.0) -> str:
+    """Unit of a figure, by its name; nothing for words."""
+    if isinstance(value, str | bool):
+        return ""
     return next((unit for found, unit in UNITS.items() if re.search(found, name)), "")
 
 

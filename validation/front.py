@@ -254,6 +254,6 @@ def plot(axes: Axes, data: Data, default: str, *, floor: float = 0.0) -> None:
             axes.annotate(f"{words[1]}/{words[3]}", line[-1], xytext=(-5, -5), textcoords="offset points", fontsize=7,
                           ha="right", va="top")  # fmt: skip
     axes.loglog(*zip(*line, strict=True), color="black", linewidth=0.8, label="front")
-    axes.margins(x=0.12)
+    axes.margins(x=0.12, y=0.09)  # for the labels
     axes.loglog(*point(default), "*", color="#c44e00", markersize=13, markeredgecolor="black", linestyle="none",
                 label="default")  # fmt: skip

@@ -22,7 +22,7 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inline as jit
-from contactlaw.laws.microslip import follow, step_of
+from contactlaw.laws.nodes import follow, step_of
 from contactlaw.laws.record import OPEN, SPRUNG
 from contactlaw.laws.slip import carried
 

@@ -20,12 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.jit import jit, jit_inline, jit_of_sums
+from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
+from contactlaw.laws.nodes import follow, step_of
 from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
-from contactlaw.laws.slip import carried, slides_on, sliding_direction, span_of
+from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
 NODES = 16  # where nothing else is asked for: psi_2 within 4e-4 up to chi 2
 
@@ -179,68 +180,3 @@ def keeps_sliding(contact, law, memory, du, dv):
             memory[0, i], memory[1, i] = cap * x, cap * y
     contact.state = SPRUNG
     return False
-
-
-@jit_inline
-def step_of(contact, du, dv):
-    """What `displace` asks of a step, in its order."""
-    s2, g_star = contact.scale * contact.scale / contact.radius, contact.g_star
-    return s2, contact.overlap, contact.before, g_star * du, g_star * dv, contact.friction * contact.e_star
-
-
-@jit
-def follow(contact, law, memory):
-    """Let the nodes span the contact that there is."""
-    span = span_of(contact, contact.scale)
-    if span != contact.scale and contact.state == SPRUNG:
-        regrid(contact, law, memory, span)
-    contact.scale = span
-
-
-@jit
-def regrid(contact, law, memory, new_span):
-    """Carry the tractions over to nodes that span another radius [m].
-
-    Linear between the old nodes and down to zero at the edge of the contact before, then scaled so that the total force
-    stays unless that would raise the elastic energy, sum of w q^2: a change of nodes never feeds the motion.
-    """
-    n, span, x, w = law.w.size, contact.scale, law.x, law.w
-    old = memory.copy()
-    edge = sqrt(contact.radius * max(contact.before, 0.0)) / span
-    active = 0
-    while active < n and x[active] < edge:
-        active += 1
-    both, square, energy, new_energy = 0.0, 0.0, 0.0, 0.0
-    for side in range(2):
-        force, new_force = 0.0, 0.0
-        soft = 1.0 + contact.skew if side == 0 else 1.0 - contact.skew
-        for i in range(n):
-            at = x[i] * new_span / span
-            value = 0.0
-            if active > 0 and at < edge:
-                j = 0
-                while j < active and x[j] < at:
-                    j += 1
-                if j == 0:
-                    value = old[side, 0]
-                else:
-                    right = x[j] if j < active else edge
-                    top = old[side, j] if j < active else 0.0
-                    value = old[side, j - 1]
-                    value += (top - value) * (at - x[j - 1]) / (right - x[j - 1])
-            memory[side, i] = value
-            force += span * w[i] * old[side, i]
-            new_force += new_span * w[i] * value
-            energy += soft * span * w[i] * old[side, i] ** 2
-            new_energy += soft * new_span * w[i] * value * value
-        both += force * new_force
-        square += new_force * new_force
-    # A force that is small beside its own tractions (sheared and brought back) is no measure of them.
-    scale = both / square if square > 0.0 else 1.0
-    if not 0.5 < scale < 2.0:
-        scale = 1.0
-    if scale * scale * new_energy > energy:
-        scale = sqrt(energy / new_energy)
-    for side in range(2):
-        for i in range(n):
-            memory[side, i] *= scale

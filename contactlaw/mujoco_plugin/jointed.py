@@ -172,15 +172,27 @@ def read_jointed(m, d, head, j):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
     for k in range(t.v_size):
         axis_at(t.axes, k).side = 0.0
-    leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
-    if leads or load_int(d + types.uintp(layout.LIMITS)) > 0:
-        t.stale = 1
+    t.stale = 1
+    if load_int(d + types.uintp(LIMITS)) > 0:
         call_with_body(t.settle, body_at(t.bodies, 0))
         hand_over_limits(m, d, head, j, t)
-    a = floats(t.a, 0, t.v_size)
+    leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
+    a = accelerated(t, head.step_size) if leads else floats(t.a, 0, t.v_size)
     for i in range(t.v_size):
         v[i] = rates[i] + (head.lag * a[i] if leads else 0.0)  # the velocities at the time of the coordinates
     t.stale = 1
+
+
+@jit
+def accelerated(t, step):
+    """Accelerations that an engine's step [s] makes of what pushes a tree at rest; its velocities are zero.
+
+    Euler's method damps implicitly there: (M + h D) a = f. By M alone what stiff damping holds would be off at once.
+    """
+    t.lag, t.stale = step, 1
+    call_with_body(t.settle, body_at(t.bodies, 0))
+    t.lag = 0.0
+    return floats(t.a, 0, t.v_size)
 
 
 @jit
@@ -211,8 +223,7 @@ def write_jointed(d, head, j):
     if not (is_pressed(t) or asleep) and head.lag > 0.0:
         for i in range(t.v_size):
             v[i] = 0.0
-        t.stale = 1
-        call_with_body(t.settle, body_at(t.bodies, 0))
+        accelerated(t, head.step_size)
         for i in range(t.v_size):
             v[i] = rates[i]
             rates[i] -= head.lag * a[i]
@@ -246,29 +257,26 @@ def press(block, b, arm, force, push):
 def hand_over_limits(m, d, head, j, t):
     """Let the limits of a tree go with its coordinates and velocities, for a step whose other forces are known."""
     first = load_int(d + types.uintp(EQUALITIES)) + load_int(d + types.uintp(FRICTIONS))
-    some, n = False, t.v_size
+    n = t.v_size
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
     copy(floats(head.given, j.v, n), answer)
     descend(t, factor, answer, n - 1, True)
     ascend(t, factor, answer)
     for row in range(first, first + load_int(d + types.uintp(LIMITS))):
         if entry(d, KIND, row) == JOINT_LIMIT and entry(m, TYPE, entry(d, JOINT, row)) >= SLIDE:
-            some = hand_over(m, d, head, j, row) or some
-    if some:
-        t.stale = 1
-        call_with_body(t.settle, body_at(t.bodies, 0))
+            hand_over(m, d, head, j, row)
 
 
 @jit
 def hand_over(m, d, head, j, row):
-    """The same for one limit; returns whether it is one of a hinge or slide of the tree."""
+    """The same for one limit, if it is of a hinge or slide of the tree."""
     t = tree_at(world_at(head.world, 0).trees, j.tree)
     answer = vector(t.room, t.v_size)
     joint = entry(d, JOINT, row)
     k = entry(m, DOF, joint) - j.v
     force = field(d, FORCE, row, 1)[0]
     if k < 0 or k >= t.v_size or force <= 0.0:
-        return False
+        return
     axis = axis_at(t.axes, k)
     asked = place(head.starts, (1 + head.nq + head.nv) * head.turn + 1)
     q, v = floats(asked, entry(m, COORDINATE, joint), 1)[0], floats(asked, head.nq + j.v + k, 1)[0]
@@ -282,7 +290,6 @@ def hand_over(m, d, head, j, row):
     axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
     axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
     vector(t.f, t.v_size)[k] -= side * force
-    return True
 
 
 @lru_cache

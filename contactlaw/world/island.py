@@ -6,7 +6,7 @@ bodies are kicked. The force at the end of a window is where the next one begins
 
 from __future__ import annotations
 
-from math import ceil, floor
+from math import ceil, floor, nan
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
@@ -19,7 +19,7 @@ from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import EACH, LATER, NEVER, NOW, SELDOM
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
-from contactlaw.world.vec import load, norm
+from contactlaw.world.vec import load, norm, store
 from contactlaw.world.window import fastest_closing
 
 AHEAD = 4.0  # strides of the fastest surface that two others may come nearer by in a substep
@@ -28,7 +28,8 @@ LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they ar
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
 SEVERAL = 4  # closed contacts of an island; in one of more each counts for less
 LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
-SHORTEST = 1e-6  # of a substep, a remainder that is none
+SHORTEST = 1e-6  # of a substep, a remainder that is none; of a window, a substep at least
+LOST = 1e10  # [m/s] at which a body is lost: a velocity that engines take for a fault, too
 JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
 TWISTS = 4  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
@@ -37,13 +38,22 @@ AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
 @jit_inside
 def integrate(w, root, now, until):
-    """Move an island from one time of the step to another [s]."""
+    """Move an island from one time of the step to another [s].
+
+    With a body that is lost all of it is nowhere: an engine finds a state that is no number, and says so.
+    """
     bodies, pairs = members(w, root)
     t = now
     while t < until:
         t = approach(w, bodies, pairs, t, until)
         if until - t > SHORTEST * (until - now):
             t = run(w, bodies, pairs, t, now, until)
+            if lost(w, bodies, until - now):
+                for i in range(bodies):
+                    b = body_at(w.bodies, whole_at(w.island_bodies, i))
+                    b.time, b.done = w.step, 1
+                    store(b.position, (nan, nan, nan))
+                return
         elif t < until:  # a touch at the end: a substep so short would tell nothing of its speed
             t = until
             for i in range(bodies):
@@ -111,7 +121,7 @@ def run(w, bodies, pairs, t, now, until):
     for i in range(pairs):
         near_at(w.near, whole_at(w.island_pairs, i)).room = 0.0
     h = length(w, pairs, t, until)
-    h = whole / ceil(whole / kept(w, pairs, h) - 1e-9)
+    h = whole / ceil(whole / max(kept(w, pairs, h), SHORTEST * whole) - 1e-9)
     count = floor((until - t) / h + 1e-9)
     following = h
     h = until - t - count * h
@@ -143,7 +153,8 @@ def run(w, bodies, pairs, t, now, until):
         if not going:
             following = 0.0
         elif news or done == BLOCK:
-            target = length(w, pairs, t, until)
+            target = max(length(w, pairs, t, until), SHORTEST * whole)
+            going = not lost(w, bodies, whole)
             if not alike(target, following):
                 following = left / ceil(left / target - 1e-9)
             done = 0
@@ -193,6 +204,15 @@ def travel(w, bodies):
         b.way += way
         most = max(most, way)
     return most
+
+
+@jit_inside
+def lost(w, bodies, time):
+    """Whether the surface of a body of an island has gone nowhere, or further than it can in a time [s]."""
+    out = False
+    for i in range(bodies):
+        out = out or not body_at(w.bodies, whole_at(w.island_bodies, i)).way < LOST * time
+    return out
 
 
 @jit_inside

@@ -28,7 +28,7 @@ from contactlaw.world.vec import (
     to_world,
 )
 
-LARGEST_TURN = 0.1  # [rad] a step of the rotation of a body that is not isotropic
+LARGEST_TURN, MOST = 0.1, 1e4  # [rad] a step of the rotation of a body that is not isotropic; such steps, at most
 LEAST_MOBILITY = 1e-9  # of a free body's, below which a tree does not give way
 EXACT = 1e-31  # relative change of a spin, squared, at which it counts as found
 
@@ -129,7 +129,7 @@ def tumble(b, h):
     total = (0.0, 0.0, 0.0)
     m, i = load(b.momentum), load(b.inverse_inertia)
     speed = norm(give(b, m))
-    count = max(ceil(speed * abs(h) / LARGEST_TURN), 1.0)
+    count = max(min(ceil(speed * abs(h) / LARGEST_TURN), MOST), 1.0)
     part = h / count
     for _ in range(int(count)):
         start = to_body(b.axes, m)

@@ -34,9 +34,9 @@ from contactlaw.world.records import NEVER
 from contactlaw.world.rolling import advance_rolling, drag_of, moment_of, rolling_axes
 from contactlaw.world.touch import close, force_of, look
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, cross, dot, load, norm, scale, store, sub
+from contactlaw.world.vec import add, cross, dot, load, scale, store, sub
 
-FOUND = 1e-9  # of its overlap and its slide, that a contact may still move
+FOUND = 1e-9  # of its overlap, and across of its slide too, that a contact may still move
 SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
 ROUNDING = 4e-15  # of a place along the normal, the same
 
@@ -136,7 +136,8 @@ def look_at(w, r, stage):
     f, arm_a, arm_b = cross(n, e), load(c.arm_a), load(c.arm_b)
     u = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
     slide = dot(u, e), dot(u, f), dot(sub(load(a.spin), load(b.spin)), n)
-    change = stage * norm(sub((slide[0], slide[1], dot(u, n)), (r.slide[0], r.slide[1], -r.closing)))
+    along = stage * abs(dot(u, n) + r.closing)
+    across = stage * sqrt((slide[0] - r.slide[0]) ** 2 + (slide[1] - r.slide[1]) ** 2)
     store(r.slide, slide)
     r.closing = -dot(u, n)
     t.closing = r.closing
@@ -156,9 +157,9 @@ def look_at(w, r, stage):
         twist(a, scale(-stage, moment_of(c)), n, part(w, RIGHT))
         twist(b, scale(stage, moment_of(c)), n, part(w, RIGHT))
     pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
-    way = pace * t.overlap + stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
-    least = FOUND * way + ROUNDING * (rounded(n, a) + rounded(n, b))
-    return not change <= least, least / stage  # NaN has moved
+    least = FOUND * pace * t.overlap + ROUNDING * (rounded(n, a) + rounded(n, b))
+    slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
+    return not (along <= least and across <= least + FOUND * slid), least / stage  # NaN has moved
 
 
 @jit_inside

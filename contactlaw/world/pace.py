@@ -21,7 +21,7 @@ from contactlaw.world.vec import add, cross, dot, load, norm, sub
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
-SLOWED = 0.5  # of a velocity, by damping in joints within a substep
+SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 
 
@@ -159,7 +159,7 @@ def substep(w, c, a, b, substeps):
         substeps = min(substeps, max(substeps / FEW, 20.0))
     longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
     slowing = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
-    return longest if slowing * longest <= SLOWED else SLOWED / slowing
+    return longest if slowing * longest <= SLOWED else max(SLOWED / slowing, longest / FOLLOWED)
 
 
 @jit_inside

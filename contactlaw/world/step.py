@@ -32,6 +32,7 @@ from contactlaw.world.window import activate, link, look_ahead, next_impact
 
 AT_THE_END = 1e-6  # of an impact: one that begins so shortly before the end of a step begins in the next
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
+SHORTEST = 1e-6  # of a step, a window at least
 
 
 @jit
@@ -143,6 +144,7 @@ def finish(w, dt):
             window = next_impact(w, now)
             if window < NEVER and dt - now <= AT_THE_END * window:
                 break
+        window = max(window, SHORTEST * dt)
         until = now + window
         if not dt - until > REMNANT * window:
             until = dt

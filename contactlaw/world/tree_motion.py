@@ -5,6 +5,8 @@
 
 Damping that would slow a velocity faster than the steps of a flight can follow comes behind it by half a step:
 M + h/2 D takes the place of M, as in linearly implicit methods; all velocities still go where the forces send them.
+In the leapfrog it comes behind by as much as lets no velocity lose more than half of it in a substep: with M + s D a
+rate r becomes r/(1 + s r).
 
 In the leapfrog the mass matrix M and a are held for a few substeps, as they are in the middle of the kicks that end
 these: what is left out is of second order in how far the tree goes in this time. The drift between two such groups has
@@ -26,7 +28,7 @@ from contactlaw.world.vec import add, load, norm, scale, store, sub
 
 HOLD = 4
 LONGEST_HOLD, HELD_TURN = 2e-3, 0.02  # [s], or [rad] where the tree turns slowly
-LARGEST_TURN = 0.1  # [rad] of a Runge-Kutta step
+LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a Runge-Kutta step; how many steps a flight has, at most
 LARGEST_DECAY = 0.5  # of a velocity by damping, in such a step
 STIFF = 4.0  # steps that damping may ask of a flight; then it lags
 
@@ -38,7 +40,7 @@ def fly(b, until):
     t.decay = decay(t)
     longest = abs(left) / max(min(ceil(abs(left) * t.decay / LARGEST_DECAY), STIFF), 1.0)
     while left != 0.0:
-        steps = max(ceil(abs(left) * t.fold / LARGEST_TURN), ceil(abs(left) / longest - 1e-6))
+        steps = max(min(ceil(abs(left) * t.fold / LARGEST_TURN), MOST), ceil(abs(left) / longest - 1e-6))
         h = left / steps
         runge_kutta(t, h)
         left = left - h if steps > 1.0 else 0.0
@@ -155,6 +157,9 @@ def foresee(t, h):
         x[k] = half * (v[k] + 0.5 * change)
         v[k] += change
     place(t)
+    if h * t.decay > LARGEST_DECAY:
+        t.lag = h / LARGEST_DECAY - 1.0 / t.decay
     accelerate(t)
+    t.lag = 0.0
     copy(q0, q)
     copy(v0, v)

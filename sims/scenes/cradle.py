@@ -123,9 +123,15 @@ def hertz_chain(pair: ContactPair, mass: float, count: int, strikers: int, speed
         force = factor * np.maximum(state[: count - 1] - state[1:count], 0.0) ** 1.5
         return np.concatenate([state[count:], np.append(0.0, force) - np.append(force, 0.0)])
 
+    def together(_: float, state: Array) -> float:
+        """Below zero once no two balls touch or come nearer."""
+        near = (state[: count - 1] > state[1:count]) | (state[count:-1] > state[count + 1 :])
+        return 1.0 if near.any() else -1.0
+
+    together.terminal = True  # type: ignore[attr-defined]
     start = np.zeros(2 * count)
     start[strikers:count] = np.arange(count - strikers) * gap / depth
     start[count : count + strikers] = 1.0
     end = AFTER * speed / depth
-    path = solve_ivp(rates, (0.0, end), start, method="DOP853", rtol=1e-10, atol=1e-12, max_step=1.0)
+    path = solve_ivp(rates, (0.0, end), start, method="DOP853", rtol=1e-10, atol=1e-12, max_step=1.0, events=together)
     return speed * path.y[count:, -1]

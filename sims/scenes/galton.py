@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 GRAVITY = 9.81  # [m/s^2]
 PITCH, ROW, PEG = 0.014, 0.0125, 0.002  # between pegs, between rows, radius of a peg [m]
 LANE = 2.5  # between balls along the pegs, over their radius
-SLOWEST = 0.1  # [m/s] of the mean fall through the rows, for how long to watch
+SLOWEST = 0.06  # [m/s] of the mean fall through the rows, for how long to watch
 
 
 @register

@@ -69,10 +69,10 @@ class Golf(Scene):
         out = []
         for loft in LOFTS[::3]:
             ball = recording.track(f"ball{loft}")
-            way = ball.positions[entry] - ball.positions[0]
-            far, radius = float(np.linalg.norm(way)), ball.size[0]
-            if far > 12.0 * radius:
-                beyond = ball.positions[entry] + 3.5 * radius / far * way
+            way, radius = ball.positions[entry] - ball.positions[0], ball.size[0]
+            if np.linalg.norm(way) > 12.0 * radius:
+                across = way * (0.4, 1.0, 1.0)  # about square to the row of balls
+                beyond = ball.positions[entry] + 2.8 * radius / np.linalg.norm(across) * across
                 out.append((float(beyond[0]), float(beyond[2]) + 0.5 * radius, f"{loft}\N{DEGREE SIGN}"))
         return out
 
@@ -98,7 +98,7 @@ class Golf(Scene):
             for how, dash in (("sliding", "--"), ("rolling", "-")):
                 values = [limits_of_rigid_bodies(loft, recording.o)[f"{what}_{how}"] for loft in LOFTS]
                 axes.plot(LOFTS, values, dash, color="0.4", linewidth=1.0, label=f"rigid ball, {how} in the end")
-            top = 1.15 * max(shot[what] for shot in self.measure(recording)["shots"])
+            top = 1.05 * max(shot[what] for one in (recording, native) for shot in self.measure(one)["shots"])
             axes.set(xlabel="loft [degrees]", ylabel=f"{what.replace('_', ' ')} [{unit}]", ylim=(0.0, top))
             axes.grid(alpha=0.3)
         figure.axes[0].legend(fontsize=8)

@@ -133,7 +133,8 @@ class Incline(Scene):
         out = []
         for name, ball in measured["balls"].items():
             for what in ("acceleration", "rim", "turning_height", "speed_back"):
-                error = abs(ball[what] / ball[f"{what}_closed_form"] - 1.0)
+                told = ball[f"{what}_closed_form"]  # without friction the rim goes on at its speed
+                error = abs(ball[what] - told) / (told or ball["acceleration_closed_form"])
                 out.append(Limit(f"error of the {what.replace('_', ' ')}, ball that {name}", 1e-3, error))
             out.append(
                 Limit(f"change of distance from the slope over R, ball that {name}", 1e-8, ball["change_of_distance"])

@@ -127,6 +127,27 @@ def test_an_arm_that_passes_its_stop_as_it_strikes_the_floor_gains_nothing(step,
                     assert abs(data.qvel[0]) < 10.0 * (1.0 + 1e-4)  # to what an elastic impact keeps
 
 
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize(("material", "restitution"), [("steel", 0.5), ("steel", 1.0), ("rubber", 0.9)])
+def test_a_rail_damped_so_much_that_it_does_not_move_is_like_a_wall(integrator, material, restitution):
+    """As robots stand on rails: its damping stops it within 0.2 ns; a touch of the arm lasts 10 us to 8 ms."""
+    angles, pair = [], ContactPair(MATERIALS[material], MATERIALS["steel"], friction=0.3, restitution=restitution)
+    for rail in ("", '<joint type="slide" axis="0 0 1" damping="1e11" armature="1e-4"/>'):
+        model = load_model(
+            f"""<mujoco><option timestep=".002" integrator="{integrator}"/><worldbody>
+            <geom name="floor" type="plane" size="2 2 .1"/><body pos="0 0 .1">{rail}
+            <geom type="box" size=".1 .1 .05" pos="0 0 .3" mass="20" {UNSEEN}/><body><joint axis="0 -1 0"/>
+            <geom type="capsule" fromto="0 0 0 {REACH} 0 0" size=".005" mass=".02" {UNSEEN}/>
+            <geom name="tip" size=".02" pos="{REACH} 0 0" mass=".1"/></body></body></worldbody></mujoco>""",
+            [("tip", "floor", pair)],
+        )
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 200)
+        angles.append(data.qpos[-1])
+    assert abs(data.qpos[0]) < 1e-8
+    assert angles[1] == pytest.approx(angles[0], abs=1e-3)
+
+
 def pendulum(clearance, integrator):
     """Text of a pendulum over a floor that its tip passes by so far [m]."""
     return f"""<mujoco><option timestep="0.005" integrator="{integrator}"/><worldbody>

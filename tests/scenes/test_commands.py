@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("typer")
 from typer.testing import CliRunner
 
-from sims import show
+from sims import compare, puck, show
 from sims.cli import app
 from sims.scene import Limit, find_scenes
 
@@ -39,6 +39,15 @@ def test_bad_arguments_are_answered_with_what_is_allowed(arguments, said):
     finished = CliRunner().invoke(app, ["puck", *arguments], env={"COLUMNS": "300", "TERM": "dumb"})
     assert finished.exit_code == 2
     assert said in " ".join(finished.output.split())
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_help_of_a_scene_names_its_options_and_fits_eighty_columns(name):
+    finished = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "80", "TERM": "dumb"})
+    assert finished.exit_code == 0 and max(map(len, finished.output.splitlines())) <= 80
+    hidden = {"spin"} if name == "puck" else set()
+    for option in {"engine", "law", "timestep", "json", "gif", *SCENES[name].options} - hidden:
+        assert f"--{option.replace('_', '-')} " in finished.output
 
 
 def test_a_superball_as_one_json_object(engine):
@@ -148,17 +157,72 @@ def test_both_engines_in_one_call(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "unit"),
-    [("spin_after", "rad/s"), ("rate_first", "rad/s"), ("rate_error", ""), ("ball_speed", "m/s"), ("depth_um", "um"),
-     ("velocity_closed_form", "m/s"), ("energy", "J"), ("energy_ratio", ""), ("turning_height", "m"), ("psi2", ""),
-     ("launch_angle_sliding", "degrees"), ("creep_um_per_s", "um/s"), ("settled", "s"), ("spread_over_pitch", "")],
+    [("spin_after", "rad/s"), ("rate_first", "rad/s"), ("rate_error", "-"), ("ball_speed", "m/s"), ("depth_um", "um"),
+     ("velocity_closed_form", "m/s"), ("energy", "J"), ("energy_ratio", "-"), ("turning_height", "m"), ("psi2", "-"),
+     ("launch_angle_sliding", "degrees"), ("creep_um_per_s", "um/s"), ("settled", "s"), ("spread_over_pitch", "-")],
 )  # fmt: skip
 def test_a_figure_has_its_unit(name, unit):
     assert show.unit_of(name) == unit
 
 
-def test_tables_have_units_and_fit_eighty_columns():
-    finished = CliRunner().invoke(app, ["superball", "--engine", "pybullet", "--bounces", "2"])
-    assert finished.exit_code == 0, finished.output
-    for unit in ("[rad/s]", "[J]", "[s]", "[m]"):
-        assert unit in finished.output
-    assert max(len(line) for line in finished.output.splitlines() if "asked" not in line) <= 80
+def cells(line):
+    """What stands between the upright lines of a table, or between those of its head."""
+    return [cell.strip() for cell in line.strip("┃│").split(line[0])]
+
+
+def tables(lines):
+    """Head and rows of each table, the lines of a head joined."""
+    found = []
+    for line in lines:
+        if line.startswith("┏"):
+            found.append(([], []))
+        elif line[:1] in "┃│" and line:
+            found[-1][line[0] == "│"].append(cells(line))
+    return [([" ".join(filter(None, column)) for column in zip(*head, strict=True)], rows) for head, rows in found]
+
+
+def is_number(text):
+    try:
+        float(text.split(",")[0])
+    except ValueError:
+        return False
+    return True
+
+
+SMALL = {"heap": ["--balls", "8"], "grasp": ["--seconds", "4"], "coin": ["--seconds", "0.4"],
+         "slope": ["--seconds", "2"], "galton": ["--balls", "5", "--rows", "3"]}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_number_in_a_table_has_a_unit_and_fits_eighty_columns(name, engine):
+    if engine not in SCENES[name].engines:
+        pytest.skip(SCENES[name].unable[engine])
+    finished = CliRunner().invoke(app, [name, "--engine", engine, *SMALL.get(name, [])])
+    lines = finished.stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    (names, rows), *lists = tables(lines)
+    assert names == ["quantity", "value", "unit"] and len(rows) > 3
+    assert [row for row in rows if is_number(row[1]) == (row[2] == "")] == []
+    for head, rows in lists:
+        numbers = [is_number(cell) for cell in rows[0]]
+        assert [name for name, number in zip(head, numbers, strict=True) if number != name.endswith("]")] == []
+
+
+def test_a_list_of_nothing_is_shown_as_none():
+    with show.console.capture() as printed:
+        show.figures({"chi": 1.0, "strokes": {}})
+    ((_, rows),) = tables(printed.get().splitlines())
+    assert rows == [["chi", "1", "-"], ["strokes", "none", ""]]
+
+
+def test_the_table_of_the_main_job_has_units_and_fits_eighty_columns():
+    pytest.importorskip("pybullet")
+    result = puck.run(puck.Puck("steel", -12.5, "linear_spring", "oblique"), "pybullet")
+    with show.console.capture() as printed:
+        show.console.print(compare._table("steel", [result]))
+    lines = printed.get().splitlines()
+    assert max(map(len, lines)) <= 80
+    ((head, _),) = tables(lines)
+    assert head == [
+        "engine", "law", "psi_1 [-]", "psi_2 [-]", "reference [-]", "error [-]", "energy [-]", "time [ms]"
+    ]  # fmt: skip

@@ -170,3 +170,12 @@ def test_the_later_rule_holds_and_shapes_without_one_pass() -> None:
     rest = made.velocity[:, 2] + 9.81 * (0.036 - fall / 9.81)
     np.testing.assert_allclose(rest[:2] / fall, [0.9, 0.5], atol=1e-2)
     assert made.velocity[2, 2] == pytest.approx(-9.81 * 0.036)
+
+
+def test_a_body_that_is_faster_than_any_is_refused() -> None:
+    """Its substeps would become shorter than what time resolves."""
+    world = World(timestep=2e-3)
+    ball = world.add_sphere(world.add_body(1.0, 1.0, (0.0, 0.0, 0.999 * RADIUS), (0.0, 0.0, -1e12)), RADIUS)
+    world.add_contact([ball], [world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))], steel_pair(restitution=0.5))
+    with pytest.raises(RuntimeError, match="no longer finite"):
+        world.step(3)

@@ -108,7 +108,7 @@ class FiniteElements(Case):
         left.set(ylabel=r"contact point after, $v_t'/(\mu v_n)$ [-]", ylim=(-2.1, 2.6),
                  title=rf"recoil ($\chi$ = {data['chi']:.3f}, e = 1)")  # fmt: skip
         middle.set(ylabel=r"spin after, $R\omega/(\mu v_n)$ [-]", title="spin")
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=7)
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         return figure
 
 

@@ -115,7 +115,7 @@ class PaperFigure2(Case):
         scale = data["scale"]
         for number, (tau, traction) in enumerate(zip(data["tau"], data["traction"], strict=True)):
             _draw_traction(axes, data, number)
-            axes.annotate(f"{tau:.1f}", (-0.3 - 0.8 * (number % 2), scale * traction[0]), fontsize=8, ha="right")
+            axes.annotate(f"{tau:.1f}", (-0.3 - 1.1 * (number % 2), scale * traction[0]), fontsize=8, ha="right")
         axes.plot([], [], color="black", label="stuck")
         axes.plot([], [], color="black", linestyle=CHAIN_DASH, label="slipping")
         axes.axhline(0.0, color="black", linewidth=0.8)

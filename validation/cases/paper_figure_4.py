@@ -92,7 +92,7 @@ class PaperFigure4(Case):
         for text, place, label in (
             ("clamped block", (20, 30), (150, 75)),
             ("puck: slice of a ball,\nmarker on its rim", (start[0] + 30, start[1] + 10), (130, -235)),
-            ("air table, no friction", (-150, -60), (-140, -40)),
+            ("air table, no friction", (-200, -130), (-150, -40)),
             ("common normal", (0, -150), (110, -140)),
         ):
             axes.annotate(text, place, xytext=label, fontsize=8, ha="center", va="center",
