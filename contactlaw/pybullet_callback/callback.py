@@ -16,7 +16,7 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
-from contactlaw.pybullet_callback.contact import Contact, ContactState, state_of
+from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.exchange import FLAGS, LISTED, NOTED
 from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.meetings import sets_of
@@ -159,13 +159,12 @@ class ContactCallback:
         both, *more = islice(self._contact(handle).sets.every(), 2)
         if more:
             raise ValueError(f"handle = {handle!r}: a contact of sets; use states")
-        return state_of(*both, self._scene.touching(handle).get(both, []), self._scene.traffic.dt)
+        return self._scene.states(handle, both)[0]
 
     def states(self, handle: int) -> list[ContactState]:
         """Those contacts of a handle that touched within the last step."""
         self._contact(handle)
-        dt = self._scene.traffic.dt
-        return [state_of(*both, found, dt) for both, found in self._scene.touching(handle).items()]
+        return self._scene.states(handle)
 
     def ledger(self, handle: int) -> Ledger:
         """What the contacts of a handle have done since it was added, or as `restore` brought it back."""

@@ -19,11 +19,12 @@ Array = NDArray[np.float64]
 MANY = 10_000
 
 
-@dataclass(frozen=True)
+@dataclass
 class ContactState:
     """A contact at the end of the step, and what it has given within the step.
 
     Attributes:
+        a, b: Body and link of both sides.
         touching: Whether the bodies touch at any time within the step.
         overlap: [m].
         normal_force: [N], >= 0.
@@ -32,18 +33,29 @@ class ContactState:
         force: The mean of the step, impulse over time step [N], shape (3,).
         history: A copy of what the law remembers; where a capsule lies on two places, of the deeper one, and the
             forces are sums.
-        a, b: Body and link of both sides.
     """
 
-    touching: bool
-    overlap: float
-    normal_force: float
-    tangential_force: Array
-    impulse: Array
-    force: Array
-    history: Array
     a: Key
     b: Key
+    touching: bool = False
+    overlap: float = 0.0
+    normal_force: float = 0.0
+    tangential_force: Array = field(default_factory=lambda: np.zeros(3))
+    impulse: Array = field(default_factory=lambda: np.zeros(3))
+    force: Array = field(default_factory=lambda: np.zeros(3))
+    history: Array = field(default_factory=lambda: np.zeros(0))
+
+    def enter(self, c: Any, memory: Array, sign: float, asleep: bool, dt: float) -> None:
+        """Enter a contact of the world; sign: -1.0 where its A is this one's b, else 1.0."""
+        own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
+        overlap = max(float(c["touch"]["overlap"]), 0.0) if c["phase"] == CLOSED else 0.0
+        self.touching = True
+        self.impulse += sign * (dt * c["force"] if asleep else c["impulse"] - c["earlier"])
+        self.tangential_force += sign * (c["force"] - own * c["normal"])
+        self.normal_force += float(own)
+        self.force = self.impulse / dt if dt > 0.0 else self.force
+        if overlap >= self.overlap:
+            self.overlap, self.history = overlap, memory.copy()
 
 
 @dataclass(eq=False)
@@ -84,23 +96,3 @@ class Contact:
     def bodies(self) -> set[int]:
         """Ids of all."""
         return {body for body, _ in self.sides}
-
-
-def state_of(a: Key, b: Key, contacts: Iterable[tuple[Any, Array, float, bool]], dt: float) -> ContactState:
-    """What the world's contacts of two sides say; each with what its law remembers, sign, and whether it sleeps.
-
-    sign: 1.0 where the world's A is this one, else -1.0.
-    """
-    impulse, tangential, normal, deepest = np.zeros(3), np.zeros(3), 0.0, 0.0
-    history, touching = np.zeros(0), False
-    for c, memory, sign, asleep in contacts:
-        touching = True
-        own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
-        impulse += sign * (dt * c["force"] if asleep else c["impulse"] - c["earlier"])
-        tangential += sign * (c["force"] - own * c["normal"])
-        normal += float(own)
-        overlap = max(float(c["touch"]["overlap"]), 0.0) if c["phase"] == CLOSED else 0.0
-        if overlap >= deepest:
-            deepest, history = overlap, memory.copy()
-    force = impulse / dt if dt > 0.0 else np.zeros(3)
-    return ContactState(touching, deepest, normal, tangential, impulse, force, history, a, b)

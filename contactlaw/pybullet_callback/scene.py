@@ -11,7 +11,7 @@ import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import DEEPEST
-from contactlaw.pybullet_callback.contact import Contact
+from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.meetings import parents_of
@@ -175,15 +175,15 @@ class Scene:
                 contact.told.add((one.key, two.key, code))
                 yield f"{one} and {two}", text
 
-    def touching(self, handle: int) -> dict[tuple[Key, Key], list[Any]]:
-        """Contacts of a handle by sides, as `contact.state_of` wants them."""
-        out: dict[tuple[Key, Key], list[Any]] = {}
-        arrays = self.traffic.arrays
+    def states(self, handle: int, *these: tuple[Key, Key]) -> list[ContactState]:
+        """Of the sides of a handle that touched within the last step; of these also where they did not."""
+        out, arrays = {both: ContactState(*both) for both in these}, self.traffic.arrays
         for slot, record in self.contacts(handle):
             _, one, two, sign = self.sides_of(record)
             asleep = bool(arrays.bodies["asleep"][[record["body_a"], record["body_b"]]].any())
-            out.setdefault((one.key, two.key), []).append((record, arrays.memory[slot], sign, asleep))
-        return out
+            state = out.setdefault((one.key, two.key), ContactState(one.key, two.key))
+            state.enter(record, arrays.memory[slot], sign, asleep, self.traffic.dt)
+        return list(out.values())
 
     def pairs(self, handle: int) -> NDArray[np.int64]:
         """Those of the world that a handle has."""

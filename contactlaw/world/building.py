@@ -1,0 +1,346 @@
+"""What a world is built of: bodies, shapes and contacts, from Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import inf, isinf
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import checks
+from contactlaw.jit import INTERPRETED
+from contactlaw.pair import ContactPair
+from contactlaw.world import shapes
+from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
+from contactlaw.world.coordinates import coordinates, write_coordinates
+from contactlaw.world.frames import UNTURNED, matrix_of, principal, product, turn_to, unit_quaternion
+from contactlaw.world.records import Array, Arrays
+from contactlaw.world.tree import Tree
+from contactlaw.world.tree_rows import TreeRows
+
+NEAR_PART = 8  # of all other solids and planes, that a corner, an edge or a rim may be near to, in the mean
+
+
+class Building:
+    """The part of `World` that bodies, shapes and contacts are added to; arguments and errors as there."""
+
+    def __init__(
+        self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
+        crowd_substeps: float = 20.0, crowd: int = 8, stillness: float = 1e-9,
+    ) -> None:  # fmt: skip
+        if INTERPRETED:
+            raise RuntimeError("a world is moved by compiled code alone, and NUMBA_DISABLE_JIT is set: unset it")
+        pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
+        self.gravity = checks.vector("gravity", pull)
+        self.timestep = checks.positive("timestep", timestep)
+        self._arrays = empty()
+        state = self._arrays.world
+        state["substeps"] = checks.number("substeps", substeps, "at least 10", low=10.0, high=1e6)
+        state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "at least 10", low=10.0, high=1e6)
+        state["crowd"] = checks.count("crowd", crowd, 0)
+        state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
+        self._frames: list[Array] = []  # of the principal axes, in that of each body
+        self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
+        self._kinds: list[int] = []  # of each shape
+        self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
+        self._solids: dict[int, shapes.Fields] = {}  # boxes, cylinders and hulls
+        self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
+        self._rules: list[int] = []  # the pair that the shapes of two sets make; -1: they do not touch
+        self._new_bodies: list[dict[str, Any]] = []
+        self._new_shapes: list[dict[str, Any]] = []
+        self._regroup = False
+
+    @property
+    def arrays(self) -> Arrays:
+        """All that the world knows."""
+        if self._new_bodies:
+            self._arrays = with_bodies(self._arrays, self._new_bodies)
+            self._new_bodies = []
+        if self._new_shapes:
+            self._arrays = with_shapes(self._arrays, self._new_shapes)
+            self._new_shapes = []
+            parts = sum(number != owner for number, owner in enumerate(self._owners))
+            others = min(len(self._owners) - parts, NEAR_PART)
+            while self._arrays.near.size < others * parts:
+                self._arrays = with_more_room(self._arrays)
+        if self._regroup:
+            self._arrays = self._arrays._replace(groups=self._groups())
+            self._regroup = False
+        return self._arrays
+
+    def add_body(
+        self, mass: float, inertia: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0),
+        velocity: ArrayLike = (0.0, 0.0, 0.0), quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        spin: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Add a body; returns its number.
+
+        Args:
+            mass: [kg]; inf: it keeps its velocity whatever hits it, and is not pulled by gravity.
+            inertia: About the centre of mass [kg m^2]: one number, three along the body's axes, or a matrix (3, 3).
+            position: Of the centre of mass [m], shape (3,).
+            velocity: [m/s], shape (3,).
+            quaternion: Of the body's axes, scalar first, shape (4,).
+            spin: Angular velocity, world frame [rad/s], shape (3,).
+        """
+        heavy = isinstance(mass, float) and isinf(mass) and mass > 0.0
+        moments, frame = (np.full(3, inf), UNTURNED) if heavy else principal(inertia)
+        isotropic = bool(heavy or np.ptp(moments) == 0.0)
+        own = unit_quaternion("quaternion", quaternion)
+        own = own if frame is UNTURNED else product(own, frame)
+        self._new_bodies.append({
+            "position": checks.vector("position", position), "velocity": checks.vector("velocity", velocity),
+            "spin": checks.vector("spin", spin), "quaternion": own, "axes": matrix_of(own).ravel(),
+            "inverse_mass": 0.0 if heavy else 1.0 / checks.positive("mass", mass), "inverse_inertia": 1.0 / moments,
+            "isotropic": isotropic, "oriented": not isotropic, "acceleration": (not heavy) * self.gravity,
+        })  # fmt: skip
+        self._frames.append(frame)
+        return len(self._frames) - 1
+
+    def add_tree(self, tree: Tree, q: ArrayLike | None = None, v: ArrayLike | None = None) -> tuple[int, list[int]]:
+        """Add bodies that joints hold together; returns the tree's number, and those of its bodies.
+
+        Args:
+            tree: Its bodies and joints; a `Chain` is one.
+            q, v: Its coordinates and velocities, see `Tree`; None: `Tree.start`, and zeros.
+        """
+        number, bodies = self.add_tree_of(tree.rows)
+        self.place_tree(number, tree.start if q is None else q, np.zeros(tree.v_size) if v is None else v)
+        return number, bodies
+
+    def add_tree_of(self, rows: TreeRows) -> tuple[int, list[int]]:
+        """The same of records, which an engine's adapter has; the tree is nowhere until it is placed."""
+        bodies = [self.add_body(float(link["mass"]), link["inertia"]) for link in rows.links]
+        arrays = self._arrays = with_tree(
+            self.arrays, rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
+        )
+        rows.write(arrays, arrays.trees.size - 1)
+        return arrays.trees.size - 1, bodies
+
+    def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
+        """Give a tree other coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""
+        write_coordinates(
+            self.arrays.bound(), self._tree(tree), checks.finite_array("q", q), checks.finite_array("v", v)
+        )
+        self.arrays.world["stale"] = 1
+
+    def tree(self, tree: int) -> tuple[Array, Array]:
+        """Coordinates and velocities of a tree."""
+        return coordinates(self.arrays, self._tree(tree))
+
+    def place(
+        self, body: int, position: ArrayLike | None = None, velocity: ArrayLike | None = None,
+        quaternion: ArrayLike | None = None, spin: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        """Put a body somewhere, or give it another motion; arguments as for `add_body`, None: as it is."""
+        b = self.arrays.bodies[self._body(body)]
+        if b["tree"] != 0:
+            raise ValueError(f"body = {body}: belongs to a tree of joints; use place_tree")
+        if position is not None:
+            b["position"] = checks.vector("position", position)
+        if velocity is not None:
+            b["velocity"] = checks.vector("velocity", velocity)
+        if quaternion is not None:
+            b["quaternion"] = product(unit_quaternion("quaternion", quaternion), self._frames[body])
+            b["axes"] = matrix_of(b["quaternion"]).ravel()
+        if spin is not None:
+            b["spin"] = checks.vector("spin", spin)
+        b["held"] = np.nan  # differs from any acceleration: it wakes
+        self.arrays.world["stale"] = 1
+
+    def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
+        """Fix a sphere to a body; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
+        """
+        return self._shape(shapes.sphere(*self._turn(body), checks.positive("radius", radius), checks.vector("at", at)))
+
+    def add_capsule(
+        self, body: int, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0),
+    ) -> tuple[int, int, int]:  # fmt: skip
+        """Fix a capsule to a body; returns the numbers of its three shapes: its side, and both ends.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to the centre of an end [m].
+            at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
+            axis: Of its middle line, a unit vector along the same axes.
+        """
+        half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
+        fields = shapes.capsule(*self._turn(body), checks.positive("radius", radius), checks.vector("at", at), half)
+        return self._shape(fields[0]), self._shape(fields[1]), self._shape(fields[2])
+
+    def add_box(
+        self, body: int | None, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0), rounding: float | None = None,
+    ) -> int:  # fmt: skip
+        """Fix a box to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            half_lengths: Half of its lengths [m], shape (3,).
+            at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of its own axes in the body's, scalar first, shape (4,).
+            rounding: Radius of its edges [m], and so of its contacts with what is flat, see docs/shapes.md; None: a
+                tenth of the smallest half length.
+        """
+        half = checks.vector("half_lengths", half_lengths)
+        if not half.min() > 0.0:
+            raise ValueError(f"half_lengths = {half.tolist()}: must be > 0")
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._solid(shapes.box(*self._turn(body), half, checks.vector("at", at), axes, rounding))
+
+    def add_cylinder(
+        self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0), rounding: float | None = None,
+    ) -> int:  # fmt: skip
+        """Fix a cylinder to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to an end [m].
+            at, rounding: As for a box.
+            axis: A unit vector along the same axes.
+        """
+        axes = turn_to(checks.unit_vector("axis", axis))
+        sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
+        return self._solid(shapes.cylinder(*self._turn(body), sizes, checks.vector("at", at), axes, rounding))
+
+    def add_ellipsoid(
+        self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix an ellipsoid to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            half_axes: Half of its lengths [m], shape (3,).
+            at, quaternion: As for a box.
+        """
+        half = checks.vector("half_axes", half_axes)
+        if not half.min() > 0.0:
+            raise ValueError(f"half_axes = {half.tolist()}: must be > 0")
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._shape(shapes.ellipsoid_of(*self._turn(body), half, checks.vector("at", at), axes))
+
+    def add_hull(
+        self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix the convex hull of points to a body, or to the world: None; returns the shape's number.
+
+        Points that change it by less than 5 thousandths of its size are left out, and all but a hundred of them.
+
+        Args:
+            body: Number of the body.
+            points: [m], shape (n, 3), along their own axes.
+            rounding: Radius of its edges [m]; None: a tenth of the least distance of a face from its middle.
+            at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of their axes in the body's, scalar first, shape (4,).
+        """
+        own = checks.finite_array("points", points)
+        if own.ndim != 2 or own.shape[1] != 3:
+            raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
+        radius = None if rounding is None else checks.positive("rounding", rounding)
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._solid(shapes.hull(*self._turn(body), own, checks.vector("at", at), axes, radius))
+
+    def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
+        """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            normal: Out of the half space, a unit vector along the same axes.
+        """
+        p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
+        return self._shape(shapes.plane(*self._turn(body), p, n))
+
+    def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
+        """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
+
+        Args:
+            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor do planes each other.
+            pair: Materials, friction, restitution and law; its radius, where it has one, holds for all.
+        """
+        if not isinstance(pair, ContactPair):
+            raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
+        self.add_rule(shapes1, shapes2, self._arrays.pairs.size)
+        self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
+
+    def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:
+        """The same with a pair that is there already: the number of its `add_contact`; -1: they touch no more."""
+        sets = [[named] if isinstance(named, int | np.integer) else list(named) for named in (shapes1, shapes2)]
+        for name, numbers in zip(("shapes1", "shapes2"), sets, strict=True):
+            if not numbers:
+                raise ValueError(f"{name}: is empty; name at least one shape")
+            for number in numbers:
+                if checks.count(name, number, 0) >= len(self._memberships):
+                    raise ValueError(f"{name} = {number}: there are {len(self._memberships)} shapes, counted from 0")
+        for side, numbers in enumerate(sets):
+            for number in numbers:
+                self._memberships[number] += (2 * len(self._rules) + side,)
+        self._rules.append(pair)
+        if pair >= 0:
+            self._give_parts(*sets)
+            self._give_parts(*sets[::-1])
+        self._regroup = True
+
+    def _body(self, body: int) -> int:
+        """Row of a body."""
+        if checks.count("body", body, 0) >= len(self._frames):
+            raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
+        return body + 1
+
+    def _tree(self, tree: int) -> int:
+        if checks.count("tree", tree, 0) >= self.arrays.trees.size:
+            raise ValueError(f"tree = {tree}: there are {self.arrays.trees.size} trees, counted from 0")
+        return tree
+
+    def _turn(self, body: int | None) -> tuple[int, Array]:
+        """Row of a body, and the matrix from its axes to the principal ones; of the world: None."""
+        return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
+
+    def _shape(self, fields: shapes.Fields, owner: int | None = None) -> int:
+        number = len(self._kinds)
+        self._new_shapes.append(fields)
+        self._kinds.append(fields["kind"])
+        self._owners.append(number if owner is None else owner)
+        self._memberships.append(())
+        self._regroup = True
+        return number
+
+    def _solid(self, fields: shapes.Fields) -> int:
+        """A box, a cylinder or a hull."""
+        number = self._shape(fields)
+        self._solids[number], self._met[number] = fields, set()
+        return number
+
+    def _give_parts(self, ones: list[int], others: list[int]) -> None:
+        """Give boxes, cylinders and hulls of one set the parts by which they meet the other."""
+        kinds = {self._kinds[number] for number in others} if self._solids else set()
+        for number in sorted(self._solids.keys() & set(ones)):
+            had = shapes.parts_of(self._solids[number], self._met[number])
+            self._met[number] |= kinds
+            for part in shapes.parts_of(self._solids[number], self._met[number])[len(had) :]:
+                self._shape(part, number)
+
+    def _groups(self) -> Array:
+        """Sort the shapes into groups that are in the same sets; the table of which pair each two groups make."""
+        sets = [self._memberships[owner] for owner in self._owners]
+        kinds = {kind: number for number, kind in enumerate(dict.fromkeys(sets))}
+        self._arrays.shapes["group"] = [kinds[kind] for kind in sets]
+        table, rules = np.full((len(kinds), len(kinds)), -1), [*self._rules, -1]
+        for first, i in kinds.items():
+            for second, j in kinds.items():
+                table[i, j] = rules[max((one // 2 for one in first if one ^ 1 in second), default=-1)]
+        self._arrays.world["stale"] = 1
+        return table
