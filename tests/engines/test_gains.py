@@ -1,0 +1,54 @@
+"""Whose energy it is that jointed bodies gain: Euler's flight makes some where they turn fast, contacts make none."""
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from contactlaw import MATERIALS, ContactPair  # noqa: E402
+from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
+
+THROWN = """<mujoco><option timestep="0.0033" integrator="{}"><flag energy="enable"/></option><worldbody>
+    <geom type="plane" size="5 5 .1"/><body pos="0 0 .6"><freejoint/>
+    <geom type="sphere" size=".0339" pos=".1035 0 0" density="1000"/><body pos=".285 -.1016 -.0931">
+    <joint axis=".0736 -1.607 1.1319" limited="true" range="-66.4 67.7"/>
+    <geom type="sphere" size=".0514" pos=".1425 0 0" density="1000"/><body pos=".1044 .0125 .0472">
+    <joint axis=".3418 -.3261 -.5768"/>
+    <geom type="capsule" fromto="0 0 0 .1044 .0125 .0472" size=".0207" density="1000"/></body></body></body>
+    </worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+@pytest.mark.parametrize("restitution", [0.5, 0.9])
+def test_a_jointed_model_gains_nothing_by_its_contacts(integrator, restitution):
+    """What the engine's own step would do to the same state, without contacts, is taken off."""
+    pair = ContactPair(MATERIALS["rubber"], MATERIALS["steel"], friction=0.0, restitution=restitution)
+    model = load_model(THROWN.format(integrator), [("*", "*", pair)])
+    alone = mujoco.MjModel.from_xml_string(THROWN.format(integrator))
+    alone.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    data = mujoco.MjData(model)
+    data.qvel[:] = [2.7, 0.2, 0.3, 0.6, 1.3, 2.3, 0.0, 1.0]
+
+    def energy(one):
+        there = mujoco.MjData(alone)
+        there.qpos[:], there.qvel[:] = one.qpos, one.qvel
+        mujoco.mj_forward(alone, there)
+        return there.energy.sum()
+
+    first, flown, touched = energy(data), 0.0, 0
+    for _ in range(300):
+        before, engine = energy(data), mujoco.MjData(alone)
+        engine.qpos[:], engine.qvel[:], engine.qacc_warmstart[:] = data.qpos, data.qvel, data.qacc_warmstart
+        mujoco.mj_step(alone, engine)
+        mujoco.mj_step(model, data)
+        if np.array_equal(engine.qpos, data.qpos) and np.array_equal(engine.qvel, data.qvel):
+            flown += energy(data) - before
+            assert not any(c.touching for name in instances_of(model) for c in contacts_of(model, data, name))
+        else:
+            touched += 1
+        assert energy(data) - flown < first * (1.0 + 1e-2)
+    assert touched > 3
+    assert energy(data) - flown < first
