@@ -131,7 +131,8 @@ def advance(contact, state, memory, modulus, moved):
             break
         share = 0.0
     gain += held + work(was, state.missed, moves) - energy_of(state.missed, hold)
-    if gain < 0.0:  # within the contact's limit the spring beside has less: back, sectors and spring together
+    if gain < 0.0 and contact.overlap >= contact.before:
+        # Within the contact's limit the spring beside has less: back, sectors and spring together, as no limit falls.
         memory += before
         for k in range(3):
             state.missed[k] += was[k]

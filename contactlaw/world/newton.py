@@ -141,9 +141,10 @@ def look_at(w, r, stage):
     store(r.slide, slide)
     r.closing = -dot(u, n)
     t.closing = r.closing
-    if t.overlap <= 0.0:
+    rounding = ROUNDING * (rounded(n, a) + rounded(n, b))
+    if t.overlap <= 0.0:  # a contact that has just come open in the search is none that has been found
         t.force, t.f, t.g = 0.0, 0.0, 0.0
-        return False, NEVER
+        return along > rounding - FOUND * t.overlap, NEVER
     _, _, moment = ask_at(w, c, r.slot, load(c.moved), slide)
     push(a, arm_a, scale(stage, force_of(c)), part(w, RIGHT))
     push(b, arm_b, scale(-stage, force_of(c)), part(w, RIGHT))
@@ -157,7 +158,7 @@ def look_at(w, r, stage):
         twist(a, scale(-stage, moment_of(c)), n, part(w, RIGHT))
         twist(b, scale(stage, moment_of(c)), n, part(w, RIGHT))
     pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
-    least = FOUND * pace * t.overlap + ROUNDING * (rounded(n, a) + rounded(n, b))
+    least = FOUND * pace * t.overlap + rounding
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
     return not (along <= least and across <= least + FOUND * slid), least / stage  # NaN has moved
 
