@@ -112,7 +112,8 @@ class StabilityMap(Case):
         """A map for each way."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(13.2, 4.4), layout="constrained")
+        figure = Figure(figsize=(13.2, 4.4))
+        figure.subplots_adjust(left=0.06, right=0.94, top=0.87, bottom=0.13, wspace=0.12, hspace=0.12)
         panels = figure.subplots(len(ENGINES), len(WAYS), sharex=True, sharey=True)
         x, y = 10.0 ** np.array(data["durations"]), 10.0 ** np.array(data["moduli"])
         mesh = None
