@@ -87,11 +87,12 @@ class Galton(Scene):
             return []
         error = 4.0 * measured["spread_over_pitch"] / measured["balls"] ** 0.5
         spread = measured["spread_over_pitch"] / measured["spread_binomial_over_pitch"]
+        drawn = 4.0 / (2.0 * measured["balls"]) ** 0.5  # four standard errors of a spread, over it
         return [
             Limit("balls that came through, of all", 1.0, measured["passed"] / measured["balls"], at_least=True),
             Limit("mean place over the pitch, four standard errors", error, abs(measured["mean_over_pitch"])),
-            Limit("spread over the binomial one", 2.0, spread),
-            Limit("the same", 0.5, spread, at_least=True),
+            Limit("spread over the binomial one, four standard errors", 2.0 * (1.0 + drawn), spread),
+            Limit("the same", 0.5 / (1.0 + drawn), spread, at_least=True),
             Limit("energy gained by any ball, over that of its height", 1e-6, measured["energy_gained"]),
         ]
 
