@@ -21,7 +21,7 @@ from validation.reference.turning_data import load
 
 PAIR = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.3, radius=0.01)
 DEEP = 1e-5  # [m]
-in_a_world = pytest.mark.skipif(INTERPRETED, reason="worlds are moved by compiled code alone")
+in_a_world = pytest.mark.skipif(INTERPRETED, reason="worlds and records are for compiled code alone")
 
 ROWS = [row for row in load()["spinning"] if row[3] > 0.0]
 
@@ -91,11 +91,12 @@ def test_torsion_alone_follows_lubkin() -> None:
         assert found[2] / FULL == pytest.approx(share, abs=0.01)
 
 
+@in_a_world
 @pytest.mark.parametrize("kind", turning.KINDS)
 def test_no_path_makes_energy(kind: str) -> None:
     """Turning, spinning and opening, load and place in turn, in steps of any size: to rounding. Limits hold too."""
     rng = np.random.default_rng(23)
-    for trial in range(20 if INTERPRETED else 600):
+    for trial in range(600):
         overlap, place = spinning.random_path(rng, kind, (1, 4, 16)[trial % 3])
         lost, over = spinning.dissipated("sectors", overlap, place, in_turn=kind != "steady")
         assert turning.fall(lost) < 1e-13

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable
 from ctypes import CFUNCTYPE, c_uint64
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -262,7 +263,7 @@ class Traffic:
         self.weigh(np.flatnonzero((self.rows["strange"] != 0) & (self.rows["linked"] == 0)).tolist())
         self._list_anew()
         self.arrays.bodies["placed"][1:] = self.rows["strange"]
-        _find_pressed(self._state.ctypes.data)
+        _find_pressed()(self._state.ctypes.data)
         press(self._head_at)
         for one in self.linked:
             if one.strange:
@@ -340,7 +341,9 @@ class Traffic:
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
 
 
-_find_pressed = CFUNCTYPE(None, c_uint64)(address_of_pressed())
+@lru_cache
+def _find_pressed() -> Any:
+    return CFUNCTYPE(None, c_uint64)(address_of_pressed())
 
 
 def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, ...]]:
