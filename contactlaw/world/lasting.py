@@ -26,17 +26,14 @@ from contactlaw.world.access import (
     bring_back_contact,
     bring_back_touch,
     contact_at,
-    contact_kept,
     copy_numbers,
     keep_body,
     keep_contact,
     near_at,
     row_at,
-    shape_at,
     tree_at,
 )
 from contactlaw.world.call import ON_WORLD, call_with_body
-from contactlaw.world.core import CROWN
 from contactlaw.world.equations import (
     ACCELERATION,
     BEFORE,
@@ -49,24 +46,20 @@ from contactlaw.world.equations import (
     part,
     substitute,
 )
-from contactlaw.world.force import hardly_moves, rigid
 from contactlaw.world.island import members
 from contactlaw.world.motion import follow, give, settle, spin_rate
 from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
-from contactlaw.world.pace import loaded, rests
-from contactlaw.world.records import DISC, NEVER, SIDE
+from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep, wake
+from contactlaw.world.steady import changes, is_steady, stages_of
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub, to_world
+from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub
 from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
-FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 LOOKS, STALLED = 25, 4  # steps of Newton's method at most, and those in a row that do not halve what is missing
 CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
-WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
-LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
 
 def let_last(w):
@@ -87,79 +80,6 @@ def let_last(w):
 def address() -> int:
     """Where `let_last` is, compiled."""
     return address_of(let_last, ON_WORLD)
-
-
-@jit_inside
-def stages_of(w, bodies, pairs):
-    """Two if nothing strikes in an island within the step; one if what strikes does so slowly; zero: it is stepped."""
-    unknowns = 0
-    for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        if b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN:
-            return 0
-        b.unknown = -1
-        b.active = 0
-        if b.tree != 0:
-            if b.member == 0:
-                tree_at(b.tree, 0).unknown = unknowns
-                unknowns += tree_at(b.tree, 0).v_size
-            b.unknown = tree_at(b.tree, 0).unknown
-        elif b.inverse_mass != 0.0:
-            b.unknown = unknowns
-            unknowns += 6
-    w.unknowns = unknowns
-    if unknowns > w.unknown_room:
-        return 0
-    closed = 0
-    for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        closed += p.closed
-        for k in (p.body_a, p.body_b):
-            b = body_at(w.bodies, k)
-            b.active = max(b.active, p.closed)
-            if b.still != 0:
-                b.unknown = -1
-    stages = 2 if closed > 0 else 0
-    for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if strikes(w, p, False):
-            stages = min(stages, 1)
-            if closed <= w.crowd or strikes(w, p, True):
-                return 0
-    return stages
-
-
-@jit_inside
-def strikes(w, p, crowd):
-    """Whether a pair strikes within the step, or is none that lasts.
-
-    In a crowd a strike counts as none which is slower than what loads make of a body within the step: what it bounces
-    is shorter than that.
-    """
-    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    slow = loaded(w, a, b) if crowd else 0.0
-    if p.closed == 0:
-        if p.toi >= w.step:
-            return False
-        closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
-        falls = a.active == 0 or (b.active == 0 and b.still == 0)
-        push = max(p.acceleration, 0.0) if falls else 0.0
-        reaches = gap < w.step * (closing + 0.5 * w.step * push)
-        return reaches and closing * closing + 2.0 * push * gap > slow * slow
-    c = contact_at(w.contacts, p.slot)
-    if rigid(w, c) or not rests(w, c, a, b, slow):
-        return True
-    return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
-
-
-@jit_inside
-def whirls(s, a, n, spin, time):
-    """Whether the deepest point of a disc runs round it: n', see `disc`, turns in a time by more than WHIRL."""
-    if s.kind != DISC and s.kind != SIDE:
-        return False
-    axis = to_world(a.axes, load(s.normal))
-    flat = 2.0 * CROWN * s.radius / norm(load(s.half))
-    return norm(cross(spin, axis)) * time > WHIRL * max(norm(cross(n, axis)), flat)
 
 
 @jit_inside
@@ -248,22 +168,6 @@ def launch(w, stage, before):
     for i in range(w.unknowns):
         moved[i] = before * velocity[i]
         free[i] = begun[i] + before / stage * (velocity[i] - begun[i]) + stage * a[i]
-
-
-@jit_inside
-def is_steady(w, bodies, pairs):
-    """Whether no contact of an island moves along its normal as it begins the step: its forces hardly change then.
-
-    Not with joints: what actuators and they make of free bodies is no place to look first.
-    """
-    for i in range(bodies):
-        if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0:
-            return False
-    for i in range(pairs):
-        r = row_at(w.rows, i)
-        if r.slot >= 0 and not hardly_moves(contact_at(w.contacts, r.slot), 1.0):
-            return False
-    return True
 
 
 @jit_inside
@@ -388,29 +292,6 @@ def add_impulses(w, pairs, time):
         r = row_at(w.rows, i)
         if r.slot >= 0:
             store(r.impulse, axpy(time, force_of(contact_at(w.contacts, r.slot)), load(r.impulse)))
-
-
-@jit_inside
-def changes(w, pairs):
-    """Whether a contact parts in the step, or comes to stick that slid as a whole before: when that is matters."""
-    for i in range(pairs):
-        r = row_at(w.rows, i)
-        if r.slot >= 0 and r.fresh == 0:
-            c = contact_at(w.contacts, r.slot)
-            start, now = contact_kept(w, r.slot).touch, c.touch
-            if now.overlap <= 0.0 and start.overlap > 0.0:
-                return True
-            if fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0):
-                far = now.friction * now.e_star / now.g_star * now.overlap  # the slide to gross slip
-                if c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
-                    return True
-    return False
-
-
-@jit_inside
-def fully(t):
-    """Whether a contact slides as a whole: its friction force is all that it can be."""
-    return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2
 
 
 @jit_inside

@@ -1,0 +1,131 @@
+"""Which islands may take an implicit step, and whether one that was found may stand.
+
+See `lasting`: nothing strikes in them, and no contact does within the step what is a matter of when.
+"""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.memory import whole_at
+from contactlaw.world.access import body_at, contact_at, contact_kept, near_at, row_at, shape_at, tree_at
+from contactlaw.world.core import CROWN
+from contactlaw.world.force import hardly_moves, rigid
+from contactlaw.world.pace import loaded, rests
+from contactlaw.world.records import DISC, SIDE
+from contactlaw.world.vec import cross, load, norm, sub, to_world
+
+FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
+WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
+LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
+
+
+@jit_inside
+def stages_of(w, bodies, pairs):
+    """Two if nothing strikes in an island within the step; one if what strikes does so slowly; zero: it is stepped."""
+    unknowns = 0
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN:
+            return 0
+        b.unknown = -1
+        b.active = 0
+        if b.tree != 0:
+            if b.member == 0:
+                tree_at(b.tree, 0).unknown = unknowns
+                unknowns += tree_at(b.tree, 0).v_size
+            b.unknown = tree_at(b.tree, 0).unknown
+        elif b.inverse_mass != 0.0:
+            b.unknown = unknowns
+            unknowns += 6
+    w.unknowns = unknowns
+    if unknowns > w.unknown_room:
+        return 0
+    closed = 0
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        closed += p.closed
+        for k in (p.body_a, p.body_b):
+            b = body_at(w.bodies, k)
+            b.active = max(b.active, p.closed)
+            if b.still != 0:
+                b.unknown = -1
+    stages = 2 if closed > 0 else 0
+    for i in range(pairs):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if strikes(w, p, False):
+            stages = min(stages, 1)
+            if closed <= w.crowd or strikes(w, p, True):
+                return 0
+    return stages
+
+
+@jit_inside
+def strikes(w, p, crowd):
+    """Whether a pair strikes within the step, or is none that lasts.
+
+    In a crowd a strike counts as none which is slower than what loads make of a body within the step: what it bounces
+    is shorter than that.
+    """
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    slow = loaded(w, a, b) if crowd else 0.0
+    if p.closed == 0:
+        if p.toi >= w.step:
+            return False
+        closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
+        falls = a.active == 0 or (b.active == 0 and b.still == 0)
+        push = max(p.acceleration, 0.0) if falls else 0.0
+        reaches = gap < w.step * (closing + 0.5 * w.step * push)
+        return reaches and closing * closing + 2.0 * push * gap > slow * slow
+    c = contact_at(w.contacts, p.slot)
+    if rigid(w, c) or not rests(w, c, a, b, slow):
+        return True
+    return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
+
+
+@jit_inside
+def whirls(s, a, n, spin, time):
+    """Whether the deepest point of a disc runs round it: n', see `disc`, turns in a time by more than WHIRL."""
+    if s.kind != DISC and s.kind != SIDE:
+        return False
+    axis = to_world(a.axes, load(s.normal))
+    flat = 2.0 * CROWN * s.radius / norm(load(s.half))
+    return norm(cross(spin, axis)) * time > WHIRL * max(norm(cross(n, axis)), flat)
+
+
+@jit_inside
+def is_steady(w, bodies, pairs):
+    """Whether no contact of an island moves along its normal as it begins the step: its forces hardly change then.
+
+    Not with joints: what actuators and they make of free bodies is no place to look first.
+    """
+    for i in range(bodies):
+        if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0:
+            return False
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0 and not hardly_moves(contact_at(w.contacts, r.slot), 1.0):
+            return False
+    return True
+
+
+@jit_inside
+def changes(w, pairs):
+    """Whether a contact parts in the step, or comes to stick that slid as a whole before: when that is matters."""
+    for i in range(pairs):
+        r = row_at(w.rows, i)
+        if r.slot >= 0 and r.fresh == 0:
+            c = contact_at(w.contacts, r.slot)
+            start, now = contact_kept(w, r.slot).touch, c.touch
+            if now.overlap <= 0.0 and start.overlap > 0.0:
+                return True
+            if fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0):
+                far = now.friction * now.e_star / now.g_star * now.overlap  # the slide to gross slip
+                if c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
+                    return True
+    return False
+
+
+@jit_inside
+def fully(t):
+    """Whether a contact slides as a whole: its friction force is all that it can be."""
+    return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2
