@@ -23,7 +23,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.nodes import follow, step_of
-from contactlaw.laws.record import OPEN, SPRUNG
+from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
 
 ROOTS = 3  # steps of Newton's method: s is 0.17 at most where 1/kappa is below 1.25
@@ -52,10 +52,7 @@ def returned(u, v, limit, cu, cv):
 @jit
 def advance(contact, law, memory, du, dv):
     """The forces of `Microslip.force` along the longer axis of the contact, the first tangent, and across it."""
-    if contact.state == OPEN:
-        contact.scale = sqrt(contact.radius * contact.reach)
-    else:
-        follow(contact, law, memory)
+    follow(contact, law, memory)
     contact.state = SPRUNG
     cu, cv = 1.0 + contact.skew, 1.0 - contact.skew
     s2, overlap, before, gu, gv, cap = step_of(contact, du / cu, dv / cv)

@@ -24,7 +24,7 @@ from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.nodes import follow, step_of
-from contactlaw.laws.record import OPEN, SLIDING, SPRUNG
+from contactlaw.laws.record import SLIDING, SPRUNG
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
@@ -165,10 +165,7 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
 @jit_inline
 def keeps_sliding(contact, law, memory, du, dv):
     """Whether the contact slides on as a whole; else its nodes span it, and hold what they slid with."""
-    if contact.state == OPEN:
-        contact.scale = sqrt(contact.radius * contact.reach)
-    else:
-        follow(contact, law, memory)
+    follow(contact, law, memory)
     if contact.state != SPRUNG and slides_on(contact, du, dv, 0.0):
         return True
     if contact.state == SLIDING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit, jit_inline
-from contactlaw.laws.record import SPRUNG
+from contactlaw.laws.record import OPEN, SPRUNG
 from contactlaw.laws.slip import span_of
 
 
@@ -18,7 +18,10 @@ def step_of(contact, du, dv):
 
 @jit
 def follow(contact, law, memory):
-    """Let the nodes span the contact that there is."""
+    """Let the nodes span the contact that there is; at its touch the one that is foreseen."""
+    if contact.state == OPEN:
+        contact.scale = sqrt(contact.radius * contact.reach)
+        return
     span = span_of(contact, contact.scale)
     if span != contact.scale and contact.state == SPRUNG:
         regrid(contact, law, memory, span)
