@@ -10,8 +10,10 @@ r_j (Popov & Hess 2015, section 17):
     f = B q      B_ji = H_i(r_(j-1)) - H_i(r_j)      H_i(r) = 2 [sqrt(c_i^2 - r^2) - sqrt(c_(i-1)^2 - r^2)]
 
 B is constant, and upper triangular with c_j <= r_j < c_(j+1). The springs' energy, sum of w q^2/G*, makes A = C^T
-diag(2 w) C, C = B^-1, the compliance between the rings. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
+diag(2 w) C, C = B^-1, the compliance between the rings. Both force and displacement are scaled by the true P over that
+of the nodes, so that the work of a step is the springs'. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
 (B mu p)_j, such that a ring on its limit slips, r = A (B q* - f), along its traction, the mean of before and after.
+Should few sweeps leave tractions of which the step would give energy, they go back until it gives none.
 """
 
 from __future__ import annotations
@@ -136,7 +138,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     node, ring = np.empty((5, n)), np.zeros((7, n))
-    load, active, pull_u, pull_v = 0.0, 0, 0.0, 0.0
+    load, active, pull_u, pull_v, lost = 0.0, 0, 0.0, 0.0, 0.0
     for i in range(n):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
@@ -163,8 +165,12 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
         ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
     enough = 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2)
-    lost = give_way(law, memory, node, ring, relax(law, ring, active, enough))
-    if lost < 0.0:
+    for _ in range(3):
+        lost = give_way(law, memory, node, ring, relax(law, ring, active, enough))
+        if lost >= 0.0:
+            break
+        enough *= 1e-3
+    if lost < 0.0 and (overlap >= before or enough == 0.0):  # else the mean force is not the work's
         pull_back(law, memory, node, lost, -1.0 if overlap >= before else 0.0)
     for i in range(n):
         memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
@@ -266,12 +272,10 @@ class MicroslipTurning(Microslip):
         if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         lever = lever_of(contact, law)
-        step = step_of(contact, lever * du, lever * dv)
+        step, share = step_of(contact, lever * du, lever * dv), 2.0 * contact.scale * lever
         # Each way ends by itself: where both meet the compiler would sum the straight one in another order.
         if not on_a_line(contact, memory, du, dv) and fans_out(law, memory, *step):
-            pull_u, pull_v, load = displace_on_surface(law, memory, *step)
-            share = 2.0 * contact.scale * lever
+            pull_u, pull_v, _ = displace_on_surface(law, memory, *step)
             return carried(contact, pull_u * share, pull_v * share)
-        pull_u, pull_v, load = displace(law, memory, *step)
-        share = 2.0 * contact.scale * lever
+        pull_u, pull_v, _ = displace(law, memory, *step)
         return carried(contact, pull_u * share, pull_v * share)
