@@ -8,6 +8,7 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, contact_kept, near_at, row_at, shape_at, tree_at
+from contactlaw.world.bounds import time_to_close
 from contactlaw.world.core import CROWN
 from contactlaw.world.force import hardly_moves, rigid
 from contactlaw.world.pace import loaded, rests
@@ -69,17 +70,21 @@ def strikes(w, p, crowd):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     slow = loaded(w, a, b) if crowd else 0.0
     if p.closed == 0:
-        if p.toi >= w.step:
-            return False
-        closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
-        falls = a.active == 0 or (b.active == 0 and b.still == 0)
-        push = max(p.acceleration, 0.0) if falls else 0.0
-        reaches = gap < w.step * (closing + 0.5 * w.step * push)
-        return reaches and closing * closing + 2.0 * push * gap > slow * slow
+        closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
+        return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > slow * slow
     c = contact_at(w.contacts, p.slot)
     if rigid(w, c) or not rests(w, c, a, b, slow):
         return True
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
+
+
+@jit_inside
+def push_between(p, a, b):
+    """Closing acceleration [m/s^2] of an open pair, at most: loads do not move what is pressed against others."""
+    held_a, held_b = a.active != 0 or a.still != 0, b.active != 0 or b.still != 0
+    if held_a:
+        return 0.0 if held_b else norm(load(b.acceleration))
+    return norm(load(a.acceleration)) if held_b else max(p.acceleration, 0.0)
 
 
 @jit_inside
