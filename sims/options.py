@@ -58,9 +58,9 @@ def seconds(default: float, least: float = 0.1, most: float = 60.0) -> Option:
     return Option(default, "how long it is watched, in s", least, most)
 
 
-def speed(default: float, text: str) -> Option:
+def speed(default: float, text: str, most: float = 1e3) -> Option:
     """One in m/s."""
-    return Option(default, f"{text}, in m/s", 1e-3, 1e3)
+    return Option(default, f"{text}, in m/s", 1e-3, most)
 
 
 def length(default: float, text: str) -> Option:

@@ -42,7 +42,7 @@ class Incline(Scene):
     engines = EVERYWHERE
     options = {
         "angle": Option(10.0, "of the incline, in degrees", 0.1, 80.0),
-        "speed": speed(1.0, "up the incline at the start"),
+        "speed": speed(1.0, "up the incline at the start", most=50.0),
         "slippery": Option(0.02, "friction of the ball that slips", 0.0, 10.0),
     } | of_ball(0.0254, 0.115, 0.93)
 
