@@ -40,7 +40,7 @@ def of_ball(
     """What is told of any ball and its contact; mass None: that of a ball of the material."""
     return of_contact(friction, restitution) | {
         "mass": Option(mass, "of a ball, in kg" + ("" if mass else "; default: by radius and material"), 1e-6, 1e4),
-        "radius": Option(radius, "of a ball, in m", 1e-4, 1.0),
+        "radius": Option(radius, "of a ball, in m", 5e-4, 1.0),
     }
 
 
