@@ -41,7 +41,7 @@ def run(scene: Scene, settings: Settings) -> Recording:
             spent = perf_counter() - times[0]
             if len(times) == 1 and part > 0.0 and PATIENCE < spent > part * LONG:
                 times.append(spent)
-                messages.print(f"{name}{given}: about {_lasting(spent / part - spent)} to go; Ctrl-C ends it",
+                messages.print(f"{name}{given}: up to about {_lasting(spent / part - spent)} to go; Ctrl-C ends it",
                                highlight=False, soft_wrap=True)  # fmt: skip
 
         return scene.run(replace(settings, progress=tell))

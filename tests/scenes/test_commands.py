@@ -167,7 +167,7 @@ def test_a_run_that_takes_long_says_how_long(monkeypatch, capsys):
     scene = SimpleNamespace(name="heap", options=SCENES["heap"].options, run=crawl)
     show.run(scene, Settings("none", options={"balls": 9000, "mass": None, "friction": 0.3}))
     said = capsys.readouterr().err.strip().splitlines()
-    assert said == ["heap in none with balls = 9000: about 2 min to go; Ctrl-C ends it"]
+    assert said == ["heap in none with balls = 9000: up to about 2 min to go; Ctrl-C ends it"]
 
     clock = iter([0.0, 0.0, 4.0])
     quick = SimpleNamespace(name="heap", options={}, run=lambda settings: [settings.progress(x) for x in (0.0, 0.9)])
