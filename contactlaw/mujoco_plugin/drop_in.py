@@ -33,6 +33,7 @@ import mujoco
 import numpy as np
 
 from contactlaw import checks
+from contactlaw.ending import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
@@ -134,12 +135,8 @@ def save_model(
                     f"target = {str(path)!r}: must be another file than the model's own and what it refers to"
                 )
     text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
-    beside = path.resolve().with_name(f"{path.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path.resolve())
-    finally:
-        beside.unlink(missing_ok=True)
+    with whole(path) as part:
+        part.write_text(text, encoding="utf-8")
     return path
 
 
