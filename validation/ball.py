@@ -6,7 +6,7 @@ from math import ceil, log, nan, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.laws import Law
@@ -14,8 +14,7 @@ from sims.contact_point import contact_velocity
 from sims.contact_point import static_overlap as overlap_under
 from sims.scene import Settings
 from sims.worlds import State, Tuning, World, new_world
-
-Array = NDArray[np.float64]
+from validation.case import Array
 
 RADIUS = 0.0254  # [m]
 STEEL = MATERIALS["steel"]

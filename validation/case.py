@@ -9,11 +9,15 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sims.registry import Limit, Registry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Array = NDArray[np.float64]
 Data = dict[str, Any]
 """What a case measured, as it is saved: JSON types only."""
 Progress = Callable[[float], None]

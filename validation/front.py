@@ -13,16 +13,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from validation.case import Data
+from validation.case import Array, Data
 from validation.measure import spread
 from validation.picture import LAW_STYLES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 CERTAIN = 75.0  # per cent of the rounds
 STRIDE = 0.8  # from row to row of a table, in error
 LOOKS: dict[str, dict[str, Any]] = LAW_STYLES | {

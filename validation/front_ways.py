@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from contactlaw import LAWS, MATERIALS, Body, ContactPair, collide, force_along_path
 from contactlaw.laws import Law
 from contactlaw.laws.microslip import Microslip
+from validation.case import Array
 from validation.front import Rung
 from validation.measure import interleaved
 from validation.reference import annulus, superposition
-
-Array = NDArray[np.float64]
 
 SUPERPOSITION = [16, 32, 64, 128, 256, 512, 1024]  # steps
 ANNULI = [5, 10, 20, 40]

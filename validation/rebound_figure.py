@@ -16,19 +16,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw.collision import Body, Impact, collide
 from sims import puck as scene
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table
 from validation.picture import panels
 from validation.reference.annulus import rebound
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 INCH = 0.0254  # [m]
 MORE_FRICTION = 1.2  # what the paper says would restore the measured psi_2

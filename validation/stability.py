@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 from validation.case import Data
 from validation.stability_trials import RADIUS, Trial
 from validation.stability_worlds import TrialWorld
-from validation.sweep import sweep
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -153,9 +152,13 @@ def short(gain: float) -> str:
 def on_all_cores(
     function: Callable[[Input], Answer], inputs: Sequence[Input], progress: Callable[[float], None]
 ) -> list[Answer]:
-    """A sweep on as many processes as there are cores."""
+    """The answers, in the order of the inputs, from as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), _say_nothing) as pool:
-        return sweep(function, inputs, pool, chunk=4, progress=progress)
+        answers = []
+        for answer in pool.map(function, inputs, chunksize=4):
+            answers.append(answer)
+            progress(len(answers) / len(inputs))
+        return answers
 
 
 def _say_nothing() -> None:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, Material, collide
 from contactlaw import force_along_path as law_along_path
 from contactlaw import rebound as law_rebound
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.prediction import quiet_pair
-
-Array = NDArray[np.float64]
 
 EXACT = 1e-6
 DEFAULTS = 1e-3  # what `rebound` promises at default settings, chi from 0.5 to 2

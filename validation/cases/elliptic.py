@@ -6,16 +6,13 @@ from math import cos, exp, radians, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import rebound
 from contactlaw.world import World
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.cases.shapes import elongation
 from validation.prediction import SPHERE
 from validation.world_scenes import FLOOR, steel_pair
-
-Array = NDArray[np.float64]
 
 ASKED = 1e-2  # in psi_2, where 1 is friction times the speed of approach
 FRICTION, MASS, SPEED = 0.3, 0.3, 1e-3  # slow: the patch hardly travels over long bodies, which rigid motion makes turn

@@ -5,12 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-
-Array = NDArray[np.float64]
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 
 RESTITUTIONS = [1.0, 0.99, 0.93, 0.86, 0.7, 0.5]  # each needs tables of its own, hence a few, the first most often
 CREATORS = ("mindlin",)  # measured and reported, not limited

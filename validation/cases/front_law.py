@@ -7,12 +7,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import Body, ContactPair, collide, rebound
 from contactlaw.laws import Law
 from validation import front, million
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.front import Rung
 from validation.front_ways import (
     ALL_SPRINGS_STEPS,
@@ -35,8 +34,6 @@ from validation.substeps import substep_times
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 CHIS = [0.5, 1.0, 1.441, 2.0]
 NODES = [4, 8, 16, 24, 32]

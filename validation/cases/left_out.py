@@ -5,14 +5,11 @@ from __future__ import annotations
 from math import cos, pi, radians, sqrt, tan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, RIGID, Body, Material, collide
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.prediction import quiet_pair
-
-Array = NDArray[np.float64]
 
 STEEL, RUBBER, GLASS, ALUMINA = (MATERIALS[name] for name in ("steel", "rubber", "glass", "alumina"))
 ALUMINIUM, ACETATE = MATERIALS["aluminium"], MATERIALS["cellulose acetate"]

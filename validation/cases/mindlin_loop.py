@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, force_along_path
 from contactlaw.laws import LAWS, Law
 from contactlaw.laws.microslip import Microslip
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.reference import mindlin_loop, superposition
-
-Array = NDArray[np.float64]
 
 AMPLITUDES = [0.3, 0.6, 0.9, 0.99]
 SHOWN = 0.9

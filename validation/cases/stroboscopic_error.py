@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import rebound
 from sims.puck import Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.stroboscope import Reading, fit_motion, pictured, read_impact
-
-Array = NDArray[np.float64]
 
 DRAFTING = [0.1, 0.25, 0.5]  # standard deviation of a coordinate on the print [mm]
 PRINT_SCALE = 0.4  # print over table: a field of half a metre on a print of 8 by 10 in

@@ -5,14 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.impacts import judge
 from validation.measure import interleaved, order_of, spread
 from validation.reference import annulus, superposition
-
-Array = NDArray[np.float64]
 
 DISK = 1.256  # chi of the paper's figures, a steel disk
 INCIDENCES = [0.25, 0.5, 1.0, 1.2, 2.0, 3.0]

@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-
-Array = NDArray[np.float64]
 
 DISK = 1.256  # chi
 BALL = 1.465
