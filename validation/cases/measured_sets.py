@@ -48,14 +48,12 @@ class MeasuredSets(Case):
 
     def table(self, data: Data) -> Table:
         """A row a set."""
-        table = Table(["set", "quantity", "points", "microslip, rms", "best other law, rms",
-                       "with losses in shear, rms", "scatter of the data", "where it comes from"])  # fmt: skip
+        table = Table("set | quantity | points | microslip, rms | best other law, rms | with losses in shear, rms | "
+                      "scatter of the data | where it comes from")  # fmt: skip
         for row in data["rows"]:
-            lossy = "" if row["lossy"] is None else f"{row['lossy']:.3g}"
-            table.rows.append(
-                [row["set"], row["quantity"], str(row["points"]), f"{row['law']:.3g}",
-                 f"{row['peer']:.3g} ({row['peer_name']})", lossy, f"{row['scatter']:.3g}", row["from"]]
-            )  # fmt: skip
+            shear = "" if row["lossy"] is None else f"{row['lossy']:.3g}"
+            table.add("{set} | {quantity} | {points} | {law:.3g} | {peer:.3g} ({peer_name}) | {shear} | "
+                      "{scatter:.3g} | {from}", row, shear=shear)  # fmt: skip
         return table
 
 

@@ -27,7 +27,7 @@ class PaperFigure3(ReboundFigure):
     )
     material = "steel"
     tolerance = 0.02
-    diameters = {"3 in": 3.0 * INCH, "4 in": 4.0 * INCH}  # noqa: RUF012
+    diameters = {"3 in": 3.0 * INCH, "4 in": 4.0 * INCH}
     speeds = (0.5, 1.5)
     span = 7.0
 

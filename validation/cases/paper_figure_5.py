@@ -26,7 +26,7 @@ class PaperFigure5(ReboundFigure):
     )
     material = "rubber"
     tolerance = 0.25
-    diameters = {"4 in": 4.0 * INCH}  # noqa: RUF012
+    diameters = {"4 in": 4.0 * INCH}
     speeds = (0.3, 0.9)
     span = 6.5
 

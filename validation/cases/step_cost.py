@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,12 +27,9 @@ from validation.ball import (
     static_overlap,
     steel_pair,
 )
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.measure import interleaved, order_of, spread
-from validation.picture import STYLES, bars, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from validation.picture import STYLES, bars, plain_ticks
 
 RESOLVED = 1e-6  # [s]; a contact lasts some 100
 LONG, BULLET = 2e-3, 1.0 / 240.0  # [s], the engines' own
@@ -158,6 +155,7 @@ class StepCost(Case):
         "two steps that reads and pushes bodies; at 1/240 s it may cost four native steps, for resolved steps no limit "
         "is set. In a heap, where balls always knock, it costs what it takes; the figures say how much."
     )
+    sheet = {"columns": 2, "width": 5.2, "height": 5.4}
     caption = (
         "Left: time of a step over that of the scene named in the table; whiskers: quartiles. Right: time of a step "
         "with balls poured into a box, MuJoCo; open marks: native."
@@ -199,31 +197,22 @@ class StepCost(Case):
 
     def table(self, data: Data) -> Table:
         """One ball, then the heap."""
-        table = Table(["scene", "a step [us]", "over", "ratio", "contacts"])
+        table = Table("scene | a step [us] | over | ratio | contacts")
         for name, time in data["microseconds"].items():
-            ratio, over = data["ratio"][name], data["over"][name]
-            words = ["", ""] if over == name else (
-                [over.removeprefix("PyBullet, "), f"{ratio['median']:.2f} ({ratio['low']:.2f} to {ratio['high']:.2f})"]
-            )  # fmt: skip
-            table.rows.append([name, f"{time['median']:.2f}", *words, ""])
+            row, over = f"{name} | {time['median']:.2f}", data["over"][name]
+            if over != name:
+                row += f" | {over.removeprefix('PyBullet, ')} | {{median:.2f}} ({{low:.2f}} to {{high:.2f}})"
+            table.add(row, data["ratio"][name])
         for one in data["heap"]:
-            native, law = one["native"], one["law"]
-            table.rows.append(
-                [
-                    f"{one['balls']} balls {one['when']}",
-                    f"{law['time']:.0f}",
-                    f"native {native['time']:.0f}",
-                    f"{law['time'] / native['time']:.1f}",
-                    f"{law['contacts']}, native {native['contacts']}",
-                ]
-            )
+            ratio = one["law"]["time"] / one["native"]["time"]
+            table.add("{balls} balls {when} | {law[time]:.0f} | native {native[time]:.0f} | {ratio:.1f} | "
+                      "{law[contacts]}, native {native[contacts]}", one, ratio=ratio)  # fmt: skip
         for name, power in data["growth"].items():
-            table.rows.append([f"{name}: time grows as balls to the power", f"{power:.2f}", "", "", ""])
+            table.add(f"{name}: time grows as balls to the power | {power:.2f}")
         return table
 
-    def draw(self, data: Data) -> Figure:
+    def draw(self, data: Data, left: Axes, right: Axes) -> None:
         """Ratios, and the heap."""
-        figure, (left, right) = panels(2, width=5.2, height=5.4)
         shown = [name for name, over in data["over"].items() if name != over and "PyBullet, touching" not in name]
         bars(left, shown, [data["ratio"][name] for name in shown])
         left.set_xlabel("time over that of the other scene [-]")
@@ -234,10 +223,8 @@ class StepCost(Case):
             for kind, look in (("law", {}), ("native", {"fillstyle": "none"})):
                 right.loglog(counts, [one[kind]["time"] for one in own], **(style | look), label=f"{when}, {kind}")
         right.set(xlabel="balls [-]", ylabel="time of a step [us]")
-        right.set_xticks(counts, [str(count) for count in counts])
-        right.set_xticks([], minor=True)
+        plain_ticks(right, counts)
         right.legend(fontsize=8)
-        return figure
 
 
 def _prepare(scene: Scene, world: World) -> None:

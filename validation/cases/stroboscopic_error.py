@@ -82,21 +82,17 @@ class StroboscopicError(Case):
     def table(self, data: Data) -> Table:
         """A row an impact; a column a drafting error."""
         sizes = [f"{size:g}" for size in data["drafting"]]
-        table = Table(
-            ["puck", "psi_1", "psi_2", "flashes", *(f"error of psi_1, {size} mm" for size in sizes),
-             *(f"error of psi_2, {size} mm" for size in sizes), f"mu by eq. (6) off by, {sizes[1]} mm [%]"]
-        )  # fmt: skip
+        table = Table(["puck", "psi_1", "psi_2", "flashes", *(f"error of psi_1, {size} mm" for size in sizes),
+                       *(f"error of psi_2, {size} mm" for size in sizes),
+                       f"mu by eq. (6) off by, {sizes[1]} mm [%]"])  # fmt: skip
         for material, rows in data["materials"].items():
             edge = 4.0 * Puck(material=material).chi - 1.0
             for row in rows:
+                errors = " | ".join(f"{row[size]['scatter'][which]:.4f}" for which in (0, 1) for size in sizes)
                 middle = row[sizes[1]]
-                gross = row["psi_1"] >= edge
-                table.rows.append(
-                    [material, f"{row['psi_1']:g}", f"{row['psi_2']:.3f}", "{} + {}".format(*row["flashes"]),
-                     *(f"{row[size]['scatter'][0]:.4f}" for size in sizes),
-                     *(f"{row[size]['scatter'][1]:.4f}" for size in sizes),
-                     f"{100 * middle['friction_bias']:+.1f} +- {100 * middle['friction']:.1f}" if gross else "-"]
-                )  # fmt: skip
+                sliding = f"{100 * middle['friction_bias']:+.1f} +- {100 * middle['friction']:.1f}"
+                table.add(f"{material} | {{psi_1:g}} | {{psi_2:.3f}} | {{flashes[0]}} + {{flashes[1]}} | {errors} | "
+                          f"{sliding if row['psi_1'] >= edge else '-'}", row)  # fmt: skip
         return table
 
 

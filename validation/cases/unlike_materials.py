@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from contactlaw import RIGID, ContactPair
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.cases import alumina_on_glass as alumina
 from validation.cases import finite_elements as elements
 from validation.measured import Array, load
+from validation.picture import legend_below
 from validation.prediction import SPHERE, quiet_pair, reference, rms
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PSI = np.array([0.1, 0.3, 0.6, 0.9, 1.1, 1.3, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0, 4.4, 4.8, 5.2, 6.5])  # then all slides
 FRICTIONS = (alumina.FRICTION, 0.2, 0.5)  # of the points that slip in a contact that sticks elsewhere
@@ -38,6 +34,7 @@ class UnlikeMaterials(Case):
         "like materials do. It goes unseen only if points that slip in a contact that sticks elsewhere have a friction "
         "several times that of gross slip. As no measurement tells that friction, the laws leave the coupling out."
     )
+    sheet = {"columns": 2, "width": 4.4}
     caption = (
         "Velocity of the contact point after an impact of finite elements on a rigid plane (left), and tangential "
         "restitution of alumina on glass (right), with and without the coupling of unlike materials."
@@ -93,22 +90,18 @@ class UnlikeMaterials(Case):
     def table(self, data: Data) -> Table:
         """A row a curve."""
         table = Table(["rms from", *WAYS, "scatter"])
-        betas = data["beta"]
         for name, (without, coupled) in data["rms"].items():
             own = data["own"] if name == "recoil" else data["own"] / 1.4
-            table.rows.append([f"finite elements, {name} (beta = {betas['finite elements']:.2f})", f"{without:.3f}",
-                               f"{coupled:.3f}", f"{own:.3f}"])  # fmt: skip
+            table.add(f"finite elements, {name} (beta = {{beta[finite elements]:.2f}}) | {without:.3f} | "
+                      f"{coupled:.3f} | {own:.3f}", data)  # fmt: skip
         (_, without), *held = data["held"]
         for friction, value in held:
-            name = f"alumina on glass, e_t (beta = {betas['alumina on glass']:.2f}), points slip at mu = {friction:g}"
-            table.rows.append([name, f"{without:.3f}", f"{value:.3f}", f"{data['scatter']:.3f}"])
+            table.add("alumina on glass, e_t (beta = {beta[alumina on glass]:.2f}), points slip at mu = "
+                      f"{friction:g} | {without:.3f} | {value:.3f} | {{scatter:.3f}}", data)  # fmt: skip
         return table
 
-    def draw(self, data: Data) -> Figure:
+    def draw(self, data: Data, left: Axes, right: Axes) -> None:
         """A panel a pair."""
-        from validation.picture import panels
-
-        figure, (left, right) = panels(2, width=4.4)
         for axes, x, lines, (at, y) in ((left, data["x"], data["recoil"], data["points"]),
                                         (right, data["theta"], data["e_t"], data["measured"])):  # fmt: skip
             for way, style in zip(WAYS, ("--", "-"), strict=True):
@@ -118,8 +111,7 @@ class UnlikeMaterials(Case):
                  xlim=(0.0, 8.0), ylim=(-2.1, 2.6), title="finite elements on a rigid plane")  # fmt: skip
         right.set(xlabel="angle of incidence [degrees]", ylabel=r"$e_t$ of the centre of mass [-]",
                   xlim=(0.0, 33.0), title="alumina on glass")  # fmt: skip
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        return figure
+        legend_below(left, 3)
 
 
 def coupled_change(pair: ContactPair, friction: float, psi_1: Array, quick: bool) -> Array:
