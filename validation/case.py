@@ -83,8 +83,10 @@ def told(items: Iterable[Item], progress: Progress, begin: float = 0.0, end: flo
 class Case(ABC):
     """One claim, and how it is measured.
 
-    To add a case, put one file into validation/cases with a subclass of this, decorated with `register`:
-      1. `name` (that of its result files, and what -f matches), `title`, `claim`: the claim in words a newcomer reads;
+    To add a case, put one file into validation/cases with a subclass of this, decorated with `register`. The file's
+    name is the case's, that of its results and what -f matches; the class's docstring is the claim, in words a newcomer
+    reads. And:
+      1. `title`: that of its chapter;
       2. `needs`: modules beyond the package's own that must be installed, or the case is skipped with a message that
          names what brings them (`packages`). Import engines, matplotlib and scipy inside the methods alone;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
@@ -124,7 +126,14 @@ class Case(ABC):
 _REGISTRY: Registry[Case] = Registry("validation.cases", "case")
 CASES = _REGISTRY.known
 """Every case by its name; filled by `find_cases`."""
-register = _REGISTRY.register
+
+
+def register(kind: type[Case]) -> type[Case]:
+    """Class decorator: the case is known from now on, by the name of its file unless it has one."""
+    given = vars(kind)
+    kind.name = given.get("name", kind.__module__.rpartition(".")[2])
+    kind.claim = given.get("claim", " ".join((kind.__doc__ or "").split()))
+    return _REGISTRY.register(kind)
 
 
 def find_cases() -> dict[str, Case]:

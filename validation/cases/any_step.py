@@ -37,17 +37,14 @@ FEW_BELOW = 2e-5  # [s]: such steps resolve the contact, and a tenth of the phas
 
 @register
 class AnyStep(Case):
-    """A steel ball's bounce at engine steps from 4 ms down to 1 us."""
+    """The engine's step does not matter: whether a contact of some 180 us falls between two steps of 4 ms or is
+    resolved by hundreds of them, wherever in a step the bodies touch, the rebound keeps to the converged solution
+    within 0.004 with the default substeps; more of them buy less error. At 50 to 400 steps a contact both engines do
+    the same, and what is left is the error of the nodes.
+    """
 
-    name = "any_step"
     place = 41
     title = "Any engine step"
-    claim = (
-        "The engine's step does not matter: whether a contact of some 180 us falls between two steps of 4 ms or is "
-        "resolved by hundreds of them, wherever in a step the bodies touch, the rebound keeps to the converged "
-        "solution within 0.004 with the default substeps; more of them buy less error. At 50 to 400 steps a contact "
-        "both engines do the same, and what is left is the error of the nodes."
-    )
     sheet = {"columns": 2}
     caption = (
         f"Error in psi_2 of a steel ball's bounce, {len(INCIDENCES)} incidences from {INCIDENCES[0]:g} to "
@@ -58,7 +55,6 @@ class AnyStep(Case):
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every step in both engines, every integrator of MuJoCo, every number of substeps."""
         psi_1 = INCIDENCES[::3] if quick else INCIDENCES
         phases = 12 if quick else 100
         data: Data = {"psi_1": psi_1, "steps": STEPS, "error": {}, "substeps": COUNTS, "in_substeps": {},
@@ -105,7 +101,6 @@ class AnyStep(Case):
         return Outcome(_limits(data), data, problems)
 
     def table(self, data: Data) -> Table:
-        """A row an engine, restitution and step; then substeps."""
         words = {engine: [*map(in_words, steps)] for engine, steps in data["steps"].items()}
         resolved = [f"T/{n}" for n in RESOLVED]
         times = [f"{n} substeps ({one['median']:.1f} us)"
@@ -125,7 +120,6 @@ class AnyStep(Case):
         return table
 
     def draw(self, data: Data, left: Axes, right: Axes) -> None:
-        """Error over the step, and over time."""
         times = [one["median"] for one in data["microseconds"]]
         for style, e in zip(STYLES, RESTITUTIONS, strict=False):
             marks = style | {"fillstyle": "none", "markersize": 9, "linestyle": ""}

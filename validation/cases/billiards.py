@@ -22,22 +22,18 @@ SLIDING = 1e-6  # [deg] by which throw may differ where rigid balls slide throug
 
 @register
 class Billiards(Case):
-    """Cut shots with and without side spin."""
+    """Friction drags the object ball off the line of centres (throw) and spins it. D. G. Alciatore's formulas
+    (Technical Proof TP A.14), fitted to Marlow's measurements, take a friction of .00995 + .108 exp(-1.088 v), and
+    rigid balls, whose friction at most stops the sliding. Given that friction, the law is the formulas where rigid
+    balls slide throughout, which most shots do. Where they stick, elastic balls reverse at the contact point and throw
+    is greater by about a degree; no measurement at hand says which is right. A constant friction, the mean of that at
+    the three speeds, misses throw as the table says.
+    """
 
-    name = "billiards"
     place = 18
     title = "Throw of billiard balls"
-    claim = (
-        "Friction drags the object ball off the line of centres (throw) and spins it. D. G. Alciatore's formulas "
-        "(Technical Proof TP A.14), fitted to Marlow's measurements, take a friction of .00995 + .108 exp(-1.088 v), "
-        "and rigid balls, whose friction at most stops the sliding. Given that friction, the law is the formulas where "
-        "rigid balls slide throughout, which most shots do. Where they stick, elastic balls reverse at the contact "
-        "point and throw is greater by about a degree; no measurement at hand says which is right. A constant "
-        "friction, the mean of that at the three speeds, misses throw as the table says."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every speed, cut and spin; a second, quick or not."""
         rows: list[Data] = []
         for name, speed in SPEEDS.items():
             for cut in CUTS:
@@ -54,7 +50,6 @@ class Billiards(Case):
         return Outcome(limits, {"rows": rows})
 
     def table(self, data: Data) -> Table:
-        """A row a speed."""
         table = Table(
             "speed [m/s] | shots that slide throughout | largest throw there [deg] | shots that stick | "
             "throw there, less the rigid one: rms [deg] | largest [deg] | "

@@ -26,20 +26,16 @@ LONG, SETTLED = 60.0, 5.0  # [s]: how long it lies, and from when on its motion 
 
 @register
 class Bouncing(Case):
-    """A steel ball dropped from 50 mm."""
+    """An elastic ball dropped from 50 mm keeps bouncing to the same height within 0.001 of its energy, at any engine
+    step; one with restitution comes to rest at the overlap that carries its weight, and stays there for a minute
+    without drift.
+    """
 
-    name = "bouncing"
     place = 43
     title = "Bouncing and coming to rest"
-    claim = (
-        "An elastic ball dropped from 50 mm keeps bouncing to the same height within 0.001 of its energy, at any "
-        "engine step; one with restitution comes to rest at the overlap that carries its weight, and stays there for a "
-        "minute without drift."
-    )
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Elastic runs at every step, then rest."""
         data: Data = {"elastic": [], "rest": []}
         problems: list[str] = []
         runs = [(engine, dt, seconds) for engine, steps in ELASTIC.items() for dt, seconds in steps.items()]
@@ -77,7 +73,6 @@ class Bouncing(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """Elastic, then rest: of the integrators the worst."""
         table = Table(
             "engine, step | run | bounces | largest change of energy | error of overlap | jitter / overlap | "
             "drift [m] | time to rest over closed form",

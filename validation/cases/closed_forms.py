@@ -21,27 +21,22 @@ SMALL = 1e-8  # psi_1 at which only the last 1e-8 of the time slips
 
 @register
 class ClosedForms(Case):
-    """Asked and reached for each closed form."""
+    """Where impact theory has a closed form the package and the annulus solver give it: sliding throughout, loading
+    without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and for linear springs the
+    whole rebound.
+    """
 
-    name = "closed_forms"
     place = 12
     title = "Closed forms"
-    claim = (
-        "Where impact theory has a closed form the package and the annulus solver give it: sliding throughout, loading "
-        "without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and for linear "
-        "springs the whole rebound."
-    )
     needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every form in turn."""
         limits = [*_sliding(), *_linear_springs(4096 if quick else FINE)]
         progress(0.3)
         full_stick = {steps: _full_stick_error(steps) for steps in (128, FINE)}
         return Outcome([*limits, *_like_the_ball(), *_hertz(), *_paths()], {"full_stick": full_stick})
 
     def table(self, data: Data) -> Table:
-        """How far two numbers of steps are from full stick at an incidence near zero."""
         return Table("linear_spring against full stick | error in psi_2/psi_1", "{steps} steps | {error:.2g}",
                      ({"steps": steps, "error": error} for steps, error in data["full_stick"].items()))  # fmt: skip
 

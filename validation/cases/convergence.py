@@ -25,18 +25,14 @@ FINE_NODES, FINE_STEPS = 256, 16384
 
 @register
 class Convergence(Case):
-    """Orders of convergence, law and reference each against the limit of the law."""
+    """Two discretisations that share no code, the nodes of `microslip` and the rings of the annulus solver, converge to
+    the same limit, both with at least about second order.
+    """
 
-    name = "convergence"
     place = 20
     title = "Finer is closer"
-    claim = (
-        "Two discretisations that share no code, the nodes of `microslip` and the rings of the annulus solver, "
-        "converge to the same limit, both with at least about second order."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Refine one number at a time."""
         psi_1 = np.array(sticking(CHI, 8 if quick else 24))
 
         def law(nodes: int, steps: int) -> np.ndarray:
@@ -82,7 +78,6 @@ class Convergence(Case):
         return errors, found
 
     def table(self, data: Data) -> Table:
-        """The refinements one after the other."""
         table = Table("refined | to | largest error | order | time [ms]")
         milliseconds = [f"{time:.2g}" for time in data["milliseconds"]]
         for what, counts, errors, order, times in (

@@ -22,20 +22,16 @@ PAIR = ContactPair(STEEL, STEEL, friction=0.115, restitution=1.0)
 
 @register
 class Cradle(Case):
-    """One ball strikes a row of others."""
+    """When one ball strikes a row that touches, all contacts act at once and the velocities after depend on how the
+    forces share; at the engine's own step, far longer than the whole event, they are those of a finely integrated chain
+    of Hertz springs. With 0.1 mm between, only the last ball flies off.
+    """
 
-    name = "cradle"
     place = 45
     title = "A row of balls in touch"
-    claim = (
-        "When one ball strikes a row that touches, all contacts act at once and the velocities after depend on how the "
-        "forces share; at the engine's own step, far longer than the whole event, they are those of a finely "
-        "integrated chain of Hertz springs. With 0.1 mm between, only the last ball flies off."
-    )
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """In touch and apart."""
         from sims.scenes.cradle import hertz_chain
 
         runs: list[Data] = []
@@ -56,7 +52,6 @@ class Cradle(Case):
         return Outcome(limits, {"chain": chains, "runs": runs})
 
     def table(self, data: Data) -> Table:
-        """A row a run."""
         table = Table("balls | gap [mm] | engine, step | velocities after [m/s] | error")
         for count, chain in data["chain"].items():
             table.add(f"{count} | 0 | Hertz chain | {_words(chain)}")

@@ -24,21 +24,17 @@ CROSSED = "crossed cylinders, radii 1 : 3"
 
 @register
 class Elliptic(Case):
-    """psi_2 by direction."""
+    """An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's
+    limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those of a
+    grid with Hertz's elliptic pressure and Cerruti's kernel, in each direction. Taken as a circle of the same stiffness
+    they are off by what the last column says.
+    """
 
-    name = "elliptic"
     place = 53
     title = "Elliptic contacts"
-    claim = (
-        "An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's "
-        "limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those "
-        "of a grid with Hertz's elliptic pressure and Cerruti's kernel, in each direction. Taken as a circle of the "
-        "same stiffness they are off by what the last column says."
-    )
     needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Impacts of slow bodies, which do not roll on."""
         kappa, rows = float(steel_pair(FRICTION).kappa), []
         nu = 2.0 * (1.0 - kappa) / (2.0 - kappa)  # of like materials
         chi = SPHERE * kappa / 2.0
@@ -58,7 +54,6 @@ class Elliptic(Case):
         return Outcome(limits, {"rows": rows, "kappa": kappa, "chi": chi})
 
     def table(self, data: Data) -> Table:
-        """A row a body and direction."""
         return Table("contact | b/a | slide | error of psi_2 | of a circle's",
                      "{name} | {ratio:.3f} | {way} | {error:.1e} | {circle:.1e}", data["rows"])  # fmt: skip
 

@@ -17,18 +17,14 @@ LEG = 32  # points on each leg of the closed path
 
 @register
 class Energy(Case):
-    """Largest gain of kinetic energy in random impacts; work extracted on a closed path."""
+    """No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the law
+    but one: the plain `mindlin` spring, which creates energy when the contact unloads.
+    """
 
-    name = "energy"
     place = 30
     title = "No energy from nothing"
-    claim = (
-        "No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the "
-        "law but one: the plain `mindlin` spring, which creates energy when the contact unloads."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Random impacts, then the path."""
         count = 2_000 if quick else 10_000
         random = np.random.default_rng(2)
         chi = np.exp(random.uniform(np.log(0.3), np.log(10.0), count))
@@ -53,7 +49,6 @@ class Energy(Case):
         return Outcome([Limit(what, ASKED, part) for what, (name, part) in asked.items() if name not in CREATORS], data)
 
     def table(self, data: Data) -> Table:
-        """A row a law."""
         table = Table("law | largest gain of energy | impacts that gain more than 0.001 | its psi_1, chi, e, mu | "
                       "extracted on the closed path")  # fmt: skip
         for name, gain in data["gain"].items():

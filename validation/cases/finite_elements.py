@@ -21,7 +21,6 @@ SHOWN = 9.5  # beyond, all laws and points lie on one line
 class FiniteElements(Case):
     """Velocity and spin after the impact of an elastic sphere on a rigid plane, no figure fitted."""
 
-    name = "finite_elements"
     place = 12
     title = "Finite elements of others"
     claim = (
@@ -39,7 +38,6 @@ class FiniteElements(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Both published curves; the case takes a second or two, quick or not."""
         pair = quiet_pair(STEEL, RIGID, FRICTION)
         kappa, chi = pair.kappa, SPHERE * pair.kappa / 2.0
         recoil, spin = load("chungooi5_recoil_fem_wu"), load("chungooi5_spin_fem_wu")
@@ -75,7 +73,6 @@ class FiniteElements(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a law: how far from each curve."""
         parts = [(name, part) for name in ("recoil", "spin") for part in ("partial slip", "all")]
         heads = [f"{name}, {'all x' if part == 'all' else 'x < {below:g}'.format(**data)} "
                  f"({data['shown'][name]['points'][part]} points)" for name, part in parts]  # fmt: skip
@@ -88,7 +85,6 @@ class FiniteElements(Case):
         return table
 
     def draw(self, data: Data, left: Axes, middle: Axes) -> None:
-        """Both curves, and how far the laws are from the first."""
         x = data["grid"]
         spins = {law: spin_of(np.array(x), np.array(v)).tolist() for law, v in data["laws"].items()}
         error = data["curves_disagree"]["all"]

@@ -88,17 +88,14 @@ class Way:
 
 @register
 class FrontEngines(Case):
-    """A steel ball's bounce in both engines: every law, nodes, substeps and steps, and the engine's own contact."""
+    """At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings the law is asked to
+    be on the front of error against run time, 30 times closer than the single-spring laws at equal run time, and 100
+    times faster than the annulus reference at equal error. Shorter steps only cost more: the law's substeps do their
+    work. In PyBullet reading and pushing the bodies takes part of the time, whatever the law.
+    """
 
-    name = "front_engines"
     place = 43
     title = "Error and time in the engines"
-    claim = (
-        "At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings the law is asked "
-        "to be on the front of error against run time, 30 times closer than the single-spring laws at equal run time, "
-        "and 100 times faster than the annulus reference at equal error. Shorter steps only cost more: the law's "
-        "substeps do their work. In PyBullet reading and pushing the bodies takes part of the time, whatever the law."
-    )
     sheet = {"columns": 2, "width": 5.4, "height": 4.4}
     caption = (
         f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of all steps from "
@@ -109,7 +106,6 @@ class FrontEngines(Case):
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every way, side by side in each engine."""
         data: Data = {}
         problems: list[str] = []
         for number, engine in enumerate(OWN_STEPS):
@@ -121,7 +117,6 @@ class FrontEngines(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """The fronts, and the comparisons."""
         found = Table(f"engine | {front.HEADS}")
         for engine, one in data.items():
             found.rows.extend([ENGINE_NAMES[engine], *row] for row in front.rows(one, DEFAULT))
@@ -130,7 +125,6 @@ class FrontEngines(Case):
         return found
 
     def draw(self, data: Data, *both: Axes) -> None:
-        """Error over the time of an impact."""
         for axes, (engine, one) in zip(both, data.items(), strict=True):
             front.plot(axes, one, DEFAULT)
             axes.set(xlabel="time of an impact [us]", ylabel=r"largest error in $\psi_2$ [-]",

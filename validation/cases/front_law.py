@@ -50,18 +50,15 @@ USES = {
 
 @register
 class FrontLaw(Case):
-    """Time per impact beside error, without an engine."""
+    """A user decides by error against run time. The default law with default settings is asked to be on the front,
+    where no other law, setting or method is both closer and faster; to be 30 times closer than the single-spring laws
+    at equal run time, and 100 times faster than the annulus reference at equal error; an impact in a batch to cost at
+    most 12 us for an error of 0.001, and 2 us for 0.007; and a million impacts to run at 0.8 million a second on two
+    cores, within 0.007. A substep, which the engines take, is timed by itself.
+    """
 
-    name = "front_law"
     place = 42
     title = "Error and time without an engine"
-    claim = (
-        "A user decides by error against run time. The default law with default settings is asked to be on the front, "
-        "where no other law, setting or method is both closer and faster; to be 30 times closer than the single-spring "
-        "laws at equal run time, and 100 times faster than the annulus reference at equal error; an impact in a batch "
-        "to cost at most 12 us for an error of 0.001, and 2 us for 0.007; and a million impacts to run at 0.8 million "
-        "a second on two cores, within 0.007. A substep, which the engines take, is timed by itself."
-    )
     sheet = {"columns": 2, "rows": 2, "width": 4.8, "height": 3.9}
     caption = (
         "Error over time, one core. Impacts: largest error in psi_2, chi from 0.5 to 2, elastic, those that slip "
@@ -72,7 +69,6 @@ class FrontLaw(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Four uses, each timed side by side; then a million impacts."""
         impacts = np.array([(psi_1, chi) for chi in CHIS for psi_1 in sticking(chi, 5 if quick else 20)]).T.copy()
         fine, finer = (np.asarray(superposition.rebound(impacts[0], impacts[1], steps)) for steps in (FINE // 2, FINE))
         truth = finer + (finer - fine) / 3.0
@@ -99,7 +95,6 @@ class FrontLaw(Case):
         return Outcome(_limits(data), data, wrong)
 
     def table(self, data: Data) -> Table:
-        """The front of each use, then the comparisons, then the million."""
         table = Table(f"use | {front.HEADS}")
         for use, one in data["uses"].items():
             table.rows.extend([use, *row] for row in front.rows(one, DEFAULT))
@@ -117,7 +112,6 @@ class FrontLaw(Case):
         return table
 
     def draw(self, data: Data, *panels: Axes) -> None:
-        """A panel a use."""
         for axes, (use, one) in zip(panels, data["uses"].items(), strict=True):
             front.plot(axes, one, DEFAULT, floor=EXACT)
             what = r"$F/\mu P_{max}$" if use in ("history", "path") else r"$\psi_2$"

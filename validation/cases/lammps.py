@@ -24,21 +24,17 @@ MANY = 1000  # impacts in one run, for the cost of each
 
 @register
 class Lammps(Case):
-    """Error and cost of LAMMPS's Mindlin contacts, and of the rungs, at one chi."""
+    """LAMMPS, on the same impacts of a steel sphere on a wall, is as far from the reference as the single-spring rungs:
+    `mindlin` is its mindlin/force and `mindlin_rescaled` its mindlin_rescale/force, the same equations and the same
+    rebound. Kept as displacement, not as force (mindlin, mindlin_rescale), the spring errs most where impacts start
+    stuck. `microslip` is hundreds of times closer than all four.
+    """
 
-    name = "lammps"
     place = 16
     title = "A discrete-element code"
-    claim = (
-        "LAMMPS, on the same impacts of a steel sphere on a wall, is as far from the reference as the single-spring "
-        "rungs: `mindlin` is its mindlin/force and `mindlin_rescaled` its mindlin_rescale/force, the same equations "
-        "and the same rebound. Kept as displacement, not as force (mindlin, mindlin_rescale), the spring errs most "
-        "where impacts start stuck. `microslip` is hundreds of times closer than all four."
-    )
     needs = ("lammps",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Four variants at several steps; cost at the steps that `rebound` takes."""
         pair = contact()
         chi = SPHERE * pair.kappa / 2.0
         psi_1 = np.array(sticking(chi, 8 if quick else 32))
@@ -83,7 +79,6 @@ class Lammps(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """Variants of LAMMPS, then the rungs."""
         counts = data["steps"]
         table = Table([
             "law", *(f"largest error, {count} steps" for count in counts), "rms, finest",

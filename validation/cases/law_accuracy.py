@@ -16,21 +16,17 @@ SHOWN = 1.441  # the chi of the picture over psi_1: a steel ball
 
 @register
 class LawAccuracy(Case):
-    """Largest error in psi_2 of every law at default settings."""
+    """The default law, `microslip`, gives the tangential rebound of an impact to within 0.001 of the converged solution
+    (chi from 0.5 to 2; 0.005 at chi = 4.5). The single-spring laws of discrete-element codes, and the rigid friction of
+    the engines, are far off.
+    """
 
-    name = "law_accuracy"
     place = 10
     title = "How close the laws come"
-    claim = (
-        "The default law, `microslip`, gives the tangential rebound of an impact to within 0.001 of the converged "
-        "solution (chi from 0.5 to 2; 0.005 at chi = 4.5). The single-spring laws of discrete-element codes, and the "
-        "rigid friction of the engines, are far off."
-    )
     sheet = {"columns": 2}
     caption = "Left: error in psi_2 over the angle of incidence, a steel ball, elastic. Right: largest error over chi."
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every law against the extrapolated annulus solver."""
         chis = [0.5, 1.256, SHOWN, 2.0, 4.5] if quick else [0.5, 0.75, 1.0, 1.256, SHOWN, 1.75, 2.0, 4.5]
         restitutions = [1.0, 0.86] if quick else RESTITUTIONS
         parts = []
@@ -70,7 +66,6 @@ class LawAccuracy(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a law."""
         errors = " | ".join(f"{{errors[{n}]:.1e}}" for n in range(len(data["chi"])))
         table = Table(f"law | {' | '.join(f'chi = {chi:g}' for chi in data['chi'])} | rms, chi <= 2")
         for name, found in data["largest_over_chi"].items():
@@ -79,7 +74,6 @@ class LawAccuracy(Case):
         return table
 
     def draw(self, data: Data, left: Axes, right: Axes) -> None:
-        """Error over psi_1 and largest error over chi."""
         for name in data["shown_errors"]:
             style = LAW_STYLES[name]
             left.semilogy(data["shown"]["psi_1"], np.maximum(data["shown_errors"][name], 1e-6), **style, label=name)

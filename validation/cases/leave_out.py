@@ -77,23 +77,18 @@ def grouping(engine: str) -> float | None:
 
 @register
 class LeaveOut(Case):
-    """Scene by ingredient: what changes without it."""
+    """Each scene is built with every ingredient of the law, then with one left out: what its result (psi_2, or a
+    velocity after over one before, the largest change) changes by, and the part of the time that is saved. What changes
+    it by at most 1e-4, a quarter of the law's own error, is what the scene has no use for, and can be left out; that
+    must also hold of all such ingredients together, and of what the scenes as shipped leave out. Fewer substeps are
+    accuracy given away, and change more. The paddle, a body with a joint, is built by hand and not varied.
+    """
 
-    name = "leave_out"
     place = 96
     title = "What each scene can leave out"
-    claim = (
-        "Each scene is built with every ingredient of the law, then with one left out: what its result (psi_2, or a "
-        "velocity after over one before, the largest change) changes by, and the part of the time that is saved. What "
-        "changes it by at most 1e-4, a quarter of the law's own error, is what the scene has no use for, and can be "
-        "left out; that must also hold of all such ingredients together, and of what the scenes as shipped leave out. "
-        "Fewer substeps are accuracy given away, and change more. The paddle, a body with a joint, "
-        "is built by hand and not varied."
-    )
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Scene after scene."""
         data: Data = {"engines": {engine: {} for engine in QUICK}}
         problems = []
         known = subjects()
@@ -106,7 +101,6 @@ class LeaveOut(Case):
         return Outcome(_limits(data), data, problems)
 
     def table(self, data: Data) -> Table:
-        """A row for each scene and engine."""
         table = Table("scene | with everything [ms] | can be left out (change) | needed | all that can be, together | "
                       "as shipped")  # fmt: skip
         for engine, scenes in data["engines"].items():

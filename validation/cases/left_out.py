@@ -61,20 +61,16 @@ Joseph & Hunt (2004), Cross (2010), Chung & Ooi (2011)."""
 
 @register
 class LeftOut(Case):
-    """Non-axisymmetric displacement, waves, travel of the patch, unlike materials."""
+    """The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, its
+    patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it leaves out
+    is, for the impacts that the laws are compared with.
+    """
 
-    name = "left_out"
     place = 95
     title = "What the theory leaves out"
-    claim = (
-        "The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, "
-        "its patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it "
-        "leaves out is, for the impacts that the laws are compared with."
-    )
     needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """All four; nothing here is long."""
         shape = _shape()
         waves = [_waves(*strike) for strike in STRIKES]
         progress(0.4)
@@ -93,7 +89,6 @@ class LeftOut(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a figure."""
         table = Table("left out | where | figures")
         for nu in (0.28, 0.5):
             shape = {

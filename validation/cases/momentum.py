@@ -36,20 +36,15 @@ AHEAD = 2.3  # engine steps before the touch
 
 @register
 class Momentum(Case):
-    """Random impacts of two free balls."""
+    """Two spinning balls that meet off-centre keep their linear and angular momentum to rounding, at any engine step
+    and at every one of them, and at about 1 m/s the contact point rebounds as the theory says for both balls' inertia.
+    """
 
-    name = "momentum"
     place = 46
     title = "Two balls in flight"
-    claim = (
-        "Two spinning balls that meet off-centre keep their linear and angular momentum to rounding, at any engine "
-        "step and at every one of them, and at about 1 m/s the contact point rebounds as the theory says for both "
-        "balls' inertia."
-    )
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Random impacts at every step."""
         count = 4 if quick else 16
         kinds = [("mujoco", dt, "Euler") for dt in STEPS["mujoco"]]
         kinds += [("mujoco", 2e-3, name) for name in INTEGRATORS[1:]]
@@ -80,7 +75,6 @@ class Momentum(Case):
         return Outcome(limits, {"runs": runs, "chi": CHI, "impacts": count}, problems)
 
     def table(self, data: Data) -> Table:
-        """A row a step and speed."""
         return Table(
             "engine, step | speed [m/s] | change of momentum | of angular momentum | error in psi_2 | error in e | "
             "line of centres turns [degrees]",

@@ -23,18 +23,14 @@ FINE = Microslip(64), 200  # nodes and substeps
 
 @register
 class OwnWorld(Case):
-    """The world of bodies that move and contacts that push, which engines are to be measured by."""
+    """Bodies that drift, contacts that look where the bodies are, and equal and opposite kicks at one point: psi_2,
+    energy and momentum are right at any step, with no correction for what moves within it.
+    """
 
-    name = "own_world"
     place = 48
     title = "Without an engine"
-    claim = (
-        "Bodies that drift, contacts that look where the bodies are, and equal and opposite kicks at one point: psi_2, "
-        "energy and momentum are right at any step, with no correction for what moves within it."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Impacts first, then what is conserved."""
         steps = STEPS[:3] if quick else STEPS
         psi_2: list[Data] = []
         for dt, e in told(product(steps, RESTITUTIONS), progress, 0.0, 0.6):
@@ -63,7 +59,6 @@ class OwnWorld(Case):
         return Outcome(limits, {"psi_2": psi_2, "kept": {limit.name: limit.reached for limit in conserved}})
 
     def table(self, data: Data) -> Table:
-        """A row a step, then a row for each thing that is conserved."""
         table = Table(["what", *(f"e = {e:g}" for e in RESTITUTIONS)])
         for dt in dict.fromkeys(one["step"] for one in data["psi_2"]):
             errors = (f"{one['error']:.1e}" for one in data["psi_2"] if one["step"] == dt)

@@ -20,15 +20,12 @@ LAW_STEPS = 1200
 
 @register
 class PaperFigure1(Case):
-    """F/(mu P_max) over tau for several psi_1."""
+    """The law gives the tangential force at every instant of a steel puck's impact, not just its rebound: it starts to
+    stick, reverses and slips back when the annulus solution does, at every angle of incidence.
+    """
 
-    name = "paper_figure_1"
     place = 2
     title = "Paper, figure 1: tangential force during an impact"
-    claim = (
-        "The law gives the tangential force at every instant of a steel puck's impact, not just its rebound: it "
-        "starts to stick, reverses and slips back when the annulus solution does, at every angle of incidence."
-    )
     sheet = {"width": 6.4, "height": 4.8}
     caption = (
         "Tangential force over mu times the greatest normal force, over time in durations of the contact; steel puck, "
@@ -36,7 +33,6 @@ class PaperFigure1(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """The annulus solution and the law's history, at the instants of the former."""
         annuli = 40 if quick else 100
         curves, problems = [], []
         for psi_1 in told(INCIDENCES, progress):
@@ -72,7 +68,6 @@ class PaperFigure1(Case):
         return Outcome([Limit("largest difference in F/(mu P_max)", 5e-3, largest_difference)], data, problems)
 
     def table(self, data: Data) -> Table:
-        """A row an incidence; times in durations of the contact."""
         table = Table("psi_1 | sticks from tau | slips everywhere from | least F/(mu P_max) | "
                       "law less annuli, largest | at tau")  # fmt: skip
         for curve in data["curves"]:
@@ -82,7 +77,6 @@ class PaperFigure1(Case):
         return table
 
     def draw(self, data: Data, axes: Axes) -> None:
-        """As the paper draws it."""
         envelope = np.array(data["envelope"])
         for sign in (1.0, -1.0):
             axes.plot(data["tau"], sign * envelope, color="#aaaaaa", linewidth=2.5)

@@ -32,16 +32,13 @@ CHAIN_DASH = (0, (9, 2, 1.5, 2))
 
 @register
 class PaperFigure2(Case):
-    """Traction over radius at psi_1 = 1.2."""
+    """The annulus solution with the paper's 20 annuli gives the paper's account of an impact at psi_1 = 1.2: gross
+    slip, then stick everywhere at once between tau = 0.2 and 0.3, a force that falls from about 0.4, slip the other way
+    that grows from the edge inwards, and nothing stuck from about 0.9.
+    """
 
-    name = "paper_figure_2"
     place = 3
     title = "Paper, figure 2: traction across the contact"
-    claim = (
-        "The annulus solution with the paper's 20 annuli gives the paper's account of an impact at psi_1 = 1.2: gross "
-        "slip, then stick everywhere at once between tau = 0.2 and 0.3, a force that falls from about 0.4, slip the "
-        "other way that grows from the edge inwards, and nothing stuck from about 0.9."
-    )
     sheet = {"width": 6.8, "height": 5.2}
     caption = (
         "Traction over radius at ten equal times (the last, tau = 1, is zero); steel puck, chi = 1.256, psi_1 = 1.2. "
@@ -50,7 +47,6 @@ class PaperFigure2(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """The paper's annuli, and many."""
         puck = Puck(material="steel", psi_1=PSI_1, restitution=1.0)
         paper = impact(PSI_1, puck.chi, ANNULI, steps=STEPS)
         progress(0.3)
@@ -88,7 +84,6 @@ class PaperFigure2(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a time."""
         table = Table("tau | contact radius [twentieths] | stuck part of it | f/(G mu C), centre | "
                       f"f/(mu p_max), centre | 20 less {data['annuli_fine']} annuli, over mu p_max")  # fmt: skip
         columns = (data[key] for key in ("tau", "edge", "stuck_part", "traction", "difference"))
@@ -100,7 +95,6 @@ class PaperFigure2(Case):
         return table
 
     def draw(self, data: Data, axes: Axes) -> None:
-        """As the paper draws it."""
         scale = data["scale"]
         for number, (tau, traction) in enumerate(zip(data["tau"], data["traction"], strict=True)):
             _draw_traction(axes, data, number)

@@ -16,16 +16,13 @@ PUCKS = {"3 in steel": ("steel", 3.0), "4 in steel": ("steel", 4.0), "4 in rubbe
 
 @register
 class PaperFigure4(Case):
-    """The scene and its sizes."""
+    """The scene is the paper's: a puck cut from a ball floats on an air table, a pendulum throws it at a clamped block
+    of its own material, and a stroboscope lights it from above. The paper takes the puck for a flat disk; for slices an
+    inch thick (the paper gives no thickness) that makes chi 1 to 3 % too small.
+    """
 
-    name = "paper_figure_4"
     place = 5
     title = "Paper, figure 4: the apparatus"
-    claim = (
-        "The scene is the paper's: a puck cut from a ball floats on an air table, a pendulum throws it at a clamped "
-        "block of its own material, and a stroboscope lights it from above. The paper takes the puck for a flat disk; "
-        "for slices an inch thick (the paper gives no thickness) that makes chi 1 to 3 % too small."
-    )
     sheet = {"width": 5.2, "height": 4.6}
     caption = (
         "The apparatus from above, with the sizes of the simulated scene. Table and launcher are not simulated: they "
@@ -33,7 +30,6 @@ class PaperFigure4(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Sizes of the pucks, and what their roundness does."""
         pucks = {}
         for name, (material, inches) in PUCKS.items():
             puck = sized(Puck(material=material), inches * INCH)
@@ -57,7 +53,6 @@ class PaperFigure4(Case):
         return Outcome([Limit("chi of a flat disk from 3/2 kappa, over it", 1e-12, flat)], data)
 
     def table(self, data: Data) -> Table:
-        """A row a puck."""
         table = Table("puck | radius [mm] | mass [kg] | mu | e | contact at 1 m/s [us] | overlap [um] | chi, disk | "
                       "chi, slice of a ball | which changes psi_2 by at most")  # fmt: skip
         for name, puck in data["pucks"].items():
@@ -67,7 +62,6 @@ class PaperFigure4(Case):
         return table
 
     def draw(self, data: Data, axes: Axes) -> None:
-        """From above, the face of the block at y = 0, the puck from below."""
         from matplotlib.patches import Circle, FancyArrowPatch, Rectangle
 
         r, slope = 1e3 * data["pucks"]["4 in steel"]["radius"], data["incidence"]

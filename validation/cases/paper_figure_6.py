@@ -26,18 +26,15 @@ SEEN = 8.0  # reflexion angle that the paper read off [degrees]
 
 @register
 class PaperFigure6(Case):
-    """A 4 in steel puck under the stroboscope, in MuJoCo."""
+    """In MuJoCo, thrown at the incidence of the largest reversal, the contact point of a steel puck, made visible by a
+    marker on the rim, leaves to the side it came from, at an angle from the normal somewhat larger than the 8 degrees
+    or so that the paper read off its photograph (of which it gives no incidence); as the puck turns, the marker's path
+    bends towards that angle. Velocities read from flashes a hundredth of a second apart, as the paper did, give the
+    same psi_2 as the reference.
+    """
 
-    name = "paper_figure_6"
     place = 7
     title = "Paper, figure 6: stroboscopic picture of an impact"
-    claim = (
-        "In MuJoCo, thrown at the incidence of the largest reversal, the contact point of a steel puck, made "
-        "visible by a marker on the rim, leaves to the side it came from, at an angle from the normal somewhat "
-        "larger than the 8 degrees or so that the paper read off its photograph (of which it gives no incidence); "
-        "as the puck turns, the marker's path bends towards that angle. Velocities read from flashes a hundredth "
-        "of a second apart, as the paper did, give the same psi_2 as the reference."
-    )
     sheet = {"width": 6.0, "height": 6.4}
     caption = (
         "A 4 in steel puck under 100 flashes a second, from above, simulated in MuJoCo: before the impact (dotted "
@@ -47,7 +44,6 @@ class PaperFigure6(Case):
     needs = ("mujoco",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """The incidence of the largest reversal, and what the flashes say of it."""
         steel, psi = Puck(material="steel"), np.arange(0.0, 6.0, 0.01)
         psi_1 = float(psi[np.argmin(rebound(psi, steel.chi, restitution=steel.pair.restitution))].round(2))
         puck = Puck(material="steel", psi_1=psi_1, speed=SPEED, heading=-0.5 * pi, timestep=STEP, phase=FIELD / STEP)
@@ -87,7 +83,6 @@ class PaperFigure6(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """What is read off."""
         table = Table("figure | value")
         for row in (
             "psi_1 of the largest reversal | {psi_1:.2f}",
@@ -101,7 +96,6 @@ class PaperFigure6(Case):
         return table
 
     def draw(self, data: Data, axes: Axes) -> None:
-        """The picture from above."""
         from matplotlib.patches import Circle
 
         centres, marker, times = (1e3 * np.array(data[key]) if key != "times" else np.array(data[key])

@@ -43,26 +43,21 @@ CHI_SQUARED = 19.68  # 95 % of chi^2 with eleven degrees of freedom
 
 @register
 class ReboundConstants(Case):
-    """Eleven pairs of materials: beta_0 as measured, and what each law gives for it."""
+    """Experimenters describe impacts by Walton's three constants; beta_0 is how much of the contact point's velocity a
+    sticking impact reverses, -psi_2/psi_1, taken as one number. The laws have no such number: -psi_2/psi_1 rises from
+    nearly nothing to a greatest value and falls again. Two readings are given, neither fitted: the greatest value, and
+    the slope of the line through the origin that an experimenter would draw through impacts spread evenly over the
+    range that Walton's model calls sticking. The line is what was done; by it `microslip` is nearer to the measured
+    constants than by the greatest value, which is an upper bound. The errors, 0.02 to 0.1, exclude rigid friction, but
+    hardly tell the laws with compliance apart. Losses in shear as in compression, `shear_loss`, without a further
+    number, bring chi^2 of the eleven from 65 to 17, polyurethane above all. What no law here explains are rough and
+    worn surfaces, plastic flow, and steel's constant, which is too high.
+    """
 
-    name = "rebound_constants"
     place = 14
     title = "Measured constants of rebound"
-    claim = (
-        "Experimenters describe impacts by Walton's three constants; beta_0 is how much of the contact point's "
-        "velocity a sticking impact reverses, -psi_2/psi_1, taken as one number. The laws have no such number: "
-        "-psi_2/psi_1 rises from nearly nothing to a greatest value and falls again. Two readings are given, "
-        "neither fitted: the greatest value, and the slope of the line through the origin that an experimenter "
-        "would draw through impacts spread evenly over the range that Walton's model calls sticking. The line is "
-        "what was done; by it `microslip` is nearer to the measured constants than by the greatest value, which is "
-        "an upper bound. The errors, 0.02 to 0.1, exclude rigid friction, but hardly tell the laws with compliance "
-        "apart. Losses in shear as in compression, `shear_loss`, without a further number, bring chi^2 "
-        "of the eleven from 65 to 17, polyurethane above all. What no law here explains are rough and worn surfaces, "
-        "plastic flow, and steel's constant, which is too high."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Both readings for every pair and law."""
         table = load("louge_impact_table")
         rows: list[dict[str, Any]] = []
         for number, name in told(enumerate(table.words["pair"]), progress):
@@ -94,7 +89,6 @@ class ReboundConstants(Case):
         return Outcome(limits, {"rows": rows, "summary": summary, "chi_squared": squares})
 
     def table(self, data: Data) -> Table:
-        """A row a pair, then a summary; slope and greatest value, both as slope (greatest)."""
         laws = [*LAWS_HERE, REFERENCE]
         table = Table(["pair", "nu", "chi", "coupling", "e", "measured beta_0",
                        *(f"{law}: slope (greatest)" for law in laws),

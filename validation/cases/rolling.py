@@ -46,7 +46,6 @@ def resting(angle: float) -> float:
 class Rolling(Case):
     """A steel ball on a level and on a steep floor."""
 
-    name = "rolling"
     place = 44
     title = "Rolling and sliding"
     claim = (
@@ -57,7 +56,6 @@ class Rolling(Case):
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Level, then inclines."""
         seconds = 6.0 if quick else LONG
         angles = ANGLES[::3] if quick else ANGLES
         level: list[Data] = []
@@ -80,7 +78,6 @@ class Rolling(Case):
         return Outcome(limits, {"level": level, "slopes": slopes, "seconds": seconds})
 
     def table(self, data: Data) -> Table:
-        """Level rows, and the worst incline of each."""
         table = Table(
             "engine, step | loss of speed | slip left [m/s] | largest error on inclines | at [degrees] | "
             "change of height / overlap"

@@ -198,20 +198,16 @@ def costs(rounds: int) -> dict[str, Data]:
 
 @register
 class Shapes(Case):
-    """Boxes, cylinders, ellipsoids and hulls."""
+    """A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of cylinders
+    are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains energy, none sinks,
+    and all come to rest; heaps of mixed sizes hold; memory stays flat.
+    """
 
-    name = "shapes"
     place = 52
     title = "Shapes"
-    claim = (
-        "A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of "
-        "cylinders are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains "
-        "energy, none sinks, and all come to rest; heaps of mixed sizes hold; memory stays flat."
-    )
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Closed forms, costs, then what is drawn."""
         from validation.endurance import endure
 
         rest, fall = box_errors()
@@ -244,7 +240,6 @@ class Shapes(Case):
         return Outcome(limits, {"forms": forms, "costs": ratios, "drops": sums, "heaps": heaps, "memory": memory})
 
     def table(self, data: Data) -> Table:
-        """Closed forms, costs, sums."""
         table = Table("what | figure | |")
         for name, error in data["forms"].items():
             table.add(f"{name}, error | {error:.1e}")

@@ -17,17 +17,14 @@ TRIALS, FEW_TRIALS = 12, 4  # of a level; half of them elastic, their steps spre
 
 @register
 class StabilityExtremes(StabilityCase):
-    """Levels of every extreme, for every law, both engines and their own contact."""
+    """Incompressible or not, without friction or with all of it, rings and compact cores, psi_1 from 1e-6 to 1000,
+    masses a million times apart, speeds from 1 um/s to 100 m/s, grazing incidence, a start inside each other, rest on a
+    floor or wedged into a groove, and hundreds of impacts in a step: by the default law nothing gains 0.1 % of energy,
+    and what is to come to rest does.
+    """
 
-    name = "stability_extremes"
     place = 48
     title = "Extreme cases"
-    claim = (
-        "Incompressible or not, without friction or with all of it, rings and compact cores, psi_1 from 1e-6 to 1000, "
-        "masses a million times apart, speeds from 1 um/s to 100 m/s, grazing incidence, a start inside each other, "
-        "rest on a floor or wedged into a groove, and hundreds of impacts in a step: by the default law nothing gains "
-        "0.1 % of energy, and what is to come to rest does."
-    )
     caption = (
         "Largest gain of energy of a way (rows) at a level of an extreme (columns); crosses: a run gains more than "
         "0.1 %, is not finite, goes through by more than a radius, or does not come to rest where it should, within 20 "
@@ -39,7 +36,6 @@ class StabilityExtremes(StabilityCase):
     heads = "elastic balls keep | levels that fail"
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every level of every extreme of every way."""
         count = FEW_TRIALS if quick else TRIALS
         levels = [(name, level) for name, one in EXTREMES.items() for level in range(len(one.levels))
                   if not quick or level in (0, len(one.levels) - 1)]  # fmt: skip
@@ -59,7 +55,6 @@ class StabilityExtremes(StabilityCase):
         return "; ".join(f"{name}: {', '.join(words)}" for name, words in failing.items()) or "none"
 
     def draw(self, data: Data, axes: Axes) -> None:
-        """Gains; the table says what is left."""
         ways = list(product(ENGINES, WAYS))[::-1]
         cells = [data["engines"][engine][way] for engine, way in ways]
         x, y = np.arange(len(data["levels"]) + 1), np.arange(len(ways) + 1)

@@ -28,21 +28,17 @@ STIFFEST_ACROSS = sqrt(3.5)  # omega across over along, sqrt(2 chi), a solid bal
 
 @register
 class StabilityMap(StabilityCase):
-    """Bounces with random properties in every cell of a map, for every law, both engines and their own contact."""
+    """Contacts a thousand times shorter or longer than the engine's step, moduli from 1 kPa to 1 TPa, friction up to
+    10, mass ratios up to a million, 0.1 mm/s to 100 m/s, restitution from 1 to 0.05: with sub-cycling no cell of the
+    default law holds a bouncing that gains 0.1 % of energy, in either engine. A wider draw of the same kind finds what
+    is left: a few runs in thousands, a light ball pinched between a heavy one and the floor in steps of many contacts,
+    past which it goes further than the step's frames of contact can follow. Evaluated once a step, as discrete-element
+    codes do, the same law holds only where the step resolves the contact. The engines' own contacts lose the bounce
+    nearly everywhere, and in long steps bodies go through each other; made as stiff as the law's, MuJoCo's explodes.
+    """
 
-    name = "stability_map"
     place = 47
     title = "Where it is stable"
-    claim = (
-        "Contacts a thousand times shorter or longer than the engine's step, moduli from 1 kPa to 1 TPa, friction up "
-        "to 10, mass ratios up to a million, 0.1 mm/s to 100 m/s, restitution from 1 to 0.05: with sub-cycling no "
-        "cell of the default law holds a bouncing that gains 0.1 % of energy, in either engine. A wider draw of the "
-        "same kind finds what is left: a few runs in thousands, a light ball pinched between a heavy one and the "
-        "floor in steps of many contacts, past which it goes further than the step's frames of contact can follow. "
-        "Evaluated once a step, as discrete-element codes do, the same law holds only where the step resolves the "
-        "contact. The engines' own contacts lose the bounce nearly everywhere, and in long steps bodies go through "
-        "each other; made as stiff as the law's, MuJoCo's explodes."
-    )
     caption = (
         "Shade: largest gain of energy in a cell. Cross: a run in it gains more than 0.1 %, is not finite, or goes "
         "through by more than a radius. Broken lines: omega dt = 2, "
@@ -56,7 +52,6 @@ class StabilityMap(StabilityCase):
     heads = "lossless ball keeps, least | median | cells that fail: E, and T/dt from"
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every cell of every way, then the wider draw."""
         durations, moduli = (DURATIONS[::3], MODULI[::3]) if quick else (DURATIONS, MODULI)
         cells = [[((r, c), steps, modulus) for c, steps in enumerate(pairwise(durations))]
                  for r, modulus in enumerate(pairwise(moduli))]  # fmt: skip
@@ -98,7 +93,6 @@ class StabilityMap(StabilityCase):
         return "; ".join(rows) or "none"
 
     def draw(self, data: Data, *axes: Axes) -> None:
-        """A map for each way."""
         x, y = 10.0 ** np.array(data["durations"]), 10.0 ** np.array(data["moduli"])
         axes[0].figure.subplots_adjust(left=0.06, right=0.94, top=0.87, bottom=0.13, wspace=0.12, hspace=0.12)
         mesh = None

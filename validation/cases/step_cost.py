@@ -142,19 +142,16 @@ def limit_name(name: str, scene: Scene) -> str:
 
 @register
 class StepCost(Case):
-    """Microseconds a step, at steps that resolve a contact and at the engines' own."""
+    """A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own contact,
+    and in free flight no more than 5 % over the same scene without the law. At 2 ms the law's substeps are paid for
+    only while something happens: a bouncing ball costs no more on average than native contact would, one at rest at
+    most three times as much. PyBullet has no step callback: the law is Python code between two steps that reads and
+    pushes bodies; at 1/240 s it may cost four native steps, for resolved steps no limit is set. In a heap, where balls
+    always knock, it costs what it takes; the figures say how much.
+    """
 
-    name = "step_cost"
     place = 60
     title = "What a step costs"
-    claim = (
-        "A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own "
-        "contact, and in free flight no more than 5 % over the same scene without the law. At 2 ms the law's substeps "
-        "are paid for only while something happens: a bouncing ball costs no more on average than native contact "
-        "would, one at rest at most three times as much. PyBullet has no step callback: the law is Python code between "
-        "two steps that reads and pushes bodies; at 1/240 s it may cost four native steps, for resolved steps no limit "
-        "is set. In a heap, where balls always knock, it costs what it takes; the figures say how much."
-    )
     sheet = {"columns": 2, "width": 5.2, "height": 5.4}
     caption = (
         "Left: time of a step over that of the scene named in the table; whiskers: quartiles. Right: time of a step "
@@ -163,7 +160,6 @@ class StepCost(Case):
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """One ball, then many."""
         known = scenes()
         worlds = {name: scene.made() for name, scene in known.items()}
         problems = [f"{name}: {wrong}" for name, scene in known.items() for wrong in _check(scene, worlds[name])]
@@ -196,7 +192,6 @@ class StepCost(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """One ball, then the heap."""
         table = Table("scene | a step [us] | over | ratio | contacts")
         for name, time in data["microseconds"].items():
             row, over = f"{name} | {time['median']:.2f}", data["over"][name]
@@ -212,7 +207,6 @@ class StepCost(Case):
         return table
 
     def draw(self, data: Data, left: Axes, right: Axes) -> None:
-        """Ratios, and the heap."""
         shown = [name for name, over in data["over"].items() if name != over and "PyBullet, touching" not in name]
         bars(left, shown, [data["ratio"][name] for name in shown])
         left.set_xlabel("time over that of the other scene [-]")

@@ -20,26 +20,21 @@ E_T_ERROR, SLOPE_ERROR = 0.01, 0.1  # of e_t [-] and of S [rad/m], as published
 
 @register
 class SuperballAndGolf(Case):
-    """Reversal of the contact point, e_t, over the unknown friction coefficient."""
+    """A superball that strikes a hard surface at 25 degrees leaves with about half of its contact point's velocity
+    reversed. The friction of these pairs was not published, so the table gives each law's range over the friction that
+    dry rubber may have (0.5 to 1.5, assumed; at least the ratio of the impulses). Rigid friction reverses nothing. With
+    elastic constants alone (kappa = 2/3) `microslip` comes nearest of all laws to most measured values of 2010 and
+    still falls short of them; it meets that of 2002. A kappa of 0.60, for comparison and not taken, closes half of what
+    is missing or more. Either friction was far lower than assumed, or these balls are softer in shear than a small
+    contact of incompressible rubber; these data cannot tell. Outside every law here: balls that deform over a large
+    part of themselves, losses in shear, a normal force that acts off the centre (the measured spin differs from that of
+    the measured e_t by up to 11 %), sliding of a hard golf ball, and strings.
+    """
 
-    name = "superball_and_golf"
     place = 15
     title = "Superballs and golf balls"
-    claim = (
-        "A superball that strikes a hard surface at 25 degrees leaves with about half of its contact point's "
-        "velocity reversed. The friction of these pairs was not published, so the table gives each law's range over "
-        "the friction that dry rubber may have (0.5 to 1.5, assumed; at least the ratio of the impulses). Rigid "
-        "friction reverses nothing. With elastic constants alone (kappa = 2/3) "
-        "`microslip` comes nearest of all laws to most measured values of 2010 and still falls short of them; it "
-        "meets that of 2002. A kappa of 0.60, for comparison and not taken, closes half of what is missing or more. "
-        "Either friction was far lower than assumed, or these balls are softer in shear than a small contact of "
-        "incompressible rubber; these data cannot tell. Outside every law here: balls that deform over a large part "
-        "of themselves, losses in shear, a normal force that acts off the centre (the measured spin differs from "
-        "that of the measured e_t by up to 11 %), sliding of a hard golf ball, and strings."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every row of both tables; the case takes seconds, quick or not."""
         balls, block = load("cross2010_balls"), load("cross2002_superball")
         rows = rows_2010(balls) + [row_2002(block)]
         for row in told(rows, progress):
@@ -56,7 +51,6 @@ class SuperballAndGolf(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a ball and surface; each law's range of e_t over the assumed friction."""
         first, second = data["kappas"]
         laws = [*LAWS, REFERENCE]
         low, high = data["gripping"]

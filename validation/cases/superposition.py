@@ -23,20 +23,16 @@ TIMED_PSI = 0.5
 
 @register
 class Superposition(Case):
-    """Rebound, number of components and run time of the superposition method, beside the annulus solver."""
+    """Superposing the Hertz-shaped tractions of all load increments, the paper's first method, gives the same rebound
+    as its second, the annuli, of which it uses nothing. What it remembers, and the cost of its steps, grow with the
+    number of steps; with annuli both stay the same. But its steps are simple, and exact in space: the table says how
+    few are enough, and from how many on they cost more than those with annuli.
+    """
 
-    name = "superposition"
     place = 21
     title = "The paper's two methods"
-    claim = (
-        "Superposing the Hertz-shaped tractions of all load increments, the paper's first method, gives the same "
-        "rebound as its second, the annuli, of which it uses nothing. What it remembers, and the cost of its steps, "
-        "grow with the number of steps; with annuli both stay the same. But its steps are simple, and exact in "
-        "space: the table says how few are enough, and from how many on they cost more than those with annuli."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Agreement, then error over steps, then cost."""
         chis = [DISK, OTHER_CHIS[0]] if quick else [DISK, *OTHER_CHIS]
         agreement: Data = {}
         for chi in told(chis, progress, 0.0, 0.4):
@@ -68,7 +64,6 @@ class Superposition(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """Agreement by chi, then cost."""
         table = Table("what | at | superposition | annulus")
         for chi, one in data["agreement"].items():
             at = int(np.argmax(one["difference"]))

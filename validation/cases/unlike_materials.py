@@ -20,20 +20,17 @@ WAYS = ("as like materials", "with the coupling")
 
 @register
 class UnlikeMaterials(Case):
-    """Dundurs' second parameter on the finite elements' curves, and on measured impacts."""
+    """Pressing unlike bodies together shears their surfaces (Dundurs' beta), which laws and reference leave out. The
+    grid solver with this shear brings the finite elements of a sphere on a rigid plane to within the disagreement of
+    their own two curves. Alumina on glass has nearly as large a beta and three times less friction, and refuses it:
+    with local friction as in gross slip, pressing alone would slip nearly everywhere, and the contact could hold hardly
+    any tangential force at small angles, where the measured spheres grip as like materials do. It goes unseen only if
+    points that slip in a contact that sticks elsewhere have a friction several times that of gross slip. As no
+    measurement tells that friction, the laws leave the coupling out.
+    """
 
-    name = "unlike_materials"
     place = 14
     title = "Unlike materials"
-    claim = (
-        "Pressing unlike bodies together shears their surfaces (Dundurs' beta), which laws and reference leave out. "
-        "The grid solver with this shear brings the finite elements of a sphere on a rigid plane to within the "
-        "disagreement of their own two curves. Alumina on glass has nearly as large a beta and three times less "
-        "friction, and refuses it: with local friction as in gross slip, pressing alone would slip nearly everywhere, "
-        "and the contact could hold hardly any tangential force at small angles, where the measured spheres grip as "
-        "like materials do. It goes unseen only if points that slip in a contact that sticks elsewhere have a friction "
-        "several times that of gross slip. As no measurement tells that friction, the laws leave the coupling out."
-    )
     sheet = {"columns": 2, "width": 4.4}
     caption = (
         "Velocity of the contact point after an impact of finite elements on a rigid plane (left), and tangential "
@@ -41,7 +38,6 @@ class UnlikeMaterials(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Both pairs, then the friction that alumina would need."""
         pair = quiet_pair(elements.STEEL, RIGID, elements.FRICTION)
         fine = np.linspace(0.05, 6.5, 60)
         change = coupled_change(pair, pair.friction, PSI, quick)
@@ -88,7 +84,6 @@ class UnlikeMaterials(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a curve."""
         table = Table(["rms from", *WAYS, "scatter"])
         for name, (without, coupled) in data["rms"].items():
             own = data["own"] if name == "recoil" else data["own"] / 1.4
@@ -101,7 +96,6 @@ class UnlikeMaterials(Case):
         return table
 
     def draw(self, data: Data, left: Axes, right: Axes) -> None:
-        """A panel a pair."""
         for axes, x, lines, (at, y) in ((left, data["x"], data["recoil"], data["points"]),
                                         (right, data["theta"], data["e_t"], data["measured"])):  # fmt: skip
             for way, style in zip(WAYS, ("--", "-"), strict=True):
