@@ -10,8 +10,9 @@ from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, contact_kept, near_at, row_at, shape_at, tree_at
 from contactlaw.world.core import CROWN
 from contactlaw.world.force import hardly_moves, rigid
-from contactlaw.world.pace import loaded, rests
+from contactlaw.world.pace import loaded, radius_of, rests
 from contactlaw.world.records import DISC, SIDE
+from contactlaw.world.touch import deep
 from contactlaw.world.vec import cross, load, norm, sub, to_world
 
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
@@ -71,6 +72,8 @@ def strikes(w, p, crowd):
     if p.closed == 0:
         if p.toi >= w.step:
             return False
+        if p.gap < 0.0 and -p.gap > deep(shape_at(w.shapes, p.a), radius_of(w, p)):
+            return True  # it is to be found so, see `touch.close`
         closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
         falls = a.active == 0 or (b.active == 0 and b.still == 0)
         push = max(p.acceleration, 0.0) if falls else 0.0
