@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from functools import partial
 from time import process_time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from contactlaw.turning import MicroslipTurning
 from validation import spinning, turning
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.measure import spread
-from validation.picture import BROAD, panels
+from validation.picture import BROAD, legend_below
 from validation.reference.turning_data import load
 from validation.reference.turning_paths import MARKS
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LAWS: dict[str, Any] = {"turning": MicroslipTurning(), "springs": "microslip"}
 SPINS, HEADINGS = [0.05, 0.1, 0.18, 0.3], [0.0, 0.7, 2.3]  # sigma; [rad]
@@ -40,6 +37,7 @@ class Turning(Case):
         "normal is followed by the default law, in sectors, as the grid has it; whatever path it takes, and however "
         "large its steps, it gives back nothing. The springs of contacts that hardly spin, or last, give back little."
     )
+    sheet = {"columns": 2}
     caption = (
         "Force along the motion on a circle, from the middle out and around, and on a figure of eight, 0.8 of the "
         "displacement of full slip in size, at constant load."
@@ -123,9 +121,8 @@ class Turning(Case):
         )
         return table
 
-    def draw(self, data: Data) -> Figure:
+    def draw(self, data: Data, *axes: Axes) -> None:
         """Force along the motion on two paths."""
-        figure, axes = panels(2)
         for one, (name, shown) in zip(axes, data["shown"].items(), strict=True):
             for label, style in (
                 ("rings", BROAD),
@@ -134,8 +131,7 @@ class Turning(Case):
             ):
                 one.plot(np.arange(len(shown[label])) / MARKS, shown[label], label=label, **style)
             one.set(xlabel="turns [-]", ylabel=r"force along the motion, over $\mu P$ [-]", title=name)
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        return figure
+        legend_below(axes[0], 3)
 
 
 def _paths(saved: list[Data], law: Any) -> list[Data]:
