@@ -171,7 +171,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
             break
         enough *= 1e-3
     if lost < 0.0 and (overlap >= before or enough == 0.0):  # else the mean force is not the work's
-        pull_back(law, memory, node, lost, -1.0 if overlap >= before else 0.0)
+        pull_back(law, memory, node, lost, 1.0 if overlap >= before else 0.0)
     for i in range(n):
         memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
         pull_u += law.w[i] * node[NEW_U, i]
@@ -225,21 +225,19 @@ def give_way(law, memory, node, ring, inner):
 
 @jit_of_sums
 def pull_back(law, memory, node, lost, turned):
-    """Go from tractions of which the step would give energy, lost < 0, until it gives none, see `sectors`.
+    """Go from tractions of which the step would give energy, lost < 0, towards the start's turned round or nothing.
 
-    turned: times those of the start, where to: -1, or 0 where the load falls and these may be beyond their limits.
+    turned: 1; or 0, as the load falls, in a step without displacement.
     """
-    n, bend, least = memory.shape[1], 1e-300, 0.0
+    n, both = memory.shape[1], 1e-300
+    for i in range(n):
+        u, v = node[NEW_U, i] + turned * memory[0, i], node[NEW_V, i] + turned * memory[1, i]
+        both += law.w[i] * (u * u + v * v)
+    share = max(1.0 + lost / both, 0.0)
+    share = share if turned > 0.0 else sqrt(share)
     for i in range(n):
         u, v = turned * memory[0, i], turned * memory[1, i]
-        bend += law.w[i] * ((node[NEW_U, i] - u) ** 2 + (node[NEW_V, i] - v) ** 2)
-        least += law.w[i] * (1.0 + turned) * (memory[0, i] * node[FREE_U, i] + memory[1, i] * node[FREE_V, i])
-    rise = lost - least + bend
-    share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
-    share = min(max(share, 0.0), 1.0)
-    for i in range(n):
-        u, v = turned * memory[0, i], turned * memory[1, i]
-        node[NEW_U, i], node[NEW_V, i] = u + share * (node[NEW_U, i] - u), v + share * (node[NEW_V, i] - v)
+        node[NEW_U, i], node[NEW_V, i] = share * (node[NEW_U, i] + u) - u, share * (node[NEW_V, i] + v) - v
 
 
 @dataclass(frozen=True)
