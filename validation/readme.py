@@ -116,7 +116,7 @@ def table(rows: Iterable[Row], folder: Path) -> Table:
     Raises:
         LookupError: A row names a limit or a figure that the result of its case does not have.
     """
-    out = Table(["what", "asked", "reached", ""])
+    out = Table("what | asked | reached |")
     for row in rows:
         result = load(row.case, folder)
         cells = ["", "", "not measured"] if result is None or result["quick"] else _cells(row, result)

@@ -75,14 +75,13 @@ def draw(case: Case, result: Result, folder: Path) -> Path | None:
     """Draw a result; None where it has no picture, no data, or matplotlib is not installed."""
     if not case.caption or not result["data"] or find_spec("matplotlib") is None:
         return None
-    from validation.picture import styled
+    from validation.picture import panels, styled
 
     path = folder / "results" / f"{case.name}.png"
     path.parent.mkdir(parents=True, exist_ok=True)
     with styled():
-        figure = case.draw(result["data"])
-        if figure is None:
-            return None
+        figure, axes = panels(**case.sheet)
+        case.draw(result["data"], *axes)
         drawn = BytesIO()
         figure.savefig(drawn)
     from PIL import Image
