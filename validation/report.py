@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from contactlaw.ending import whole
 from validation import readme
 from validation.case import Case, Table
 from validation.store import Result, load
@@ -62,7 +63,8 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
         command = f"python -m validation -f '^({'|'.join(missing)})$'"
         parts.append(f"## Not measured yet\n\n{', '.join(missing)}: run `{command}`.\n")
     path = folder / "report.md"
-    path.write_text("\n".join(parts))
+    with whole(path) as part:
+        part.write_text("\n".join(parts))
     return path
 
 

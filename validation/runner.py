@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from time import perf_counter
 
+from contactlaw.ending import whole
 from validation import readme, report, stamp, store
 from validation.case import Case, Outcome, Progress, find_cases
 from validation.measure import machine
@@ -80,12 +82,14 @@ def draw(case: Case, result: Result, folder: Path) -> Path | None:
     with styled():
         figure, axes = panels(**case.sheet)
         case.draw(result["data"], *axes)
-        figure.savefig(path)
+        drawn = BytesIO()
+        figure.savefig(drawn)
     from PIL import Image
 
-    with Image.open(path) as image:  # drawings have few colours: a third of the bytes
+    with Image.open(drawn) as image:  # drawings have few colours: a third of the bytes
         few = image.convert("RGB").quantize(128)
-    few.save(path, optimize=True)
+    with whole(path) as part:
+        few.save(part, optimize=True)
     return path
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from contactlaw.ending import whole
 from validation.case import Case, Outcome
 
 HERE = Path(__file__).parent
@@ -53,9 +53,8 @@ def save(result: Result, folder: Path) -> Path:
     """Write results/<case>.json in a folder, whole or not at all."""
     path = folder / "results" / f"{result['case']}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_suffix(".part")
-    draft.write_text(_text(result) + "\n")
-    os.replace(draft, path)
+    with whole(path) as part:
+        part.write_text(_text(result) + "\n")
     return path
 
 
