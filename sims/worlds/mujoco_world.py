@@ -66,7 +66,7 @@ class EngineWorld(World):
     def _geom(self, owner: Any, name: str, shape: str, size: ArrayLike, **where: Any) -> None:
         three = [*np.asarray(size).tolist(), 0.0, 0.0][:3]
         if shape == "hull":
-            where["meshname"] = self.spec.add_mesh(name=name, uservert=list(size)).name
+            where["meshname"] = self.spec.add_mesh(name=name, uservert=np.ravel(size).tolist()).name
         owner.add_geom(
             name=name, type=GEOMS[shape], size=three, contype=self._collide, conaffinity=self._collide, **where
         )

@@ -20,21 +20,16 @@ GAIN = 1e-2  # of the weight times 1 m
 
 @register
 class Models(Case):
-    """What the census found."""
+    """Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, for as
+    long as the processor time given allowed, 10 s at most, then a passive fall of 2 s. A step's cost is its processor
+    time over that with the engine's own contact, the two taking turns; the energy gained is the greatest in the fall
+    over that at its start, over the weight times 1 m. Files that hold no whole model are not counted.
+    """
 
-    name = "models"
     title = "Whole models of other packages"
-    claim = (
-        'Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, for '
-        "as long as the processor time given allowed, 10 s at most, then a passive fall of 2 s. A step's cost is "
-        "its processor time over that with the engine's own contact, the two taking turns; the energy gained is the "
-        "greatest in the fall over that at its start, over the weight times 1 m. Files that hold no whole model are "
-        "not counted."
-    )
     place = 61
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Read what the census has left; it is the same, quick or not."""
         found = json.loads(FOUND.read_text())
         rows = found["rows"]
         ran = [row for row in rows if "failed" not in row]
@@ -53,7 +48,6 @@ class Models(Case):
         return Outcome(limits, found)
 
     def table(self, data: Data) -> Table:
-        """A row a package, then a row a model."""
         rows: list[dict[str, Any]] = data["rows"]
         heads = ["model", "dofs", "ran [s]", "native step [us]", "cost", "unstable, law / native", "gain, law / native"]
         table = Table(heads)

@@ -25,18 +25,15 @@ CYCLES = [(4, 1, True), (6, 1, True), (5, 16, False)]  # corners, steps from one
 
 @register
 class Turning(Case):
-    """The law beside rings with local Coulomb friction, where slides turn."""
+    """Where a slide turns, `MicroslipTurning` keeps friction's limit on the surface of the contact, not on its line of
+    springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five times the
+    price of a straight step; a slide that does not turn pays nothing. An impact that spins about its normal is followed
+    by the default law, in sectors, as the grid has it; whatever path it takes, and however large its steps, it gives
+    back nothing. The springs of contacts that hardly spin, or last, give back little.
+    """
 
-    name = "turning"
     place = 24
     title = "Slides that turn"
-    claim = (
-        "Where a slide turns, `MicroslipTurning` keeps friction's limit on the surface of the contact, not on its line "
-        "of springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five "
-        "times the price of a straight step; a slide that does not turn pays nothing. An impact that spins about its "
-        "normal is followed by the default law, in sectors, as the grid has it; whatever path it takes, and however "
-        "large its steps, it gives back nothing. The springs of contacts that hardly spin, or last, give back little."
-    )
     sheet = {"columns": 2}
     caption = (
         "Force along the motion on a circle, from the middle out and around, and on a figure of eight, 0.8 of the "
@@ -44,7 +41,6 @@ class Turning(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Paths, impacts, energy, cost."""
         saved = load()
         paths = {name: _paths(saved["forces"], law) for name, law in LAWS.items()}
         progress(0.2)
@@ -89,7 +85,6 @@ class Turning(Case):
         return Outcome(limits, data, [] if finite else ["a value is not finite"])
 
     def table(self, data: Data) -> Table:
-        """A row a path and amplitude, then the rest."""
         table = Table(["path", "amplitude", "force, springs", "force", "loss, springs", "loss"])
         for one, springs in zip(data["paths"]["turning"], data["paths"]["springs"], strict=True):
             losses = ["" if row["loss"] is None else f"{row['loss']:.1%}" for row in (springs, one)]
@@ -122,7 +117,6 @@ class Turning(Case):
         return table
 
     def draw(self, data: Data, *axes: Axes) -> None:
-        """Force along the motion on two paths."""
         for one, (name, shown) in zip(axes, data["shown"].items(), strict=True):
             for label, style in (
                 ("rings", BROAD),
