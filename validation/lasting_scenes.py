@@ -1,4 +1,4 @@
-"""What lasts, in MuJoCo by the law and natively: five balls in a tube, balls and boxes that rest, roll and slide."""
+"""What lasts, in MuJoCo by the law and natively: five balls in a tube, a box, an ant, a ball held."""
 
 from __future__ import annotations
 
@@ -43,24 +43,14 @@ def tube(law: bool) -> Any:
     return world
 
 
-def ball(law: bool, speed: float, rolls: bool) -> Any:
-    """One on the floor."""
-    world: Any = new_world(settings_of(law), DOWN)
-    world.plane("floor")
-    spin = [0.0, speed / RADIUS if rolls else 0.0, 0.0]
-    world.ball("ball", RADIUS, mass_of(), [0.0, 0.0, RADIUS], [speed, 0.0, 0.0], spin)
-    _touch(world, law, ["ball"], ["floor"], FRICTION)
-    return world
-
-
-def box(law: bool, friction: float) -> Any:
+def box(law: bool) -> Any:
     """One on a slope of 20 degrees; by the law it stands on ball feet in its corners."""
     angle = np.radians(20.0)
     normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
     world: Any = new_world(settings_of(law), DOWN)
     world.plane("slope", normal=normal)
     world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal))
-    _touch(world, law, ["box"], ["slope"], friction)
+    _touch(world, law, ["box"], ["slope"], 0.5)
     return world
 
 
@@ -69,16 +59,6 @@ def _touch(world: Any, law: bool, ones: list[str], twos: list[str], friction: fl
         world.contact(ones, twos, ContactPair(STEEL, STEEL, friction, RESTITUTION))
     else:
         world.native(friction, 0.0)
-
-
-SCENES: dict[str, tuple[Callable[[bool], Any], float]] = {
-    "a ball at rest": (lambda law: ball(law, 0.0, rolls=False), 0.5),
-    "a ball that rolls": (lambda law: ball(law, 1.0, rolls=True), 0.5),
-    "a ball that slides": (lambda law: ball(law, 6.0, rolls=False), 0.1),
-    "a box on ball feet that slides": (lambda law: box(law, 0.2), 0.1),
-    "a box on ball feet on a slope": (lambda law: box(law, 0.5), 0.5),
-}
-"""By name: what makes it, and when it is timed from [s]."""
 
 
 def over_native(make: Callable[[bool], Any], begin: float, steps: int = 300, blocks: int = 10) -> dict[str, float]:
