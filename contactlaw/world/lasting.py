@@ -59,6 +59,7 @@ from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 LOOKS, STALLED = 25, 4  # steps of Newton's method at most, and those in a row that do not halve what is missing
+LONGEST = 7  # steps for which an island whose step is not found is not tried again
 CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
 
 
@@ -70,11 +71,36 @@ def let_last(w):
     some = False
     for k in range(w.islands):
         bodies, pairs = members(w, whole_at(w.roots, k))
-        stages = stages_of(w, bodies, pairs)
-        if stages > 0 and last(w, bodies, pairs, stages):
+        stages = stages_of(w, bodies, pairs) if tries(w, bodies) else 0
+        if stages == 0:
+            continue
+        found = last(w, bodies, pairs, stages)
+        give_up(w, bodies, found)
+        if found:
             fall_asleep(w, bodies, pairs)
             some = True
     return some
+
+
+@jit_inside
+def tries(w, bodies):
+    """Whether an island is to be tried: where a step was not found, few of the next ones are."""
+    now = True
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.waits > 0:
+            b.waits -= 1
+            now = False
+    return now
+
+
+@jit_inside
+def give_up(w, bodies, found):
+    """Let bodies wait after a step that was not found, each time twice as long."""
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        b.waited = 0 if found else min(2 * b.waited + 1, LONGEST)
+        b.waits = b.waited
 
 
 def address() -> int:

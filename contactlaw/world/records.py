@@ -58,6 +58,7 @@ BODY = record(
     active="i8",  # presses on something
     done="i8",  # has been moved to the end of the step already
     unknown="i8",  # first of its velocities in an implicit step, see `equations`
+    waits="i8", waited="i8",  # steps for which no implicit one is tried with it: still, and in all after the last
     still="i8",  # nothing moves it within this step
     asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
     changed="i8",  # its velocity is no longer what was foreseen
