@@ -33,6 +33,7 @@ import mujoco
 import numpy as np
 
 from contactlaw import checks
+from contactlaw.ending import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
@@ -45,7 +46,7 @@ from contactlaw.world.sets import groups
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
-OVERLAPS = ("warn", "keep", "raise", "exclude")
+OVERLAPS = ("relax", "keep", "raise", "exclude")
 
 
 def load_model(
@@ -67,9 +68,10 @@ def load_model(
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
             friction, restitution: Of a table, a number, or a function of two materials. Without one the friction is
                 that of the geoms, by the engine's rule; the restitution is 1.
-            overlaps: "warn" of geoms that lie in each other by more than a tenth of their radius where the model
-                begins, "raise", or "keep" silent. See `relax`. "exclude": bodies of one mechanism that are built into
-                each other by a tenth of their size, as a finger and its palm, do not touch; of others "warn".
+            overlaps: "relax": geoms that lie in each other by more than a tenth of their radius, where the model begins
+                or later, count as just touching there; those of the beginning are named by a warning. "raise" instead;
+                "keep": they are pressed together, silent. "exclude": bodies of one mechanism that are built into each
+                other by a tenth of their size, as a finger and its palm, do not touch; of others "relax".
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
@@ -134,12 +136,8 @@ def save_model(
                     f"target = {str(path)!r}: must be another file than the model's own and what it refers to"
                 )
     text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
-    beside = path.resolve().with_name(f"{path.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path.resolve())
-    finally:
-        beside.unlink(missing_ok=True)
+    with whole(path) as part:
+        part.write_text(text, encoding="utf-8")
     return path
 
 
@@ -174,7 +172,8 @@ def _read(
     plain = spec.compile()
     _check_options(plain)
     friction, restitution = asked.pop("friction", None), asked.pop("restitution", 1.0)
-    overlaps = checks.one_of("overlaps", asked.pop("overlaps", "warn"), OVERLAPS)
+    overlaps = checks.one_of("overlaps", asked.pop("overlaps", "relax"), OVERLAPS)
+    asked["overlaps"] = "keep" if overlaps == "keep" else "relax"
     left = skipped(spec, asked.pop("skip", ()))
     every = chosen(spec, contacts, asked, friction, restitution)
     natives = [entry for entry in every if entry.native]
@@ -196,6 +195,7 @@ def _read(
             "others": one.others,
             "substeps": one.substeps,
             "rounding": one.rounding,
+            "overlaps": one.overlaps,
         }
         try:
             add_contact(spec, one.ones, one.twos, **own)

@@ -34,7 +34,7 @@ class Entry(NamedTuple):
     """Geoms that touch those others. pair None: they go on doing so by the engine.
 
     number: Its place in the list. native: whether it means contacts that the model makes natively; others, substeps,
-    rounding: see `spec.add_contact`; frictions: see `config.Contact`.
+    rounding, overlaps: see `spec.add_contact`; frictions: see `config.Contact`.
     """
 
     ones: Sequence[Any]
@@ -46,6 +46,7 @@ class Entry(NamedTuple):
     others: bool = True
     rounding: float | None = None
     frictions: int = 0
+    overlaps: str = "relax"
 
 
 def is_every(what: Any) -> bool:
@@ -115,14 +116,8 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
         ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
         if entry.pair is not None and ones and twos and len({*ones, *twos}) > 1:
             native = tuple(before[geom] for geom in dict.fromkeys((*ones, *twos)))
-            put(
-                spec,
-                ones,
-                twos,
-                config.Contact(
-                    _names(ones), _names(twos), entry.pair, entry.substeps, entry.rounding, native, entry.frictions
-                ),
-            )
+            own = entry.pair, entry.substeps, entry.rounding, native, entry.frictions, entry.overlaps
+            put(spec, ones, twos, config.Contact(_names(ones), _names(twos), *own))
     if said:
         some = [*said.values()][:NAMED]
         more = f" and {len(said) - NAMED} more kinds" if len(said) > NAMED else ""

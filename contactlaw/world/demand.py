@@ -16,11 +16,11 @@ import numpy as np
 
 from contactlaw.jit import compiling
 
-STEP, LAST, LIMIT, TWIST, ALONG, READ, ASK, WAITS, LATER, TRUTH, KEEPER = range(11)
-"""`step.step_once`, `lasting.let_last`, `spinning.limit`, `spinning.twist`, `elliptic.advance`, `state.read`; what asks
+STEP, LAST, SPIN, ALONG, READ, ASK, WAITS, LATER, TRUTH, KEEPER = range(10)
+"""`step.step_once`, `lasting.let_last`, `spinning.spin`, `elliptic.advance`, `state.read`; what asks
 for them; whether something waits to be raised; Py_AddPendingCall, PyObject_IsTrue and `KEPT`."""
 
-TABLE = np.zeros(11, np.uint64)
+TABLE = np.zeros(10, np.uint64)
 """Addresses of these; zero: not asked for yet."""
 
 
@@ -42,8 +42,8 @@ def supply(what: int) -> int:
         with compiling("elliptic contacts", 2):
             TABLE[what] = elliptic.address()
     else:
-        with compiling("contacts that spin", 4):  # the limit last: it is asked for, and both are called
-            TABLE[TWIST], TABLE[LIMIT] = spinning.address_of_twist(), spinning.address_of_limit()
+        with compiling("contacts that spin", 4):
+            TABLE[SPIN] = spinning.address()
     return int(TABLE[what])
 
 
