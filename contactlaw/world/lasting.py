@@ -49,7 +49,7 @@ from contactlaw.world.equations import (
 from contactlaw.world.island import members
 from contactlaw.world.motion import follow, give, settle, spin_rate
 from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import NEVER, WAITS
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.steady import GAINED, changes, energy, is_steady, stages_of
 from contactlaw.world.touch import add_work, force_of, open_up
@@ -59,7 +59,6 @@ from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
 LOOKS, STALLED = 25, 4  # steps of Newton's method at most, and those in a row that do not halve what is missing
-LONGEST = 7  # steps for which an island whose step is not found is not tried again
 CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
 
 
@@ -99,7 +98,7 @@ def give_up(w, bodies, found):
     """Let bodies wait after a step that was not found, each time twice as long."""
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        b.waited = 0 if found else min(2 * b.waited + 1, LONGEST)
+        b.waited = 0 if found else min(2 * b.waited + 1, WAITS - 1)
         b.waits = b.waited
 
 
