@@ -71,11 +71,7 @@ def let_last(w):
     for k in range(w.islands):
         bodies, pairs = members(w, whole_at(w.roots, k))
         stages = stages_of(w, bodies, pairs) if tries(w, bodies) else 0
-        if stages == 0:
-            continue
-        found = last(w, bodies, pairs, stages)
-        give_up(w, bodies, found)
-        if found:
+        if stages > 0 and last(w, bodies, pairs, stages):
             fall_asleep(w, bodies, pairs)
             some = True
     return some
@@ -83,7 +79,7 @@ def let_last(w):
 
 @jit_inside
 def tries(w, bodies):
-    """Whether an island is to be tried: where a step was not found, few of the next ones are."""
+    """Whether an island is to be tried: where none was found, it waits, each time about twice as many steps."""
     now = True
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -91,15 +87,6 @@ def tries(w, bodies):
             b.waits -= 1
             now = False
     return now
-
-
-@jit_inside
-def give_up(w, bodies, found):
-    """Let bodies wait after a step that was not found, each time twice as long."""
-    for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        b.waited = 0 if found else min(2 * b.waited + 1, WAITS - 1)
-        b.waits = b.waited
 
 
 def address() -> int:
@@ -117,15 +104,16 @@ def last(w, bodies, pairs, stages):
     steady = is_steady(w, bodies, pairs)
     if steady:
         go_on(w, bodies, pairs, stage)
-    found = solve(w, bodies, pairs, stage, stage)
-    if found and stages == 2:
+    solved = solve(w, bodies, pairs, stage, stage)
+    if solved and stages == 2:
         add_impulses(w, pairs, w.step - stage)
         launch(w, stage, w.step - stage)
         if steady:
             velocity, begun = part(w, VELOCITY), part(w, BEGUN)
             for i in range(w.unknowns):
                 velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
-        found = solve(w, bodies, pairs, stage, w.step) and not changes(w, pairs)
+        solved = solve(w, bodies, pairs, stage, w.step)
+    found = solved and not (stages == 2 and changes(w, pairs))
     if found:
         after, size = energy(w, bodies, pairs)
         found = after - before <= GAINED * size
@@ -135,6 +123,7 @@ def last(w, bodies, pairs, stages):
     for i in range(bodies):
         k = whole_at(w.island_bodies, i)
         b = body_at(w.bodies, k)
+        waits = 0 if solved else min(2 * b.waited + 1, WAITS - 1)
         if found:
             b.time = w.step
             b.done = 1
@@ -143,6 +132,7 @@ def last(w, bodies, pairs, stages):
             follow(b)
         else:
             bring_back_body(w, k)
+        b.waits, b.waited = waits, waits
         if b.tree != 0 and b.member == 0:
             if not found:
                 t = tree_at(b.tree, 0)

@@ -6,8 +6,8 @@ bodies at the start of a step: the list of near pairs is made anew.
 
 The row: how many contacts are closed, or open while overlap of them counts as none; of each, in the order of the near
 list, its two shapes, how often they have touched, the numbers of its record, and what its law remembers; of each body
-whether it sleeps, and what it fell asleep under, or for how long it waits. Rows are open to whoever uses the engine, and may be another model's:
-what is not sound in them is left out, contact by contact.
+whether it sleeps, and what it fell asleep under, or for how long it waits. Rows are open to whoever uses the engine,
+and may be another model's: what is not sound in them is left out, contact by contact.
 """
 
 from __future__ import annotations
@@ -292,7 +292,7 @@ def lay(b, row):
         waits = int(-row[0])
         b.waits, b.waited = waits % WAITS, waits // WAITS
     if row[0] <= 0.0 or b.tree != 0:  # a tree wakes
-        return -WAITS * WAITS < row[0]
+        return row[0] > -WAITS * WAITS
     if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0:
         return False
     b.asleep = 1
