@@ -6,14 +6,12 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of
 from contactlaw.laws import sectors, torsion
 from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import LASTING, OPEN, SPUN
 from contactlaw.laws.slip import span_of
 from contactlaw.laws.step import touch
 from contactlaw.memory import doubles_at
-from contactlaw.world.call import LIMIT, TWIST
 
 
 def limit(c, memory, vectors, modulus, moved):
@@ -55,13 +53,3 @@ def twist(c, memory, modulus, moved, left, dashpot):
     spin, inertia = dashpot
     if inertia > 0.0:
         torsion.damp(c.torsion, c.touch, modulus, left, spin, inertia)
-
-
-def address_of_limit() -> int:
-    """Where `limit` is, compiled."""
-    return address_of(limit, LIMIT)
-
-
-def address_of_twist() -> int:
-    """Where `twist` is, compiled."""
-    return address_of(twist, TWIST)

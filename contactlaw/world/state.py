@@ -16,11 +16,10 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of, jit, jit_inside
+from contactlaw.jit import jit, jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
-from contactlaw.world.call import A_READ
 from contactlaw.world.near import count_slots, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
 from contactlaw.world.touch import enter
@@ -184,11 +183,6 @@ def read(w, row):
 def read_at(w, address, count):
     """The same of a row at an address."""
     return read(w, carray(doubles_at(address), count))
-
-
-def address_of_read() -> int:
-    """Where `read_at` is, compiled."""
-    return address_of(read_at, A_READ)
 
 
 @jit_inside
