@@ -51,7 +51,7 @@ from contactlaw.world.motion import follow, give, settle, spin_rate
 from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
 from contactlaw.world.records import NEVER
 from contactlaw.world.sleep import fall_asleep, wake
-from contactlaw.world.steady import changes, is_steady, stages_of
+from contactlaw.world.steady import GAINED, changes, energy, is_steady, stages_of
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub
@@ -81,6 +81,7 @@ def let_last(w):
 def last(w, bodies, pairs, stages):
     """Take the step with an island of lasting contacts; returns whether it was found."""
     begin(w, bodies, pairs)
+    before, _ = energy(w, bodies, pairs)
     stage = SHARE * w.step if stages == 2 else w.step
     launch(w, stage, 0.0)
     steady = is_steady(w, bodies, pairs)
@@ -95,6 +96,9 @@ def last(w, bodies, pairs, stages):
             for i in range(w.unknowns):
                 velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
         found = solve(w, bodies, pairs, stage, w.step) and not changes(w, pairs)
+    if found:
+        after, size = energy(w, bodies, pairs)
+        found = after - before <= GAINED * size
     if found:
         add_impulses(w, pairs, stage)
         w.implicit += 1

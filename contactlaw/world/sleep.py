@@ -15,9 +15,8 @@ from contactlaw.world.demand import SLEEP
 from contactlaw.world.motion import give, settle
 from contactlaw.world.pace import contact_time
 from contactlaw.world.rolling import moment_of
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
+from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
-ZERO = (0.0, 0.0, 0.0)
 PLACES = 1.6e-14  # of a place: its rounding, and what contacts make of it in the time of an impact
 SAME = 1e-12  # of an acceleration, a change that is none
 
