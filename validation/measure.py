@@ -11,11 +11,10 @@ from importlib import metadata
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw.jit import SOURCE_STAMP
+from validation.case import Array
 
-Array = NDArray[np.float64]
 Spread = dict[str, float]
 """median, and the quartiles low and high."""
 

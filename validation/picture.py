@@ -42,12 +42,21 @@ def styled() -> AbstractContextManager[None]:
     return matplotlib.rc_context(SETTINGS)
 
 
-def panels(count: int = 1, *, width: float = 4.6, height: float = 3.6) -> tuple[Figure, list[Axes]]:
-    """A figure with panels side by side; sizes of one panel in inches. No window, no state of pyplot."""
+def panels(
+    columns: int = 1, rows: int = 1, *, width: float = 4.6, height: float = 3.6, layout: Any = "constrained",
+    **shared: Any,
+) -> tuple[Figure, list[Axes]]:  # fmt: skip
+    """A figure with panels in rows; sizes of one panel in inches. No window, no state of pyplot."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width * count, height), layout="constrained")
-    return figure, list(figure.subplots(1, count, squeeze=False)[0])
+    figure = Figure(figsize=(width * columns, height * rows), layout=layout)
+    return figure, list(figure.subplots(rows, columns, squeeze=False, **shared).flat)
+
+
+def legend_below(axes: Axes, columns: int) -> None:
+    """One legend for all panels, below them, of what a panel shows."""
+    figure: Any = axes.get_figure()
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns)
 
 
 def plain_ticks(axes: Axes, values: list[int]) -> None:

@@ -119,6 +119,15 @@ def random_path(rng: np.random.Generator, kind: str, parts: int) -> tuple[Array,
     return np.append(0.0, np.interp(at, np.arange(legs + 1), overlap)), np.concatenate([place[:1], place])
 
 
+def in_turn(overlap: Array, place: Array) -> tuple[Array, Array]:
+    """The path on which each step changes the load first, then the place.
+
+    Every path is the limit of such. Along them the work of the mean force is exact; where both change at once it is off
+    by the square of the step, for any law: Coulomb's own force gives back 1e-3 in 16 steps a leg, 5e-5 in 64.
+    """
+    return np.repeat(overlap, 2)[1:], np.repeat(place, 2, axis=0)[:-1]
+
+
 def dissipated(law: str | Law, overlap: Array, place: Array) -> tuple[Array, Array]:
     """Work done on a contact along a path less the energy that it holds, over mu P_max times the length of the path.
 

@@ -17,7 +17,7 @@ from contactlaw.pair import ContactPair
 PLUGIN_NAME = "contactlaw.contact"
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
-    "rolling_resistance", "substeps", "rounding", "native", "name",
+    "rolling_resistance", "substeps", "rounding", "native", "overlaps", "name",
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
@@ -29,6 +29,7 @@ with its fields, "plastic yield_speed=0.1" say; friction "geoms": that of the ge
 rule, "geoms 12": with room for so many different ones, else 8. law: as for `laws.law_of`, "microslip node_count=32".
 substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
 rounding: radius of the edges of boxes and cylinders [m]; a tenth of their smallest half length, where it is not given.
+overlaps: "keep": what is put into each other is thrown apart; else it counts as just touching, see `world.touch.close`.
 name: the instance's own. Where its model is attached to another one, all names get a prefix and a suffix: those of the
 geoms are what the instance's name has got then.
 """
@@ -38,6 +39,7 @@ SUBSTEPS = 100
 
 
 LEAST_SUBSTEPS, FRICTIONS = 10, 8
+OVERLAPS = ("relax", "keep")
 
 
 def instance_name(geoms1: Sequence[str], geoms2: Sequence[str]) -> str:
@@ -57,6 +59,7 @@ class Contact:
         substeps: Least number of the law's steps in a contact.
         rounding: Radius of the edges of boxes and cylinders [m]; None: see `world.shapes.ROUNDING`.
         frictions: How many different coefficients of its geoms there is room for; 0: the pair's own holds.
+        overlaps: "relax" or "keep", see `KEYS`.
         native: Contype and conaffinity that each of the geoms had, the first ones first, if only those touch that would
             do so natively; else empty.
         name: Of the instance.
@@ -71,6 +74,7 @@ class Contact:
     substeps: int = SUBSTEPS
     rounding: float | None = None
     frictions: int = 0
+    overlaps: str = "relax"
     native: tuple[tuple[int, int], ...] = ()
     name: str = ""
     as_native: bool = False
@@ -100,6 +104,8 @@ def write(contact: Contact) -> dict[str, str]:
         config["substeps"] = str(contact.substeps)
     if contact.rounding is not None:
         config["rounding"] = repr(contact.rounding)
+    if contact.overlaps != "relax":
+        config["overlaps"] = contact.overlaps
     if contact.native:
         runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
         config["native"] = " ".join(f"{bits}x{count}" for bits, count in runs)
@@ -147,6 +153,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         _count("substeps", config.get("substeps", str(SUBSTEPS)), LEAST_SUBSTEPS),
         optional("rounding"),
         int(of_geoms[1] or FRICTIONS) if of_geoms else 0,
+        checks.one_of("overlaps", config.get("overlaps", "relax"), OVERLAPS),
         tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
         config.get("name", ""),
     )  # fmt: skip

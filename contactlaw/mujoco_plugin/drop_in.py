@@ -32,6 +32,7 @@ import mujoco
 import numpy as np
 
 from contactlaw import checks
+from contactlaw.ending import whole
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
@@ -44,7 +45,7 @@ from contactlaw.world.sets import groups
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"
-OVERLAPS = ("warn", "keep", "raise", "exclude")
+OVERLAPS = ("relax", "keep", "raise", "exclude")
 
 
 def load_model(
@@ -66,9 +67,10 @@ def load_model(
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
             friction, restitution: Of a table, a number, or a function of two materials. Without one the friction is
                 that of the geoms, by the engine's rule; the restitution is 1.
-            overlaps: "warn" of geoms that lie in each other by more than a tenth of their radius where the model
-                begins, "raise", or "keep" silent. See `relax`. "exclude": bodies of one mechanism that are built into
-                each other by a tenth of their size, as a finger and its palm, do not touch; of others "warn".
+            overlaps: "relax": geoms that lie in each other by more than a tenth of their radius, where the model begins
+                or later, count as just touching there; those of the beginning are named by a warning. "raise" instead;
+                "keep": they are pressed together, silent. "exclude": bodies of one mechanism that are built into each
+                other by a tenth of their size, as a finger and its palm, do not touch; of others "relax".
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
@@ -133,12 +135,8 @@ def save_model(
             "what it refers to"
         )
     text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
-    beside = path.resolve().with_name(f"{path.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path.resolve())
-    finally:
-        beside.unlink(missing_ok=True)
+    with whole(path) as part:
+        part.write_text(text, encoding="utf-8")
     return path
 
 
@@ -155,7 +153,8 @@ def _read(
     plain = spec.compile()
     _check_options(plain)
     friction, restitution = asked.pop("friction", None), asked.pop("restitution", 1.0)
-    overlaps = checks.one_of("overlaps", asked.pop("overlaps", "warn"), OVERLAPS)
+    overlaps = checks.one_of("overlaps", asked.pop("overlaps", "relax"), OVERLAPS)
+    asked["overlaps"] = "keep" if overlaps == "keep" else "relax"
     left = skipped(spec, asked.pop("skip", ()))
     every = chosen(spec, contacts, asked, friction, restitution)
     some = [entry for entry in every if not entry.as_native]
@@ -170,9 +169,9 @@ def _read(
     if len(some) < len(every):
         put_natives(spec, plain, [*(entry for entry in every if entry.as_native), *left])
     for one in some:
+        names = "pair", "others", "substeps", "rounding", "overlaps"
         try:
-            own: dict[str, Any] = {name: getattr(one, name) for name in ("pair", "others", "substeps", "rounding")}
-            add_contact(spec, one.ones, one.twos, **own)
+            add_contact(spec, one.ones, one.twos, **{name: getattr(one, name) for name in names})
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)

@@ -26,9 +26,9 @@ LIBRARY.mju_malloc.restype = ctypes.c_void_p
 LIBRARY.mju_free.argtypes = [ctypes.c_void_p]
 
 
-def _complain(number: int, error: Exception) -> None:
+def _complain(number: int, error: BaseException) -> None:
     """Errors cannot cross MuJoCo's C frames: the message goes out here, and MuJoCo then fails by itself."""
-    print(f"contactlaw: plugin instance {number}: {error}", file=sys.stderr)
+    print(f"contactlaw: plugin instance {number}: {str(error) or type(error).__name__}", file=sys.stderr)
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)
@@ -37,7 +37,7 @@ def nstate(model: int, number: int) -> int:
     try:
         view = layout.ModelView(model)
         return Model(view).state_size if [number] == members(view)[:1] else 0
-    except Exception:  # `init` comes next, fails in the same way and says why
+    except BaseException:  # `init` comes next, fails in the same way and says why
         return 0
 
 
@@ -59,7 +59,7 @@ def init(model: int, data: int, number: int) -> int:
         if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         _place(data, number).value = _block(view, [number] == members(view)[:1])
-    except Exception as error:
+    except BaseException as error:  # an interrupt too: without a block no step may be taken
         _complain(number, error)
         return -1
     return 0

@@ -91,7 +91,9 @@ class Model:
     def arrays(self) -> Arrays:
         """Its world, with room for as many contacts as there may be."""
         contacts, near = self._rooms
-        return with_room(self._world.arrays, near, contacts)
+        made = with_room(self._world.arrays, near, contacts)
+        made.pairs["relaxed"] = [self._members[number].contact.overlaps == "relax" for number in self._instances]
+        return made
 
     def _rooms_for(self) -> tuple[int, int]:
         """How many contacts, and near pairs, there is to be room for.

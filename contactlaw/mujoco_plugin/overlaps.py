@@ -77,9 +77,7 @@ def warn_of_start(model: mujoco.MjModel, refuse: bool) -> None:
     text = f"geoms lie in each other where the model begins: {', '.join(found[:NAMED])}{more}"
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
-    warnings.warn(
-        f"{text}; they will be thrown apart, but for `relax` or overlaps = 'exclude'", ContactWarning, stacklevel=4
-    )
+    warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
 
 
 def part_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:

@@ -28,6 +28,7 @@ def add_contact(
     others: bool = True,
     substeps: int = config.SUBSTEPS,
     rounding: float | None = None,
+    overlaps: str = "relax",
 ) -> str:
     """Let geoms touch by the law; then `spec.compile()` and plain `mj_step`, at any time step.
 
@@ -52,6 +53,9 @@ def add_contact(
             falls with its square.
         rounding: Radius of the edges of boxes and cylinders among the geoms [m], and so of their contacts with what is
             flat; None: a tenth of the smallest half length of each.
+        overlaps: "relax": shapes that are found in each other by more than a tenth of R, where a model begins or
+            somebody puts bodies, count as just touching as deep as they are, until they are less deep. "keep": they are
+            pressed together, and what they store throws them apart.
 
     Returns:
         The name of the plugin instance, for `contacts_of` and `ledger_of`.
@@ -65,6 +69,7 @@ def add_contact(
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
     substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
     rounding = None if rounding is None else checks.positive("rounding", rounding)
+    overlaps = checks.one_of("overlaps", overlaps, config.OVERLAPS)
     known = list(spec.geoms)  # which takes MuJoCo a time that grows with their square
     ones, twos = (geoms_of(spec, one, argument=name, known=known) for name, one in (("geom1", geom1), ("geom2", geom2)))
     parents = {geom: geom.parent for geom in known}
@@ -81,7 +86,7 @@ def add_contact(
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
-    return put(spec, config.Contact(ones, twos, pair, substeps, rounding))
+    return put(spec, config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps))
 
 
 def put(spec: mujoco.MjSpec, contact: config.Contact) -> str:

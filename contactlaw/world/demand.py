@@ -17,7 +17,7 @@ import numpy as np
 
 from contactlaw.jit import address_of, compiling
 
-STEP, LAST, LIMIT, TWIST, ALONG, READ, SLEEP, LAND, COAST, SET_OUT, ROLL, ASK, WAITS, LATER, TRUTH, KEEPER = range(16)
+STEP, LAST, SPIN, ALONG, READ, SLEEP, LAND, COAST, SET_OUT, ROLL, ASK, WAITS, LATER, TRUTH, KEEPER = range(15)
 """What `supply` makes; what asks for them; whether something waits to be raised; Py_AddPendingCall, PyObject_IsTrue and
 `KEPT`."""
 
@@ -36,7 +36,7 @@ def supply(what: int) -> int:
         ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance, call.ALONG)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.settle_down, call.ON_ISLAND)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.ROLLS)]),
-        LIMIT: ("contacts that spin", 4, [(TWIST, spinning.twist, call.TWIST), (LIMIT, spinning.limit, call.LIMIT)]),
+        SPIN: ("contacts that spin", 4, [(SPIN, spinning.spin, call.SPIN)]),
         SET_OUT: ("contacts that hardly change", 2, [
             (LAND, coasting.land, call.LANDS), (COAST, coasting.coast, call.COASTS),
             (SET_OUT, coasting.set_out, call.SETS_OUT),

@@ -6,6 +6,7 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
+from contactlaw.world.access import shape_at
 from contactlaw.world.call import ask_deepest, ask_meeting, ask_radius
 from contactlaw.world.records import BOX, DISC, PLANE, SEGMENT, SIDE, SPHERE
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
@@ -53,6 +54,13 @@ def meet(sa, a, sb, b):
         d, from_a = add(d, (x, y, z)), add(from_a, (x, y, z))
     arm = axpy(-radius, n, from_a)
     return radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
+
+
+@jit_inside
+def meet_near(w, p, a, b):
+    """`meet` of a near pair whose bodies are given, without the overlap that counts as none."""
+    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    return overlap - p.built, n, arm_a, arm_b
 
 
 @jit_inside

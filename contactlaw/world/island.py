@@ -10,11 +10,11 @@ from math import ceil, floor, nan
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, tree_at
+from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import address, call_coast, call_land, call_set_out, ready
 from contactlaw.world.demand import COAST, LAND, SET_OUT
-from contactlaw.world.geometry import meet
+from contactlaw.world.geometry import meet_near
 from contactlaw.world.motion import drift, fly, greatest_closing, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import EACH, LATER, NEVER, NOW, SELDOM
@@ -232,7 +232,7 @@ def forces(w, pairs, span, stride):
         if p.closed == 0:
             if a.way + b.way + AHEAD * stride < p.room:
                 continue
-            overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+            overlap, _, _, _ = meet_near(w, p, a, b)
             before = -p.gap
             p.gap = -overlap
             p.room = p.gap + a.way + b.way

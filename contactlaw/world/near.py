@@ -29,6 +29,7 @@ from contactlaw.world.records import (
     FREE,
     HULL,
     NEVER,
+    PARTED,
     PLANE,
     SEGMENT,
     SIDE,
@@ -108,7 +109,8 @@ def list_near(w):
         enter(w, k, cells + 2 * shapes)
     list_bodies(w)
     for slot in range(w.slots):
-        if contact_at(w.contacts, slot).phase == CLOSED and contact_at(w.contacts, slot).near < 0:
+        c = contact_at(w.contacts, slot)
+        if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.built > 0.0)):
             release(w, slot)
     w.lists += 1
     w.stale = 0
@@ -298,6 +300,7 @@ def enter(w, k, heads):
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)
     p.slot = -1
+    p.built = 0.0
     p.closed = 0
     p.active = 0
     p.toi = 0.0
@@ -306,7 +309,7 @@ def enter(w, k, heads):
     while slot >= 0:
         c = contact_at(w.contacts, slot)
         if c.shape_b == p.b:
-            p.slot = slot
+            p.slot, p.built = slot, c.built
             p.closed = 1 if c.phase == CLOSED else 0
             c.near = k
         slot = c.link

@@ -22,13 +22,12 @@ from contactlaw.world.access import (
     law_of,
     near_at,
     pair_at,
-    shape_at,
     tree_at,
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, masses, matrix, part
 from contactlaw.world.force import ask_at, slopes
-from contactlaw.world.geometry import meet
+from contactlaw.world.geometry import meet_near
 from contactlaw.world.motion import velocity_at
 from contactlaw.world.records import NEVER
 from contactlaw.world.rolling import advance_rolling, drag_of, moment_of, rolling_axes
@@ -124,7 +123,7 @@ def look_at(w, r, stage):
     p = near_at(w.near, r.near)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if r.slot < 0:
-        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        overlap, _, _, _ = meet_near(w, p, a, b)
         if overlap <= 0.0 or not close(w, r.near, min(-p.gap, 0.0)):
             return False, NEVER
         r.slot, r.fresh = p.slot, 1

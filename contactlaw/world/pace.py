@@ -13,7 +13,7 @@ from contactlaw.world.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.call import ask_time
 from contactlaw.world.force import hardly_moves
-from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet
+from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet_near
 from contactlaw.world.motion import (
     acceleration_at,
     acceleration_of,
@@ -31,6 +31,7 @@ FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
+TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 
 
@@ -61,7 +62,7 @@ def predict(w, p, a, b, now, left):
     bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
+    overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     p.seen = now
     p.gap = -overlap
     p.closing = closing_at(a, arm_a, b, arm_b, n)
@@ -115,7 +116,7 @@ def ellipse_of(w, p):
 def touch_time(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    _, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    _, n, arm_a, arm_b = meet_near(w, p, a, b)
     mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
     push = max(p.acceleration, 0.0)
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
@@ -173,9 +174,13 @@ def substep(w, c, a, b, substeps):
 
 @jit_inside
 def masses(c, a, b):
-    """Effective masses [kg] along the normal and across, the mean of both tangents, at the touch."""
+    """Effective masses [kg] along the normal and across, the mean of both tangents, as the normal is now.
+
+    Where joints let nothing move along it the damper would be as strong as one likes, and would act as soon as the
+    normal has turned by an angle x: the mass there is at most 1/x^2 times that across, which is what is taken.
+    """
     n, e = load(c.normal), load(c.tangent)
     arm_a, arm_b = load(c.arm_a), load(c.arm_b)
-    c.touch.mass = 1.0 / mobility_between(a, arm_a, b, arm_b, n)
     both = mobility_between(a, arm_a, b, arm_b, e) + mobility_between(a, arm_a, b, arm_b, cross(n, e))
     c.touch.tangential_mass = 2.0 / both
+    c.touch.mass = 1.0 / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * TURNED * TURNED * both)

@@ -8,8 +8,8 @@ may be in between is some part of what the speeds change by.
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, near_at, shape_at, tree_at, world_at
-from contactlaw.world.geometry import meet
+from contactlaw.world.access import body_at, near_at, tree_at, world_at
+from contactlaw.world.geometry import meet_near
 from contactlaw.world.motion import closing_at, greatest_closing
 from contactlaw.world.records import CLEAR, MET, PASSES, STAYS
 from contactlaw.world.vec import load, norm, sub
@@ -74,7 +74,7 @@ def touches(w, p, a, b):
         p.seen = CLEAR
         return False
     before, began = p.gap, p.closing if p.seen == MET else fastest
-    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+    overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
     p.gap, p.closing, p.seen = -overlap, now, MET
     change = abs(now - began)

@@ -187,6 +187,7 @@ LEDGER = 6
 PAIR = record(
     radius="f8",  # effective radius of every such contact [m]; zero: that of the shapes
     numbers="i8",  # where its `laws.record.PAIR` begins, and the law's own numbers behind it
+    relaxed="i8",  # contacts that are found in each other count as just touching, see `touch.close`
     # of its contacts that have parted: how many touches, greatest overlap [m], strongest normal force [N], time in
     # contact [s], work of the normal force and of friction on the bodies [J]
     ledger=("f8", (LEDGER,)),
@@ -203,6 +204,7 @@ NEAR = record(
     room="f8",  # [m] that the ways of both bodies come to in all before it can close, in a run of substeps
     seen="f8",  # time [s] when it was last looked at
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
+    built="f8",  # [m] of overlap that counts as none, that of its contact
     fastest="f8",  # [m/s] at which any points of both come nearer as a step begins, see `passing`
     listed="f8",  # gap [m] when it was listed, of what is not looked at as fast as balls are; else zero
 )  # fmt: skip
@@ -219,6 +221,7 @@ CONTACT = record(
     turned="f8", waits="f8",  # [rad] by A over B since it was last twisted; its overlap then [m], zero: nothing waits
     missed=VECTOR, kept="f8",  # `moved` that its law has not been told of; its overlap before [m], zero: it knows all
     interval="f8",  # [s] of the last substep
+    built="f8",  # [m] of overlap that counts as none, as its shapes were found in each other, see `touch.close`
     closing_acceleration="f8",  # closing acceleration over it [m/s^2]
     end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,

@@ -4,10 +4,10 @@ Closed contacts, and which bodies sleep. An engine keeps the row in its own stat
 back there goes on as it would have: to the bit, if the bodies are the same to the bit. Everything else follows from the
 bodies at the start of a step: the list of near pairs is made anew.
 
-The row: how many contacts are closed; of each, in the order of the near list, its two shapes, how often they have
-touched, the numbers of its record, and what its law remembers; of each body whether it sleeps, and what it fell asleep
-under. Rows are open to whoever uses the engine, and may be another model's: what is not sound in them is left out,
-contact by contact.
+The row: how many contacts are closed, or open while overlap of them counts as none; of each, in the order of the near
+list, its two shapes, how often they have touched, the numbers of its record, and what its law remembers; of each body
+whether it sleeps, and what it fell asleep under. Rows are open to whoever uses the engine, and may be another model's:
+what is not sound in them is left out, contact by contact.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
 from contactlaw.world.near import count_slots, pair_of
-from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER
+from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED
 from contactlaw.world.touch import enter
 from contactlaw.world.vec import dot, load, norm, store
 
@@ -76,7 +76,7 @@ def write(w, out):
     count, lost, at = 0, 0, HEAD
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.closed == 0:
+        if p.closed == 0 and p.built == 0.0:
             continue
         if count == room:
             lost += 1
@@ -101,7 +101,7 @@ def write(w, out):
         copy(pair_at(w.pairs, i).ledger, out, at + LEDGER * i)
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.slot >= 0 and p.closed == 0:
+        if p.slot >= 0 and p.closed == 0 and p.built == 0.0:
             enter(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
     return lost
 
@@ -219,10 +219,11 @@ def admit(w, c, a, b):
     arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
     arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
     kept = t.state != SPUN or law.sectors > 0.0
-    if not (arms and kept and sound_touch(t) and sound_frame(c, law.rolling)):
+    closed = t.overlap > 0.0 or (t.overlap == 0.0 < c.built and t.force == 0.0)
+    if not (arms and kept and closed and c.built >= 0.0 and sound_touch(t) and sound_frame(c, law.rolling)):
         return False
     w.spares -= 1
-    c.phase = CLOSED
+    c.phase = CLOSED if t.overlap > 0.0 else PARTED
     c.near = -1
     c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = a, b, sa.body, sb.body, pair
     body_at(w.bodies, sa.body).active = 1
@@ -235,7 +236,7 @@ def sound_touch(t):
     """Whether what the law knows of a contact can be true."""
     strongest = STRONGEST * t.e_star * t.radius * t.radius
     phases = (t.state == OPEN or 1.0 <= t.state <= SPUN) and PRESSED <= t.course <= LASTING
-    overlaps = 0.0 < t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
+    overlaps = 0.0 <= t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
     least = min(min(t.mass, t.tangential_mass), min(t.stiffness, t.radius))
     positive = least > 1.0 / LARGEST and min(t.ratio, t.scale) >= 0.0

@@ -11,8 +11,9 @@ from contactlaw.world.access import body_at, contact_at, contact_kept, near_at, 
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.core import CROWN
 from contactlaw.world.force import hardly_moves, rigid, stored_energy
-from contactlaw.world.pace import loaded, rests
+from contactlaw.world.pace import loaded, radius_of, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
+from contactlaw.world.touch import deep
 from contactlaw.world.vec import cross, dot, load, norm, sub, to_body, to_world
 
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
@@ -71,6 +72,8 @@ def strikes(w, p, crowd):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     slow = loaded(w, a, b) if crowd else 0.0
     if p.closed == 0:
+        if p.gap < 0.0 and -p.gap > deep(shape_at(w.shapes, p.a), radius_of(w, p)):
+            return True  # it is to be found so, see `touch.close`
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > slow * slow
     c = contact_at(w.contacts, p.slot)

@@ -15,14 +15,14 @@ from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at
 from contactlaw.world.call import address, call_on_world, call_step, ready, waits
 from contactlaw.world.demand import LAST, STEP
-from contactlaw.world.geometry import meet
+from contactlaw.world.geometry import meet_near
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import closing_at, fly, follow, greatest_closing, settle
 from contactlaw.world.near import count_slots, list_near, strayed
-from contactlaw.world.pace import LONG, loaded, rests
+from contactlaw.world.pace import LONG, loaded, masses, rests
 from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
-from contactlaw.world.touch import release, replace
+from contactlaw.world.touch import release, replace, stays_built
 from contactlaw.world.vec import dot, load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
@@ -87,7 +87,7 @@ def find_pressed(w):
                 p.fastest = greatest_closing(a, b)
                 known = is_known(w, p, a, b)
             if not known:
-                overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+                overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
                 p.gap = -overlap
                 p.closing = closing_at(a, arm_a, b, arm_b, n)
                 p.seen = MET
@@ -200,19 +200,22 @@ def begin(w, dt):
         p = near_at(w.near, k)
         if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
             p.seen = -1.0
-        if p.slot >= 0 and p.closed == 0:
+        if p.slot >= 0 and p.closed == 0 and not stays_built(w, p):
             release(w, p.slot)
             p.slot = -1
     for slot in range(w.slots if w.spares < w.contact_room else 0):
-        if contact_at(w.contacts, slot).phase == PARTED:  # those that parted are no longer near each other
+        c = contact_at(w.contacts, slot)
+        if c.phase == PARTED and c.built == 0.0:  # those that parted are no longer near each other
             release(w, slot)
     if w.stale != 0:
         list_near(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0:
-            c = contact_at(w.contacts, p.slot)
+            c, a, b = contact_at(w.contacts, p.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             store(c.earlier, load(c.impulse))
+            if p.closed != 0 and (a.tree != 0 or b.tree != 0):
+                masses(c, a, b)
     follow_tangents(w)
 
 

@@ -9,14 +9,15 @@ from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import know
 from contactlaw.laws.torsion import RINGS
 from contactlaw.memory import set_whole, whole_at
+from contactlaw.pair import DEEPEST
 from contactlaw.world import force
 from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
 from contactlaw.world.call import address, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
-from contactlaw.world.geometry import meet
+from contactlaw.world.geometry import meet, meet_near
 from contactlaw.world.motion import kick, moved_at, turn, velocity_at
-from contactlaw.world.pace import ellipse_of, masses
+from contactlaw.world.pace import TURNED, ellipse_of, masses
 from contactlaw.world.records import CLOSED, DISC, FREE, PARTED
 from contactlaw.world.rolling import apply_rolling, rolled
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
@@ -30,7 +31,10 @@ TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
 def close(w, k, overlap):
     """Close near pair k: it has a contact from now on. Returns whether there was room for it.
 
-    overlap [m]: when it was last open, zero or less; more where it is found closed.
+    overlap [m]: when it was last open, zero or less; more where it is found closed. Where it is found so deep that
+    Hertz's theory does not hold, shapes have been built into each other, or put there: that depth counts as none
+    from then on, if the pair is relaxed. It goes down with the overlap when nothing presses, and never up, so that no
+    energy comes from it.
     """
     q = near_at(w.near, k)
     if q.slot < 0:
@@ -50,6 +54,9 @@ def close(w, k, overlap):
     law = law_of(w, pair_at(w.pairs, q.pair))
     radius, along = ellipse_of(w, q)
     know(t, law, radius)
+    if overlap > deep(shape_at(w.shapes, q.a), radius) and pair_at(w.pairs, q.pair).relaxed != 0:
+        c.built += overlap
+        q.built, overlap = c.built, 0.0
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
@@ -84,6 +91,12 @@ def close(w, k, overlap):
 
 
 @jit_inside
+def deep(s, radius):
+    """Overlap [m] at which Hertz's theory no longer holds, of a shape as A; crowned edges have a radius of metres."""
+    return DEEPEST * (min(s.radius, radius) if s.radius > 0.0 else radius)
+
+
+@jit_inside
 def stretch(c, along, length):
     """Make a contact that begins an elliptic one: its first tangent is its longer axis; length: ln(q/p), see there."""
     n, t = load(c.normal), c.touch
@@ -102,7 +115,7 @@ def replace(w, c):
     turn_frame(c, n, 0.0)
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
-    c.touch.overlap = overlap
+    c.touch.overlap = overlap - c.built
     store(c.force, force_of(c))
 
 
@@ -118,7 +131,8 @@ def clear_torsion(state):
 
 @jit_inside
 def clear(c):
-    """Begin the ledger of a contact."""
+    """Begin the ledger of a contact, of which all overlap counts."""
+    c.built = 0.0
     c.touches = 0
     c.deepest = 0.0
     c.strongest = 0.0
@@ -131,14 +145,27 @@ def clear(c):
 
 @jit_inside
 def open_up(q, c):
-    """A contact has opened; its slot is kept until the next step."""
+    """A contact has opened; its slot is kept until the next step, or as long as overlap of it counts as none."""
     q.closed = 0
     q.gap = max(-c.touch.overlap, 0.0)
     c.phase = PARTED
     store(c.force, (0.0, 0.0, 0.0))
     c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0
     c.torsion.moment = 0.0
-    c.bending[0], c.bending[1] = 0.0, 0.0
+    for i in range(2):
+        c.bend[i], c.bending[i] = 0.0, 0.0
+    if c.built > 0.0:
+        c.touch.overlap = 0.0
+
+
+@jit_inside
+def stays_built(w, p):
+    """Whether the shapes of an open pair are still in each other; what counts as none is what there is at most."""
+    c = contact_at(w.contacts, p.slot)
+    if c.built > 0.0:
+        overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+        p.built = c.built = c.built + min(overlap, 0.0)
+    return c.built > 0.0
 
 
 @jit_inside
@@ -184,16 +211,19 @@ def look(w, c, a, b):
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
+    jumps = dot(n, load(c.normal)) < 1.0 - 0.5 * TURNED * TURNED
     turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
+    if jumps:
+        masses(c, a, b)
     e = load(c.tangent)
     f = cross(n, e)
     store(c.moved, (dot(moved, e), dot(moved, f), force.twisted(c, a, b)))
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         rolled(c, a, b)
     t.before = t.overlap
-    t.overlap = overlap
+    t.overlap = overlap - c.built
 
 
 @jit_inside

@@ -199,11 +199,79 @@ def test_parts_that_are_built_into_each_other_may_be_excluded():
     mujoco.mj_step(model, data, 250)
     assert data.qpos[0] == pytest.approx(0.05, rel=1e-9)
     assert data.qpos[3] > 0.045
-    with pytest.warns(ContactWarning, match="geoms lie in each other"):
+    with pytest.warns(ContactWarning, match="geoms lie in each other .* they count as just touching"):
         assert load_model(GRIPPER, [("*", "*", SOFT)]).nexclude == 0
     free = GRIPPER.replace(SLIDE, "<freejoint/>")
     with pytest.warns(ContactWarning, match="geoms lie in each other"):
         assert load_model(free, [("*", "*", SOFT)], overlaps="exclude").nexclude == 0
+
+
+BUILT_IN = """<mujoco><option timestep=".002"><flag energy="enable"/></option><worldbody>
+<geom name="table" type="box" size=".3 .3 .05" pos="0 0 -.05"/>
+<body name="peg" pos="0 0 .01"><freejoint/><geom name="peg" type="box" size=".02 .02 .03"/></body>
+<body name="ball" pos=".2 0 .01"><freejoint/><geom name="ball" size=".02"/></body></worldbody></mujoco>"""
+
+
+def test_what_is_built_into_each_other_stands_as_deep_as_it_is():
+    """A peg 20 mm and a ball 10 mm in a table: both stay there without a motion, and gain nothing; as given, they are
+    thrown out."""
+    with pytest.warns(ContactWarning, match="'table' and 'peg' by 20 mm"):
+        model = load_model(BUILT_IN, [("*", "*", SOFT)])
+    data = mujoco.MjData(model)
+    start = data.qpos.copy()
+    for _ in range(5):
+        mujoco.mj_step(model, data, 100)
+        assert np.abs(data.qpos[[2, 9]] - start[[2, 9]]).max() < 2e-4, "pressed in by their weights alone"
+        assert np.abs(data.qvel).max() < 1e-3
+    given = load_model(BUILT_IN, [("*", "*", SOFT)], overlaps="keep")
+    thrown = mujoco.MjData(given)
+    mujoco.mj_step(given, thrown, 20)
+    assert thrown.qvel[[2, 8]].min() > 1.0
+
+
+def test_what_leaves_where_it_was_built_in_meets_it_from_then_on():
+    """A ball lifted out of the table and let go stands on it; saved and set back, it goes on to the bit."""
+    with pytest.warns(ContactWarning):
+        model = load_model(BUILT_IN, [("*", "*", SOFT)])
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 10)
+    data.qvel[8] = 0.5
+    mujoco.mj_step(model, data, 5)
+    state = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    mujoco.mj_step(model, data, 400)
+    assert data.qpos[9] == pytest.approx(0.02, abs=2e-4)
+    assert data.qpos[2] == pytest.approx(0.01, abs=2e-4), "the peg has not left"
+    again = mujoco.MjData(model)
+    mujoco.mj_setState(model, again, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    mujoco.mj_step(model, again, 400)
+    assert np.array_equal(data.qpos, again.qpos)
+
+
+PINNED = """<mujoco><option timestep="{step}"><flag energy="enable"/></option><worldbody>
+<geom name="palm" type="cylinder" size=".029 .05" zaxis="0 1 0" pos=".004 0 .04"/>
+<body pos="0 .01 .0444"><joint type="slide" axis="0 1 0" damping="100" armature="1"/>
+<geom type="box" size=".005 .025 .0085" pos="-.005 -.003 .0083" mass=".02"/>
+<geom type="box" size=".005 .00675 .0375" pos="0 .01725 .04" mass=".02"/></body></worldbody></mujoco>"""
+
+
+def test_a_damper_along_what_joints_hold_gives_no_energy():
+    """A finger within a palm, its slide across most normals, that jump from face to face as it moves: as given, 20 mm
+    deep, it moves with no more than what is stored; with the mass of the touch it had 1e6 J."""
+    soft = ContactPair("rubber", "steel", 0.8, 0.5)
+    for step in (2e-3, 1e-3, 5e-4):
+        model = load_model(PINNED.format(step=step), [("*", "*", soft)], overlaps="keep")
+        data, most = mujoco.MjData(model), 0.0
+        model.opt.timestep = 1e-6
+        mujoco.mj_step(model, data)
+        found = [c for name in instances_of(model) for c in contacts_of(model, data, name)]
+        stored = 0.4 * sum(c.normal_force * c.overlap for c in found)
+        mujoco.mj_resetData(model, data)
+        model.opt.timestep = step
+        for _ in range(round(0.01 / step)):
+            mujoco.mj_step(model, data)
+            most = max(most, 0.5 * 1.04 * data.qvel[0] ** 2)
+        assert most < stored < 1e4
 
 
 def test_relax_moves_things_apart_until_they_touch():

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.measured import Array, load
-from validation.picture import curves, panels, points
+from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, rms
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FRICTION, RESTITUTION = 0.092, 0.98
 SPEED = 3.875  # [m/s]: the middle of the range that is published
@@ -43,6 +38,7 @@ class AluminaOnGlass(Case):
         f"and reference leave out the coupling of normal and tangential motion ({PAIR.coupling:.2f} for this pair), "
         "which the data refuse (next chapter)."
     )
+    sheet = {"columns": 3, "width": 3.9}
     caption = (
         "Tangential restitution and rebound angle of the centre of mass, and spin, over the angle of incidence. "
         f"Errors of e_t: an angle unsure by {UNSURE} degrees, which tells below 5 degrees."
@@ -101,9 +97,8 @@ class AluminaOnGlass(Case):
         )  # fmt: skip
         return table
 
-    def draw(self, data: Data) -> Figure:
+    def draw(self, data: Data, *axes: Axes) -> None:
         """One panel a quantity."""
-        figure, axes = panels(3, width=3.9)
         labels = {"e_t": r"$e_t$ of the centre of mass [-]", "spin": "spin after [rad/s]",
                   "rebound angle": "rebound angle [degrees]"}  # fmt: skip
         for one, quantity in zip(axes, TABLES, strict=True):
@@ -115,8 +110,7 @@ class AluminaOnGlass(Case):
         axes[0].set(ylim=(0.5, 1.0), title=rf"$\chi$ = {data['chi']:.3f}, e = {RESTITUTION:g}")
         axes[1].set(ylim=(0.0, 720.0))
         axes[2].set(ylim=(0.0, 60.0))
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7)
-        return figure
+        legend_below(axes[0], 7)
 
 
 def quantities(

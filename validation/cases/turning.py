@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from functools import partial
 from time import process_time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from contactlaw.turning import MicroslipTurning
 from validation import spinning, turning
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.measure import spread
-from validation.picture import BROAD, panels
+from validation.picture import BROAD, legend_below
 from validation.reference.turning_data import load
 from validation.reference.turning_paths import MARKS
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LAWS: dict[str, Any] = {"turning": MicroslipTurning(), "springs": "microslip"}
 SPINS, HEADINGS = [0.05, 0.1, 0.18, 0.3], [0.0, 0.7, 2.3]  # sigma; [rad]
@@ -40,6 +37,7 @@ class Turning(Case):
         "normal is followed by the default law, in sectors, as the grid has it; whatever path it takes, and however "
         "large its steps, it gives back nothing. The springs of contacts that hardly spin, or last, give back little."
     )
+    sheet = {"columns": 2}
     caption = (
         "Force along the motion on a circle, from the middle out and around, and on a figure of eight, 0.8 of the "
         "displacement of full slip in size, at constant load."
@@ -73,10 +71,15 @@ class Turning(Case):
             Limit("psi_2, tangential masses 3:1", 5e-3, impacts["turning"]),
             Limit("psi_2 of impacts with spin about the normal, sigma to 0.3, default law", 5e-3, max(spin.values())),
             Limit("energy given back at constant load, over mu P and path", 1e-12, energy["steady"]),
-            Limit("the same as the load changes", 1e-12, load_changes),
+            Limit("the same as the load changes, load and place in turn", 1e-12, load_changes),
+            Limit("the same at once, 16 steps a leg, over what the mean of Coulomb's own force misses", 1.0,
+                  energy["together"] / energy["coulomb"]),
             Limit("energy given back on 100,000 paths that turn, spin and open, in sectors", 1e-13,
                   max(spun["sectors"][kind] for kind in turning.KINDS)),
             Limit("the same, load and place changed at once, 16 steps a leg", 1e-4, spun["sectors"]["together"]),
+            Limit("energy given back at constant load, springs with torsion", 1e-13, spun["springs"]["steady"]),
+            Limit("the same as the load changes, load and place in turn", 1e-13,
+                  max(spun["springs"][kind] for kind in turning.KINDS[1:])),
             Limit("energy given back by the most generous cycle found, in sectors", 1e-13, max(cycles)),
             Limit("force over its limit, less 1", 1e-12, max(energy["cone"], *(one["cone"] for one in spun.values()))),
             Limit("time of a contact's substep that turns over a straight one", 6.0, cost["turning"]["median"]),
@@ -118,9 +121,8 @@ class Turning(Case):
         )
         return table
 
-    def draw(self, data: Data) -> Figure:
+    def draw(self, data: Data, *axes: Axes) -> None:
         """Force along the motion on two paths."""
-        figure, axes = panels(2)
         for one, (name, shown) in zip(axes, data["shown"].items(), strict=True):
             for label, style in (
                 ("rings", BROAD),
@@ -129,8 +131,7 @@ class Turning(Case):
             ):
                 one.plot(np.arange(len(shown[label])) / MARKS, shown[label], label=label, **style)
             one.set(xlabel="turns [-]", ylabel=r"force along the motion, over $\mu P$ [-]", title=name)
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        return figure
+        legend_below(axes[0], 3)
 
 
 def _paths(saved: list[Data], law: Any) -> list[Data]:
@@ -165,14 +166,18 @@ def _spin(rows: list[Any], sigma: float) -> float:
 def _energy(count: int, progress: Progress) -> dict[str, float]:
     """By kind of load, the most energy that a random path gives back; and how far the force passes its limit.
 
-    At constant load in steps of any size, a whole leg too; else in 16 a leg, as the work of a step is that of the mean
-    force.
+    Load and place change in turn, in steps of any size, a whole leg too. "together": at once, in 16 a leg, every eighth
+    path, and the same of Coulomb's own force ("coulomb"), which stores nothing: what its mean force misses of the work.
     """
-    rng, found = np.random.default_rng(17), {"cone": -1.0}
+    rng, found = np.random.default_rng(17), {"cone": -1.0, "together": 0.0, "coulomb": 0.0}
     for number, kind in enumerate(turning.KINDS):
         found[kind] = 0.0
         for trial in range(count):
-            overlap, place = turning.random_path(rng, kind, (1, 4, 16)[trial % 3] if kind == "steady" else 16)
+            if trial % 8 == 0:
+                path = turning.random_path(rng, kind, 16)
+                for name, law in (("together", MicroslipTurning()), ("coulomb", "coulomb")):
+                    found[name] = max(found[name], turning.fall(turning.dissipated(law, *path)[0]))
+            overlap, place = turning.in_turn(*turning.random_path(rng, kind, (1, 4, 16)[trial % 3]))
             lost, force = turning.dissipated(MicroslipTurning(), overlap, place)
             share = np.hypot(*force.T)[overlap > 0.0] / overlap[overlap > 0.0] ** 1.5
             found[kind] = max(found[kind], turning.fall(lost))
