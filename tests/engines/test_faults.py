@@ -18,6 +18,7 @@ if numba.config.DISABLE_JIT:
 
 from contactlaw import ContactPair, ContactWarning  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, load_model, save_model  # noqa: E402
+from contactlaw.mujoco_plugin.drop_in import NEEDS  # noqa: E402
 from contactlaw.world import demand  # noqa: E402
 
 STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
@@ -66,7 +67,8 @@ def test_a_target_that_is_no_file(tmp_path):
 
 def test_what_cannot_be_written_leaves_what_is_there(tmp_path, monkeypatch):
     target = tmp_path / "a.xml"
-    target.write_text("precious")
+    precious = f"{NEEDS} precious"
+    target.write_text(precious)
 
     def full(self, text, encoding):
         with self.open("w") as file:
@@ -76,7 +78,7 @@ def test_what_cannot_be_written_leaves_what_is_there(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "write_text", full)
     with pytest.raises(OSError, match="No space"):
         save_model(scene(), target, CONTACTS)
-    assert [path.read_text() for path in tmp_path.iterdir()] == ["precious"]
+    assert [path.read_text() for path in tmp_path.iterdir()] == [precious]
 
 
 def test_any_name_is_written_whatever_the_locale(tmp_path):
