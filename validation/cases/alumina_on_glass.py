@@ -27,7 +27,6 @@ PAIR = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], FRICTION, RESTITUTIO
 class AluminaOnGlass(Case):
     """Tangential restitution, spin and rebound angle, from published elastic constants and friction alone."""
 
-    name = "alumina_on_glass"
     place = 13
     title = "Alumina spheres on glass"
     claim = (
@@ -48,7 +47,6 @@ class AluminaOnGlass(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Three quantities over the angle of incidence; the case takes seconds, quick or not."""
         pair = PAIR
         measures: dict[str, dict[str, dict[str, float]]] = {}
         shown: Data = {}
@@ -83,7 +81,6 @@ class AluminaOnGlass(Case):
         return Outcome(limits, data, [] if finite else ["a law gives a value that is not finite"])
 
     def table(self, data: Data) -> Table:
-        """A row a law: how far from each quantity, below 33 degrees and over all."""
         heads = ["law, rms from the measurement"]
         for quantity, shown in data["shown"].items():
             unit = f" [{UNITS[quantity]}]" if UNITS[quantity] else ""
@@ -103,7 +100,6 @@ class AluminaOnGlass(Case):
         return table
 
     def draw(self, data: Data, *axes: Axes) -> None:
-        """One panel a quantity."""
         labels = {"e_t": r"$e_t$ of the centre of mass [-]", "spin": "spin after [rad/s]",
                   "rebound angle": "rebound angle [degrees]"}  # fmt: skip
         for one, quantity in zip(axes, TABLES, strict=True):
