@@ -25,6 +25,7 @@ from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
+from contactlaw.world.sleep import lies
 from contactlaw.world.state import forget, hole, write
 from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import load, scale, store
@@ -57,6 +58,10 @@ def move(m, d, head, w, state):
     trees(m, d, head, FIND)
     for i in range(head.placed_count):
         read_placed(d, w, placed_at(head.placed, i))
+    if head.tree_count == 0 and head.placed_count == 0 and lies(w):
+        for i in range(head.free_count):
+            write_free(d, head, free_at(head.frees, i))
+        return
     call_on_world(head.pressed, head.world)
     if trees(m, d, head, READ) and head.free_count == 0 and head.idle != 0:
         return
