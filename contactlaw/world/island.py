@@ -12,7 +12,8 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
 from contactlaw.world.bounds import time_to_close
-from contactlaw.world.coasting import coast, land, set_out
+from contactlaw.world.call import address, call_coast, call_land, call_set_out, ready
+from contactlaw.world.demand import COAST, LAND, SET_OUT
 from contactlaw.world.geometry import meet_near
 from contactlaw.world.motion import drift, fly, greatest_closing, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
@@ -144,7 +145,7 @@ def run(w, bodies, pairs, t, now, until):
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
-            land(w, pairs - rest)
+            call_land(address(w, LAND), w, pairs - rest)
             rest = pairs
         w.twists = twists(closed, joints or closed > w.crowd, last or done % TWISTS == 0)
         closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
@@ -170,12 +171,14 @@ def run(w, bodies, pairs, t, now, until):
             else:
                 apply_force(c, a, b, c.end_weight * h)
                 open_up(p, c)
-        stirred = coast(w, pairs - rest, (h, 0.5 * (h + following))) or anew
+        stirred = anew
+        if rest < pairs:
+            stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or anew
         w.kicks += closed
         if rest == pairs and done <= 1 and following == h and closed > SEVERAL:
             count = min(BLOCK, (until - t) / h)
-            if count > LEAST_COASTED:
-                rest, spacing = set_out(w, pairs, h, count), h
+            if count > LEAST_COASTED and ready(w, SET_OUT):
+                rest, spacing = call_set_out(address(w, SET_OUT), w, pairs, h, count), h
         h = following
     w.twists = EACH
     for i in range(bodies):

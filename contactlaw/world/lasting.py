@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from math import isfinite, sqrt
 
-from contactlaw.jit import address_of, jit_inside
+from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import (
     body_at,
@@ -33,7 +33,7 @@ from contactlaw.world.access import (
     row_at,
     tree_at,
 )
-from contactlaw.world.call import ON_WORLD, call_with_body
+from contactlaw.world.call import call_with_body
 from contactlaw.world.equations import (
     ACCELERATION,
     BEFORE,
@@ -87,11 +87,6 @@ def tries(w, bodies):
             b.waits -= 1
             now = False
     return now
-
-
-def address() -> int:
-    """Where `let_last` is, compiled."""
-    return address_of(let_last, ON_WORLD)
 
 
 @jit_inside

@@ -163,7 +163,8 @@ SHAPE = record(
     normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
     half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, cylinder or ellipsoid: half its
     # lengths; of a disc: from its middle to a point of its border; of a hull: as long as it reaches
-    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones; the third is that of a cylinder
+    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones, the third along a
+    # cylinder; of a hull first half the lengths of the box around it, along the principal axes
     partner="i8",  # of a tangent plane: the only shape that it meets
     deepest="u8",  # address of what finds the deepest point of a disc
     first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`

@@ -16,11 +16,10 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of, jit, jit_inside
+from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
-from contactlaw.world.call import A_READ
 from contactlaw.world.near import count_slots, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, WAITS
 from contactlaw.world.touch import enter
@@ -63,18 +62,12 @@ def room_of(w, numbers):
     return left // (SHAPES + KNOWN_NUMBERS + REST + w.memory_size)
 
 
-@jit
-def pack(world, out):
-    """Write the state of a world, between two steps, into a row as long as `size` says; world: see `step.step`.
+@jit_inside
+def write(w, out):
+    """Write the state of a world, between two steps, into a row as long as `size` says.
 
     Returns how many contacts there was no room for. The row holds zeros, or what this function last wrote.
     """
-    return write(world[0], out)
-
-
-@jit_inside
-def write(w, out):
-    """The same, by the record of the world."""
     room = room_of(w, out)
     if room < 0:
         return w.nears
@@ -138,18 +131,12 @@ def small(numbers, count):
     return sound
 
 
-@jit
-def unpack(world, row):
+@jit_inside
+def read(w, row):
     """Give a world the state that a row holds; its bodies are given their motion by whoever does so, before the step.
 
     Returns how many contacts and sleeping bodies were left out because they are not sound.
     """
-    return read(world[0], row)
-
-
-@jit_inside
-def read(w, row):
-    """The same, by the record of the world."""
     forget(w)
     room = room_of(w, row)
     if room < 0 or not 0.0 <= row[0] <= room:
@@ -184,11 +171,6 @@ def read(w, row):
 def read_at(w, address, count):
     """The same of a row at an address."""
     return read(w, carray(doubles_at(address), count))
-
-
-def address_of_read() -> int:
-    """Where `read_at` is, compiled."""
-    return address_of(read_at, A_READ)
 
 
 @jit_inside
