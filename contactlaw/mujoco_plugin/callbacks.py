@@ -34,6 +34,7 @@ from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
+from contactlaw.world.sleep import lies
 from contactlaw.world.state import hole, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees import clear, copy
@@ -59,6 +60,10 @@ def move(head, w, state):
     trees(head, FIND)
     for i in range(head.placed_count):
         read_placed(head, w, placed_at(head.placed, i))
+    if head.tree_count == 0 and head.placed_count == 0 and lies(w):
+        for i in range(head.free_count):
+            write_free(head, free_at(head.frees, i))
+        return
     call_step(address(w, STEP), w, head.step_size, PRESSED)
     if trees(head, READ) and head.free_count == 0 and head.idle != 0:
         return

@@ -271,6 +271,7 @@ WORLD = record(
     nears="i8", spares="i8", islands="i8",  # how many of each there are
     near_body_count="i8",  # in `near_bodies`
     slots="i8",  # of contacts that have ever been in use: the first so many
+    rested="i8",  # in the last step nobody moved
     stale="i8",  # a body has travelled further than the list of near pairs holds
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good

@@ -164,6 +164,18 @@ def rouse(b, now):
 
 
 @jit_inside
+def lies(w):
+    """Whether nobody has moved in the last step, nor will in this one: nothing changes in the world."""
+    if w.rested == 0 or w.stale != 0:
+        return False
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        if b.inverse_mass != 0.0 and (b.asleep == 0 or disturbed(b)):
+            return False
+    return True
+
+
+@jit_inside
 def disturbed(b):
     """Whether a body that sleeps was given a velocity, or is pressed otherwise than when it fell asleep.
 

@@ -179,7 +179,7 @@ def forget(w):
     w.nears = 0
     w.stale = 1
     count_slots(w)
-    w.spares = w.contact_room
+    w.spares, w.rested = w.contact_room, 0
     for i in range(w.slots):
         contact_at(w.contacts, i).phase = FREE
         set_whole(w.spare, w.contact_room - 1 - i, i)

@@ -174,7 +174,7 @@ def some_last(w):
 def begin(w, dt):
     """What a step starts from."""
     w.step = dt
-    w.twists = EACH
+    w.twists, w.rested = EACH, 1
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES
@@ -193,6 +193,7 @@ def begin(w, dt):
         follow(b)
         moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
         b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
+        w.rested = min(w.rested, b.still)
         if strayed(b, dt - b.time):
             w.stale = 1
     count_slots(w)

@@ -16,6 +16,8 @@ from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
 
 from contactlaw import ContactWarning  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, ledger_of  # noqa: E402
+from sims.heap import poured  # noqa: E402
+from sims.scene import Settings  # noqa: E402
 
 
 def test_what_is_remembered_changes_with_steps_alone():
@@ -55,6 +57,27 @@ def test_a_restart_in_mid_contact_is_bit_exact():
         mujoco.mj_step(model, other, 100)
         assert np.array_equal(other.qvel, data.qvel)
         assert np.array_equal(other.plugin_state, data.plugin_state)
+
+
+def test_a_restart_of_a_heap_knows_for_how_long_its_implicit_steps_wait():
+    world = poured(Settings("mujoco", timestep=2e-3), 8)
+    world.start()
+    world.step(113)
+    model, data = world.model, world.data
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state, waited = np.empty(mujoco.mj_stateSize(model, kind)), 0
+    for _ in range(6):
+        mujoco.mj_getState(model, data, state, kind)
+        fresh = mujoco.MjData(model)
+        mujoco.mj_setState(model, fresh, state, kind)
+        mujoco.mj_step(model, data)
+        mujoco.mj_step(model, fresh)
+        assert np.array_equal(fresh.qvel, data.qvel)
+        assert np.array_equal(fresh.plugin_state, data.plugin_state)
+        numbers = data.plugin_state
+        waited += int(((numbers < 0.0) & (numbers > -64.0) & (numbers == np.floor(numbers))).sum() >= 8)
+    assert waited > 0
+    world.close()
 
 
 def test_a_reset_forgets_the_contact():
