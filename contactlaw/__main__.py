@@ -16,6 +16,7 @@ import numpy as np
 import contactlaw
 from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning, Material, rebound
 from contactlaw.calibration.reading import SPINS, VELOCITIES, calibrate_columns, read_table
+from contactlaw.ending import run
 
 TABLE = f"""CSV file, one impact a row, in SI units. Its first row names the columns: {", ".join(VELOCITIES)} (speeds of
 approach and of leaving, and velocities of the contact point along the surface, both counted along the same direction),
@@ -163,4 +164,4 @@ def _laws(_: argparse.Namespace) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run(lambda: sys.exit(main()))

@@ -9,7 +9,6 @@ into place when it is whole: what cannot be read is compiled again, what cannot 
 from __future__ import annotations
 
 import hashlib
-import os
 import pickle
 import sys
 from pathlib import Path
@@ -19,6 +18,8 @@ import llvmlite
 import numba
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
+
+from contactlaw.ending import whole
 
 CHECK = 32  # bytes of a SHA-256
 UNWRITTEN: list[str] = []
@@ -68,14 +69,9 @@ class CodeFiles:
         for old in [*self.folder.glob(f"{self.base}.*.nbc"), *self.folder.glob(f"{self.base}.nbi")]:
             if not old.name.startswith(f"{self.base}.{self.stamp}."):
                 old.unlink(missing_ok=True)
-        path, content = self.path(key), dumps(data)
-        part = path.with_name(f"{path.name}.{os.getpid()}")
-        try:
+        content = dumps(data)
+        with whole(self.path(key)) as part:
             part.write_bytes(hashlib.sha256(content).digest() + content)
-            part.replace(path)
-        except OSError:
-            part.unlink(missing_ok=True)
-            raise
 
     def flush(self) -> None:
         """Forget all of it."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from contactlaw import checks
 from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN, Calibration, Estimate
+from contactlaw.ending import whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +29,8 @@ def save_calibration(result: Calibration, path: Path) -> Path:
         ValueError: It is none that can be drawn.
         OSError: It cannot be written.
     """
-    draw_calibration(result).savefig(path, dpi=110)
+    with whole(path) as part:
+        draw_calibration(result).savefig(part, dpi=110)
     return path
 
 

@@ -10,8 +10,10 @@ r_j (Popov & Hess 2015, section 17):
     f = B q      B_ji = H_i(r_(j-1)) - H_i(r_j)      H_i(r) = 2 [sqrt(c_i^2 - r^2) - sqrt(c_(i-1)^2 - r^2)]
 
 B is constant, and upper triangular with c_j <= r_j < c_(j+1). The springs' energy, sum of w q^2/G*, makes A = C^T
-diag(2 w) C, C = B^-1, the compliance between the rings. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
+diag(2 w) C, C = B^-1, the compliance between the rings. Both force and displacement are scaled by the true P over that
+of the nodes, so that the work of a step is the springs'. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
 (B mu p)_j, such that a ring on its limit slips, r = A (B q* - f), along its traction, the mean of before and after.
+Should few sweeps leave tractions of which the step would give energy, they go back until it gives none.
 """
 
 from __future__ import annotations
@@ -76,6 +78,15 @@ def on_a_line(contact, memory, du, dv):
 
 
 @jit_of_sums
+def lever_of(contact, law):
+    """P over that of the nodes: what scales their force scales their displacement, so that they keep its work."""
+    load, s2 = 0.0, contact.scale * contact.scale / contact.radius
+    for i in range(law.w.size):
+        load += law.w[i] * max(contact.overlap - s2 * law.x2[i], 0.0)
+    return contact.elastic / (2.0 * contact.scale * contact.e_star * load) if load > 0.0 else 0.0
+
+
+@jit_of_sums
 def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
     """Whether tractions lie on no one line once all nodes are displaced and some must slip; arguments: `displace`."""
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
@@ -127,7 +138,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     node, ring = np.empty((5, n)), np.zeros((7, n))
-    load, active, pull_u, pull_v = 0.0, 0, 0.0, 0.0
+    load, active, pull_u, pull_v, lost = 0.0, 0, 0.0, 0.0, 0.0
     for i in range(n):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
@@ -155,10 +166,12 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
     enough = 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2)
     for _ in range(3):
-        inner = relax(law, ring, active, enough)
-        if give_way(law, memory, node, ring, inner) >= 0.0:
+        lost = give_way(law, memory, node, ring, relax(law, ring, active, enough))
+        if lost >= 0.0:
             break
         enough *= 1e-3
+    if lost < 0.0 and (overlap >= before or enough == 0.0):  # else the mean force is not the work's
+        pull_back(law, memory, node, lost, -1.0 if overlap >= before else 0.0)
     for i in range(n):
         memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
         pull_u += law.w[i] * node[NEW_U, i]
@@ -210,6 +223,25 @@ def give_way(law, memory, node, ring, inner):
     return lost
 
 
+@jit_of_sums
+def pull_back(law, memory, node, lost, turned):
+    """Go from tractions of which the step would give energy, lost < 0, until it gives none, see `sectors`.
+
+    turned: times those of the start, where to: -1, or 0 where the load falls and these may be beyond their limits.
+    """
+    n, bend, least = memory.shape[1], 1e-300, 0.0
+    for i in range(n):
+        u, v = turned * memory[0, i], turned * memory[1, i]
+        bend += law.w[i] * ((node[NEW_U, i] - u) ** 2 + (node[NEW_V, i] - v) ** 2)
+        least += law.w[i] * (1.0 + turned) * (memory[0, i] * node[FREE_U, i] + memory[1, i] * node[FREE_V, i])
+    rise = lost - least + bend
+    share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
+    share = min(max(share, 0.0), 1.0)
+    for i in range(n):
+        u, v = turned * memory[0, i], turned * memory[1, i]
+        node[NEW_U, i], node[NEW_V, i] = u + share * (node[NEW_U, i] - u), v + share * (node[NEW_V, i] - v)
+
+
 @dataclass(frozen=True)
 class MicroslipTurning(Microslip):
     """`Microslip` that is right where a slide turns: five times its cost there, nothing where none does.
@@ -239,12 +271,11 @@ class MicroslipTurning(Microslip):
         """All nodes displaced, their tractions summed as a share of their caps."""
         if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
-        step = step_of(contact, du, dv)
+        lever = lever_of(contact, law)
+        step, share = step_of(contact, lever * du, lever * dv), 2.0 * contact.scale * lever
         # Each way ends by itself: where both meet the compiler would sum the straight one in another order.
         if not on_a_line(contact, memory, du, dv) and fans_out(law, memory, *step):
-            pull_u, pull_v, load = displace_on_surface(law, memory, *step)
-            share = contact.elastic / (contact.e_star * load)
+            pull_u, pull_v, _ = displace_on_surface(law, memory, *step)
             return carried(contact, pull_u * share, pull_v * share)
-        pull_u, pull_v, load = displace(law, memory, *step)
-        share = contact.elastic / (contact.e_star * load) if load > 0.0 else 0.0
+        pull_u, pull_v, _ = displace(law, memory, *step)
         return carried(contact, pull_u * share, pull_v * share)

@@ -1,5 +1,6 @@
 """`python -m sims`."""
 
+from contactlaw.ending import run
 from sims.cli import app
 
-app()
+run(app)

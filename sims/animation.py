@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contactlaw.ending import whole
 from sims.panel import FLOOR, GROUND, TABLE, TONES, Panel, bodies, figure_for, marks, note, path, write
 
 if TYPE_CHECKING:
@@ -65,17 +66,23 @@ def draw_animation(
                 artist.remove()
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
     file.parent.mkdir(parents=True, exist_ok=True)
-    if file.suffix == ".mp4":
-        return _video(frames, file)
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(_colours({panel.kind for panel in panels}))
-    plain = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    lasting = [round(1000 * FRAME)] * (len(plain) - 1) + [round(1000 * LAST)]
-    plain[0].save(file, save_all=True, append_images=plain[1:], duration=lasting, loop=0, optimize=True)
+    with whole(file) as part:
+        (_video if file.suffix == ".mp4" else _gif)(frames, part, {panel.kind for panel in panels})
     return file
 
 
-def _video(frames: Sequence[Image], file: Path) -> Path:
+def _gif(frames: Sequence[Image], file: Path, kinds: set[str]) -> None:
+    """Write frames as a moving picture of few colours."""
+    from PIL import Image
+
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(_colours(kinds))
+    plain = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    lasting = [round(1000 * FRAME)] * (len(plain) - 1) + [round(1000 * LAST)]
+    plain[0].save(file, save_all=True, append_images=plain[1:], duration=lasting, loop=0, optimize=True)
+
+
+def _video(frames: Sequence[Image], file: Path, _: set[str]) -> None:
     """Write frames as a video, the last one as long as in a GIF."""
     ffmpeg = import_module("imageio_ffmpeg")
     width, height = (2 * (side // 2) for side in frames[0].size)
@@ -84,7 +91,6 @@ def _video(frames: Sequence[Image], file: Path) -> Path:
     for frame in [*frames, *[frames[-1]] * round(LAST / FRAME)]:
         writer.send(frame.crop((0, 0, width, height)).tobytes())
     writer.close()
-    return file
 
 
 def _colours(kinds: set[str]) -> list[int]:

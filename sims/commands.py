@@ -78,10 +78,20 @@ def _has_both(scene: Scene) -> bool:
 
 
 def _for_each_engine(run: Callable[[Scene, Mapping[str, Any]], None], scene: Scene, values: Mapping[str, Any]) -> None:
-    """In the engine asked for, or in both."""
-    if values["engine"] != BOTH[0] or not _has_both(scene):
+    """In the engine asked for, or in both.
+
+    Raises:
+        ValueError: The scene cannot be run so.
+    """
+    if values["engine"] != BOTH[0]:
         run(scene, values)
         return
+    if not _has_both(scene):
+        missing = next(engine for engine in ENGINES if engine not in scene.engines)
+        raise ValueError(
+            f"engine = {BOTH[0]!r}: must be one of {', '.join(scene.engines)}; "
+            f"{scene.name} is not in {missing}: {scene.unable[missing]}"
+        )
     for engine in ENGINES:
         files = {kind: values[kind] and values[kind].with_stem(f"{values[kind].stem}_{engine}")
                  for kind in KINDS}  # fmt: skip

@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from math import sqrt
 from typing import Any
 
@@ -122,6 +123,8 @@ def _forget_dropped_fields() -> None:
 
 
 if __name__ == "__main__":
+    if find_spec("dm_control") is None:
+        raise SystemExit("this example needs dm_control: pip install dm_control")
     print(f"{'':8}{'restitution':>12}{'sideways: before':>20}{'after [m/s]':>13}")
     for name, one in check().items():
         print(f"{name:8}{one.restitution:12.3f}{one.sideways[0]:20.3f}{one.sideways[1]:13.4f}")

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass
+from importlib.util import find_spec
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -137,6 +138,8 @@ def check() -> dict[str, Hit]:
 
 
 if __name__ == "__main__":
+    if find_spec("gymnasium") is None:
+        raise SystemExit("this example needs gymnasium: pip install gymnasium")
     print(f"{'':8}{'restitution':>12}{'along the bar: before':>24}{'after':>10}{'by the law [m/s]':>18}")
     for name, hit in check().items():
         print(f"{name:8}{hit.restitution:12.3f}{hit.along[0]:24.3f}{hit.along[1]:10.3f}{hit.expected:18.3f}")

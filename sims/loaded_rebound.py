@@ -29,6 +29,9 @@ SAMPLES = 1000  # of the normal motion; straight lines between them
 ANNULI = 20  # and twice as many, to extrapolate
 
 
+STAYS = "so large that the body does not leave: its speed or restitution is too low, or its mass too high"
+
+
 @dataclass(frozen=True)
 class LoadedRebound:
     """What a loaded impact comes to.
@@ -84,7 +87,7 @@ def loaded_rebound(psi_1: float, chi: float, restitution: float, load: float) ->
     )
     left = speed**2 - 2.0 * load * overlap[-1]
     if left <= 0.0:
-        raise ValueError(f"load = {load!r}: so large that the body does not leave")
+        raise ValueError(f"load = {load:.3g}: {STAYS}")
     return LoadedRebound(fine + (fine - coarse) / 3.0, float(np.sqrt(left)), float(time[-1]))
 
 
@@ -113,7 +116,7 @@ def _normal_motion(restitution: float, load: float) -> tuple[np.ndarray, np.ndar
         atol=1e-13, max_step=0.1,
     )  # fmt: skip
     if not path.t_events[0].size:
-        raise ValueError(f"load = {load!r}: so large that the body does not leave")
+        raise ValueError(f"load = {load:.3g}: {STAYS}")
     # Close together at both ends, where the contact radius changes fastest.
     end = float(path.t_events[0][0])
     time = 0.5 * end * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))

@@ -40,7 +40,7 @@ def of_ball(
     """What is told of any ball and its contact; mass None: that of a ball of the material."""
     return of_contact(friction, restitution) | {
         "mass": Option(mass, "of a ball, in kg" + ("" if mass else "; default: by radius and material"), 1e-6, 1e4),
-        "radius": Option(radius, "of a ball, in m", 1e-4, 1.0),
+        "radius": Option(radius, "of a ball, in m", 5e-4, 1.0),
     }
 
 
@@ -58,9 +58,9 @@ def seconds(default: float, least: float = 0.1, most: float = 60.0) -> Option:
     return Option(default, "how long it is watched, in s", least, most)
 
 
-def speed(default: float, text: str) -> Option:
+def speed(default: float, text: str, most: float = 1e3) -> Option:
     """One in m/s."""
-    return Option(default, f"{text}, in m/s", 1e-3, 1e3)
+    return Option(default, f"{text}, in m/s", 1e-3, most)
 
 
 def length(default: float, text: str) -> Option:

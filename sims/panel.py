@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contactlaw.ending import whole
 from sims.outlines import DARK, EDGE, LIGHT, polygons_of, reach_of, scenery_of
 from sims.recording import Array, Recording
 from sims.scene import NATIVE, NATIVE_DAMPED, NATIVES, NONE, Mark, Scene
@@ -223,7 +224,7 @@ def ways(axes: Axes, panel: Panel, instants: Array) -> None:
 
 
 def marks(axes: Axes, panel: Panel, entry: int = -1) -> None:
-    """The marks inside the panel; those at one place are put in one text, and none over another."""
+    """The marks inside the panel; those at one place are put in one text, none over another or over the edge."""
     left, right = axes.get_xlim()
     placed: list[tuple[float, float, str]] = []
     for x, y, text in panel.marks if entry == -1 else panel.marks_at(entry):
@@ -241,8 +242,11 @@ def marks(axes: Axes, panel: Panel, entry: int = -1) -> None:
     for mark in placed:
         if left < mark[0] < right:
             made = write(axes, panel, mark)
+            box, frame = made.get_window_extent(), axes.get_window_extent()
+            inward = max(frame.x0 - box.x0, 0.0) + min(frame.x1 - box.x1, 0.0)
+            made.xyann = (72.0 / axes.figure.dpi * inward, made.xyann[1])
             while any(made.get_window_extent().overlaps(box) for box in boxes):
-                made.xyann = (0, made.xyann[1] + 3)
+                made.xyann = (made.xyann[0], made.xyann[1] + 3)
             boxes.append(made.get_window_extent())
 
 
@@ -267,5 +271,6 @@ def note(axes: Axes, text: str) -> Any:
 def save(figure: Figure, file: Path, dpi: int = 130) -> Path:
     """Write a picture, without what would make two of the same differ; returns its path."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=dpi, metadata={"Software": None}, bbox_inches="tight", pad_inches=0.08)
+    with whole(file) as part:
+        figure.savefig(part, dpi=dpi, metadata={"Software": None}, bbox_inches="tight", pad_inches=0.08)
     return file

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contactlaw.ending import whole
+
 Array = NDArray[np.float64]
 
 
@@ -142,7 +144,7 @@ class Recording:
             heads["scenery"].append({"solid": outline.solid, "name": outline.name, "normal": outline.normal})
             arrays[f"outline_{number}"] = outline.points
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("wb") as file:
+        with whole(path) as part, part.open("wb") as file:
             np.savez_compressed(file, heads=np.array(json.dumps(heads)), **arrays)
         return path
 

@@ -41,6 +41,11 @@ def signed(value: float, digits: int) -> str:
     return text if any(digit in text for digit in "123456789") else text[1:]
 
 
+def plain(value: float, digits: int) -> str:
+    """A number of so many digits, for pictures; more before the point than a power of ten."""
+    return f"{value:.0f}" if abs(value) >= 10.0**digits else f"{value:.{digits}g}"
+
+
 def _no_progress(_: float) -> None:
     """Nobody is told."""
 

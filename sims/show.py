@@ -8,10 +8,11 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from time import perf_counter
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from sims.recording import Recording
@@ -19,13 +20,36 @@ from sims.scene import Limit, Measured, Scene, Settings
 
 console = Console(width=None if sys.stdout.isatty() else 80)
 messages = Console(stderr=True, width=console.width)
+PATIENCE, LONG = 3.0, 20.0  # after how much of it [s] a run that takes longer than this [s] says how long
 
 
 def run(scene: Scene, settings: Settings) -> Recording:
-    """Run a scene behind a bar."""
-    with bar() as progress:
-        task = progress.add_task(f"{scene.name} in {settings.engine}", total=1.0)
-        return scene.run(replace(settings, progress=lambda part: progress.update(task, completed=part)))
+    """Run a scene behind a bar; one that takes long says how long, and of what was asked."""
+    asked = {key: value for key, value in settings.options.items() if value not in (None, scene.options[key].default)}
+    asked |= {"timestep": settings.timestep} if settings.timestep else {}
+    name = f"{scene.name} in {settings.engine}"
+    given = " with " + ", ".join(f"{key} = {value:g}" for key, value in asked.items()) if asked else ""
+    times: list[float] = []  # when it began, and when it said how long
+
+    with bar(TimeRemainingColumn()) as progress:
+        task = progress.add_task(name, total=1.0)
+
+        def tell(part: float) -> None:
+            progress.update(task, completed=part)
+            if not times:
+                times.append(perf_counter())
+            spent = perf_counter() - times[0]
+            if len(times) == 1 and part > 0.0 and PATIENCE < spent > part * LONG:
+                times.append(spent)
+                messages.print(f"{name}{given}: up to about {_lasting(spent / part - spent)} to go; Ctrl-C ends it",
+                               highlight=False, soft_wrap=True)  # fmt: skip
+
+        return scene.run(replace(settings, progress=tell))
+
+
+def _lasting(seconds: float) -> str:
+    unit, each = next((one for one in (("h", 3600.0), ("min", 60.0)) if seconds > 2.0 * one[1]), ("s", 1.0))
+    return f"{seconds / each:.0f} {unit}"
 
 
 def measure(scene: Scene, recording: Recording) -> Measured:
@@ -157,8 +181,7 @@ def _text(value: object) -> str:
     return str(value)
 
 
-def bar() -> Progress:
+def bar(*more: ProgressColumn) -> Progress:
     """One that goes when it is done."""
-    return Progress(
-        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=messages, transient=True
-    )  # fmt: skip
+    columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *more
+    return Progress(*columns, console=messages, transient=True)

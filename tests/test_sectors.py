@@ -104,6 +104,16 @@ def test_no_path_makes_energy(kind: str) -> None:
 
 
 @in_a_world
+def test_springs_with_torsion_make_no_energy_at_constant_load() -> None:
+    """In steps of any size, which turn a force round while spin lowers its limit too."""
+    rng = np.random.default_rng(29)
+    for trial in range(1500):
+        lost, over = spinning.dissipated("springs", *spinning.random_path(rng, "steady", (1, 4, 16)[trial % 3]), False)
+        assert turning.fall(lost) < 1e-13
+        assert over < 1e-12
+
+
+@in_a_world
 def test_no_cycle_makes_energy() -> None:
     """Cycles that a search makes as generous as it can, load and place in turn or at once."""
     rng = np.random.default_rng(5)

@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -113,6 +114,16 @@ def test_the_reference_has_every_public_name(site: Path, pages: dict[Path, Page]
             if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__"
         )
         assert not {f"{module}.{name}" for name in listed} - ids
+
+
+@pytest.mark.slow
+def test_stars_of_docstrings_are_no_emphasis(site: Path) -> None:
+    for path in (site / "docs" / "api").glob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert set(re.findall(r"<em>(.*?)</em>", text, re.S)) <= {"required"}, path.name
+        assert not re.search('`"|"`', unescape(text)), path.name
+    text = unescape((site / "docs" / "api" / "mujoco_plugin.html").read_text(encoding="utf-8"))
+    assert '<code>"ball*"</code>' in text and '<code>"*"</code> alone stands for every geom' in text
 
 
 @pytest.mark.slow

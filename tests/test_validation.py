@@ -35,7 +35,7 @@ class Sample(Case):
 
     def table(self, data):
         """One row."""
-        return Table(["number"], [[f"{data['seven']:.3f}"]])
+        return Table("number", "{seven:.3f}", [data])
 
 
 def test_every_file_of_the_folder_is_a_case_of_its_name():
@@ -165,7 +165,7 @@ def test_a_picture_that_fails_makes_a_run_not_sane(tmp_path):
     class Undrawn(Sample):
         caption = "Nothing."
 
-        def draw(self, data):
+        def draw(self, data, axes):
             raise KeyError("eight")
 
     pytest.importorskip("matplotlib")

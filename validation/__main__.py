@@ -10,6 +10,7 @@ from rich.console import Console  # noqa: TID253
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: TID253
 from rich.table import Table as RichTable  # noqa: TID253
 
+from contactlaw.ending import run
 from validation import report, runner, store
 from validation.case import Case, select
 from validation.store import Result
@@ -106,4 +107,4 @@ def _show(results: dict[str, Result], console: Console) -> None:
 
 
 if __name__ == "__main__":
-    app(prog_name="python -m validation")
+    run(lambda: app(prog_name="python -m validation"))

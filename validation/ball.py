@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import ceil, log, nan, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.laws import Law
@@ -14,8 +15,7 @@ from sims.contact_point import contact_velocity
 from sims.contact_point import static_overlap as overlap_under
 from sims.scene import Settings
 from sims.worlds import State, Tuning, World, new_world
-
-Array = NDArray[np.float64]
+from validation.case import Array
 
 RADIUS = 0.0254  # [m]
 STEEL = MATERIALS["steel"]
@@ -131,6 +131,11 @@ def impacts(world: World, pair: ContactPair, psi_1: list[float], phases: Array, 
 def in_words(dt: float) -> str:
     """A step as it is written."""
     return f"1/{round(1.0 / dt)} s" if dt > 3e-3 else f"{1e3 * dt:g} ms"
+
+
+def where(run: Mapping[str, Any]) -> str:
+    """Engine, step and integrator of a run in words."""
+    return f"{run['engine']}, {in_words(run['step'])} {run['integrator']}"
 
 
 def linear_spring(duration: float, restitution: float) -> tuple[float, float]:

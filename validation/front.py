@@ -10,19 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from validation.case import Data
+from validation.case import Array, Axes, Data
 from validation.measure import spread
 from validation.picture import LAW_STYLES
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 CERTAIN = 75.0  # per cent of the rounds
 STRIDE = 0.8  # from row to row of a table, in error
 LOOKS: dict[str, dict[str, Any]] = LAW_STYLES | {
@@ -187,7 +182,7 @@ def _standing(data: Data, name: str) -> str:
     return "yes" if name in data["front"] else f"no{other}"
 
 
-HEADS = ["way", "largest error", "rms", "time an impact [us]", "quartiles", "time a step [us]", "on the front"]
+HEADS = "way | largest error | rms | time an impact [us] | quartiles | time a step [us] | on the front"
 """Of `rows`."""
 
 COMPARED = {"closer": "default closer than any single spring as fast", "faster": "default faster than annuli as close"}

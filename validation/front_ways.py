@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, Body, ContactPair, collide, force_along_path
+from contactlaw.collision import Impact
 from contactlaw.laws import Law
 from contactlaw.laws.microslip import Microslip
+from validation.case import Array
 from validation.front import Rung
 from validation.measure import interleaved
 from validation.reference import annulus, superposition
-
-Array = NDArray[np.float64]
 
 SUPERPOSITION = [16, 32, 64, 128, 256, 512, 1024]  # steps
 ANNULI = [5, 10, 20, 40]
@@ -32,6 +32,10 @@ PATH_NODES = [8, 16, 32, 64, 128]
 FINE = 16000  # steps of the superposition method that others are judged by
 DEEPEST = 0.01  # of the paths, over the radius
 SWINGS = [(0.3, 1.0), (1.5, 2.0), (1.0, 3.5)]  # of the paths: height over DEEPEST mu/kappa, and periods
+Make = Callable[[Array], Callable[[], Any]]
+"""Gives, of impacts (psi_1 and chi, shape (2, n)), the call that answers them, and is timed."""
+Ways = dict[str, tuple[Make, Array]]
+"""By name, how the call is made, and the impacts that it is timed with."""
 
 
 def laws(nodes: Iterable[int], steps: Iterable[int]) -> dict[str, tuple[Law, int | None]]:
@@ -42,16 +46,53 @@ def laws(nodes: Iterable[int], steps: Iterable[int]) -> dict[str, tuple[Law, int
     return found | {"coulomb": (LAWS["coulomb"], None)}
 
 
-def rungs(
-    runs: Mapping[str, Callable[[], object]], counts: dict[str, int], errors: dict[str, Array], repeats: int,
-    problems: dict[str, str] | None = None,
+def ladder(
+    ways: Ways, impacts: Array, error: Callable[[Any], Array], repeats: int,
+    problem: Callable[[Any], str] = lambda answers: "",
 ) -> dict[str, Rung]:  # fmt: skip
-    """Time all side by side; counts: impacts a run."""
-    seconds = interleaved(runs, repeats)
+    """All ways, timed side by side.
+
+    Args:
+        ways: What there is.
+        impacts: That errors are told of.
+        error: Of each impact, from the answers to all, shape (n,).
+        repeats: Rounds.
+        problem: What makes answers not sane.
+    """
+    answers = {name: make(impacts)() for name, (make, _) in ways.items()}
+    seconds = interleaved({name: make(timed) for name, (make, timed) in ways.items()}, repeats)
     return {
-        name: Rung(name.split(",")[0], errors[name], seconds[name] / counts[name], (problems or {}).get(name, ""))
-        for name in runs
+        name: Rung(name.split(",")[0], error(answers[name]), seconds[name] / timed.shape[1], problem(answers[name]))
+        for name, (_, timed) in ways.items()
     }
+
+
+def one_by_one(solve: Callable[..., Any], **told: Any) -> Make:
+    """Impact after impact."""
+
+    def make(impacts: Array) -> Callable[[], list[Any]]:
+        known = list(zip(*impacts.tolist(), strict=True))
+        return lambda: [solve(*one, **told) for one in known]
+
+    return make
+
+
+def by_collide(law: str | Law, steps: int) -> Make:
+    """Impact after impact, each with its whole history; bodies are made before the clock starts."""
+
+    def make(impacts: Array) -> Callable[[], list[Impact]]:
+        bodies = [thrown(law, *one) for one in zip(*impacts.tolist(), strict=True)]
+        return lambda: [collide(*one, steps=steps) for one in bodies]
+
+    return make
+
+
+def methods(quick: bool) -> dict[str, Make]:
+    """The two methods of the reference."""
+    found = {f"superposition, {n} steps": one_by_one(superposition.impact, steps=n) for n in SUPERPOSITION}
+    return found | {
+        f"annuli, N = {n}": one_by_one(annulus.impact, annuli=n) for n in (FEW_ANNULI if quick else ANNULI)
+    }  # fmt: skip
 
 
 def sample(count: int) -> NDArray[np.int64]:
@@ -67,48 +108,24 @@ def thrown(law: str | Law, psi_1: float, chi: float) -> tuple[ContactPair, Body]
     return pair, Body(mass=MASS, radius=RADIUS, inertia=inertia, velocity=velocity)
 
 
-def histories(impacts: list[tuple[float, float]], repeats: int, quick: bool) -> dict[str, Rung]:
-    """F over mu P_max at each instant of whole impacts (psi_1, chi), against the superposition method in fine steps."""
-    exact = [superposition.impact(*one, FINE) for one in impacts]
-    sizes = list(zip(exact, impacts, strict=True))
+def histories(impacts: Array, repeats: int, quick: bool) -> dict[str, Rung]:
+    """F over mu P_max at each instant of whole impacts, against the superposition method in fine steps."""
+    exact = one_by_one(superposition.impact, steps=FINE)(impacts)()
 
-    def error(time: Array, force: Array, of: superposition.Impact) -> float:
-        return float(np.abs(force - np.interp(time, of.time, of.tangential_force)).max())
+    def error(found: list[Any]) -> Array:
+        out = []
+        for one, of in zip(found, exact, strict=True):
+            time, force = one.time, one.tangential_force
+            if isinstance(one, Impact):
+                time, force = time / time[-1], -force[:, 0] / (FRICTION * one.normal_force.max())
+            out.append(np.abs(force - np.interp(time, of.time, of.tangential_force)).max())
+        return np.array(out)
 
-    def by_law(law: Law, steps: int) -> Array:
-        found = []
-        for of, one in sizes:
-            made = collide(*thrown(law, *one), steps=steps)
-            scale = -FRICTION * float(made.normal_force.max())
-            found.append(error(made.time / made.time[-1], made.tangential_force[:, 0] / scale, of))
-        return np.array(found)
-
-    def by_method(solve: Callable[..., Any], size: int) -> Array:
-        made = [(solve(*one, size), of) for of, one in sizes]
-        return np.array([error(one.time, one.tangential_force, of) for one, of in made])
-
-    def whole(bodies: list[tuple[ContactPair, Body]], steps: int) -> list[Any]:
-        return [collide(*one, steps=steps) for one in bodies]
-
-    def march(solve: Callable[..., Any], size: int) -> list[Any]:
-        return [solve(*one, size) for one in impacts]
-
-    runs: dict[str, Callable[[], object]] = {}
-    errors: dict[str, Array] = {}
     settings = laws(HISTORY_NODES, HISTORY_STEPS[1::2] if quick else HISTORY_STEPS)
     some = ALL_SPRINGS_STEPS[1::2] if quick else ALL_SPRINGS_STEPS
     settings |= {f"microslip, all springs, {steps} steps": (LAWS["microslip"], steps) for steps in some}
-    for name, (law, steps) in settings.items():
-        count = steps or COLLIDE_STEPS
-        runs[name] = partial(whole, [thrown(law, *one) for one in impacts], count)
-        errors[name] = by_law(law, count)
-    for size in SUPERPOSITION:
-        name = f"superposition, {size} steps"
-        runs[name], errors[name] = partial(march, superposition.impact, size), by_method(superposition.impact, size)
-    for size in FEW_ANNULI if quick else ANNULI:
-        name = f"annuli, N = {size}"
-        runs[name], errors[name] = partial(march, annulus.impact, size), by_method(annulus.impact, size)
-    return rungs(runs, dict.fromkeys(runs, len(impacts)), errors, repeats)
+    ways = {name: by_collide(law, steps or COLLIDE_STEPS) for name, (law, steps) in settings.items()} | methods(quick)
+    return ladder({name: (make, impacts) for name, make in ways.items()}, impacts, error, repeats)
 
 
 def along_paths(repeats: int, quick: bool) -> dict[str, Rung]:
@@ -116,33 +133,26 @@ def along_paths(repeats: int, quick: bool) -> dict[str, Rung]:
     part = np.linspace(0.0, 1.0, 201)
     overlap = DEEPEST * np.sin(np.pi * part) ** 0.8
     overlap[-1] = 0.0
-    pairs = {name: ContactPair(STEEL, STEEL, FRICTION, radius=1.0, law=law) for name, law in LAWS.items()}
-    pairs = {DEFAULT if name == "microslip" else name: pair for name, pair in pairs.items()}
-    pairs |= {
-        f"microslip, {n} nodes": ContactPair(STEEL, STEEL, FRICTION, radius=1.0, law=Microslip(n)) for n in PATH_NODES
-    }
-    kappa = pairs[DEFAULT].kappa
-    sheared = [FRICTION / kappa * DEEPEST * height * np.sin(2.0 * np.pi * n * part) for height, n in SWINGS]
-    exact = [superposition.force_along_path(overlap, s, kappa=kappa, friction=FRICTION) for s in sheared]
-    scale = FRICTION * 4.0 / 3.0 * DEEPEST**1.5  # mu P_max with E* = R = 1
+    named: dict[str, str | Law] = {DEFAULT if name == "microslip" else name: name for name in LAWS}
+    named |= {f"microslip, {n} nodes": Microslip(n) for n in PATH_NODES}
+    pairs = {name: ContactPair(STEEL, STEEL, FRICTION, radius=1.0, law=law) for name, law in named.items()}
+    told = {"kappa": pairs[DEFAULT].kappa, "friction": FRICTION}
+    sheared = [FRICTION / told["kappa"] * DEEPEST * height * np.sin(2.0 * np.pi * n * part) for height, n in SWINGS]
 
     def by_law(pair: ContactPair) -> list[Array]:
-        stiffness = pair.effective_modulus
-        return [force_along_path(pair, overlap, s)[1] / stiffness for s in sheared]
+        return [force_along_path(pair, overlap, s)[1] / pair.effective_modulus for s in sheared]
 
-    def by_superposition() -> list[Array]:
-        return [superposition.force_along_path(overlap, s, kappa=kappa, friction=FRICTION) for s in sheared]
+    def by_method(method: Any, **size: int) -> list[Array]:
+        return [method.force_along_path(overlap, s, **told, **size) for s in sheared]
 
-    def by_annuli(annuli: int) -> list[Array]:
-        return [
-            annulus.force_along_path(overlap, s, kappa=kappa, friction=FRICTION, annuli=annuli) for s in sheared
-        ]  # fmt: skip
+    exact = by_method(superposition)
+    scale = FRICTION * 4.0 / 3.0 * DEEPEST**1.5  # mu P_max with E* = R = 1
 
-    runs: dict[str, Callable[[], list[Array]]] = {name: partial(by_law, pair) for name, pair in pairs.items()}
-    runs["superposition"] = by_superposition
-    runs |= {f"annuli, N = {n}": partial(by_annuli, n) for n in (FEW_ANNULI if quick else ANNULI)}
-    errors = {
-        name: np.array([np.abs(force - of).max() / scale for force, of in zip(run(), exact, strict=True)])
-        for name, run in runs.items()
-    }
-    return rungs(runs, dict.fromkeys(runs, len(sheared)), errors, repeats)
+    def error(found: list[Array]) -> Array:
+        return np.array([np.abs(force - of).max() / scale for force, of in zip(found, exact, strict=True)])
+
+    calls = {name: partial(by_law, pair) for name, pair in pairs.items()}
+    calls["superposition"] = partial(by_method, superposition)
+    calls |= {f"annuli, N = {n}": partial(by_method, annulus, annuli=n) for n in (FEW_ANNULI if quick else ANNULI)}
+    swings = np.zeros((2, len(SWINGS)))  # impacts that no call looks at: each knows its paths
+    return ladder({name: (lambda _, call=call: call, swings) for name, call in calls.items()}, swings, error, repeats)

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass, fields
-from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from validation.case import Array, Progress, told
 from validation.reference.annulus import rebound_extrapolated
-from validation.sweep import sweep
 
-Array = NDArray[np.float64]
 Impact = tuple[float, float, float]
 """psi_1, chi, restitution."""
 
@@ -33,27 +28,17 @@ _KNOWN: dict[tuple[Impact, int], tuple[float, float]] = {}
 """What the reference has been asked already, by impact and annuli."""
 
 
-def _converged(one: Impact, annuli: int) -> tuple[float, float]:
-    return rebound_extrapolated(*one, annuli=annuli)
-
-
-def judge(
-    impacts: list[Impact],
-    annuli: int = 40,
-    progress: Callable[[float], None] | None = None,
-    executor: Executor | None = None,
-) -> Judged:
+def judge(impacts: list[Impact], annuli: int = 40, progress: Progress = lambda part: None) -> Judged:
     """Ask the reference.
 
     Args:
         impacts: (psi_1, chi, restitution) each.
         annuli: The middle one of its three resolutions.
         progress: Told the part done.
-        executor: Where it is asked, see `sweep`; None: here. The answers are the same to the last bit.
     """
     new = [one for one in dict.fromkeys(impacts) if (one, annuli) not in _KNOWN]
-    answers = sweep(partial(_converged, annuli=annuli), new, executor, progress=progress)
-    _KNOWN.update(((one, annuli), answer) for one, answer in zip(new, answers, strict=True))
+    for one in told(new, progress):
+        _KNOWN[one, annuli] = rebound_extrapolated(*one, annuli=annuli)
     psi_1, chi, restitution = np.array(impacts, dtype=float).T.copy()
     psi_2, uncertainty = np.array([_KNOWN[one, annuli] for one in impacts]).T.copy()
     return Judged(psi_1, chi, restitution, psi_2, uncertainty)

@@ -15,11 +15,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import ContactPair, Material
-
-Array = NDArray[np.float64]
+from validation.case import Array
 
 VARIANTS = {
     "mindlin": "F = -k_T(a) s, s the whole displacement since the touch",

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from validation.case import Array
 
 FOLDER = Path(__file__).parent / "data"
 KINDS = ("experiment", "finite elements")

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 from multiprocessing import get_context
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import rebound
 from contactlaw.laws.microslip import Microslip
 from validation import front
-from validation.case import Data
+from validation.case import Array, Data
 from validation.measure import interleaved, spread
 from validation.reference import superposition
-from validation.sweep import sweep
 
-Array = NDArray[np.float64]
 Chunk = tuple[Array, Array]
 """psi_1 and chi, shape (n,) each."""
 
@@ -48,11 +46,13 @@ def rates(repeats: int, count: int) -> Data:
         f"{CHEAP[0]} nodes, {CHEAP[1]} steps": partial(by_law, nodes=CHEAP[0], steps=CHEAP[1]),
     }
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes, ThreadPoolExecutor(2) as threads:
-        where: dict[str, Executor | None] = {"one core": None, "two threads": threads, "two processes": processes}
+        where: dict[str, Callable[..., Any]] = {
+            "one core": map, "two threads": threads.map, "two processes": processes.map
+        }  # fmt: skip
         runs: dict[str, Callable[[], object]] = {
-            f"{name}, {place}": partial(sweep, function, chunks, executor)
+            f"{name}, {place}": lambda run=run, function=function: list(run(function, chunks))
             for name, function in functions.items()
-            for place, executor in where.items()
+            for place, run in where.items()
         }
         seconds = interleaved(runs, repeats)
     answers = {name: function(judged) for name, function in functions.items()}

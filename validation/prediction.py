@@ -7,12 +7,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlaw import LAWS, ContactPair, ContactWarning, rebound
+from validation.case import Array
 from validation.reference import annulus
-
-Array = NDArray[np.float64]
 
 REFERENCE = "(the reference)"
 """The annulus solver's name among the laws."""

@@ -9,6 +9,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
+from contactlaw.ending import whole
 from validation.case import Table
 from validation.store import Result, load
 from validation.words import asked, kept, markdown, with_unit
@@ -115,7 +116,7 @@ def table(rows: Iterable[Row], folder: Path) -> Table:
     Raises:
         LookupError: A row names a limit or a figure that the result of its case does not have.
     """
-    out = Table(["what", "asked", "reached", ""])
+    out = Table("what | asked | reached |")
     for row in rows:
         result = load(row.case, folder)
         cells = ["", "", "not measured"] if result is None or result["quick"] else _cells(row, result)
@@ -157,7 +158,8 @@ def write(root: Path, folder: Path) -> None:
     """
     for name, made in BLOCKS.items():
         before, _, after = split((root / name).read_text(encoding="utf-8"))
-        (root / name).write_text(f"{before}{BEGIN}\n{made(folder)}\n{END}{after}", encoding="utf-8")
+        with whole(root / name) as part:
+            part.write_text(f"{before}{BEGIN}\n{made(folder)}\n{END}{after}", encoding="utf-8")
 
 
 def split(text: str) -> tuple[str, str, str]:

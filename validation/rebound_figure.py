@@ -13,22 +13,16 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from itertools import product
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw.collision import Body, Impact, collide
 from sims import puck as scene
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table
-from validation.picture import panels
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.reference.annulus import rebound
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 INCH = 0.0254  # [m]
 MORE_FRICTION = 1.2  # what the paper says would restore the measured psi_2
@@ -80,6 +74,7 @@ class ReboundFigure(Case):
     speeds: ClassVar[tuple[float, float]]
     span: ClassVar[float]
     needs = ("mujoco", "pybullet")
+    sheet = {"width": 6.4, "height": 4.8}  # noqa: RUF012
 
     @property
     @abstractmethod
@@ -128,25 +123,17 @@ class ReboundFigure(Case):
         """psi_2 by route, shape (incidences, throws), over sizes, speeds and ways to launch; and what is not sane."""
         found: dict[str, list[list[float]]] = {"microslip": [], **{name: [] for name in ENGINES}}
         problems = []
-        for number, psi_1 in enumerate(incidences):
-            rows: dict[str, list[float]] = {name: [] for name in found}
-            for diameter in self.diameters.values():
-                for speed in self.speeds:
-                    for launch in scene.LAUNCHES:
-                        puck = sized(replace(base, psi_1=psi_1, speed=speed, launch=launch), diameter)
-                        rows["microslip"].append(thrown(puck).psi_2)
-                        for engine in ENGINES:
-                            result = scene.run(puck, engine)
-                            rows[engine].append(result.psi2)
-                            if result.energy_ratio > 1.001:
-                                problems.append(
-                                    f"{engine}, psi_1 = {psi_1:g}: energy grown to {result.energy_ratio:.4f}"
-                                )
-            for name, row in rows.items():
-                found[name].append(row)
-            progress(0.2 + 0.8 * (number + 1) / len(incidences))
-        if not all(np.isfinite(values).all() for values in found.values()):
-            problems.append("a throw ends with a value that is not finite")
+        for psi_1 in told(incidences, progress, 0.2):
+            pucks = [sized(replace(base, psi_1=psi_1, speed=speed, launch=launch), diameter)
+                     for diameter, speed, launch
+                     in product(self.diameters.values(), self.speeds, scene.LAUNCHES)]  # fmt: skip
+            found["microslip"].append([thrown(puck).psi_2 for puck in pucks])
+            for engine in ENGINES:
+                results = [scene.run(puck, engine) for puck in pucks]
+                found[engine].append([result.psi2 for result in results])
+                grown = max(result.energy_ratio for result in results)
+                if grown > 1.001:
+                    problems.append(f"{engine}, psi_1 = {psi_1:g}: energy grown to {grown:.4f}")
         return found, problems
 
     def _friction(self, psi: Array, elastic: Array, damped: Array, chi: float, restitution: float) -> Data:
@@ -162,32 +149,20 @@ class ReboundFigure(Case):
 
     def table(self, data: Data) -> Table:
         """A row an incidence; then what of the 20 % restitution explains."""
-        table = Table(
-            ["psi_1", "annuli, e = 1", f"annuli, e = {data['restitution']:g}", "law alone", "MuJoCo", "PyBullet",
-             f"spread of {3 * data['throws_each']} throws"]
-        )  # fmt: skip
-        for number, psi_1 in enumerate(data["incidences"]):
-            means = [f"{np.mean(found[number]):.4f}" for found in data["throws"].values()]
-            table.rows.append(
-                [f"{psi_1:g}", f"{data['reference_elastic'][number]:.4f}",
-                 f"{data['reference'][number]:.4f}", *means, f"{data['spread'][number]:.1e}"]
-            )  # fmt: skip
-        friction = data["friction"]
-        table.rows.append(
-            [f"all partial stick (psi_1 <= {friction['upper']:.2f})",
-             f"mu factor that maps e = {data['restitution']:g} on e = 1", f"{friction['factor']:.3f}",
-             f"and eq. (6) with e: {friction['with_equation_6']:.3f}", "", "",
-             f"rms {friction['rms_before']:.3f} -> {friction['rms_left']:.3f}"]
-        )  # fmt: skip
-        table.rows.append(
-            ["mu", f"{data['mu']:g} by the paper", f"{friction['mu_corrected']:.4f} by eq. (6) with (1 + e) for 2",
-             "", "", "", ""]
-        )  # fmt: skip
+        table = Table(f"psi_1 | annuli, e = 1 | annuli, e = {data['restitution']:g} | law alone | MuJoCo | PyBullet | "
+                      f"spread of {3 * data['throws_each']} throws")  # fmt: skip
+        columns = (data[key] for key in ("incidences", "reference_elastic", "reference", "spread"))
+        for number, (psi_1, elastic, damped, spread) in enumerate(zip(*columns, strict=True)):
+            means = " | ".join(f"{np.mean(found[number]):.4f}" for found in data["throws"].values())
+            table.add(f"{psi_1:g} | {elastic:.4f} | {damped:.4f} | {means} | {spread:.1e}")
+        table.add("all partial stick (psi_1 <= {upper:.2f}) | mu factor that maps e = {e:g} on e = 1 | {factor:.3f} | "
+                  "and eq. (6) with e: {with_equation_6:.3f} | | | rms {rms_before:.3f} -> {rms_left:.3f}",
+                  data["friction"], e=data["restitution"])  # fmt: skip
+        table.add("mu | {mu:g} by the paper | {friction[mu_corrected]:.4f} by eq. (6) with (1 + e) for 2", data)
         return table
 
-    def draw(self, data: Data) -> Figure:
+    def draw(self, data: Data, axes: Axes) -> None:
         """The paper's figure."""
-        figure, (axes,) = panels(1, width=6.4, height=4.8)
         psi, elastic = np.array(data["psi"]), np.array(data["elastic"])
         axes.fill_between(
             psi, elastic, recorded(psi, elastic, MORE_FRICTION), facecolor="#e6e6e6", edgecolor="#aaaaaa", hatch="///",
@@ -211,4 +186,3 @@ class ReboundFigure(Case):
         axes.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"reflexion $\psi_2$ [-]", xlim=(0.0, self.span),
                  ylim=(-2.0, 2.6), title=f"{data['material']} puck, $\\chi$ = {data['chi']:.3f}")  # fmt: skip
         axes.legend(loc="upper left", fontsize=8)
-        return figure

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from contactlaw.ending import whole
 from validation import readme
 from validation.case import Case, Table
 from validation.store import Result, load
@@ -62,7 +63,8 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
         command = f"python -m validation -f '^({'|'.join(missing)})$'"
         parts.append(f"## Not measured yet\n\n{', '.join(missing)}: run `{command}`.\n")
     path = folder / "report.md"
-    path.write_text("\n".join(parts))
+    with whole(path) as part:
+        part.write_text("\n".join(parts))
     return path
 
 
@@ -78,7 +80,7 @@ def verdict(result: Result) -> str:
 
 def limits_table(result: Result) -> Table:
     """Asked and reached."""
-    table = Table(["limit", "asked", "reached", ""])
+    table = Table("limit | asked | reached |")
     for limit in result["limits"]:
         table.rows.append([limit["name"], asked(limit), with_unit(limit["reached"], limit["unit"]), kept(limit)])
     return table
@@ -104,7 +106,7 @@ def _in_short(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
 
 def _missed(present: list[tuple[Case, Result]]) -> str:
     """Every limit that is missed, by name, and every run that does not count."""
-    table = Table(["case", "limit", "asked", "reached"])
+    table = Table("case | limit | asked | reached")
     for case, result in present:
         table.rows.extend([link(case), f"**not sane**: {problem}", "", ""] for problem in result["problems"])
         missed = (limit for limit in result["limits"] if not limit["passed"])
@@ -117,7 +119,7 @@ def _missed(present: list[tuple[Case, Result]]) -> str:
 
 def _summary(present: list[tuple[Case, Result]]) -> str:
     """How many limits each case has and misses, and what it was measured on."""
-    table = Table(["case", "asked", "reached", "missed", "took", "on"])
+    table = Table("case | asked | reached | missed | took | on")
     all_asked = all_reached = 0
     for case, result in present:
         count, reached = len(result["limits"]), sum(limit["passed"] for limit in result["limits"])
@@ -155,7 +157,7 @@ def _chapter(case: Case, result: Result, folder: Path) -> str:
     if result["data"]:
         table = case.table(result["data"])
         rest = len(table.rows) - MOST_ROWS
-        lines += [markdown(Table(table.heads, table.rows[:MOST_ROWS])), ""]
+        lines += [markdown(table, MOST_ROWS), ""]
         lines += [f"{rest} more rows are made from [its results](results/{case.name}.json).\n"] if rest > 0 else []
     return "\n".join(lines)
 

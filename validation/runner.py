@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from time import perf_counter
 
+from contactlaw.ending import whole
 from validation import readme, report, stamp, store
 from validation.case import Case, Outcome, Progress, find_cases
 from validation.measure import machine
@@ -73,20 +75,21 @@ def draw(case: Case, result: Result, folder: Path) -> Path | None:
     """Draw a result; None where it has no picture, no data, or matplotlib is not installed."""
     if not case.caption or not result["data"] or find_spec("matplotlib") is None:
         return None
-    from validation.picture import styled
+    from validation.picture import panels, styled
 
     path = folder / "results" / f"{case.name}.png"
     path.parent.mkdir(parents=True, exist_ok=True)
     with styled():
-        figure = case.draw(result["data"])
-        if figure is None:
-            return None
-        figure.savefig(path)
+        figure, axes = panels(**case.sheet)
+        case.draw(result["data"], *axes)
+        drawn = BytesIO()
+        figure.savefig(drawn)
     from PIL import Image
 
-    with Image.open(path) as image:  # drawings have few colours: a third of the bytes
+    with Image.open(drawn) as image:  # drawings have few colours: a third of the bytes
         few = image.convert("RGB").quantize(128)
-    few.save(path, optimize=True)
+    with whole(path) as part:
+        few.save(part, optimize=True)
     return path
 
 

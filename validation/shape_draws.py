@@ -9,11 +9,9 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, Material
-
-Array = NDArray[np.float64]
+from validation.case import Array
 
 KINDS = ("sphere", "capsule", "box", "cylinder", "ellipsoid", "hull")
 MADE_OF = tuple(MATERIALS[name] for name in ("steel", "rubber", "wood"))

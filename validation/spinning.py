@@ -10,16 +10,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw.jit import jit
 from contactlaw.laws import sectors, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import PAIR_SIZE, SPUN, ask_energy, contact_of, pair_of
-from contactlaw.laws.step import ask, prescribe
+from contactlaw.laws.step import prescribe
 from validation import turning
-
-Array = NDArray[np.float64]
+from validation.case import Array
 
 WAYS = ["sectors", "springs"]  # `laws.sectors`; the law's springs, with `torsion` and its limit curve
 
@@ -82,10 +80,7 @@ def _ledger(by_sectors, in_turn, p, overlap, place, contact_and_memory, states, 
                 c.state = SPUN
                 sectors.advance(c, state, own, pair.g_t, (du, dv, angle))
             else:
-                left, kept = torsion.limits(state, c, pair.friction, du, dv, angle)
-                c.friction = left * pair.friction
-                ask(c, pair, law, memory, du, dv, 0.0)
-                torsion.twist(state, c, pair.g_t, angle, kept * pair.friction)
+                torsion.advance(state, c, pair, law, memory, (du, dv, angle), c.before, 0.0)
             work += 0.5 * ((f + c.f) * du + (g + c.g) * dv + (m + state.moment) * angle)
             f, g, m, limit = c.f, c.g, state.moment, pair.friction * c.force
             over = max(over, np.sqrt(f * f + g * g) / limit - 1.0)

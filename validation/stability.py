@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import os
 import warnings
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from math import inf, isfinite, isnan, nan
 from multiprocessing import get_context
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from validation.case import Data
+from validation.case import Axes, Case, Data, Limit, Progress, Table
 from validation.stability_trials import RADIUS, Trial
-from validation.stability_worlds import TrialWorld
-from validation.sweep import sweep
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS, TrialWorld
 
 GAIN = 1e-3  # of the energy at the start
 REST = 1e-3  # the same
@@ -134,11 +131,6 @@ def tally(engine: str, way: str, trials: Sequence[Trial | None]) -> Data:
     }
 
 
-def without_names(cell: Data) -> Data:
-    """A tally that does not tell the trials that fail: of ways that fail everywhere."""
-    return {key: value for key, value in cell.items() if key != "failures"}
-
-
 def _size(verdict: Verdict) -> float:
     return 1e300 if verdict.problem == NOT_FINITE else max(verdict.gain, -1.0)
 
@@ -153,14 +145,91 @@ def short(gain: float) -> str:
 def on_all_cores(
     function: Callable[[Input], Answer], inputs: Sequence[Input], progress: Callable[[float], None]
 ) -> list[Answer]:
-    """A sweep on as many processes as there are cores."""
+    """The answers, in the order of the inputs, from as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), _say_nothing) as pool:
-        return sweep(function, inputs, pool, chunk=4, progress=progress)
+        answers = []
+        for answer in pool.map(function, inputs, chunksize=4):
+            answers.append(answer)
+            progress(len(answers) / len(inputs))
+        return answers
 
 
 def _say_nothing() -> None:
     """Close this process's terminal: PyBullet greets when it is loaded."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+DEFAULT = "microslip"
+
+
+class StabilityCase(Case):
+    """Trials of every way in both engines, by cells in rows; a subclass says which, and what they are called.
+
+    The data hold by engine and way the sums of `tally` and its failures, and by rows "gain", "kept" and "fails".
+    """
+
+    needs = ("mujoco", "pybullet")
+    cells: ClassVar[str]
+    heads: ClassVar[str]
+
+    @abstractmethod
+    def kept(self, values: list[float]) -> str:
+        """What elastic balls keep of their energy, of all cells."""
+
+    @abstractmethod
+    def named(self, fails: list[list[bool]], data: Data) -> str:
+        """The cells that fail."""
+
+    def measured(self, function: Callable[[Any], Data], rows: Sequence[Sequence[Any]], progress: Progress) -> Data:
+        """By engine and way, of a function of (engine, way, *cell)."""
+        ways = list(product(ENGINES, WAYS))
+        found = iter(on_all_cores(function, [(*way, *cell) for way in ways for row in rows for cell in row], progress))
+        out: Data = {engine: {} for engine in ENGINES}
+        for engine, way in ways:
+            grid = [[next(found) for _ in row] for row in rows]
+            every = [cell for row in grid for cell in row]
+            out[engine][way] = {
+                **{key: sum(cell[key] for cell in every) for key in ("runs", "refused", "failed", "infinite")},
+                **{key: [[cell[key] for cell in row] for row in grid] for key in ("gain", "kept")},
+                "fails": [[cell["failed"] > 0 for cell in row] for row in grid],
+            }
+            if way == DEFAULT:
+                out[engine][way]["failures"] = [failure for cell in every for failure in cell["failures"]]
+        return out
+
+    def limits(self, data: Data) -> list[Limit]:
+        """Of the default no cell fails, of all laws no run is not finite."""
+        return [
+            limit for engine, ways in data["engines"].items() for limit in (
+                Limit(f"{self.cells} that fail, {DEFAULT}, {TITLES[engine]}", 0.0,
+                      float(np.sum(ways[DEFAULT]["fails"]))),
+                Limit(f"runs that are not finite, all sub-cycled laws, {TITLES[engine]}", 0.0,
+                      float(sum(ways[way]["infinite"] for way in SUB_CYCLED))),
+            )
+        ]  # fmt: skip
+
+    def table(self, data: Data) -> Table:
+        """A row for each way with all that fails, then every failure of the default."""
+        table = Table(f"way | runs | {self.cells} | fail | not finite | largest gain | {self.heads}")
+        wider = data.get("wider", {})
+        for engine, way in product(ENGINES, WAYS):
+            one = data["engines"][engine][way]
+            kept = self.kept([value for row in one["kept"] for value in row if value is not None])
+            fails = np.array(one["fails"])
+            table.add(f"{way}, {TITLES[engine]} | {{runs}} | {fails.size} | {fails.sum()} | {{infinite}} | "
+                      f"{short(np.max(one['gain']))} | {kept} | {self.named(one['fails'], data)}", one)  # fmt: skip
+        for engine, one in wider.items():
+            table.add(
+                f"{DEFAULT}, {TITLES[engine]}, wider draw, runs that fail | {{runs}} | | {len(one['failures'])}", one
+            )
+        blank = " |" * (len(table.heads) - 7)
+        for engine, ways in data["engines"].items():
+            for failure in ways[DEFAULT]["failures"] + wider.get(engine, {"failures": []})["failures"]:
+                table.add(f"FAILS: {DEFAULT}, {TITLES[engine]} | | | | | {short(failure['gain'])} |{blank} "
+                          "{problem}: {trial}", failure)  # fmt: skip
+        refused = sum(one["refused"] for ways in data["engines"].values() for one in ways.values())
+        table.add(f"beyond the accelerations that MuJoCo takes, not counted | {refused}")
+        return table
 
 
 LIGHT, DARK = -6.0, 0.0  # log10 of the gain of energy
@@ -183,8 +252,8 @@ def crosses(axes: Axes, places: Iterable[tuple[float, float]], size: float) -> N
                   markersize=size + 0.5 * wider, markeredgewidth=0.8 + wider, linestyle="none")  # fmt: skip
 
 
-def scale_of_gains(figure: Figure, mesh: Any, axes: Any) -> None:
+def scale_of_gains(mesh: Any, axes: Any) -> None:
     """The bar beside the axes."""
-    bar = figure.colorbar(mesh, ax=axes, fraction=0.02, pad=0.01)
+    bar = mesh.figure.colorbar(mesh, ax=axes, fraction=0.02, pad=0.01)
     bar.set_label("log10 of the largest gain of energy [-]", fontsize=8)
     bar.ax.tick_params(labelsize=8)

@@ -8,13 +8,11 @@ from math import pi, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import ContactPair, Material
 from contactlaw.laws import Law
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
-
-Array = NDArray[np.float64]
+from validation.case import Array
 
 RADIUS, DENSITY = 0.01, 7800.0  # [m], [kg/m^3]
 MASS = 4.0 / 3.0 * pi * RADIUS**3 * DENSITY  # [kg]

@@ -8,7 +8,6 @@ from math import cos, inf, sin, sqrt
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS
 from contactlaw.jit import jit_for
@@ -18,9 +17,8 @@ from sims.panel import ENGINE_NAMES
 from sims.scene import Settings
 from sims.worlds import State, new_world
 from validation.ball import linear_spring
+from validation.case import Array
 from validation.stability_trials import RADIUS, Trial
-
-Array = NDArray[np.float64]
 
 ENGINES = ("mujoco", "pybullet")
 TITLES = {name: ENGINE_NAMES[name] for name in ENGINES}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from contactlaw.ending import whole
 from validation.case import Case, Outcome
 
 HERE = Path(__file__).parent
@@ -19,6 +20,8 @@ def as_result(
 ) -> Result:
     """All that is known of a run, as it is saved: JSON types, floats to six significant digits.
 
+    JSON has no numbers that are not finite: data that hold one make the run not sane; what has no value is None.
+
     Args:
         case: What was run.
         outcome: What it gave.
@@ -28,18 +31,20 @@ def as_result(
         sources: A stamp of the sources.
     """
     limits = [{**asdict(limit), "passed": limit.passed} for limit in outcome.limits]
+    data = _rounded(outcome.data)
+    problems = [*outcome.problems, *(["a value is not finite"] if not _finite(data) else [])]
     result = {
         "case": case.name,
         "claim": case.claim,
         "quick": quick,
-        "sane": not outcome.problems,
-        "problems": list(outcome.problems),
-        "passed": not outcome.problems and all(limit["passed"] for limit in limits),
+        "sane": not problems,
+        "problems": problems,
+        "passed": not problems and all(limit["passed"] for limit in limits),
         "limits": limits,
         "seconds": seconds,
         "machine": machine,
         "sources": sources,
-        "data": outcome.data,
+        "data": data,
     }
     return _rounded(result)
 
@@ -48,9 +53,8 @@ def save(result: Result, folder: Path) -> Path:
     """Write results/<case>.json in a folder, whole or not at all."""
     path = folder / "results" / f"{result['case']}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_suffix(".part")
-    draft.write_text(_text(result) + "\n")
-    os.replace(draft, path)
+    with whole(path) as part:
+        part.write_text(_text(result) + "\n")
     return path
 
 
@@ -70,6 +74,12 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, float):
         return float(f"{value:.6g}")
     return value
+
+
+def _finite(value: Any) -> bool:
+    if isinstance(value, dict | list):
+        return all(map(_finite, value.values() if isinstance(value, dict) else value))
+    return not isinstance(value, float) or isfinite(value)
 
 
 def _text(value: Any, depth: int = 0) -> str:

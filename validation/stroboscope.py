@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from validation.case import Array
 
 MOST_ROUNDS = 50
 SETTLED = 1e-12  # largest change of a round, over the size of the flight

@@ -12,16 +12,14 @@ from math import pi
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, ContactPair
 from contactlaw.jit import jit_for
 from contactlaw.laws.microslip import NODES
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
 from contactlaw.laws.step import advance, know
+from validation.case import Array
 from validation.measure import Spread, interleaved, spread
-
-Array = NDArray[np.float64]
 
 FRICTION, RADIUS = 0.115, 0.0254  # [m]
 RESTITUTION = 0.93  # of the paper's steel

@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, Material, force_along_path
 from contactlaw.jit import jit
@@ -15,12 +14,11 @@ from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
 from contactlaw.turning import MicroslipTurning
+from validation.case import Array
 from validation.reference.turning_data import BALL_CHI
 from validation.reference.turning_paths import MARKS, path
 
 TURNING = MicroslipTurning()
-
-Array = NDArray[np.float64]
 
 FRICTION, RADIUS, DEEPEST = 0.1, 0.02, 2e-5  # mu; [m]
 MASS, SPEED = 0.3, 0.3  # [kg], [m/s]
@@ -117,6 +115,15 @@ def random_path(rng: np.random.Generator, kind: str, parts: int) -> tuple[Array,
     place = np.stack([np.interp(at, np.arange(legs + 1), one) for one in corners.T], 1)
     # pressed in straight before it slides
     return np.append(0.0, np.interp(at, np.arange(legs + 1), overlap)), np.concatenate([place[:1], place])
+
+
+def in_turn(overlap: Array, place: Array) -> tuple[Array, Array]:
+    """The path on which each step changes the load first, then the place.
+
+    Every path is the limit of such. Along them the work of the mean force is exact; where both change at once it is off
+    by the square of the step, for any law: Coulomb's own force gives back 1e-3 in 16 steps a leg, 5e-5 in 64.
+    """
+    return np.repeat(overlap, 2)[1:], np.repeat(place, 2, axis=0)[:-1]
 
 
 def dissipated(law: str | Law, overlap: Array, place: Array) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ def kept(limit: dict[str, Any]) -> str:
     return "kept" if limit["passed"] else "MISSED"
 
 
-def markdown(table: Table) -> str:
-    """The table in Markdown."""
-    rows = [table.heads, ["---"] * len(table.heads), *table.rows]
+def markdown(table: Table, most: int | None = None) -> str:
+    """The table in Markdown, or so many rows of it."""
+    rows = [table.heads, ["---"] * len(table.heads), *table.rows[:most]]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)

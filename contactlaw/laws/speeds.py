@@ -36,7 +36,8 @@ def read_friction(contact, numbers, sliding):
     """Give a contact the friction that it has at a sliding speed [m/s]."""
     count = int(numbers[1])
     if count > 0:
-        contact.mu = contact.friction = value_at(numbers, 2 + 2 * int(numbers[0]), count, sliding)
+        mu = value_at(numbers, 2 + 2 * int(numbers[0]), count, sliding)
+        contact.friction, contact.mu = mu * (contact.friction / contact.mu if contact.mu > 0.0 else 1.0), mu
 
 
 @jit

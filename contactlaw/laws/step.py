@@ -56,12 +56,11 @@ def ask(contact, pair, law, memory, du, dv, dt):
 
 
 @jit
-def advance(contact, pair, law, memory, free, du, dv, dt):
-    """Advance one contact to the overlap > 0 that it has now.
+def press(contact, pair, free, dt):
+    """Advance the normal force of a contact to the overlap > 0 that it has now.
 
     contact: `record.CONTACT` that knows its pair; overlap, before and closing are of this step, mass and
-    tangential_mass of the touch. law,
-    memory, du, dv, dt: as for `record.ask_force`. free: as for `hertz.normal_force`.
+    tangential_mass of the touch. free, dt: as for `hertz.normal_force`.
     """
     if contact.state == OPEN:
         touch(contact, pair.linear != 0.0)
@@ -70,4 +69,10 @@ def advance(contact, pair, law, memory, free, du, dv, dt):
         contact.course = EXPANDING
     elif contact.course == EXPANDING and contact.ratio >= 1.0:
         contact.course = LASTING
+
+
+@jit
+def advance(contact, pair, law, memory, free, du, dv, dt):
+    """Advance a contact, `press`, and ask its law."""
+    press(contact, pair, free, dt)
     ask(contact, pair, law, memory, du, dv, dt)

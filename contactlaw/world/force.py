@@ -8,7 +8,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
-from contactlaw.laws.step import advance
+from contactlaw.laws.step import ask, press
 from contactlaw.world.access import (
     body_at,
     bring_back_touch,
@@ -18,8 +18,8 @@ from contactlaw.world.access import (
     pair_at,
     speed_numbers,
 )
-from contactlaw.world.call import address, call_along, call_limit, call_twist, ready
-from contactlaw.world.demand import ALONG, LIMIT, TWIST
+from contactlaw.world.call import address, call_along, call_spin, ready
+from contactlaw.world.demand import ALONG, SPIN
 from contactlaw.world.motion import give
 from contactlaw.world.records import LATER, SELDOM
 from contactlaw.world.vec import dot, load, sub
@@ -52,26 +52,23 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         if later and t.state != OPEN and t.state != SPUN:
             c.waits = c.waits if c.waits > 0.0 else t.before
             spun = False
-    spun = spun and ready(w, LIMIT)
-    own, left, turned = w.memory + 8 * w.memory_size * slot, 0.0, (du, dv, c.turned)
-    if spun:
-        room = law.sectors * law.vectors if w.twists >= SELDOM or t.state == SPUN else 0.0
-        left = call_limit(address(w, LIMIT), c, own, room, law.g_t, turned)
-    advance(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, free, du, dv, dt)
-    if t.skew != 0.0 and t.state != SPUN and ready(w, ALONG):
-        numbers = w.numbers + 8 * (pair_at(w.pairs, c.pair).numbers + PAIR_SIZE)
-        call_along(address(w, ALONG), c, numbers, own, law.vectors, du, dv)
+    own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
+    press(t, law, free, dt)
     damped = calms(c)
-    if spun:
+    if spun and ready(w, SPIN):
         inertia = 0.0
         if damped:
             n = load(c.normal)
             turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
             inertia = 1.0 / turn
-        before = t.before
-        t.before = c.waits if c.waits > 0.0 else before
-        call_twist(address(w, TWIST), c, own, law.g_t, turned, left, (slide[2], inertia))
-        t.before, c.turned, c.waits = before, 0.0, 0.0
+        since = c.waits if c.waits > 0.0 else t.before
+        turned, dashpot = (du, dv, c.turned), (slide[2], inertia)
+        call_spin(address(w, SPIN), c, own, numbers, turned, since, dt, w.twists >= SELDOM, dashpot)
+        c.turned, c.waits = 0.0, 0.0
+    else:
+        ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
+    if t.skew != 0.0 and t.state != SPUN and ready(w, ALONG):
+        call_along(address(w, ALONG), c, numbers + 8 * PAIR_SIZE, own, law.vectors, du, dv)
     if damped:
         calm(t, slide[0], slide[1])
 

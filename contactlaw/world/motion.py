@@ -12,6 +12,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import tree_at
 from contactlaw.world.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.vec import (
+    ZERO,
     add,
     axpy,
     cross,
@@ -202,8 +203,16 @@ def greatest_closing(a, b):
 
 
 @jit_inside
+def acceleration_of(b):
+    """Acceleration [m/s^2] of a body without contacts; none of one that sleeps, which they hold."""
+    return load(b.acceleration) if b.asleep == 0 else ZERO
+
+
+@jit_inside
 def acceleration_at(b, arm):
-    """Acceleration [m/s^2] of that point, without contacts and without the change of spin of a free body."""
+    """The same of that point, without the change of spin of a free body."""
+    if b.asleep != 0:
+        return ZERO
     w = load(b.spin)
     return add(load(b.acceleration), add(cross(load(b.turning), arm), cross(w, cross(w, arm))))
 

@@ -14,7 +14,16 @@ from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
 from contactlaw.world.call import ask_time
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet_near
-from contactlaw.world.motion import acceleration_at, closing_at, decay, jerk, mobility_between, rate, velocity_at
+from contactlaw.world.motion import (
+    acceleration_at,
+    acceleration_of,
+    closing_at,
+    decay,
+    jerk,
+    mobility_between,
+    rate,
+    velocity_at,
+)
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
@@ -57,7 +66,7 @@ def predict(w, p, a, b, now, left):
     p.seen = now
     p.gap = -overlap
     p.closing = closing_at(a, arm_a, b, arm_b, n)
-    rest = sub(load(a.acceleration), load(b.acceleration))
+    rest = sub(acceleration_of(a), acceleration_of(b))
     flat = sb.kind >= PLANE
     p.acceleration = -dot(rest, n) if flat else norm(rest)
     p.toi = now

@@ -6,62 +6,37 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of
 from contactlaw.laws import sectors, torsion
 from contactlaw.laws.hertz import greatest_overlap
-from contactlaw.laws.record import LASTING, OPEN, SPUN
+from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN
 from contactlaw.laws.slip import span_of
-from contactlaw.laws.step import touch
 from contactlaw.memory import doubles_at
-from contactlaw.world.call import LIMIT, TWIST
+from contactlaw.world.access import law_at
 
 
-def limit(c, memory, vectors, modulus, moved):
-    """Lower the friction of a contact to what spin leaves of it; returns what sliding leaves for its moment.
+def spin(c, memory, numbers, moved, since, dt, roomy, dashpot):
+    """Force and moment of a contact that is pressed and spins.
 
-    Where its law allows, a contact that has just touched spinning is given sectors instead, until it lasts or outgrows
-    them.
+    Where its law allows, one that has just touched is given sectors, until it lasts or outgrows them.
 
-    memory: address of what its law remembers. vectors: how many, zero: it allows none. modulus: G_t [Pa]. moved: as for
-    `force.advance_contact`.
+    memory, numbers: addresses of what its law remembers and of the pair's numbers. moved, since, dt: as for
+    `torsion.advance`. roomy: whether sectors may begin. dashpot: spin [rad/s] and inertia, zero: it has none.
     """
-    t = c.touch
-    du, dv, angle = moved
-    if t.state == OPEN and vectors > 0.0:
+    t, pair, law = c.touch, law_at(numbers, 0), carray(doubles_at(numbers + 8 * PAIR_SIZE), 1)
+    own = carray(doubles_at(memory), 2 * int(pair.vectors))
+    if t.state == OPEN and roomy and pair.sectors > 0.0:
         deepest = greatest_overlap(t.stiffness, t.mass, max(t.before, 0.0), t.closing)
-        sigma = t.g_star * abs(angle) * sqrt(t.radius * deepest) / (t.mu * t.e_star * (t.overlap - t.before))
+        sigma = t.g_star * abs(moved[2]) * sqrt(t.radius * deepest) / (t.mu * t.e_star * (t.overlap - t.before))
         if sigma > sectors.LEAST_SPIN:
-            touch(t, False)
             t.state = SPUN
     elif t.state == SPUN and (t.course == LASTING or span_of(t, c.torsion.span) != c.torsion.span):
-        sectors.hand_over(t, c.torsion, carray(doubles_at(memory), 2 * int(vectors)), modulus)
+        sectors.hand_over(t, c.torsion, own, pair.g_t)
+    left = t.mu
     if t.state == SPUN:
-        return t.mu
-    share, left = torsion.limits(c.torsion, t, t.mu, du, dv, angle)
-    t.friction = share * t.mu
-    return left * t.mu
-
-
-def twist(c, memory, modulus, moved, left, dashpot):
-    """Twist a contact by an angle [rad], see `torsion.twist`; dashpot: spin [rad/s] and inertia, zero: it has none.
-
-    memory: address of what its law remembers. moved: as for `force.advance_contact`.
-    """
-    if c.touch.state == SPUN:
-        own = carray(doubles_at(memory), (2, sectors.RINGS, sectors.SECTORS))
-        sectors.advance(c.touch, c.torsion, own, modulus, moved)
+        tractions = carray(doubles_at(memory), (2, sectors.RINGS, sectors.SECTORS))
+        sectors.advance(t, c.torsion, tractions, pair.g_t, moved)
     else:
-        torsion.twist(c.torsion, c.touch, modulus, moved[2], left)
-    spin, inertia = dashpot
+        left = torsion.advance(c.torsion, t, pair, law, own, moved, since, dt)
+    rate, inertia = dashpot
     if inertia > 0.0:
-        torsion.damp(c.torsion, c.touch, modulus, left, spin, inertia)
-
-
-def address_of_limit() -> int:
-    """Where `limit` is, compiled."""
-    return address_of(limit, LIMIT)
-
-
-def address_of_twist() -> int:
-    """Where `twist` is, compiled."""
-    return address_of(twist, TWIST)
+        torsion.damp(c.torsion, t, pair.g_t, left, rate, inertia)

@@ -8,15 +8,17 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, contact_kept, near_at, row_at, shape_at, tree_at
+from contactlaw.world.bounds import time_to_close
 from contactlaw.world.core import CROWN
-from contactlaw.world.force import hardly_moves, rigid
+from contactlaw.world.force import hardly_moves, rigid, stored_energy
 from contactlaw.world.pace import loaded, radius_of, rests
-from contactlaw.world.records import DISC, SIDE
+from contactlaw.world.records import DISC, NEVER, SIDE
 from contactlaw.world.touch import deep
-from contactlaw.world.vec import cross, load, norm, sub, to_world
+from contactlaw.world.vec import cross, dot, load, norm, sub, to_body, to_world
 
 FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
+GAINED = 1e-6  # of its energy, what rounding and a step of second order may add to an island
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
 
@@ -70,19 +72,23 @@ def strikes(w, p, crowd):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     slow = loaded(w, a, b) if crowd else 0.0
     if p.closed == 0:
-        if p.toi >= w.step:
-            return False
         if p.gap < 0.0 and -p.gap > deep(shape_at(w.shapes, p.a), radius_of(w, p)):
             return True  # it is to be found so, see `touch.close`
-        closing, gap = max(p.closing, 0.0), max(p.gap, 0.0)
-        falls = a.active == 0 or (b.active == 0 and b.still == 0)
-        push = max(p.acceleration, 0.0) if falls else 0.0
-        reaches = gap < w.step * (closing + 0.5 * w.step * push)
-        return reaches and closing * closing + 2.0 * push * gap > slow * slow
+        closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
+        return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > slow * slow
     c = contact_at(w.contacts, p.slot)
     if rigid(w, c) or not rests(w, c, a, b, slow):
         return True
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
+
+
+@jit_inside
+def push_between(p, a, b):
+    """Closing acceleration [m/s^2] of an open pair, at most: loads do not move what is pressed against others."""
+    held_a, held_b = a.active != 0 or a.still != 0, b.active != 0 or b.still != 0
+    if held_a:
+        return 0.0 if held_b else norm(load(b.acceleration))
+    return norm(load(a.acceleration)) if held_b else max(p.acceleration, 0.0)
 
 
 @jit_inside
@@ -113,7 +119,7 @@ def is_steady(w, bodies, pairs):
 
 @jit_inside
 def changes(w, pairs):
-    """Whether a contact parts in the step, or comes to stick that slid as a whole before: when that is matters."""
+    """Whether a contact parts in the step, or comes to stick that slid or spun as a whole: when that is matters."""
     for i in range(pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and r.fresh == 0:
@@ -121,11 +127,39 @@ def changes(w, pairs):
             start, now = contact_kept(w, r.slot).touch, c.touch
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
-            if fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0):
-                far = now.friction * now.e_star / now.g_star * now.overlap  # the slide to gross slip
-                if c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
-                    return True
+            far = now.friction * now.e_star / now.g_star * now.overlap  # the slide to gross slip
+            sticks = fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0)
+            if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
+                return True
+            if c.torsion.moment * r.slide[2] < 0.0 and c.moved[2] ** 2 * now.radius * now.overlap > far * far:
+                return True
     return False
+
+
+@jit_inside
+def energy(w, bodies, pairs):
+    """Energy [J] of an island: of its motion, of its contacts, and of what loads have done since the step began.
+
+    The second result is the sum of their sizes; infinite where joints do work, or bodies that nothing can push.
+    """
+    total, size = 0.0, 0.0
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.tree != 0 or b.unknown < 0:
+            return 0.0, NEVER
+        v, spin = load(b.velocity), to_body(b.axes, load(b.spin))
+        motion = dot(v, v) / b.inverse_mass
+        for j in range(3):
+            motion += spin[j] * spin[j] / b.inverse_inertia[j]
+        work = dot(load(b.acceleration), load(b.shift)) / b.inverse_mass + dot(load(b.torque), load(b.twist))
+        total += 0.5 * motion - work
+        size += 0.5 * motion + abs(work)
+    for i in range(pairs):
+        slot = row_at(w.rows, i).slot
+        if slot >= 0:
+            stored = stored_energy(w, contact_at(w.contacts, slot), slot)
+            total, size = total + stored, size + stored
+    return total, size
 
 
 @jit_inside

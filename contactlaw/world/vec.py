@@ -8,6 +8,8 @@ from contactlaw.jit import jit_inside
 
 SMALL_ANGLE = 0.03  # [rad] below which sine and cosine are taken from their series, exact to rounding
 
+ZERO = (0.0, 0.0, 0.0)
+
 
 @jit_inside
 def load(a):

@@ -21,7 +21,8 @@ from sims.scenes.billiards import GRAVITY, PHENOLIC, TABLE
 from sims.worlds import new_world
 
 ROWS = 5
-WAY = 0.15  # from the cue ball to the rack [m]
+WAY, LEAD = 0.15, 1.0  # from the cue ball to the rack [m], and the longest time for it [s]
+MOVES = 0.0025  # part of the cue ball's speed with which a ball counts as moving
 
 
 @register
@@ -36,7 +37,7 @@ class BilliardBreak(Scene):
     native_step = 1e-4
     material = None
     options = {
-        "speed": speed(4.0, "of the cue ball"),
+        "speed": speed(4.0, "of the cue ball", most=50.0),
         "gap": Option(0.0, "between the balls of the rack, in m", 0.0, 0.1),
         "seconds": seconds(0.5),
     } | of_ball(0.02625, 0.06, 0.95, mass=0.1406)
@@ -46,8 +47,8 @@ class BilliardBreak(Scene):
         world = new_world(settings, (0.0, 0.0, -GRAVITY))
         world.plane("table")
         height = o.radius - static_overlap(TABLE, o.mass * GRAVITY, o.radius)
-        pitch = 2.0 * o.radius + o.gap
-        world.ball("cue", o.radius, o.mass, (-WAY, 0.0, height), (o.speed, 0.0, 0.0), (0.0, o.speed / o.radius, 0.0))
+        pitch, way = 2.0 * o.radius + o.gap, min(WAY, LEAD * o.speed)
+        world.ball("cue", o.radius, o.mass, (-way, 0.0, height), (o.speed, 0.0, 0.0), (0.0, o.speed / o.radius, 0.0))
         for row in range(ROWS):
             for place in range(row + 1):
                 x, y = 0.75**0.5 * pitch * row + 2.0 * o.radius, pitch * (place - 0.5 * row)
@@ -55,7 +56,7 @@ class BilliardBreak(Scene):
         balls = [body.name for body in world.bodies]
         world.contact(balls, "table", replace(TABLE, radius=o.radius))
         world.contact(balls, balls, ContactPair(PHENOLIC, PHENOLIC, o.friction, o.restitution), speed=o.speed)
-        recording = world.record(WAY / o.speed + o.seconds)
+        recording = world.record(way / o.speed + o.seconds)
         recording.view = (0, 1)
         return recording
 
@@ -68,9 +69,10 @@ class BilliardBreak(Scene):
         off = max(float(np.abs(one - two * [1.0, -1.0, 1.0]).max()) for one, two in ways)
         speeds = {track.name: float(np.linalg.norm(track.velocities[-1])) for track in recording.tracks}
         cue = recording.track("cue").velocities[:, 0]
+        moving = sum(one > MOVES * recording.o.speed for one in speeds.values())
         return recording.told() | {
             "speed": recording.o.speed, "cue_velocity_least": float(cue.min()), "cue_velocity_after": float(cue[-1]),
-            "fastest_velocity_after": max(speeds.values()), "moving": sum(one > 0.01 for one in speeds.values()),
+            "fastest_velocity_after": max(speeds.values()), "moving": moving,
             "off_the_mirror": off, "energy_ratio": float(energy[-1] / energy[0]),
             "energy_gained": float(energy.max() / energy[0] - 1.0),
         }  # fmt: skip

@@ -38,6 +38,7 @@ LANES = ("running", "plain", "reverse")
 # angle: by a grid with Coulomb's law in each cell and Cerruti's kernel (32 cells, 256 steps, chi 1.39, nu 0.34)
 OF_SPIN = {"running": 0.083, "plain": 0.040, "reverse": 0.0143}
 WAY, AFTER = 0.1, 0.25  # to the cushion [m], time after the impact [s]
+LEAD = 1.0  # longest that a ball rolls before it [s]
 
 
 @register
@@ -57,7 +58,7 @@ class Billiards(Scene):
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
         """Rolling all three, with the overlap that they rest with."""
-        pair, angle = cushion(o), radians(o.angle)
+        pair, angle, way = cushion(o), radians(o.angle), min(WAY, LEAD * o.speed)
         velocity = o.speed * np.array([cos(angle), sin(angle), 0.0])
         roll = np.array([-velocity[1], velocity[0], 0.0]) / o.radius
         sunk = static_overlap(TABLE, o.mass * GRAVITY, o.radius)
@@ -66,12 +67,12 @@ class Billiards(Scene):
         world.plane("table")
         world.block("cushion", (0.03, 1.0, 0.1), [0.03, 0.3, 0.0])
         for lane, name in enumerate(LANES):
-            start = [-o.radius - WAY * cos(angle), 0.25 * lane - WAY * sin(angle), o.radius - sunk]
+            start = [-o.radius - way * cos(angle), 0.25 * lane - way * sin(angle), o.radius - sunk]
             turn = (lane - 1) * o.side * o.speed / o.radius  # running side: the rim at the cushion rolls along it
             world.ball(name, o.radius, o.mass, start, velocity, roll + [0.0, 0.0, turn])
         world.contact(list(LANES), "table", replace(TABLE, radius=o.radius))
         world.contact(list(LANES), "cushion", pair, speed=o.speed * cos(angle))
-        recording = world.record(WAY / o.speed + AFTER)
+        recording = world.record(way / o.speed + AFTER)
         recording.view, recording.scenery = (0, 1), [one for one in recording.scenery if one.name == "cushion"]
         return recording
 
@@ -90,7 +91,7 @@ class Billiards(Scene):
         """Each ball just before the cushion and just after it."""
         o, pair, pull = recording.o, cushion(recording.o), np.array(recording.facts["gravity"])
         approach = o.speed * cos(radians(o.angle))
-        begin, duration = WAY / o.speed, pair.contact_duration(o.mass, approach)
+        begin, duration = min(WAY / o.speed, LEAD), pair.contact_duration(o.mass, approach)
         before, end = (int(np.searchsorted(recording.times, time)) for time in (begin, begin + 1.5 * duration))
         out: Measured = recording.told()
         out |= {"chi": pair.chi(1.0, 1.0 / 3.5), "balls": {}}

@@ -41,8 +41,8 @@ class Incline(Scene):
     title = "two balls sent up an incline: one rolls, one slips; heights and accelerations against the closed form"
     engines = EVERYWHERE
     options = {
-        "angle": Option(10.0, "of the incline, in degrees", 0.1, 80.0),
-        "speed": speed(1.0, "up the incline at the start"),
+        "angle": Option(10.0, "of the incline, in degrees", 1.0, 80.0),
+        "speed": speed(1.0, "up the incline at the start", most=20.0),
         "slippery": Option(0.02, "friction of the ball that slips", 0.0, 10.0),
     } | of_ball(0.0254, 0.115, 0.93)
 

@@ -21,7 +21,7 @@ from contactlaw import MATERIALS, ContactPair
 from sims.contact_point import static_overlap
 from sims.options import length, of_contact, seconds, speed
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, NATIVES, Limit, Mark, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, NATIVES, Limit, Mark, Measured, Scene, Settings, plain, register
 from sims.worlds import new_world
 from sims.worlds.parts import onto, turned
 
@@ -75,7 +75,7 @@ class Shapes(Scene):
     def caption(self, recording: Recording) -> str:
         """How deep they lie."""
         bodies = self.measure(recording)["bodies"].items()
-        return "depth [um]: " + ", ".join(f"{name} {one['depth_um']:.3g}" for name, one in bodies)
+        return "depth [um]: " + ", ".join(f"{name} {plain(one['depth_um'], 3)}" for name, one in bodies)
 
     def measure(self, recording: Recording) -> Measured:
         """How deep each lies, and how fast it still is."""

@@ -19,7 +19,7 @@ from contactlaw import ContactPair
 from sims.contact_point import Array
 from sims.options import Option, of_contact, seconds
 from sims.recording import Recording
-from sims.scene import EVERYWHERE, NATIVE, Limit, Measured, Scene, Settings, register
+from sims.scene import EVERYWHERE, NATIVE, Limit, Measured, Scene, Settings, plain, register
 from sims.worlds import new_world
 from sims.worlds.parts import onto
 
@@ -87,13 +87,13 @@ class Slope(Scene):
 
     def caption(self, recording: Recording) -> str:
         """How fast it creeps."""
-        return f"creep {abs(self.measure(recording)['creep_um_per_s']):.2g} um/s"
+        return f"creep {plain(abs(self.measure(recording)['creep_um_per_s']), 2)} um/s"
 
     def figure(self, settings: Settings, recording: Recording) -> Figure | None:
         """Way since landing over time, beside MuJoCo's own contact as it is and as good as it can be made."""
         from matplotlib.figure import Figure
 
-        curves = [(f"contactlaw, step {1e3 * settings.step:g} ms", recording, "-", "#1f4e9c")]
+        curves = [(f"contactlaw, step {1e3 * settings.step:.3g} ms", recording, "-", "#1f4e9c")]
         if settings.law != NATIVE:
             own = replace(settings, engine="mujoco", law=NATIVE, watch=0.0)
             best = replace(own, options=dict(settings.options) | {"best": 1.0})
@@ -104,7 +104,7 @@ class Slope(Scene):
         for name, one, line, colour in curves:
             after = one.times >= LANDED
             way = 1e6 * np.abs(_way(one)[after] - _way(one)[after][0])
-            label = f"{name}: {abs(self.measure(one)['creep_um_per_s']):.2g} um/s"
+            label = f"{name}: {plain(abs(self.measure(one)['creep_um_per_s']), 2)} um/s"
             axes.plot(one.times[after], np.maximum(way, FLOOR_UM), line, color=colour, label=label)
         axes.set_yscale("log")
         axes.set(xlabel="time [s]", ylabel=f"way down the slope since {LANDED:g} s [um]", ylim=(0.5 * FLOOR_UM, None))

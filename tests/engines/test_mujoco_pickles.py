@@ -79,6 +79,18 @@ def test_a_pickle_imports_what_it_needs(model, tmp_path):
     assert float.fromhex(height[-1]) == data.qpos[2]
 
 
+def test_a_binary_model_opens_where_the_plugin_is_imported(model, tmp_path):
+    mujoco.mj_saveModel(model, str(tmp_path / "a.mjb"), None)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 100)
+    height = run(
+        "import contactlaw.mujoco_plugin, mujoco, sys; m = mujoco.MjModel.from_binary_path(sys.argv[1]);"
+        "d = mujoco.MjData(m); mujoco.mj_step(m, d, 100); print(d.qpos[2].hex())",
+        str(tmp_path / "a.mjb"),
+    )
+    assert float.fromhex(height[-1]) == data.qpos[2]
+
+
 def test_a_file_says_what_is_to_be_imported_before(tmp_path):
     """MuJoCo names the plugin and the line; the line before says what to do."""
     path = save_model(BALL, tmp_path / "ball.xml", [("ball", "floor", RUBBER)])

@@ -14,6 +14,7 @@ if numba.config.DISABLE_JIT:
     pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
 from contactlaw import rebound
+from validation.cases.stability_map import DURATIONS, MASS_RATIOS, MODULI
 from validation.stability import NOT_FINITE, judged, tally
 from validation.stability_draws import EXTREMES, bounces, chattering, extreme, resting
 from validation.stability_trials import MASS, RADIUS, SOLID, Trial, pair_of
@@ -43,6 +44,19 @@ def test_a_world_starts_as_its_trial_says(engine: str, way: str) -> None:
         np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-15)
     places, velocities, spins = trial.places, trial.velocities, trial.spins
     assert trial.first_energy() == pytest.approx(trial.kinetic(velocities, spins) + trial.potential(places), rel=1e-12)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("cell", "number"), [((3, 1), 1), ((3, 2), 111), ((4, 2), 7), ((6, 0), 115)])
+def test_a_ball_in_flight_does_not_pass_through_one_that_lies(engine: str, cell: tuple[int, int], number: int) -> None:
+    """In steps of half a second and more: only the one of them falls."""
+    row, column = cell
+    ratio = 10.0 ** np.random.default_rng([*cell, number, 1]).uniform(*MASS_RATIOS)
+    steps, modulus = (DURATIONS[column], DURATIONS[column + 1]), (MODULI[row], MODULI[row + 1])
+    trial = bounces((*cell, number), steps, ratio=ratio, modulus=modulus)
+    assert trial is not None
+    verdict = judged(engine, trial, "microslip")
+    assert verdict.gain < 1e-6, str(trial)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

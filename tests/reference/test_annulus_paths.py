@@ -133,22 +133,6 @@ def test_free_motion_along_a_sampled_impact_agrees_with_impact(restitution):
     assert history.psi[-1] == pytest.approx(expected, abs=2e-4)
 
 
-@pytest.mark.parametrize(
-    ("approach", "displacement", "options", "message"),
-    [
-        ([0.0, math.nan], [0.0, 1.0], {}, "approach has the value nan"),
-        ([0.0, 1.0], [0.0], {}, "displacement has shape"),
-        ([0.0, -1.0], [0.0, 1.0], {}, "overlap"),
-        ([0.0, 1.0], [0.0, 1.0], {"kappa": 0.0}, "kappa is 0.0"),
-        ([0.0, 1.0], [0.0, 1.0], {"friction": -0.1}, "friction is -0.1"),
-        ([0.0, 1.0], [0.0, 1.0], {"annuli": 1}, "annuli is 1"),
-    ],
-)
-def test_bad_paths_are_named(approach, displacement, options, message):
-    with pytest.raises(ValueError, match=message):
-        annulus.force_along_path(approach, displacement, **options)
-
-
 def test_bad_motions_are_named():
     with pytest.raises(ValueError, match="time"):
         annulus.along_motion([0.0, 0.0], [0.0, 1.0], [0.0, 1.0], 1.0, 1.0)

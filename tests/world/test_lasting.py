@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from contactlaw import MATERIALS, ContactPair
+from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.world import World
 from contactlaw.world.chain import Chain, Link
 from contactlaw.world.equations import room_for
@@ -109,6 +109,24 @@ def test_no_step_gains_energy(name: str) -> None:
         world.step()
         assert world.energy.total < last + 1e-14 * scale
         last = world.energy.total
+
+
+@pytest.mark.parametrize("timestep", [0.1, 0.5, 1.42, 5.0])
+def test_a_ball_that_pivots_within_a_long_step_does_not_pivot_back(timestep: float) -> None:
+    soft = Material(3.4e6, 0.09, 7800.0)
+    world = World(gravity=0.08, timestep=timestep)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    body = world.add_body(MASS, INERTIA, (0.0, 0.0, RADIUS - 5e-6))
+    world.add_contact(world.add_sphere(body, RADIUS), floor, ContactPair(soft, soft, 4.6, 0.05))
+    world.step(round(20.0 / timestep))
+    world.place(0, velocity=(0.07, 0.0, 0.0), spin=(0.0, 0.07 / RADIUS, 0.8))
+    before = world.energy.total
+    for _ in range(round(20.0 / timestep)):
+        world.step()
+        assert world.energy.total < before + 1e-9 * world.energy.kinetic
+        before = world.energy.total
+    assert abs(world.spin[0, 2]) < 1e-3
+    assert world.spin[0, 1] == pytest.approx(0.07 / RADIUS, rel=1e-3)
 
 
 def test_a_box_on_a_slope_falls_asleep_and_does_not_creep() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,15 +11,12 @@ from contactlaw import ContactPair
 from contactlaw.laws.microslip import Microslip
 from validation import ball
 from validation.ball import FRICTION, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, in_words, steel_pair
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.front import largest, rms
 from validation.impacts import judge
 from validation.measure import interleaved, spread
-from validation.picture import STYLES, limit_line, panels
+from validation.picture import STYLES, limit_line, plain_ticks
 from validation.reference import turning_data
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ASKED = 4e-3
 GROWN = 3e-3  # of the energy, that an impact of few substeps may gain
@@ -40,17 +37,15 @@ FEW_BELOW = 2e-5  # [s]: such steps resolve the contact, and a tenth of the phas
 
 @register
 class AnyStep(Case):
-    """A steel ball's bounce at engine steps from 4 ms down to 1 us."""
+    """The engine's step does not matter: whether a contact of some 180 us falls between two steps of 4 ms or is
+    resolved by hundreds of them, wherever in a step the bodies touch, the rebound keeps to the converged solution
+    within 0.004 with the default substeps; more of them buy less error. At 50 to 400 steps a contact both engines do
+    the same, and what is left is the error of the nodes.
+    """
 
-    name = "any_step"
     place = 41
     title = "Any engine step"
-    claim = (
-        "The engine's step does not matter: whether a contact of some 180 us falls between two steps of 4 ms or is "
-        "resolved by hundreds of them, wherever in a step the bodies touch, the rebound keeps to the converged "
-        "solution within 0.004 with the default substeps; more of them buy less error. At 50 to 400 steps a contact "
-        "both engines do the same, and what is left is the error of the nodes."
-    )
+    sheet = {"columns": 2}
     caption = (
         f"Error in psi_2 of a steel ball's bounce, {len(INCIDENCES)} incidences from {INCIDENCES[0]:g} to "
         f"{INCIDENCES[-1]:g}, many phases of the touch in the step. Left: over the engine's step, {SUBSTEPS} substeps; "
@@ -60,7 +55,6 @@ class AnyStep(Case):
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every step in both engines, every integrator of MuJoCo, every number of substeps."""
         psi_1 = INCIDENCES[::3] if quick else INCIDENCES
         phases = 12 if quick else 100
         data: Data = {"psi_1": psi_1, "steps": STEPS, "error": {}, "substeps": COUNTS, "in_substeps": {},
@@ -85,7 +79,7 @@ class AnyStep(Case):
                 problems.append(f"{what}: energy grown to {found[..., 2].max():.4f}")
             return found[..., 0] - truth.psi_2[:, None]
 
-        for number, e in enumerate(RESTITUTIONS):
+        for e in told(RESTITUTIONS, progress, 0.0, 0.7):
             pair = steel_pair(restitution=e)
             for engine, steps in STEPS.items():
                 found = [errors(engine, dt, pair) for dt in steps]
@@ -95,7 +89,6 @@ class AnyStep(Case):
                 data["integrators"].setdefault(name, []).append(largest(one))
             found = [errors("mujoco", LONG, pair, substeps=n, grown=GROWN if n < 50 else 0.3 * GROWN) for n in COUNTS]
             data["in_substeps"][f"e = {e:g}"] = {"error": [*map(largest, found)], "rms": [*map(rms, found)]}
-            progress(0.7 * (number + 1) / len(RESTITUTIONS))
         spun = steel_pair(restitution=1.0)
         shift = _of_spin(spun, psi_1)
         for engine, steps in STEPS.items():
@@ -108,33 +101,30 @@ class AnyStep(Case):
         return Outcome(_limits(data), data, problems)
 
     def table(self, data: Data) -> Table:
-        """A row an engine, restitution and step; then substeps."""
-        table = Table(["engine, impact", "step: largest error"])
-        for key, errors in data["error"].items():
-            table.rows.append([key, _row(map(in_words, data["steps"][key.split(",")[0]]), errors)])
-        for engine, errors in data["twirl"].items():
-            table.rows.append([f"{engine}, e = 1, spun about the normal",
-                               _row(map(in_words, data["steps"][engine]), errors)])  # fmt: skip
-        for key, errors in data["resolved"].items():
-            table.rows.append([f"{key}, e = {RESTITUTION:g}", _row((f"T/{n}" for n in RESOLVED), errors)])
-        for key, found in data["in_substeps"].items():
-            times = [f"{n} substeps ({one['median']:.1f} us)"
-                     for n, one in zip(data["substeps"], data["microseconds"], strict=True)]  # fmt: skip
-            table.rows.append([f"mujoco, 2 ms, {key}", _row(times, found["error"])])
+        words = {engine: [*map(in_words, steps)] for engine, steps in data["steps"].items()}
+        resolved = [f"T/{n}" for n in RESOLVED]
+        times = [f"{n} substeps ({one['median']:.1f} us)"
+                 for n, one in zip(data["substeps"], data["microseconds"], strict=True)]  # fmt: skip
+        rows = [
+            *((key, words[key.split(",")[0]], errors) for key, errors in data["error"].items()),
+            *(
+                (f"{engine}, e = 1, spun about the normal", words[engine], errors)
+                for engine, errors in data["twirl"].items()
+            ),
+            *((f"{key}, e = {RESTITUTION:g}", resolved, errors) for key, errors in data["resolved"].items()),
+            *((f"mujoco, 2 ms, {key}", times, found["error"]) for key, found in data["in_substeps"].items()),
+        ]
+        table = Table("engine, impact | step: largest error")
+        for what, places, errors in rows:
+            table.add(f"{what} | " + ", ".join(f"{at}: {error:.1e}" for at, error in zip(places, errors, strict=True)))
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """Error over the step, and over time."""
-        figure, (left, right) = panels(2)
+    def draw(self, data: Data, left: Axes, right: Axes) -> None:
         times = [one["median"] for one in data["microseconds"]]
         for style, e in zip(STYLES, RESTITUTIONS, strict=False):
-            for engine in STEPS:
-                open_mark = engine == "pybullet"
-                look: dict[str, Any] = style | (
-                    {"fillstyle": "none", "markersize": 9, "linestyle": ""} if open_mark else {}
-                )
-                left.loglog(data["steps"][engine], data["error"][f"{engine}, e = {e:g}"], **look,
-                            label=None if open_mark else f"e = {e:g}")  # fmt: skip
+            marks = style | {"fillstyle": "none", "markersize": 9, "linestyle": ""}
+            left.loglog(data["steps"]["mujoco"], data["error"][f"mujoco, e = {e:g}"], **style, label=f"e = {e:g}")
+            left.loglog(data["steps"]["pybullet"], data["error"][f"pybullet, e = {e:g}"], **marks)
             found = data["in_substeps"][f"e = {e:g}"]
             right.loglog(times, found["error"], **style, label=f"e = {e:g}, largest")
             right.loglog(times, found["rms"], **(style | {"markersize": 2.5, "linewidth": 0.7}), label="rms")
@@ -145,15 +135,9 @@ class AnyStep(Case):
             axes.set_ylabel(r"error in $\psi_2$ [-]")
         left.set(xlabel="engine step [s]", title=f"{SUBSTEPS} substeps", ylim=(5e-5, 1e-2))
         right.set(xlabel="time an impact takes [us]", title="step of 2 ms, number of substeps", ylim=(3e-6, 2e-2))
-        right.set_xticks([5, 10, 20, 40], ["5", "10", "20", "40"])
-        right.set_xticks([], minor=True)
+        plain_ticks(right, [5, 10, 20, 40])
         left.legend(loc="lower right")
         right.legend(fontsize=7, ncols=3, loc="lower left")
-        return figure
-
-
-def _row(places: Any, errors: list[float]) -> str:
-    return ", ".join(f"{place}: {error:.1e}" for place, error in zip(places, errors, strict=True))
 
 
 def _limits(data: Data) -> list[Limit]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import atan, cos, degrees, radians, sin
 
 import numpy as np
 
 from contactlaw import Body, ContactPair, Material, collide
 from contactlaw.losses import FallingFriction
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.prediction import rms
 
 PHENOLIC = Material(5.8e9, 0.34, 1700.0, "phenolic resin", "usual for billiard balls; E is without effect on throw")
 RADIUS, MASS = 0.028575, 0.17  # [m], [kg]
@@ -21,28 +23,22 @@ SLIDING = 1e-6  # [deg] by which throw may differ where rigid balls slide throug
 
 @register
 class Billiards(Case):
-    """Cut shots with and without side spin."""
+    """Friction drags the object ball off the line of centres (throw) and spins it. D. G. Alciatore's formulas
+    (Technical Proof TP A.14), fitted to Marlow's measurements, take a friction of .00995 + .108 exp(-1.088 v), and
+    rigid balls, whose friction at most stops the sliding. Given that friction, the law is the formulas where rigid
+    balls slide throughout, which most shots do. Where they stick, elastic balls reverse at the contact point and throw
+    is greater by about a degree; no measurement at hand says which is right. A constant friction, the mean of that at
+    the three speeds, misses throw as the table says.
+    """
 
-    name = "billiards"
     place = 18
     title = "Throw of billiard balls"
-    claim = (
-        "Friction drags the object ball off the line of centres (throw) and spins it. D. G. Alciatore's formulas "
-        "(Technical Proof TP A.14), fitted to Marlow's measurements, take a friction of .00995 + .108 exp(-1.088 v), "
-        "and rigid balls, whose friction at most stops the sliding. Given that friction, the law is the formulas where "
-        "rigid balls slide throughout, which most shots do. Where they stick, elastic balls reverse at the contact "
-        "point and throw is greater by about a degree; no measurement at hand says which is right. A constant "
-        "friction, the mean of that at the three speeds, misses throw as the table says."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every speed, cut and spin; a second, quick or not."""
-        rows: list[Data] = []
-        for name, speed in SPEEDS.items():
-            for cut in CUTS:
-                for spin in SPINS:
-                    rows.append({"speed": name, "cut": cut, "spin": spin} | _shot(speed, radians(cut), spin))
-            progress(len(rows) / (len(SPEEDS) * len(CUTS) * len(SPINS)))
+        rows: list[Data] = [
+            {"speed": name, "cut": cut, "spin": spin} | _shot(speed, radians(cut), spin)
+            for (name, speed), cut, spin in told(product(SPEEDS.items(), CUTS, SPINS), progress)
+        ]
         sliding = [row for row in rows if row["slides"]]
         limits = [
             Limit("throw from the formula's, all shots that slide throughout", SLIDING,
@@ -53,20 +49,19 @@ class Billiards(Case):
         return Outcome(limits, {"rows": rows})
 
     def table(self, data: Data) -> Table:
-        """A row a speed."""
-        table = Table(["speed [m/s]", "shots that slide throughout", "largest throw there [deg]", "shots that stick",
-                       "throw there, less the rigid one: rms [deg]", "largest [deg]",
-                       "throw with constant friction, less that with mu(v): rms [deg]"])  # fmt: skip
+        table = Table(
+            "speed [m/s] | shots that slide throughout | largest throw there [deg] | shots that stick | "
+            "throw there, less the rigid one: rms [deg] | largest [deg] | "
+            "throw with constant friction, less that with mu(v): rms [deg]"
+        )
         for name, speed in SPEEDS.items():
             rows = [row for row in data["rows"] if row["speed"] == name]
             slides, sticks = ([row for row in rows if row["slides"] is kind] for kind in (True, False))
-            more = np.array([row["throw"] - row["formula"] for row in sticks])
-            constant = np.array([row["constant"] - row["throw"] for row in rows])
-            table.rows.append(
-                [f"{speed:g}", str(len(slides)), f"{max(abs(row['throw']) for row in slides):.1f}" if slides else "",
-                 str(len(sticks)), f"{np.sqrt(np.mean(more**2)):.2f}" if sticks else "",
-                 f"{np.abs(more).max():.2f}" if sticks else "", f"{np.sqrt(np.mean(constant**2)):.2f}"]
-            )  # fmt: skip
+            more = [row["throw"] - row["formula"] for row in sticks]
+            constant = [row["constant"] - row["throw"] for row in rows]
+            throw = f"{max(abs(row['throw']) for row in slides):.1f}" if slides else ""
+            stuck = f"{rms(more):.2f} | {np.abs(more).max():.2f}" if sticks else "|"
+            table.add(f"{speed:g} | {len(slides)} | {throw} | {len(sticks)} | {stuck} | {rms(constant):.2f}")
         return table
 
 

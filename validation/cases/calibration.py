@@ -28,26 +28,21 @@ FURTHEST = 3.0  # standard uncertainties that a value may lie from the truth
 
 @register
 class CalibrationCase(Case):
-    """`calibrate` on tables of known truth and on published ones."""
+    """From 18 impacts, measured as well as the paper's, `contactlaw.calibrate` finds friction, restitution and
+    stiffness ratio, and its uncertainties are those that repeated tables show. The synthetic tables come from the
+    annulus reference, not from the law that is fitted. Steel: if one sliding impact tells friction to 5 %, as the paper
+    saw, the table tells it to less than the 2 % that the paper states. Rubber: the stated errors of the angles (7 % and
+    5 %) explain half of the stated 25 % in friction at grazing incidence, even for a single impact; the rest was
+    scatter of the impacts themselves, as the authors suspected. Alumina on glass: friction and kappa come out as
+    published and as the elastic constants say, but tangential restitution and spin scatter about one curve by more than
+    an error of 0.1 degrees explains. Tables that cannot tell are said to be such: Cross's single impacts bound friction
+    from below and no more.
+    """
 
-    name = "calibration"
     place = 17
     title = "A contact from a table of impacts"
-    claim = (
-        "From 18 impacts, measured as well as the paper's, `contactlaw.calibrate` finds friction, restitution and "
-        "stiffness ratio, and its uncertainties are those that repeated tables show. The synthetic tables come "
-        "from the annulus reference, not from the law that is fitted. Steel: if one sliding impact tells friction "
-        "to 5 %, as the paper saw, the table tells it to less than the 2 % that the paper states. Rubber: the "
-        "stated errors of the angles (7 % and 5 %) explain half of the stated 25 % in friction at grazing "
-        "incidence, even for a single impact; the rest was scatter of the impacts themselves, as the authors "
-        "suspected. Alumina on glass: friction and kappa come out as published and as the elastic constants say, "
-        "but tangential restitution and spin scatter about one curve by more than an error of 0.1 degrees "
-        "explains. Tables that cannot tell are said to be such: Cross's single impacts bound friction from below "
-        "and no more."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Many noisy tables of both pucks, and every published table."""
         repeats = 12 if quick else 150
         pucks: dict[str, Any] = {}
         for number, table in enumerate((STEEL, RUBBER)):
@@ -79,26 +74,23 @@ class CalibrationCase(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a table."""
-        table = Table(["table", "impacts", "mu", "of sliding impacts alone", "e", "kappa", "to compare with"])
+        table = Table("table | impacts | mu | of sliding impacts alone | e | kappa | to compare with")
         for name, puck in data["pucks"].items():
-            shares = {key: f"{100 * puck['relative'][key]:.2g} %" for key in (*NAMES, "sliding_friction")}
-            table.rows.append(
-                [
-                    f"{name} puck, {data['repeats']} synthetic tables: standard uncertainty", str(data["impacts"]),
-                    shares["friction"], shares["sliding_friction"], shares["restitution"], shares["stiffness_ratio"],
-                    f"paper: mu to {100 * BAND[name]:.0f} %; here one sliding impact tells mu to "
-                    f"{200 * puck['single_first']:.0f} to {200 * puck['single_last']:.0f} % (two standard "
-                    f"uncertainties); 2 for 1 + e puts mu off by {100 * puck['two']:.1f} %",
-                ]
-            )  # fmt: skip
+            shares = {key: f"{100 * part:.2g} %" for key, part in puck["relative"].items()}
+            table.add(
+                f"{name} puck, {data['repeats']} synthetic tables: standard uncertainty | {data['impacts']} | "
+                "{friction} | {sliding_friction} | {restitution} | {stiffness_ratio} | "
+                f"paper: mu to {100 * BAND[name]:.0f} %; here one sliding impact tells mu to "
+                f"{200 * puck['single_first']:.0f} to {200 * puck['single_last']:.0f} % (two standard uncertainties); "
+                f"2 for 1 + e puts mu off by {100 * puck['two']:.1f} %",
+                shares,
+            )
+        cells = "{friction[text]} | {sliding_friction[text]} | {restitution[text]} | {stiffness_ratio[text]}"
         for name, one in data["alumina"].items():
-            table.rows.append(
-                [f"alumina on glass, {name}", str(one["impacts"]), *_cells(one),
-                 f"mu {KHARAZ_FRICTION}, kappa {data['alumina_kappa']:.3f} (elastic constants)"]
-            )  # fmt: skip
+            table.add(f"alumina on glass, {name} | {{impacts}} | {cells} | mu {KHARAZ_FRICTION}, "
+                      f"kappa {data['alumina_kappa']:.3f} (elastic constants)", one)  # fmt: skip
         for name, one in data["balls"].items():
-            table.rows.append([name, str(one["impacts"]), *_cells(one), ""])
+            table.add(f"{name} | {{impacts}} | {cells}", one)
         return table
 
 
@@ -163,7 +155,3 @@ def _as_data(result: Calibration, friction: float | None = None, kappa: float | 
 
 def _or_inf(value: float | None) -> float:
     return np.inf if value is None else value
-
-
-def _cells(one: Data) -> list[str]:
-    return [one[name]["text"] for name in ("friction", "sliding_friction", "restitution", "stiffness_ratio")]

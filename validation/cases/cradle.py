@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from contactlaw import ContactPair
-from validation.ball import INTEGRATORS, MASS, RADIUS, STEEL, Array, balls_world, in_words
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.ball import INTEGRATORS, MASS, RADIUS, STEEL, Array, balls_world, where
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told, worst
 
 COUNTS = [3, 4, 5]
 GAP = 1e-4  # [m]
@@ -21,62 +22,45 @@ PAIR = ContactPair(STEEL, STEEL, friction=0.115, restitution=1.0)
 
 @register
 class Cradle(Case):
-    """One ball strikes a row of others."""
+    """When one ball strikes a row that touches, all contacts act at once and the velocities after depend on how the
+    forces share; at the engine's own step, far longer than the whole event, they are those of a finely integrated chain
+    of Hertz springs. With 0.1 mm between, only the last ball flies off.
+    """
 
-    name = "cradle"
     place = 45
     title = "A row of balls in touch"
-    claim = (
-        "When one ball strikes a row that touches, all contacts act at once and the velocities after depend on how the "
-        "forces share; at the engine's own step, far longer than the whole event, they are those of a finely "
-        "integrated chain of Hertz springs. With 0.1 mm between, only the last ball flies off."
-    )
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """In touch and apart."""
         from sims.scenes.cradle import hertz_chain
 
-        counts = COUNTS[:1] if quick else COUNTS
         runs: list[Data] = []
         chains = {}
-        for number, count in enumerate(counts):
+        for count in told(COUNTS[:1] if quick else COUNTS, progress):
             chain = chains[str(count)] = hertz_chain(replace(PAIR, radius=0.5 * RADIUS), MASS, count, 1, SPEED, 0.0)
             away = np.zeros(count)
             away[-1] = SPEED
-            for gap, truth in ((0.0, chain), (GAP, away)):
-                for engine, dt, integrator in _kinds():
-                    after = _after(engine, dt, integrator, count, gap)
-                    runs.append(
-                        {"balls": count, "gap": gap, "engine": engine, "step": dt, "integrator": integrator,
-                         "velocity": after, "error": float(np.abs(after - truth).max()) / SPEED}
-                    )  # fmt: skip
-            progress((number + 1) / len(counts))
-        problems = [
-            f"{run['balls']} balls, {run['engine']}, {run['step']:g} s: not finite"
-            for run in runs
-            if not np.isfinite(run["velocity"]).all()
-        ]
+            for (gap, truth), (engine, dt, integrator) in product(((0.0, chain), (GAP, away)), _kinds()):
+                after = _after(engine, dt, integrator, count, gap)
+                runs.append({"balls": count, "gap": gap, "engine": engine, "step": dt, "integrator": integrator,
+                             "velocity": after, "error": float(np.abs(after - truth).max()) / SPEED})  # fmt: skip
         limits = [
             Limit(f"error of the velocities over the speed, {engine}, {'in touch' if gap == 0.0 else 'apart'}", ASKED,
-                  max(run["error"] for run in runs if run["engine"] == engine and run["gap"] == gap))
-            for engine in STEPS
-            for gap in (0.0, GAP)
+                  worst(runs, "error", engine=engine, gap=gap))
+            for engine, gap in product(STEPS, (0.0, GAP))
         ]  # fmt: skip
-        return Outcome(limits, {"chain": chains, "runs": runs}, problems)
+        return Outcome(limits, {"chain": chains, "runs": runs})
 
     def table(self, data: Data) -> Table:
-        """A row a run."""
-        table = Table(["balls", "gap [mm]", "engine, step", "velocities after [m/s]", "error"])
+        table = Table("balls | gap [mm] | engine, step | velocities after [m/s] | error")
         for count, chain in data["chain"].items():
-            table.rows.append([count, "0", "Hertz chain", _words(chain), ""])
+            table.add(f"{count} | 0 | Hertz chain | {_words(chain)}")
             for run in data["runs"]:
                 if run["balls"] == int(count):
-                    table.rows.append(
-                        [count, f"{1e3 * run['gap']:g}",
-                         f"{run['engine']}, {in_words(run['step'])} {run['integrator']}",
-                         _words(run["velocity"]), f"{run['error']:.1e}"]
-                    )  # fmt: skip
+                    table.add(
+                        f"{count} | {1e3 * run['gap']:g} | {where(run)} | {_words(run['velocity'])} | {{error:.1e}}",
+                        run,
+                    )
         return table
 
 

@@ -6,16 +6,13 @@ from math import cos, exp, radians, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import rebound
 from contactlaw.world import World
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
 from validation.cases.shapes import elongation
 from validation.prediction import SPHERE
 from validation.world_scenes import FLOOR, steel_pair
-
-Array = NDArray[np.float64]
 
 ASKED = 1e-2  # in psi_2, where 1 is friction times the speed of approach
 FRICTION, MASS, SPEED = 0.3, 0.3, 1e-3  # slow: the patch hardly travels over long bodies, which rigid motion makes turn
@@ -27,27 +24,23 @@ CROSSED = "crossed cylinders, radii 1 : 3"
 
 @register
 class Elliptic(Case):
-    """psi_2 by direction."""
+    """An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's
+    limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those of a
+    grid with Hertz's elliptic pressure and Cerruti's kernel, in each direction. Taken as a circle of the same stiffness
+    they are off by what the last column says.
+    """
 
-    name = "elliptic"
     place = 53
     title = "Elliptic contacts"
-    claim = (
-        "An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's "
-        "limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those "
-        "of a grid with Hertz's elliptic pressure and Cerruti's kernel, in each direction. Taken as a circle of the "
-        "same stiffness they are off by what the last column says."
-    )
     needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Impacts of slow bodies, which do not roll on."""
         kappa, rows = float(steel_pair(FRICTION).kappa), []
         nu = 2.0 * (1.0 - kappa) / (2.0 - kappa)  # of like materials
         chi = SPHERE * kappa / 2.0
         bodies: dict[str, Any] = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
         bodies[CROSSED] = (1.0 / 0.03, 1.0 / 0.01)
-        for number, (name, (p, q)) in enumerate(bodies.items()):
+        for name, (p, q) in told(bodies.items(), progress):
             ratio = exp(-elongation(p, q))
             for way, angle in WAYS.items():
                 along = np.array([cos(radians(angle)), sin(radians(angle))])
@@ -57,18 +50,12 @@ class Elliptic(Case):
                     found.append(np.abs(impact(name, psi * along) - truth).max())
                     circle.append(np.abs(float(rebound(psi, chi)) * along - truth).max())
                 rows.append({"name": name, "way": way, "ratio": ratio, "error": max(found), "circle": max(circle)})
-                progress((number + (angle + 45.0) / 135.0) / len(bodies))
-        limits = [Limit(f"psi_2 from the grid, {name}", ASKED, max(one["error"] for one in rows if one["name"] == name))
-                  for name in bodies]  # fmt: skip
+        limits = [Limit(f"psi_2 from the grid, {name}", ASKED, worst(rows, "error", name=name)) for name in bodies]
         return Outcome(limits, {"rows": rows, "kappa": kappa, "chi": chi})
 
     def table(self, data: Data) -> Table:
-        """A row a body and direction."""
-        table = Table(["contact", "b/a", "slide", "error of psi_2", "of a circle's"])
-        for one in data["rows"]:
-            figures = f"{one['error']:.1e}", f"{one['circle']:.1e}"
-            table.rows.append([one["name"], f"{one['ratio']:.3f}", one["way"], *figures])
-        return table
+        return Table("contact | b/a | slide | error of psi_2 | of a circle's",
+                     "{name} | {ratio:.3f} | {way} | {error:.1e} | {circle:.1e}", data["rows"])  # fmt: skip
 
 
 def partial_curvatures(half: tuple[float, float, float]) -> tuple[float, float]:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-
-Array = NDArray[np.float64]
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told
 
 RESTITUTIONS = [1.0, 0.99, 0.93, 0.86, 0.7, 0.5]  # each needs tables of its own, hence a few, the first most often
 CREATORS = ("mindlin",)  # measured and reported, not limited
@@ -20,18 +17,14 @@ LEG = 32  # points on each leg of the closed path
 
 @register
 class Energy(Case):
-    """Largest gain of kinetic energy in random impacts; work extracted on a closed path."""
+    """No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the law
+    but one: the plain `mindlin` spring, which creates energy when the contact unloads.
+    """
 
-    name = "energy"
     place = 30
     title = "No energy from nothing"
-    claim = (
-        "No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the "
-        "law but one: the plain `mindlin` spring, which creates energy when the contact unloads."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Random impacts, then the path."""
         count = 2_000 if quick else 10_000
         random = np.random.default_rng(2)
         chi = np.exp(random.uniform(np.log(0.3), np.log(10.0), count))
@@ -39,44 +32,29 @@ class Energy(Case):
         e = random.choice(RESTITUTIONS, count, p=[0.5, *[0.1] * 5])
         friction = np.exp(random.uniform(np.log(0.01), np.log(10.0), count))
         kappa = random.uniform(0.6, 1.0, count)
-        problems = []
+        drawn = {"psi_1": psi_1, "chi": chi, "e": e, "mu": friction, "kappa": kappa}
         data: Data = {"count": count, "gain": {}, "grown": {}, "worst": {}}
-        for number, name in enumerate(LAWS):
+        for name in told(LAWS, progress):
             psi_2 = np.atleast_1d(rebound(psi_1, chi, name, e))
-            if not np.isfinite(psi_2).all():
-                problems.append(f"{name}: psi_2 not finite")
             before, after = (kinetic(psi, v, chi, friction, kappa) for psi, v in ((psi_1, 1.0), (psi_2, e)))
             gain = after / before - 1.0
-            worst = int(np.argmax(gain))
-            data["gain"][name] = float(gain[worst])
+            most = int(np.argmax(gain))
+            data["gain"][name] = float(gain[most])
             data["grown"][name] = float(np.mean(gain > ASKED))
-            data["worst"][name] = {
-                key: float(values[worst])
-                for key, values in {"psi_1": psi_1, "chi": chi, "e": e, "mu": friction, "kappa": kappa}.items()
-            }
-            progress((number + 1) / len(LAWS))
+            data["worst"][name] = {key: float(values[most]) for key, values in drawn.items()}
         data["path"] = {name: pump(name) for name in LAWS if name != "coulomb"}
-        limits = [
-            Limit(f"largest gain of energy, {name}", ASKED, gain)
-            for name, gain in data["gain"].items()
-            if name not in CREATORS
-        ] + [
-            Limit(f"work extracted on the closed path, {name}", ASKED, path["extracted"])
-            for name, path in data["path"].items()
-            if name not in CREATORS
-        ]
-        return Outcome(limits, data, problems)
+        asked = {f"largest gain of energy, {name}": (name, gain) for name, gain in data["gain"].items()}
+        asked |= {f"work extracted on the closed path, {name}": (name, path["extracted"])
+                  for name, path in data["path"].items()}  # fmt: skip
+        return Outcome([Limit(what, ASKED, part) for what, (name, part) in asked.items() if name not in CREATORS], data)
 
     def table(self, data: Data) -> Table:
-        """A row a law."""
-        table = Table(["law", "largest gain of energy", "impacts that gain more than 0.001", "its psi_1, chi, e, mu",
-                       "extracted on the closed path"])  # fmt: skip
+        table = Table("law | largest gain of energy | impacts that gain more than 0.001 | its psi_1, chi, e, mu | "
+                      "extracted on the closed path")  # fmt: skip
         for name, gain in data["gain"].items():
-            worst = data["worst"][name]
-            where = ", ".join(f"{worst[key]:.2f}" for key in ("psi_1", "chi", "e", "mu"))
-            path = data["path"].get(name)
-            table.rows.append([name, f"{gain:+.1e}", f"{100 * data['grown'][name]:.1f} %", where if gain > 0 else "",
-                               f"{path['extracted']:+.3f}" if path else ""])  # fmt: skip
+            at = "{psi_1:.2f}, {chi:.2f}, {e:.2f}, {mu:.2f}" if gain > 0 else ""
+            path = f"{data['path'][name]['extracted']:+.3f}" if name in data["path"] else ""
+            table.add(f"{name} | {gain:+.1e} | {100 * data['grown'][name]:.1f} % | {at} | {path}", data["worst"][name])
         return table
 
 

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.measured import Array, load
-from validation.picture import curves, panels, points
+from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, reference, rms
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 STEEL = Material(2.08e11, 0.30, 7850.0, "steel of the finite elements")
 FRICTION = 0.3
@@ -26,7 +21,6 @@ SHOWN = 9.5  # beyond, all laws and points lie on one line
 class FiniteElements(Case):
     """Velocity and spin after the impact of an elastic sphere on a rigid plane, no figure fitted."""
 
-    name = "finite_elements"
     place = 12
     title = "Finite elements of others"
     claim = (
@@ -37,13 +31,13 @@ class FiniteElements(Case):
         f"tangential motion of a sphere on a rigid plane ({COUPLING:.2f}), which both leave out (a later chapter "
         "shows it), then in the reading of the figure, of which the two curves' disagreement gives the size."
     )
+    sheet = {"columns": 2, "width": 4.4}
     caption = (
         "Velocity of the contact point and spin after an impact over the incidence, x = v_t/(mu v_n): finite "
         "elements (points, with the two curves' rms disagreement as error) and laws."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Both published curves; the case takes a second or two, quick or not."""
         pair = quiet_pair(STEEL, RIGID, FRICTION)
         kappa, chi = pair.kappa, SPHERE * pair.kappa / 2.0
         recoil, spin = load("chungooi5_recoil_fem_wu"), load("chungooi5_spin_fem_wu")
@@ -58,7 +52,7 @@ class FiniteElements(Case):
                 "partial slip": {law: rms(difference[part]) for law, difference in differences.items()},
                 "all": {law: rms(difference) for law, difference in differences.items()},
             }
-            shown[name] = {"x": x, "y": y, "points": {"partial slip": int(part.sum()), "all": x.size}}  # fmt: skip
+            shown[name] = {"x": x, "y": y, "points": {"partial slip": int(part.sum()), "all": x.size}}
             progress(0.4 if name == "recoil" else 0.8)
         laws = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * recoil["x_incident"], chi).items()}
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
@@ -76,28 +70,21 @@ class FiniteElements(Case):
             Limit("rms of microslip over the next best law's, recoil", 1.0, over_the_next_best(partial["recoil"])),
             Limit("rms of microslip over the next best law's, spin", 1.0, over_the_next_best(partial["spin"])),
         ]  # fmt: skip
-        return Outcome(limits, data, [] if np.isfinite(list(partial["recoil"].values())).all() else ["not finite"])
+        return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a law: how far from each curve."""
         parts = [(name, part) for name in ("recoil", "spin") for part in ("partial slip", "all")]
-        heads = ["law, rms from the finite elements"]
-        for name, part in parts:
-            extent = "all x" if part == "all" else f"x < {data['below']:g}"
-            heads.append(f"{name}, {extent} ({data['shown'][name]['points'][part]} points)")
-        table = Table(heads)
+        heads = [f"{name}, {'all x' if part == 'all' else 'x < {below:g}'.format(**data)} "
+                 f"({data['shown'][name]['points'][part]} points)" for name, part in parts]  # fmt: skip
+        table = Table(["law, rms from the finite elements", *heads])
         for law in [*LAWS, REFERENCE]:
-            table.rows.append([law, *(f"{data['rms'][name][part][law]:.3f}" for name, part in parts)])
+            table.add(f"{law} | " + " | ".join(f"{data['rms'][name][part][law]:.3f}" for name, part in parts))
         found = data["curves_disagree"]
-        table.rows.append(
-            ["(the two published curves from each other)", f"{found['partial slip']:.3f}", f"{found['all']:.3f}",
-             f"{found['partial slip'] / 1.4:.3f}", f"{found['all'] / 1.4:.3f}"]
-        )  # fmt: skip
+        each = " | ".join(f"{found[part] / scale:.3f}" for scale in (1.0, 1.4) for part in ("partial slip", "all"))
+        table.add(f"(the two published curves from each other) | {each}")
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """Both curves, and how far the laws are from the first."""
-        figure, (left, middle) = panels(2, width=4.4)
+    def draw(self, data: Data, left: Axes, middle: Axes) -> None:
         x = data["grid"]
         spins = {law: spin_of(np.array(x), np.array(v)).tolist() for law, v in data["laws"].items()}
         error = data["curves_disagree"]["all"]
@@ -108,8 +95,7 @@ class FiniteElements(Case):
         left.set(ylabel=r"contact point after, $v_t'/(\mu v_n)$ [-]", ylim=(-2.1, 2.6),
                  title=rf"recoil ($\chi$ = {data['chi']:.3f}, e = 1)")  # fmt: skip
         middle.set(ylabel=r"spin after, $R\omega/(\mu v_n)$ [-]", title="spin")
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        return figure
+        legend_below(left, 4)
 
 
 def spin_of(x: Array, after: Array) -> Array:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import cycle
 from math import ceil
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,15 +34,12 @@ from validation.ball import (
     linear_spring,
     steel_pair,
 )
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.front import Rung
 from validation.impacts import judge
 from validation.measure import interleaved
-from validation.picture import panels
+from validation.picture import legend_below
 from validation.reference import annulus
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 FINE_BELOW = 2e-5  # [s]: of such steps the phase of the touch hardly matters
@@ -92,17 +88,15 @@ class Way:
 
 @register
 class FrontEngines(Case):
-    """A steel ball's bounce in both engines: every law, nodes, substeps and steps, and the engine's own contact."""
+    """At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings the law is asked to
+    be on the front of error against run time, 30 times closer than the single-spring laws at equal run time, and 100
+    times faster than the annulus reference at equal error. Shorter steps only cost more: the law's substeps do their
+    work. In PyBullet reading and pushing the bodies takes part of the time, whatever the law.
+    """
 
-    name = "front_engines"
     place = 43
     title = "Error and time in the engines"
-    claim = (
-        "At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings the law is asked "
-        "to be on the front of error against run time, 30 times closer than the single-spring laws at equal run time, "
-        "and 100 times faster than the annulus reference at equal error. Shorter steps only cost more: the law's "
-        "substeps do their work. In PyBullet reading and pushing the bodies takes part of the time, whatever the law."
-    )
+    sheet = {"columns": 2, "width": 5.4, "height": 4.4}
     caption = (
         f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of all steps from "
         "before the touch until the ball has left: MuJoCo and PyBullet. Line: the front. Numbers: "
@@ -112,7 +106,6 @@ class FrontEngines(Case):
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Every way, side by side in each engine."""
         data: Data = {}
         problems: list[str] = []
         for number, engine in enumerate(OWN_STEPS):
@@ -124,23 +117,19 @@ class FrontEngines(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """The fronts, and the comparisons."""
-        found = Table(["engine", *front.HEADS])
+        found = Table(f"engine | {front.HEADS}")
         for engine, one in data.items():
             found.rows.extend([ENGINE_NAMES[engine], *row] for row in front.rows(one, DEFAULT))
-            found.rows.extend([ENGINE_NAMES[engine], words, *[""] * 5, f"{front.short(one[name])} times"]
-                              for name, words in front.COMPARED.items())  # fmt: skip
+            for name, words in front.COMPARED.items():
+                found.add(f"{ENGINE_NAMES[engine]} | {words} | | | | | | {front.short(one[name])} times")
         return found
 
-    def draw(self, data: Data) -> Figure:
-        """Error over the time of an impact."""
-        figure, both = panels(2, width=5.4, height=4.4)
+    def draw(self, data: Data, *both: Axes) -> None:
         for axes, (engine, one) in zip(both, data.items(), strict=True):
             front.plot(axes, one, DEFAULT)
             axes.set(xlabel="time of an impact [us]", ylabel=r"largest error in $\psi_2$ [-]",
                      title=ENGINE_NAMES[engine])  # fmt: skip
-        figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower center", ncols=9)
-        return figure
+        legend_below(both[0], 9)
 
 
 def ways(engine: str, quick: bool) -> dict[str, Way]:

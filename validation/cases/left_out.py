@@ -5,14 +5,11 @@ from __future__ import annotations
 from math import cos, pi, radians, sqrt, tan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, RIGID, Body, Material, collide
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.prediction import quiet_pair
-
-Array = NDArray[np.float64]
 
 STEEL, RUBBER, GLASS, ALUMINA = (MATERIALS[name] for name in ("steel", "rubber", "glass", "alumina"))
 ALUMINIUM, ACETATE = MATERIALS["aluminium"], MATERIALS["cellulose acetate"]
@@ -64,20 +61,16 @@ Joseph & Hunt (2004), Cross (2010), Chung & Ooi (2011)."""
 
 @register
 class LeftOut(Case):
-    """Non-axisymmetric displacement, waves, travel of the patch, unlike materials."""
+    """The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, its
+    patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it leaves out
+    is, for the impacts that the laws are compared with.
+    """
 
-    name = "left_out"
     place = 95
     title = "What the theory leaves out"
-    claim = (
-        "The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, "
-        "its patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it "
-        "leaves out is, for the impacts that the laws are compared with."
-    )
     needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """All four; nothing here is long."""
         shape = _shape()
         waves = [_waves(*strike) for strike in STRIKES]
         progress(0.4)
@@ -96,41 +89,32 @@ class LeftOut(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a figure."""
-        table = Table(["left out", "where", "figures"])
+        table = Table("left out | where | figures")
         for nu in (0.28, 0.5):
-            at = [np.interp(nu, data["shape"]["nu"], data["shape"][key]) for key in ("rim", "rms_x", "rms")]
-            table.rows.append(
-                ["non-axisymmetric displacement", f"nu = {nu:g}, gross slip",
-                 f"U_x and U_y {100 * at[0]:.1f} % of the mean at the rim; rms {100 * at[1]:.1f} % (U_x), "
-                 f"{100 * at[2]:.1f} % (both)"]
-            )  # fmt: skip
+            shape = {
+                key: 100 * np.interp(nu, data["shape"]["nu"], data["shape"][key]) for key in ("rim", "rms_x", "rms")
+            }
+            table.add(f"non-axisymmetric displacement | nu = {nu:g}, gross slip | U_x and U_y {{rim:.1f}} % of the "
+                      "mean at the rim; rms {rms_x:.1f} % (U_x), {rms:.1f} % (both)", shape)  # fmt: skip
         for one in data["waves"]:
-            table.rows.append(
-                ["waves", f"{one['name']}, {one['speed']:.2g} m/s",
-                 f"contact {1e6 * one['duration']:.0f} us = {one['over_transit']:.3g} x 2R/c_d = "
-                 f"{one['over_mode']:.2g} slowest periods; {_percent(one['share'])} of the energy into the block (e <= "
-                 f"{sqrt(1.0 - one['share']):.3f}); overlap/R {one['depth']:.2g}"]
-            )  # fmt: skip
-        rows = [("no spin", data["no_spin"]), ("straight, back-spin", data["travel"][0]),
-                *((f"{angle} degrees, spin", data["travel"][ANGLES.index(angle)]) for angle in (40, 80))]  # fmt: skip
-        for label, one in rows:
-            table.rows.append(
-                ["travel of the patch", f"steel puck, {label}",
-                 f"{one['block']:.2g} % of the greatest radius over the block, {one['ball']:.2g} % over the puck"]
-            )  # fmt: skip
+            more = {"us": 1e6 * one["duration"], "radiated": _percent(one["share"]), "most": sqrt(1.0 - one["share"])}
+            table.add("waves | {name}, {speed:.2g} m/s | contact {us:.0f} us = {over_transit:.3g} x 2R/c_d = "
+                      "{over_mode:.2g} slowest periods; {radiated} of the energy into the block (e <= {most:.3f}); "
+                      "overlap/R {depth:.2g}", one, more)  # fmt: skip
+        travel = {"no spin": data["no_spin"], "straight, back-spin": data["travel"][0]}
+        travel |= {f"{angle} degrees, spin": data["travel"][ANGLES.index(angle)] for angle in (40, 80)}
+        for label, one in travel.items():
+            table.add(f"travel of the patch | steel puck, {label} | {{block:.2g}} % of the greatest radius over the "
+                      "block, {ball:.2g} % over the puck", one)  # fmt: skip
         faster = (PAPERS_TRAVEL / data["no_spin"]["block"]) ** 2.5
-        table.rows.append(["travel of the patch", f"{PAPERS_TRAVEL} %, as the paper quotes",
-                           f"reached without spin at {faster:.1f} m/s (it grows with V^(2/5))"])  # fmt: skip
+        table.add(f"travel of the patch | {PAPERS_TRAVEL} %, as the paper quotes | "
+                  f"reached without spin at {faster:.1f} m/s (it grows with V^(2/5))")  # fmt: skip
         for one in data["coupling"]:
             ratio = ""
             if one["over_friction"] is not None:
-                ratio = f", over mu {one['over_friction']:.2g}: pressing alone sticks to {one['stick_radius']:.2f} a"
-            table.rows.append(
-                ["unlike materials", one["name"],
-                 f"beta = {one['beta']:.2g}, paper's footnote {2 * one['beta']:.2g}{ratio}; normal stiffness at most "
-                 f"+{_percent(one['stiffening'])}"]
-            )  # fmt: skip
+                ratio = ", over mu {over_friction:.2g}: pressing alone sticks to {stick_radius:.2f} a"
+            table.add(f"unlike materials | {{name}} | beta = {{beta:.2g}}, paper's footnote {2 * one['beta']:.2g}"
+                      f"{ratio}; normal stiffness at most +{_percent(one['stiffening'])}", one)  # fmt: skip
         return table
 
 

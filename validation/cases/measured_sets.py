@@ -21,22 +21,17 @@ OTHERS = [name for name in LAWS if name != "microslip"]
 
 @register
 class MeasuredSets(Case):
-    """One row a set."""
+    """Nothing here is fitted. Where the rms of a law is below the scatter of the data no better law can be told; where
+    it is above, something is missing. `microslip` is within the scatter of e_t and spin of alumina on glass and nearest
+    of all laws in all that is hard and loses little. Above it are: finite elements on a rigid plane (coupling of unlike
+    materials), Louge's constants, where a single pair, polyurethane, puts simpler laws ahead until shear loses as well,
+    and soft balls that deform as a whole, to which it is no nearer than others.
+    """
 
-    name = "measured_sets"
     place = 11
     title = "All measured sets"
-    claim = (
-        "Nothing here is fitted. Where the rms of a law is below the scatter of the data no better law can be told; "
-        "where it is above, something is missing. `microslip` is within the scatter of e_t and spin of alumina on "
-        "glass and nearest of all laws in all that is hard and loses little. Above it are: finite elements on a rigid "
-        "plane (coupling of unlike materials), Louge's constants, where a single pair, polyurethane, puts simpler "
-        "laws ahead until shear loses as well, and soft balls that deform as a whole, to which it is no nearer than "
-        "others."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Seconds, quick or not."""
         rows = [*_alumina(), *_elements(), *_louge(), _balls()]
         progress(1.0)
         limits = [
@@ -47,15 +42,12 @@ class MeasuredSets(Case):
         return Outcome(limits, {"rows": rows})
 
     def table(self, data: Data) -> Table:
-        """A row a set."""
-        table = Table(["set", "quantity", "points", "microslip, rms", "best other law, rms",
-                       "with losses in shear, rms", "scatter of the data", "where it comes from"])  # fmt: skip
+        table = Table("set | quantity | points | microslip, rms | best other law, rms | with losses in shear, rms | "
+                      "scatter of the data | where it comes from")  # fmt: skip
         for row in data["rows"]:
-            lossy = "" if row["lossy"] is None else f"{row['lossy']:.3g}"
-            table.rows.append(
-                [row["set"], row["quantity"], str(row["points"]), f"{row['law']:.3g}",
-                 f"{row['peer']:.3g} ({row['peer_name']})", lossy, f"{row['scatter']:.3g}", row["from"]]
-            )  # fmt: skip
+            shear = "" if row["lossy"] is None else f"{row['lossy']:.3g}"
+            table.add("{set} | {quantity} | {points} | {law:.3g} | {peer:.3g} ({peer_name}) | {shear} | "
+                      "{scatter:.3g} | {from}", row, shear=shear)  # fmt: skip
         return table
 
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, force_along_path
 from contactlaw.laws import LAWS, Law
 from contactlaw.laws.microslip import Microslip
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.reference import mindlin_loop, superposition
-
-Array = NDArray[np.float64]
 
 AMPLITUDES = [0.3, 0.6, 0.9, 0.99]
 SHOWN = 0.9
@@ -24,24 +21,20 @@ ROUNDING = 1e-12
 
 @register
 class MindlinLoop(Case):
-    """Force along the loop, and the work lost in it."""
+    """Under constant normal force P the law follows the closed form of first loading, unloading and reloading: to
+    rounding with all springs at once, as `force_along_path` takes them by default; within 1 % of mu P with 16 nodes,
+    the engines' default, within 0.1 % with 64.
+    """
 
-    name = "mindlin_loop"
     place = 22
     title = "The loop of a tangential load cycle"
-    claim = (
-        "Under constant normal force P the law follows the closed form of first loading, unloading and reloading: "
-        "to rounding with all springs at once, as `force_along_path` takes them by default; within 1 % of mu P with "
-        "16 nodes, the engines' default, within 0.1 % with 64."
-    )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Each number of nodes on each amplitude."""
         amplitudes = [SHOWN] if quick else AMPLITUDES
         nodes = [16, 64] if quick else NODES
         laws: dict[str, Law] = {"default": LAWS["microslip"]} | {str(n): Microslip(node_count=n) for n in nodes}
         data: Data = {"nodes": nodes, "error": {}, "lost": {}}
-        for number, (name, law) in enumerate(laws.items()):
+        for name, law in told(laws.items(), progress):
             data["error"][name], data["lost"][name] = {}, {}
             for amplitude in amplitudes:
                 exact = mindlin_loop.cycle(amplitude, POINTS)
@@ -50,7 +43,6 @@ class MindlinLoop(Case):
                 cycle = slice(POINTS - 1, None)
                 work = float(np.trapezoid(force[cycle], exact.displacement[cycle]))
                 data["lost"][name][str(amplitude)] = work / mindlin_loop.lost_work(amplitude) - 1.0
-            progress((number + 1) / len(laws))
         reference = max(float(np.abs(_superposed(a) - mindlin_loop.cycle(a, POINTS).force).max()) for a in amplitudes)
         data["reference_error"] = reference
         limits = [
@@ -58,17 +50,15 @@ class MindlinLoop(Case):
             Limit("largest error of F/(mu P), 16 nodes", 1e-2, max(data["error"]["16"].values())),
             Limit("largest error of F/(mu P), 64 nodes", 1e-3, max(data["error"]["64"].values())),
         ]
-        finite = all(np.isfinite([*errors.values()]).all() for errors in data["error"].values())
-        return Outcome(limits, data, [] if finite else ["microslip gives a force that is not finite"])
+        return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a number of nodes and an amplitude."""
-        table = Table(["nodes", "force amplitude over mu P", "largest error of F/(mu P)", "work lost a cycle, error"])
+        table = Table("nodes | force amplitude over mu P | largest error of F/(mu P) | work lost a cycle, error")
         for name, errors in data["error"].items():
             label = "all springs at once" if name == "default" else name
             for amplitude, error in errors.items():
-                table.rows.append([label, amplitude, f"{error:.1e}", f"{100 * data['lost'][name][amplitude]:+.2f} %"])
-        table.rows.append(["(superposition reference)", "all", f"{data['reference_error']:.1e}", ""])
+                table.add(f"{label} | {amplitude} | {error:.1e} | {100 * data['lost'][name][amplitude]:+.2f} %")
+        table.add("(superposition reference) | all | {reference_error:.1e}", data)
         return table
 
 

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import panels
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.rebound_figure import thrown
 from validation.reference.annulus import impact
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 INCIDENCES = [0.5, 1.0, 1.2, 2.0, 3.0, 4.0, 5.0]
 LABELS = {0.5: 0.355, 1.0: 0.355, 1.2: 0.355, 2.0: 0.605, 3.0: 0.73, 4.0: 0.855, 5.0: 0.94}
@@ -26,25 +20,22 @@ LAW_STEPS = 1200
 
 @register
 class PaperFigure1(Case):
-    """F/(mu P_max) over tau for several psi_1."""
+    """The law gives the tangential force at every instant of a steel puck's impact, not just its rebound: it starts to
+    stick, reverses and slips back when the annulus solution does, at every angle of incidence.
+    """
 
-    name = "paper_figure_1"
     place = 2
     title = "Paper, figure 1: tangential force during an impact"
-    claim = (
-        "The law gives the tangential force at every instant of a steel puck's impact, not just its rebound: it "
-        "starts to stick, reverses and slips back when the annulus solution does, at every angle of incidence."
-    )
+    sheet = {"width": 6.4, "height": 4.8}
     caption = (
         "Tangential force over mu times the greatest normal force, over time in durations of the contact; steel puck, "
         "chi = 1.256, e = 1. Lines: annulus solution; rings: microslip law. Grey: the friction limits +-P/P_max."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """The annulus solution and the law's history, at the instants of the former."""
         annuli = 40 if quick else 100
         curves, problems = [], []
-        for number, psi_1 in enumerate(INCIDENCES):
+        for psi_1 in told(INCIDENCES, progress):
             puck = Puck(material="steel", psi_1=psi_1, restitution=1.0)
             reference = impact(psi_1, puck.chi, annuli, steps=REFERENCE_STEPS)
             law = thrown(puck, steps=LAW_STEPS)
@@ -71,30 +62,21 @@ class PaperFigure1(Case):
                     "least": float(reference.tangential_force.min()),
                 }
             )
-            progress((number + 1) / len(INCIDENCES))
         envelope = np.interp(at, reference.time, reference.normal_force)
         largest_difference = max(curve["difference"] for curve in curves)
         data = {"chi": puck.chi, "annuli": annuli, "tau": at, "envelope": envelope, "curves": curves}
         return Outcome([Limit("largest difference in F/(mu P_max)", 5e-3, largest_difference)], data, problems)
 
     def table(self, data: Data) -> Table:
-        """A row an incidence; times in durations of the contact."""
-        table = Table(
-            ["psi_1", "sticks from tau", "slips everywhere from", "least F/(mu P_max)",
-             "law less annuli, largest", "at tau"]
-        )  # fmt: skip
+        table = Table("psi_1 | sticks from tau | slips everywhere from | least F/(mu P_max) | "
+                      "law less annuli, largest | at tau")  # fmt: skip
         for curve in data["curves"]:
-            times = ["-" if (value := curve[key]) is None else f"{value:.3f}" for key in
-                     ("stick", "slip_again")]  # fmt: skip
-            table.rows.append(
-                [f"{curve['psi_1']:g}", *times, f"{curve['least']:.4f}", f"{curve['difference']:.1e}",
-                 f"{curve['difference_at']:.3f}"]
-            )  # fmt: skip
+            times = ["-" if (time := curve[key]) is None else f"{time:.3f}" for key in ("stick", "slip_again")]
+            table.add("{psi_1:g} | {times[0]} | {times[1]} | {least:.4f} | {difference:.1e} | {difference_at:.3f}",
+                      curve, times=times)  # fmt: skip
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """As the paper draws it."""
-        figure, (axes,) = panels(1, width=6.4, height=4.8)
+    def draw(self, data: Data, axes: Axes) -> None:
         envelope = np.array(data["envelope"])
         for sign in (1.0, -1.0):
             axes.plot(data["tau"], sign * envelope, color="#aaaaaa", linewidth=2.5)
@@ -116,4 +98,3 @@ class PaperFigure1(Case):
             xlim=(0.0, 1.0), ylim=(-1.05, 1.05), xticks=np.linspace(0.0, 1.0, 11), title=r"steel, $\chi$ = 1.256",
         )  # fmt: skip
         axes.legend(loc="lower left")
-        return figure

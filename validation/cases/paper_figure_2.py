@@ -13,18 +13,13 @@ the annulus solution gives, times 2/(pi (1 - nu)) is f/(G mu C), whatever mass, 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.picture import panels
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.reference.annulus import Impact, impact
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PSI_1 = 1.2
 ANNULI = 20
@@ -37,16 +32,14 @@ CHAIN_DASH = (0, (9, 2, 1.5, 2))
 
 @register
 class PaperFigure2(Case):
-    """Traction over radius at psi_1 = 1.2."""
+    """The annulus solution with the paper's 20 annuli gives the paper's account of an impact at psi_1 = 1.2: gross
+    slip, then stick everywhere at once between tau = 0.2 and 0.3, a force that falls from about 0.4, slip the other way
+    that grows from the edge inwards, and nothing stuck from about 0.9.
+    """
 
-    name = "paper_figure_2"
     place = 3
     title = "Paper, figure 2: traction across the contact"
-    claim = (
-        "The annulus solution with the paper's 20 annuli gives the paper's account of an impact at psi_1 = 1.2: gross "
-        "slip, then stick everywhere at once between tau = 0.2 and 0.3, a force that falls from about 0.4, slip the "
-        "other way that grows from the edge inwards, and nothing stuck from about 0.9."
-    )
+    sheet = {"width": 6.8, "height": 5.2}
     caption = (
         "Traction over radius at ten equal times (the last, tau = 1, is zero); steel puck, chi = 1.256, psi_1 = 1.2. "
         "Solid: stuck; chain-dashed: slipping. Left scale as in the paper, with C the greatest "
@@ -54,7 +47,6 @@ class PaperFigure2(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """The paper's annuli, and many."""
         puck = Puck(material="steel", psi_1=PSI_1, restitution=1.0)
         paper = impact(PSI_1, puck.chi, ANNULI, steps=STEPS)
         progress(0.3)
@@ -92,26 +84,17 @@ class PaperFigure2(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a time."""
-        table = Table(
-            ["tau", "contact radius [twentieths]", "stuck part of it", "f/(G mu C), centre", "f/(mu p_max), centre",
-             f"20 less {data['annuli_fine']} annuli, over mu p_max"]
-        )  # fmt: skip
+        table = Table("tau | contact radius [twentieths] | stuck part of it | f/(G mu C), centre | "
+                      f"f/(mu p_max), centre | 20 less {data['annuli_fine']} annuli, over mu p_max")  # fmt: skip
         columns = (data[key] for key in ("tau", "edge", "stuck_part", "traction", "difference"))
-        for tau, edge, part, traction, difference in zip(*columns, strict=True):
-            table.rows.append(
-                [f"{tau:.1f}", f"{ANNULI * edge:.2f}", f"{part:.3f}", f"{data['scale'] * traction[0]:.3f}",
-                 f"{traction[0]:.3f}", f"{difference:.1e}"]
-            )  # fmt: skip
-        table.rows.append(
-            ["events", f"stick from {data['stick']:.4f}", f"closed form {data['closing_tau']:.4f}",
-             f"force falls from {data['falling']:.3f}", f"no stick from {data['no_stick']:.3f}", ""]
-        )  # fmt: skip
+        for tau, edge, part, (centre, *_), difference in zip(*columns, strict=True):
+            table.add(f"{tau:.1f} | {ANNULI * edge:.2f} | {part:.3f} | {data['scale'] * centre:.3f} | {centre:.3f} | "
+                      f"{difference:.1e}")  # fmt: skip
+        table.add("events | stick from {stick:.4f} | closed form {closing_tau:.4f} | force falls from {falling:.3f} | "
+                  "no stick from {no_stick:.3f}", data)  # fmt: skip
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """As the paper draws it."""
-        figure, (axes,) = panels(1, width=6.8, height=5.2)
+    def draw(self, data: Data, axes: Axes) -> None:
         scale = data["scale"]
         for number, (tau, traction) in enumerate(zip(data["tau"], data["traction"], strict=True)):
             _draw_traction(axes, data, number)
@@ -126,7 +109,6 @@ class PaperFigure2(Case):
         right = axes.secondary_yaxis("right", functions=(lambda f: f / scale, lambda f: f * scale))
         right.set_ylabel(r"$f\,/\,\mu p_{max}$ [-]")
         axes.legend(loc="upper right")
-        return figure
 
 
 def _tractions(history: Impact) -> np.ndarray:

@@ -8,26 +8,23 @@ from validation.rebound_figure import INCH, ReboundFigure
 
 @register
 class PaperFigure3(ReboundFigure):
-    """Rebound of the 3 in and the 4 in steel puck."""
+    """A 3 in and a 4 in steel puck, thrown at speeds a factor of three apart, aimed or with backspin, by the law alone
+    and inside MuJoCo and PyBullet, rebound along one curve: the annulus solution at the restitution of 0.93. The paper
+    measured psi_2 lower than its elastic curve and says that 20 % more friction would mend that; with |psi_2| meant,
+    this can hold only up to psi_1 of about 2.3, beyond which more friction has the opposite effect. Restitution
+    explains none of the 20 %: over all partial stick it acts like a friction factor of about (1 + e)/2, and eq. (6),
+    which takes it for 1 and so finds mu too low, brings that back to 1.
+    """
 
-    name = "paper_figure_3"
     place = 4
     title = "Paper, figure 3: rebound of the steel pucks"
-    claim = (
-        "A 3 in and a 4 in steel puck, thrown at speeds a factor of three apart, aimed or with backspin, by the law "
-        "alone and inside MuJoCo and PyBullet, rebound along one curve: the annulus solution at the restitution of "
-        "0.93. The paper measured psi_2 lower than its elastic curve and says that 20 % more friction would mend "
-        "that; with |psi_2| meant, this can hold only up to psi_1 of about 2.3, beyond which more friction has the "
-        "opposite effect. Restitution explains none of the 20 %: over all partial stick it acts like a friction "
-        "factor of about (1 + e)/2, and eq. (6), which takes it for 1 and so finds mu too low, brings that back to 1."
-    )
     caption = (
         "psi_2 over psi_1 of the steel pucks. Hatched: where points are recorded with mu up to 20 % too low; "
         "blue: with the +-2 % of the paper's mu."
     )
     material = "steel"
     tolerance = 0.02
-    diameters = {"3 in": 3.0 * INCH, "4 in": 4.0 * INCH}  # noqa: RUF012
+    diameters = {"3 in": 3.0 * INCH, "4 in": 4.0 * INCH}
     speeds = (0.5, 1.5)
     span = 7.0
 

@@ -8,25 +8,22 @@ from validation.rebound_figure import INCH, ReboundFigure
 
 @register
 class PaperFigure5(ReboundFigure):
-    """Rebound of the rubber puck."""
+    """A rubber puck, whose contact point meets the block at angles up to 87 degrees, rebounds along the annulus
+    solution at the restitution of 0.86, at speeds a factor of three apart, by the law alone and inside MuJoCo and
+    PyBullet. Here too restitution explains none of the 20 % of friction that the paper misses: over all partial stick
+    it acts like a factor of about (1 + e)/2, and eq. (6) brings that back to 1. Only up to psi_1 of about 1.6 does it
+    lower |psi_2| as too little friction would, but by another course.
+    """
 
-    name = "paper_figure_5"
     place = 6
     title = "Paper, figure 5: rebound of the rubber puck"
-    claim = (
-        "A rubber puck, whose contact point meets the block at angles up to 87 degrees, rebounds along the annulus "
-        "solution at the restitution of 0.86, at speeds a factor of three apart, by the law alone and inside MuJoCo "
-        "and PyBullet. Here too restitution explains none of the 20 % of friction that the paper misses: over all "
-        "partial stick it acts like a factor of about (1 + e)/2, and eq. (6) brings that back to 1. Only up to psi_1 "
-        "of about 1.6 does it lower |psi_2| as too little friction would, but by another course."
-    )
     caption = (
         "psi_2 over psi_1 of the rubber puck. Hatched: where points are recorded with mu up to 20 % too low; "
         "blue: with the +-25 % of the paper's mu."
     )
     material = "rubber"
     tolerance = 0.25
-    diameters = {"4 in": 4.0 * INCH}  # noqa: RUF012
+    diameters = {"4 in": 4.0 * INCH}
     speeds = (0.3, 0.9)
     span = 6.5
 

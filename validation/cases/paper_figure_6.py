@@ -5,21 +5,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import atan2, degrees, floor, pi
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from contactlaw import rebound
 from sims.puck import Puck, build, reference
 from sims.scene import Settings
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.stroboscope import Motion, fit_motion, read_impact
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SPEED = 1.0  # approach along the normal [m/s]
 FLASHES = 100.0  # a second
@@ -32,18 +26,16 @@ SEEN = 8.0  # reflexion angle that the paper read off [degrees]
 
 @register
 class PaperFigure6(Case):
-    """A 4 in steel puck under the stroboscope, in MuJoCo."""
+    """In MuJoCo, thrown at the incidence of the largest reversal, the contact point of a steel puck, made visible by a
+    marker on the rim, leaves to the side it came from, at an angle from the normal somewhat larger than the 8 degrees
+    or so that the paper read off its photograph (of which it gives no incidence); as the puck turns, the marker's path
+    bends towards that angle. Velocities read from flashes a hundredth of a second apart, as the paper did, give the
+    same psi_2 as the reference.
+    """
 
-    name = "paper_figure_6"
     place = 7
     title = "Paper, figure 6: stroboscopic picture of an impact"
-    claim = (
-        "In MuJoCo, thrown at the incidence of the largest reversal, the contact point of a steel puck, made "
-        "visible by a marker on the rim, leaves to the side it came from, at an angle from the normal somewhat "
-        "larger than the 8 degrees or so that the paper read off its photograph (of which it gives no incidence); "
-        "as the puck turns, the marker's path bends towards that angle. Velocities read from flashes a hundredth "
-        "of a second apart, as the paper did, give the same psi_2 as the reference."
-    )
+    sheet = {"width": 6.0, "height": 6.4}
     caption = (
         "A 4 in steel puck under 100 flashes a second, from above, simulated in MuJoCo: before the impact (dotted "
         "rims, every fifth flash) and after it (full rims). Crosses: centre, which goes on to the right. Diamond: "
@@ -52,7 +44,6 @@ class PaperFigure6(Case):
     needs = ("mujoco",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """The incidence of the largest reversal, and what the flashes say of it."""
         steel, psi = Puck(material="steel"), np.arange(0.0, 6.0, 0.01)
         psi_1 = float(psi[np.argmin(rebound(psi, steel.chi, restitution=steel.pair.restitution))].round(2))
         puck = Puck(material="steel", psi_1=psi_1, speed=SPEED, heading=-0.5 * pi, timestep=STEP, phase=FIELD / STEP)
@@ -92,25 +83,41 @@ class PaperFigure6(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """What is read off."""
-        rows: list[Sequence[str]] = [
-            ["psi_1 of the largest reversal", f"{data['psi_1']:.2f}"],
-            ["psi_2: simulation, flashes, reference",
-             f"{data['psi_2']:.5f}, {data['psi_2_read']:.5f}, {data['psi_2_reference']:.5f}"],
-            ["angle of incidence of the contact point [deg]", f"{data['incidence_angle']:.1f}"],
-            ["angle of reflexion of the contact point [deg]", f"{data['reflexion_angle']:.2f}"],
-            ["the same by the reference, atan(psi_2 mu/(kappa e)) [deg]", f"{data['reflexion_angle_reference']:.2f}"],
-            ["seen by the paper [deg]", f"about {-SEEN:.0f}"],
-        ]  # fmt: skip
-        return Table(["figure", "value"], rows)
+        table = Table("figure | value")
+        for row in (
+            "psi_1 of the largest reversal | {psi_1:.2f}",
+            "psi_2: simulation, flashes, reference | {psi_2:.5f}, {psi_2_read:.5f}, {psi_2_reference:.5f}",
+            "angle of incidence of the contact point [deg] | {incidence_angle:.1f}",
+            "angle of reflexion of the contact point [deg] | {reflexion_angle:.2f}",
+            "the same by the reference, atan(psi_2 mu/(kappa e)) [deg] | {reflexion_angle_reference:.2f}",
+            f"seen by the paper [deg] | about {-SEEN:.0f}",
+        ):
+            table.add(row, data)
+        return table
 
-    def draw(self, data: Data) -> Figure:
-        """The picture from above."""
-        from matplotlib.figure import Figure
+    def draw(self, data: Data, axes: Axes) -> None:
+        from matplotlib.patches import Circle
 
-        figure = Figure(figsize=(6.0, 6.4), layout="constrained")
-        _draw_flashes(figure.subplots(), data)
-        return figure
+        centres, marker, times = (1e3 * np.array(data[key]) if key != "times" else np.array(data[key])
+                                  for key in ("centres", "marker", "times"))  # fmt: skip
+        radius = 1e3 * data["radius"]
+        low, high = float(centres[:, 0].min() - radius), float(centres[:, 0].max() + radius)
+        axes.fill_between((low, high), 0.0, 14.0, facecolor="#d0d0d0", edgecolor="black", hatch="///", linewidth=0.8)
+        axes.annotate("block", (0.5 * (low + high), 7.0), ha="center", va="center",
+                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
+        for late, dashes, color in ((False, (0, (1, 2)), "#8a8a8a"), (True, "-", "#8a8a8a")):
+            chosen = (times > data["touch"]) == late
+            for centre in (centres[chosen] if late else centres[chosen][::-1])[::RIM_EACH]:
+                axes.add_patch(Circle(tuple(centre), radius, fill=False, linestyle=dashes, color=color, linewidth=0.9))
+            axes.plot(*marker[chosen].T, "D", markersize=5, markerfacecolor="#c44e00" if late else "white",
+                      markeredgecolor="black", label="marker after" if late else "marker before")  # fmt: skip
+            axes.plot(*centres[chosen].T, "+" if late else "x", color="black", markersize=6,
+                      label="centre after" if late else "centre before")  # fmt: skip
+        axes.set(
+            xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal", title="stroboscopic picture"
+        )
+        axes.grid(visible=False)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
 
 
 def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
@@ -138,26 +145,3 @@ def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
     angles = np.unwrap(np.arctan2(*np.array(axes).T[::-1])) + puck.heading + pi
     final = Motion(state.velocity[0, :2], float(state.spin[0, 2]), np.zeros((3, 3)), 0.0)
     return np.array(times), np.array(centres), angles, final
-
-
-def _draw_flashes(axes: Axes, data: Any) -> None:
-    from matplotlib.patches import Circle
-
-    centres, marker, times = (1e3 * np.array(data[key]) if key != "times" else np.array(data[key])
-                              for key in ("centres", "marker", "times"))  # fmt: skip
-    radius = 1e3 * data["radius"]
-    low, high = float(centres[:, 0].min() - radius), float(centres[:, 0].max() + radius)
-    axes.fill_between((low, high), 0.0, 14.0, facecolor="#d0d0d0", edgecolor="black", hatch="///", linewidth=0.8)
-    axes.annotate("block", (0.5 * (low + high), 7.0), ha="center", va="center",
-                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
-    for late, dashes, color in ((False, (0, (1, 2)), "#8a8a8a"), (True, "-", "#8a8a8a")):
-        chosen = (times > data["touch"]) == late
-        for centre in (centres[chosen] if late else centres[chosen][::-1])[::RIM_EACH]:
-            axes.add_patch(Circle(tuple(centre), radius, fill=False, linestyle=dashes, color=color, linewidth=0.9))
-        axes.plot(*marker[chosen].T, "D", markersize=5, markerfacecolor="#c44e00" if late else "white",
-                  markeredgecolor="black", label="marker after" if late else "marker before")  # fmt: skip
-        axes.plot(*centres[chosen].T, "+" if late else "x", color="black", markersize=6,
-                  label="centre after" if late else "centre before")  # fmt: skip
-    axes.set(xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal", title="stroboscopic picture")
-    axes.grid(visible=False)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)

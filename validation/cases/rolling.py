@@ -15,11 +15,11 @@ from validation.ball import (
     Array,
     at,
     ball_world,
-    in_words,
     static_overlap,
     steel_pair,
+    where,
 )
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told, worst
 
 ANGLES = [10, 15, 20, 25, 30, 40, 50, 60]  # [degrees]
 KINDS = [("mujoco", dt, name) for dt in (2e-3, 1.0 / 240.0) for name in INTEGRATORS] + [("pybullet", 1.0 / 240.0, "")]
@@ -46,7 +46,6 @@ def resting(angle: float) -> float:
 class Rolling(Case):
     """A steel ball on a level and on a steep floor."""
 
-    name = "rolling"
     place = 44
     title = "Rolling and sliding"
     claim = (
@@ -57,40 +56,37 @@ class Rolling(Case):
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Level, then inclines."""
         seconds = 6.0 if quick else LONG
         angles = ANGLES[::3] if quick else ANGLES
         level: list[Data] = []
         slopes: list[Data] = []
-        for number, (engine, dt, integrator) in enumerate(KINDS):
+        for engine, dt, integrator in told(KINDS, progress):
             label = {"engine": engine, "step": dt, "integrator": integrator}
             level.append(label | _level(made(engine, dt, integrator, 0.0), seconds))
-            slopes += [label | {"angle": angle} | _slope(made(engine, dt, integrator, angle), angle)
-                       for angle in angles]  # fmt: skip
-            progress((number + 1) / len(KINDS))
-        limits = []
-        for engine in dict.fromkeys(engine for engine, _, _ in KINDS):
-            flat, steep = ([one for one in some if one["engine"] == engine] for some in (level, slopes))
-            limits += [
-                Limit(f"loss of speed rolling {seconds:g} s, {engine}", LOSS, max(abs(one["loss"]) for one in flat)),
-                Limit(f"error of the acceleration, {engine}", ACCELERATION, max(one["error"] for one in steep)),
-                Limit(f"change of height over the overlap, {engine}", SINKING,
-                      max(one["sinking"] for one in flat + steep)),
-            ]  # fmt: skip
+            slopes += [
+                label | {"angle": angle} | _slope(made(engine, dt, integrator, angle), angle) for angle in angles
+            ]
+        limits = [
+            Limit(f"{what}, {engine}", asked, worst(runs, key, engine=engine))
+            for engine in ("mujoco", "pybullet")
+            for what, asked, key, runs in (
+                (f"loss of speed rolling {seconds:g} s", LOSS, "loss", level),
+                ("error of the acceleration", ACCELERATION, "error", slopes),
+                ("change of height over the overlap", SINKING, "sinking", level + slopes),
+            )
+        ]
         return Outcome(limits, {"level": level, "slopes": slopes, "seconds": seconds})
 
     def table(self, data: Data) -> Table:
-        """Level rows, and the worst incline of each."""
-        table = Table(["engine, step", "loss of speed", "slip left [m/s]", "largest error on inclines", "at [degrees]",
-                       "change of height / overlap"])  # fmt: skip
+        table = Table(
+            "engine, step | loss of speed | slip left [m/s] | largest error on inclines | at [degrees] | "
+            "change of height / overlap"
+        )
         for flat in data["level"]:
             same = [one for one in data["slopes"] if all(one[k] == flat[k] for k in ("engine", "step", "integrator"))]
-            worst = max(same, key=lambda one: one["error"])
-            table.rows.append(
-                [f"{flat['engine']}, {in_words(flat['step'])} {flat['integrator']}", f"{flat['loss']:.1e}",
-                 f"{flat['slip']:.1e}", f"{worst['error']:.1e}", f"{worst['angle']}",
-                 f"{max(one['sinking'] for one in [flat, *same]):.1e}"]
-            )  # fmt: skip
+            steep = max(same, key=lambda one: one["error"])
+            table.add("{where} | {loss:.1e} | {slip:.1e} | {steep[error]:.1e} | {steep[angle]} | {moved:.1e}", flat,
+                      where=where(flat), steep=steep, moved=worst([flat, *same], "sinking"))  # fmt: skip
         return table
 
 
@@ -114,7 +110,7 @@ def _watched(world: World, seconds: float, looks: int) -> tuple[Array, Array, fl
 def _level(world: World, seconds: float) -> Data:
     world.start(at(-resting(0.0), [SPEED, 0.0, 0.0], [0.0, SPEED / RADIUS, 0.0]))
     (centre, rim), _, moved = _watched(world, seconds, 200)
-    return {"loss": 1.0 - centre / SPEED, "slip": abs(centre - rim), "sinking": moved / static_overlap()}
+    return {"loss": abs(1.0 - centre / SPEED), "slip": abs(centre - rim), "sinking": moved / static_overlap()}
 
 
 def _slope(world: World, angle: float) -> Data:

@@ -13,7 +13,7 @@ import numpy as np
 
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.measure import interleaved, spread
 from validation.shape_draws import KINDS, draw, draw_heap
 from validation.world_scenes import FLOOR, steel_pair
@@ -198,20 +198,16 @@ def costs(rounds: int) -> dict[str, Data]:
 
 @register
 class Shapes(Case):
-    """Boxes, cylinders, ellipsoids and hulls."""
+    """A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of cylinders
+    are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains energy, none sinks,
+    and all come to rest; heaps of mixed sizes hold; memory stays flat.
+    """
 
-    name = "shapes"
     place = 52
     title = "Shapes"
-    claim = (
-        "A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of "
-        "cylinders are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains "
-        "energy, none sinks, and all come to rest; heaps of mixed sizes hold; memory stays flat."
-    )
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Closed forms, costs, then what is drawn."""
         from validation.endurance import endure
 
         rest, fall = box_errors()
@@ -225,9 +221,8 @@ class Shapes(Case):
         ratios = costs(5 if quick else 25)
         progress(0.05)
         count, sums = 10 if quick else DROPS, []
-        for number, (engine, kinds) in enumerate(ENGINES.items()):
+        for engine, kinds in told(ENGINES.items(), progress, 0.05, 0.8):
             sums.append(drops(engine, range(count), partial(dropped, kinds)))
-            progress(0.05 + 0.25 * (number + 1))
         heaps = drops("none", range(2 if quick else HEAPS), draw_heap)
         memory = endure("none", 10**5 if quick else STEPS)
         limits = [Limit(name, 1e-2, error) for name, error in forms.items()]
@@ -244,22 +239,19 @@ class Shapes(Case):
         return Outcome(limits, {"forms": forms, "costs": ratios, "drops": sums, "heaps": heaps, "memory": memory})
 
     def table(self, data: Data) -> Table:
-        """Closed forms, costs, sums."""
-        table = Table(["what", "figure", "", ""])
-        table.rows.extend([f"{name}, error", f"{error:.1e}", "", ""] for name, error in data["forms"].items())
+        table = Table("what | figure | |")
+        for name, error in data["forms"].items():
+            table.add(f"{name}, error | {error:.1e}")
         for name, one in data["costs"].items():
-            ratio = f"{one['median']:.2f} ({one['low']:.2f} to {one['high']:.2f})"
-            times = f"law {one['law']:.1f} us", f"native {one['native']:.1f} us"
-            table.rows.append([f"{name}, law over native", ratio, *times])
+            table.add(f"{name}, law over native | {{median:.2f}} ({{low:.2f}} to {{high:.2f}}) | "
+                      "law {law:.1f} us | native {native:.1f} us", one)  # fmt: skip
         sums = [(f"drops, {TITLES[one['engine']]}", one) for one in data["drops"]]
         for name, one in [*sums, ("heaps of 6 to 12", data["heaps"])]:
-            counts = f"{one['failed']}; {one['moving']}"
-            worst = f"greatest gain {one['gain']:.1e}", f"at rest after {one['rest']:.1f} s, median"
-            table.rows.append([f"{one['runs']} {name}: that fail; that still move", counts, *worst])
+            table.add(f"{{runs}} {name}: that fail; that still move | {{failed}}; {{moving}} | "
+                      "greatest gain {gain:.1e} | at rest after {rest:.1f} s, median", one)  # fmt: skip
             if one["flown"]:
-                why = "of these not judged: the engine's own flight changes energy by more than 10 %"
-                table.rows.append([why, f"{one['flown']}", "", ""])
-        memory = data["memory"]
-        table.rows.append([f"memory over {memory['steps']:.0e} steps", f"{memory['before']:.1f} MB before",
-                           f"{memory['after']:.1f} MB after", ""])  # fmt: skip
+                table.add(
+                    "of these not judged: the engine's own flight changes energy by more than 10 % | {flown}", one
+                )
+        table.add("memory over {steps:.0e} steps | {before:.1f} MB before | {after:.1f} MB after", data["memory"])
         return table

@@ -2,46 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from contactlaw import LAWS, ContactPair
+from contactlaw import LAWS
 from sims.worlds import World
 from validation.ball import (
     DOWN,
-    FLOOR,
     FRICTION,
     NO,
     RADIUS,
     RESTITUTION,
-    STEEL,
     at,
     ball_world,
-    balls_world,
     elastic_energy,
     energy_of,
     static_overlap,
     steel_pair,
 )
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.measure import interleaved, order_of, spread
-from validation.picture import STYLES, bars, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.measure import interleaved, spread
+from validation.picture import bars
 
 RESOLVED = 1e-6  # [s]; a contact lasts some 100
 LONG, BULLET = 2e-3, 1.0 / 240.0  # [s], the engines' own
 OVERLAP = 1e-5  # [m] at the start in contact
 DROP = 0.05  # [m]
 ELASTIC_NATIVE = (2.5e4, 0.0)  # a contact of some 20 ms without damping: so the native ball bounces, too
-ROOM = 0.055  # [m], of a ball in the box at the start
-MASSES = [8, 16, 32, 64]  # balls
-POURING, LYING = 0.15, 1.2  # [s]: when the balls are timed
 
 
 @dataclass(frozen=True)
@@ -104,13 +94,8 @@ def scenes() -> dict[str, Scene]:
     } | {f"touching, {law}": Scene("among", "touching, native contact", 1.0, law=law) for law in LAWS}
     for name, one in list(found.items()):
         if name != "free, law among native contacts":
-            made: dict[str, Any] = vars(one) | {
-                "engine": "pybullet",
-                "asked": None,
-                "steps": 50,
-                "over": f"PyBullet, {one.over}",
-            }
-            found[f"PyBullet, {name}"] = Scene(**made)
+            over = f"PyBullet, {one.over}"
+            found[f"PyBullet, {name}"] = replace(one, engine="pybullet", asked=None, steps=50, over=over)
 
     def kinds(what: str, asked: float, engine: Any = "mujoco", **how: Any) -> None:
         base = f"{what}, native"
@@ -145,99 +130,56 @@ def limit_name(name: str, scene: Scene) -> str:
 
 @register
 class StepCost(Case):
-    """Microseconds a step, at steps that resolve a contact and at the engines' own."""
+    """A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own contact,
+    and in free flight no more than 5 % over the same scene without the law. At 2 ms the law's substeps are paid for
+    only while something happens: a bouncing ball costs no more on average than native contact would, one at rest at
+    most three times as much. PyBullet has no step callback: the law is Python code between two steps that reads and
+    pushes bodies; at 1/240 s it may cost four native steps, for resolved steps no limit is set. Heaps are
+    timed with the crowds.
+    """
 
-    name = "step_cost"
     place = 60
     title = "What a step costs"
-    claim = (
-        "A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own "
-        "contact, and in free flight no more than 5 % over the same scene without the law. At 2 ms the law's substeps "
-        "are paid for only while something happens: a bouncing ball costs no more on average than native contact "
-        "would, one at rest at most three times as much. PyBullet has no step callback: the law is Python code between "
-        "two steps that reads and pushes bodies; at 1/240 s it may cost four native steps, for resolved steps no limit "
-        "is set. In a heap, where balls always knock, it costs what it takes; the figures say how much."
-    )
-    caption = (
-        "Left: time of a step over that of the scene named in the table; whiskers: quartiles. Right: time of a step "
-        "with balls poured into a box, MuJoCo; open marks: native."
-    )
+    sheet = {"width": 6.4, "height": 5.4}
+    caption = "Time of a step over that of the scene named in the table; whiskers: quartiles."
     needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """One ball, then many."""
         known = scenes()
         worlds = {name: scene.made() for name, scene in known.items()}
         problems = [f"{name}: {wrong}" for name, scene in known.items() for wrong in _check(scene, worlds[name])]
         times: dict[str, np.ndarray] = {}
-        rounds = {
-            (RESOLVED, "mujoco"): 1000,
-            (RESOLVED, "pybullet"): 200,
-            (LONG, "mujoco"): 60,
-            (BULLET, "pybullet"): 25,
-        }
-        for number, ((dt, engine), repeats) in enumerate(rounds.items()):
+        rounds = {(RESOLVED, "mujoco"): 1000, (RESOLVED, "pybullet"): 200,
+                  (LONG, "mujoco"): 60, (BULLET, "pybullet"): 25}  # fmt: skip
+        for (dt, engine), repeats in told(rounds.items(), progress):
             own = [name for name, scene in known.items() if (scene.dt, scene.engine) == (dt, engine)]
             seconds = interleaved({name: partial(worlds[name].step, known[name].steps) for name in own},
                                   max(repeats // (5 if quick else 1), 6),
                                   {name: partial(_prepare, known[name], worlds[name]) for name in own})  # fmt: skip
             times |= {name: 1e6 * s / known[name].steps for name, s in seconds.items()}
-            progress(0.1 * (number + 1))
         for world in worlds.values():
             world.close()
-        heap: list[Data] = []
-        for count in MASSES[:2] if quick else MASSES:
-            found, wrong = _heap(count, 2 if quick else 3)
-            heap, problems = heap + found, problems + wrong
-            progress(0.4 + 0.6 * count / MASSES[-1])
         ratios = {name: spread(times[name] / times[scene.over]) for name, scene in known.items()}
-        data = {"microseconds": {name: spread(one) for name, one in times.items()}, "ratio": ratios, "heap": heap,
-                "over": {name: scene.over for name, scene in known.items()}, "growth": _growth(heap)}  # fmt: skip
+        data = {"microseconds": {name: spread(one) for name, one in times.items()}, "ratio": ratios,
+                "over": {name: scene.over for name, scene in known.items()}}  # fmt: skip
         limits = [Limit(limit_name(name, scene), scene.asked, ratios[name]["median"])
                   for name, scene in known.items() if scene.asked is not None]  # fmt: skip
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        """One ball, then the heap."""
-        table = Table(["scene", "a step [us]", "over", "ratio", "contacts"])
+        table = Table("scene | a step [us] | over | ratio")
         for name, time in data["microseconds"].items():
-            ratio, over = data["ratio"][name], data["over"][name]
-            words = ["", ""] if over == name else (
-                [over.removeprefix("PyBullet, "), f"{ratio['median']:.2f} ({ratio['low']:.2f} to {ratio['high']:.2f})"]
-            )  # fmt: skip
-            table.rows.append([name, f"{time['median']:.2f}", *words, ""])
-        for one in data["heap"]:
-            native, law = one["native"], one["law"]
-            table.rows.append(
-                [
-                    f"{one['balls']} balls {one['when']}",
-                    f"{law['time']:.0f}",
-                    f"native {native['time']:.0f}",
-                    f"{law['time'] / native['time']:.1f}",
-                    f"{law['contacts']}, native {native['contacts']}",
-                ]
-            )
-        for name, power in data["growth"].items():
-            table.rows.append([f"{name}: time grows as balls to the power", f"{power:.2f}", "", "", ""])
+            row, over = f"{name} | {time['median']:.2f}", data["over"][name]
+            if over != name:
+                row += f" | {over.removeprefix('PyBullet, ')} | {{median:.2f}} ({{low:.2f}} to {{high:.2f}})"
+            table.add(row, data["ratio"][name])
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """Ratios, and the heap."""
-        figure, (left, right) = panels(2, width=5.2, height=5.4)
+    def draw(self, data: Data, axes: Axes) -> None:
         shown = [name for name, over in data["over"].items() if name != over and "PyBullet, touching" not in name]
-        bars(left, shown, [data["ratio"][name] for name in shown])
-        left.set_xlabel("time over that of the other scene [-]")
-        left.tick_params(labelsize=7)
-        for style, when in zip(STYLES, ("pouring", "lying"), strict=False):
-            own = [one for one in data["heap"] if one["when"] == when]
-            counts = [one["balls"] for one in own]
-            for kind, look in (("law", {}), ("native", {"fillstyle": "none"})):
-                right.loglog(counts, [one[kind]["time"] for one in own], **(style | look), label=f"{when}, {kind}")
-        right.set(xlabel="balls [-]", ylabel="time of a step [us]")
-        right.set_xticks(counts, [str(count) for count in counts])
-        right.set_xticks([], minor=True)
-        right.legend(fontsize=8)
-        return figure
+        bars(axes, shown, [data["ratio"][name] for name in shown])
+        axes.set_xlabel("time over that of the other scene [-]")
+        axes.tick_params(labelsize=7)
 
 
 def _prepare(scene: Scene, world: World) -> None:
@@ -267,63 +209,3 @@ def _check(scene: Scene, world: World) -> list[str]:
         if energy > first * 1.01:
             return ["energy grown"]
     return []
-
-
-def box(count: int, law: bool) -> Any:
-    """A world of balls over an open box, in layers as wide as high, in MuJoCo."""
-    across = ceil(count ** (1.0 / 3.0) - 1e-9)
-    random, number = np.random.default_rng(0), np.arange(count)
-    places = np.stack([number % across, number // across % across], 1) - 0.5 * (across - 1)
-    places = ROOM * places + random.uniform(-1e-3, 1e-3, (count, 2))
-    places = np.column_stack([places, 0.04 + 0.06 * (number // across**2)])
-    walls = [(0.5 * ROOM * (across + 0.1) * side, -side) for side in (*np.eye(3)[:2], *-np.eye(3)[:2])]
-    pair = ContactPair(STEEL, STEEL, FRICTION, 0.5) if law else None
-    world = balls_world("mujoco", LONG, pair, places, planes=[FLOOR, *walls], gravity=DOWN)
-    if not law:
-        world.native(FRICTION, 0.5)
-    world.start()
-    return world
-
-
-def _heap(count: int, repeats: int) -> tuple[list[Data], list[str]]:
-    """Times and contacts while the balls come down, and once they lie."""
-    import mujoco
-
-    from contactlaw.mujoco_plugin import contacts_of
-
-    engine: Any = mujoco
-
-    worlds = {"native": box(count, law=False), "law": box(count, law=True)}
-    kind, steps = engine.mjtState.mjSTATE_INTEGRATION, 20
-    out, problems = [], []
-    for when, time in (("pouring", POURING), ("lying", LYING)):
-        saved = {}
-        for name, world in worlds.items():
-            world.step(round((time - world.data.time) / LONG))
-            saved[name] = np.empty(engine.mj_stateSize(world.model, kind))
-            engine.mj_getState(world.model, world.data, saved[name], kind)
-        back = {name: partial(engine.mj_setState, world.model, world.data, saved[name], kind)
-                for name, world in worlds.items()}  # fmt: skip
-        seconds = interleaved({name: partial(world.step, steps) for name, world in worlds.items()}, repeats, back)
-        one: Data = {"balls": count, "when": when}
-        for name, world in worlds.items():
-            touching = [len(contacts_of(world.model, world.data, contact)) for contact in world.contacts]
-            one[name] = {"time": float(1e6 * np.median(seconds[name]) / steps),
-                         "contacts": sum(touching) if touching else int(world.data.ncon)}  # fmt: skip
-            state = world.read()
-            heights = state.position[:, 2]
-            if not np.isfinite(state.velocity).all() or heights.min() < 0.5 * RADIUS or heights.max() > 1.0:
-                problems.append(f"{count} balls {when}, {name}: a ball has gone")
-        out.append(one)
-    return out, problems
-
-
-def _growth(heap: list[Data]) -> dict[str, float]:
-    """Power of the number of balls that the time grows with."""
-    out = {}
-    for when in ("pouring", "lying"):
-        own = [one for one in heap if one["when"] == when]
-        counts = np.array([one["balls"] for one in own], dtype=float)
-        for kind in ("law", "native"):
-            out[f"{when}, {kind}"] = -order_of(counts, np.array([one[kind]["time"] for one in own]))
-    return out

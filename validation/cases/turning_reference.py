@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-
-Array = NDArray[np.float64]
 
 DISK = 1.256  # chi
 BALL = 1.465
@@ -22,20 +19,16 @@ P = 4.0 / 3.0  # normal force at overlap 1
 
 @register
 class TurningReference(Case):
-    """Rings and grid: refinement, closed forms, each other, and the saved data."""
+    """Two solvers with local Coulomb friction judge what the annuli cannot: rings with a traction vector each, and
+    square cells with the full kernel of Cerruti, any nu and spin about the normal. On a straight slide both give the
+    annuli's rebound, in torsion the grid gives Lubkin's moment, and on a circle they agree.
+    """
 
-    name = "turning_reference"
     place = 23
     title = "Slides that turn, and spin: the reference"
-    claim = (
-        "Two solvers with local Coulomb friction judge what the annuli cannot: rings with a traction vector each, and "
-        "square cells with the full kernel of Cerruti, any nu and spin about the normal. On a straight slide both give "
-        "the annuli's rebound, in torsion the grid gives Lubkin's moment, and on a circle they agree."
-    )
     needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Straight impacts, torsion, a circle, spin, then the saved data."""
         from validation.reference.turning_data import load
 
         rings_error = _straight_rings(INCIDENCES[1::3] if quick else INCIDENCES, 16 if quick else 32)
@@ -62,7 +55,6 @@ class TurningReference(Case):
         return Outcome(limits, data, [] if finite else ["a value is not finite"])
 
     def table(self, data: Data) -> Table:
-        """Change of psi_2 by spin."""
         spin = data["spin"]
         table = Table([f"sigma (chi = {BALL}, psi_1 = 0.5)", "change of psi_2", "-4 sigma^2"])
         for sigma, change in zip(spin["sigma"], spin["change"], strict=True):

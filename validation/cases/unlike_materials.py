@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from contactlaw import RIGID, ContactPair
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.cases import alumina_on_glass as alumina
 from validation.cases import finite_elements as elements
 from validation.measured import Array, load
+from validation.picture import legend_below
 from validation.prediction import SPHERE, quiet_pair, reference, rms
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PSI = np.array([0.1, 0.3, 0.6, 0.9, 1.1, 1.3, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0, 4.4, 4.8, 5.2, 6.5])  # then all slides
 FRICTIONS = (alumina.FRICTION, 0.2, 0.5)  # of the points that slip in a contact that sticks elsewhere
@@ -24,27 +20,24 @@ WAYS = ("as like materials", "with the coupling")
 
 @register
 class UnlikeMaterials(Case):
-    """Dundurs' second parameter on the finite elements' curves, and on measured impacts."""
+    """Pressing unlike bodies together shears their surfaces (Dundurs' beta), which laws and reference leave out. The
+    grid solver with this shear brings the finite elements of a sphere on a rigid plane to within the disagreement of
+    their own two curves. Alumina on glass has nearly as large a beta and three times less friction, and refuses it:
+    with local friction as in gross slip, pressing alone would slip nearly everywhere, and the contact could hold hardly
+    any tangential force at small angles, where the measured spheres grip as like materials do. It goes unseen only if
+    points that slip in a contact that sticks elsewhere have a friction several times that of gross slip. As no
+    measurement tells that friction, the laws leave the coupling out.
+    """
 
-    name = "unlike_materials"
     place = 14
     title = "Unlike materials"
-    claim = (
-        "Pressing unlike bodies together shears their surfaces (Dundurs' beta), which laws and reference leave out. "
-        "The grid solver with this shear brings the finite elements of a sphere on a rigid plane to within the "
-        "disagreement of their own two curves. Alumina on glass has nearly as large a beta and three times less "
-        "friction, and refuses it: with local friction as in gross slip, pressing alone would slip nearly everywhere, "
-        "and the contact could hold hardly any tangential force at small angles, where the measured spheres grip as "
-        "like materials do. It goes unseen only if points that slip in a contact that sticks elsewhere have a friction "
-        "several times that of gross slip. As no measurement tells that friction, the laws leave the coupling out."
-    )
+    sheet = {"columns": 2, "width": 4.4}
     caption = (
         "Velocity of the contact point after an impact of finite elements on a rigid plane (left), and tangential "
         "restitution of alumina on glass (right), with and without the coupling of unlike materials."
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Both pairs, then the friction that alumina would need."""
         pair = quiet_pair(elements.STEEL, RIGID, elements.FRICTION)
         fine = np.linspace(0.05, 6.5, 60)
         change = coupled_change(pair, pair.friction, PSI, quick)
@@ -64,11 +57,10 @@ class UnlikeMaterials(Case):
         psi_1 = glass.kappa / glass.friction * np.tan(np.radians(theta))
         before = both_ways(glass, psi_1, np.zeros(PSI.size))[0]
         held = {0.0: rms(restored(psi_1, before) - e_t)}
-        for number, friction in enumerate(FRICTIONS):
+        for friction in told(FRICTIONS, progress, 0.4, 0.7):
             psi = glass.kappa / friction * np.tan(np.radians(theta))
             after = before + psi_1 * coupled_change(glass, friction, psi, quick)
             held[friction] = rms(restored(psi_1, after) - e_t)
-            progress(0.4 + 0.1 * (number + 1))
         glass_fine = coupled_change(glass, glass.friction, PSI, quick)
         data = {
             "beta": {"finite elements": 0.5 * pair.coupling, "alumina on glass": 0.5 * glass.coupling},
@@ -91,24 +83,18 @@ class UnlikeMaterials(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        """A row a curve."""
         table = Table(["rms from", *WAYS, "scatter"])
-        betas = data["beta"]
         for name, (without, coupled) in data["rms"].items():
             own = data["own"] if name == "recoil" else data["own"] / 1.4
-            table.rows.append([f"finite elements, {name} (beta = {betas['finite elements']:.2f})", f"{without:.3f}",
-                               f"{coupled:.3f}", f"{own:.3f}"])  # fmt: skip
+            table.add(f"finite elements, {name} (beta = {{beta[finite elements]:.2f}}) | {without:.3f} | "
+                      f"{coupled:.3f} | {own:.3f}", data)  # fmt: skip
         (_, without), *held = data["held"]
         for friction, value in held:
-            name = f"alumina on glass, e_t (beta = {betas['alumina on glass']:.2f}), points slip at mu = {friction:g}"
-            table.rows.append([name, f"{without:.3f}", f"{value:.3f}", f"{data['scatter']:.3f}"])
+            table.add("alumina on glass, e_t (beta = {beta[alumina on glass]:.2f}), points slip at mu = "
+                      f"{friction:g} | {without:.3f} | {value:.3f} | {{scatter:.3f}}", data)  # fmt: skip
         return table
 
-    def draw(self, data: Data) -> Figure:
-        """A panel a pair."""
-        from validation.picture import panels
-
-        figure, (left, right) = panels(2, width=4.4)
+    def draw(self, data: Data, left: Axes, right: Axes) -> None:
         for axes, x, lines, (at, y) in ((left, data["x"], data["recoil"], data["points"]),
                                         (right, data["theta"], data["e_t"], data["measured"])):  # fmt: skip
             for way, style in zip(WAYS, ("--", "-"), strict=True):
@@ -118,8 +104,7 @@ class UnlikeMaterials(Case):
                  xlim=(0.0, 8.0), ylim=(-2.1, 2.6), title="finite elements on a rigid plane")  # fmt: skip
         right.set(xlabel="angle of incidence [degrees]", ylabel=r"$e_t$ of the centre of mass [-]",
                   xlim=(0.0, 33.0), title="alumina on glass")  # fmt: skip
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        return figure
+        legend_below(left, 3)
 
 
 def coupled_change(pair: ContactPair, friction: float, psi_1: Array, quick: bool) -> Array:

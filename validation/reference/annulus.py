@@ -27,7 +27,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from validation.reference.checks import check_annuli, check_finite, check_positive, check_restitution, check_steps
 from validation.reference.normal_motion import Array, impact_motion
 from validation.reference.paths import along_motion, force_along_path
 from validation.reference.response import History, rings, solve
@@ -90,21 +89,7 @@ class Impact:
 def rebound(
     psi_1: ArrayLike, chi: ArrayLike, annuli: int = 20, *, restitution: ArrayLike = 1.0, steps: int | None = None
 ) -> float | Array:
-    """Rebound psi_2 of an impact.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite; arrays broadcast.
-        chi: (kappa/2) m_N/m_T > 0; arrays broadcast.
-        annuli: Number of annuli N >= 2.
-        restitution: Normal speed after over before, in (0, 1]; arrays broadcast.
-        steps: Least number of time steps; by default in step with annuli and chi.
-
-    Returns:
-        psi_2 = (kappa/mu) V_x2/V_z1: a float for scalars, otherwise an array.
-
-    Raises:
-        ValueError: An argument is outside its range.
-    """
+    """Rebound psi_2 = (kappa/mu) V_x2/V_z1, told as `impact` is: a float for scalars, arrays broadcast."""
 
     def one(psi: float, ratio: float, e: float) -> float:
         return float(_impact_history(psi, ratio, annuli, e, steps).psi[-1])
@@ -119,9 +104,7 @@ def rebound_extrapolated(
     """Rebound psi_2 by Richardson extrapolation, with an estimate of its error.
 
     Args:
-        psi_1: Incidence.
-        chi: (kappa/2) m_N/m_T > 0.
-        restitution: Normal speed after over before, in (0, 1].
+        psi_1, chi, restitution: As for `impact`.
         annuli: Middle one, N, of the resolutions N/2, N and 2N; even. By default 40, above chi = 3 80.
 
     Returns:
@@ -131,7 +114,6 @@ def rebound_extrapolated(
         ValueError: An argument is outside its range.
     """
     if annuli is None:
-        check_positive("chi", chi)
         annuli = ANNULI_TO_EXTRAPOLATE * (1 if chi <= 3.0 else 2)
     if annuli < 4 or annuli % 2:
         raise ValueError(f"annuli is {annuli!r}; to be halved it must be even and at least 4")
@@ -152,9 +134,6 @@ def impact(psi_1: float, chi: float, annuli: int = 20, *, restitution: float = 1
 
     Returns:
         The impact, normalised by its duration, largest force and largest pressure.
-
-    Raises:
-        ValueError: An argument is outside its range.
     """
     history = _impact_history(psi_1, chi, annuli, restitution, steps)
     force_max = history.normal_force.max()
@@ -176,11 +155,6 @@ def impact(psi_1: float, chi: float, annuli: int = 20, *, restitution: float = 1
 
 
 def _impact_history(psi_1: float, chi: float, annuli: int, restitution: float, steps: int | None) -> History:
-    check_finite("psi_1", psi_1)
-    check_positive("chi", chi)
-    check_annuli(annuli)
-    check_restitution(restitution)
-    check_steps(steps)
     if steps is None:
         # The tangential oscillation quickens with sqrt(chi). Rounded up, so that few motions need integrating.
         steps = STEPS_PER_ANNULUS * annuli * math.ceil(2.0 * math.sqrt(max(chi, 1.0))) // 2

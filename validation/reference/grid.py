@@ -31,7 +31,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipk
 
-from validation.reference.checks import check_annuli, check_poisson, check_positive, check_steps, series, vectors
 from validation.reference.grid_step import Step, cell_pressure
 from validation.reference.normal_motion import Array, impact_motion
 
@@ -122,17 +121,9 @@ def force_along_path(
         ValueError: An argument is outside its range, or shapes differ.
         RuntimeError: The iterations of a step do not end.
     """
-    check_poisson(nu)
-    check_positive("kappa", kappa)
-    check_positive("friction", friction)
     _check_cells(cells)
-    check_steps(substeps, "substeps")
-    depth = series("approach", approach)
-    moved = vectors("displacement", displacement, 3)
-    if moved.shape != (depth.size, 3):
-        raise ValueError(f"displacement has shape {moved.shape}; it must be ({depth.size}, 3) as approach has it")
-    if depth.max() <= 0.0:
-        raise ValueError(f"approach is {depth.max()} at most; there must be contact, approach > 0, somewhere")
+    depth = np.array(approach, dtype=float)
+    moved = np.array(displacement, dtype=float)
     fine = np.linspace(0.0, depth.size - 1.0, (depth.size - 1) * substeps + 1)
     samples = np.arange(depth.size)
     radius = np.sqrt(np.maximum(np.interp(fine, samples, depth), 0.0))
@@ -171,17 +162,8 @@ def rebound(
         ValueError: An argument is outside its range.
         RuntimeError: The iterations of a step do not end.
     """
-    check_poisson(nu)
     _check_cells(cells)
-    check_steps(steps)
-    incidence, ratios = vectors("psi_1", psi_1, 3), vectors("chi", chi, 3)
-    if incidence.ndim != 1 or ratios.ndim != 1:
-        raise ValueError(f"psi_1 has shape {incidence.shape} and chi {ratios.shape}; both must be (3,)")
-    check_positive("ratio", ratio)
-    for value in ratios[:2]:
-        check_positive("chi", float(value))
-    if ratios[2] < 0.0:
-        raise ValueError(f"chi_s is {float(ratios[2])!r}; it must not be negative")
+    incidence, ratios = np.array(psi_1, dtype=float), np.array(chi, dtype=float)
     motion = impact_motion(1.0, cells // 2, int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])
     _, velocities = _march((np.sqrt(motion.overlap), dt), cells, nu, None, incidence, ratios, coupling, ratio)
@@ -189,6 +171,5 @@ def rebound(
 
 
 def _check_cells(cells: int) -> None:
-    check_annuli(cells, "cells")
     if cells % 2 or cells < 4:
         raise ValueError(f"cells is {cells!r}; it must be even and at least 4")

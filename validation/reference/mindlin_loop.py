@@ -12,9 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from validation.reference.normal_motion import Array
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,8 @@ def cycle(amplitude: float, points: int = 201) -> Loop:
     Args:
         amplitude: Largest F/(mu P), above 0 and at most 1.
         points: Samples on each of the three branches, at least 2.
-
-    Raises:
-        ValueError: An argument is outside its range.
     """
     turn = turning_displacement(amplitude)
-    if points < 2:
-        raise ValueError(f"points is {points!r}; it must be at least 2")
     loading, back = np.linspace(0.0, turn, points), np.linspace(turn, -turn, points)
     unloading = amplitude - 2.0 * first_loading(0.5 * (turn - back))
     return Loop(

@@ -7,7 +7,6 @@ from dataclasses import fields, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from validation.reference.checks import check_annuli, check_finite, check_positive, series
 from validation.reference.normal_motion import Array, NormalMotion, hertz_force
 from validation.reference.response import History, rings, solve
 
@@ -69,12 +68,9 @@ def along_motion(
     Raises:
         ValueError: An argument is outside its range, or shapes differ.
     """
-    check_finite("psi_1", psi_1)
-    check_positive("chi", chi)
-    check_annuli(annuli)
-    instants = series("time", time)
-    depth = series("overlap", overlap, instants.size)
-    force = series("normal_force", normal_force, instants.size)
+    instants = np.array(time, dtype=float)
+    depth = np.array(overlap, dtype=float)
+    force = np.array(normal_force, dtype=float)
     if np.any(np.diff(instants) <= 0.0):
         raise ValueError("time does not rise from instant to instant; it must")
     if np.any(force < 0.0):
@@ -107,15 +103,9 @@ def force_along_path(
 
     Returns:
         Tangential force, shape (n,), positive along a first displacement.
-
-    Raises:
-        ValueError: An argument is outside its range, or shapes differ.
     """
-    check_positive("kappa", kappa)
-    check_positive("friction", friction)
-    check_annuli(annuli)
-    depth = series("approach", approach)
-    scaled = series("displacement", displacement, depth.size) * (kappa / friction)
+    depth = np.array(approach, dtype=float)
+    scaled = np.array(displacement, dtype=float) * (kappa / friction)
     boundaries, points = rings(depth, annuli)
     positions, given = _refine(depth, scaled, points)
     fine_depth = np.maximum(_at(positions, depth), 0.0)

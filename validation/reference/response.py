@@ -50,8 +50,6 @@ class History:
 
 def rings(overlap: Array, annuli: int) -> tuple[Array, Array]:
     """Outer radii of equal annuli within the largest contact radius, and the radii where they are watched."""
-    if overlap.max() <= 0.0:
-        raise ValueError(f"overlap is {overlap.max()} at most; there must be contact, overlap > 0, somewhere")
     width = math.sqrt(overlap.max()) / annuli
     boundaries = width * np.arange(1.0, annuli + 1.0, dtype=np.float64)
     points: Array = boundaries - 0.5 * width

@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
-from validation.reference.checks import check_annuli, check_positive, check_steps, series, vectors
 from validation.reference.normal_motion import Array, impact_motion
 from validation.reference.ring_kernel import march
 
@@ -99,18 +98,9 @@ def force_along_path(
 
     Returns:
         Tangential force, shape (n, 2), along a first displacement.
-
-    Raises:
-        ValueError: An argument is outside its range, or shapes differ.
     """
-    check_positive("kappa", kappa)
-    check_positive("friction", friction)
-    check_annuli(rings, "rings")
-    check_steps(substeps, "substeps")
-    depth = series("approach", approach)
-    scaled = np.stack([series("displacement", d, depth.size) for d in vectors("displacement", displacement, 2).T], 1)
-    if depth.max() <= 0.0:
-        raise ValueError(f"approach is {depth.max()} at most; there must be contact, approach > 0, somewhere")
+    depth = np.array(approach, dtype=float)
+    scaled = np.stack([np.array(d, dtype=float) for d in np.array(displacement, dtype=float).T], 1)
     fine = np.linspace(0.0, depth.size - 1.0, (depth.size - 1) * substeps + 1)
     samples = np.arange(depth.size)
     radius = np.sqrt(np.maximum(np.interp(fine, samples, depth), 0.0))
@@ -130,16 +120,9 @@ def rebound(psi_1: ArrayLike, chi: ArrayLike, *, rings: int = 32, steps: int = 8
 
     Returns:
         psi_2 = (kappa/mu) V_2/V_z1, shape (2,).
-
-    Raises:
-        ValueError: An argument is outside its range.
     """
-    incidence = vectors("psi_1", psi_1, 2)
+    incidence = np.array(psi_1, dtype=float)
     ratios = np.broadcast_to(np.asarray(chi, dtype=float), 2).copy()
-    for ratio in ratios:
-        check_positive("chi", float(ratio))
-    check_annuli(rings, "rings")
-    check_steps(steps)
     motion = impact_motion(1.0, int(rings), int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])
     _, psi = _march((np.sqrt(motion.overlap), dt), rings, None, incidence, ratios)

@@ -33,14 +33,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import beta, betainc
 
-from validation.reference.checks import check_finite, check_positive, series
 from validation.reference.normal_motion import Array
 from validation.reference.superposition_kernel import march_impact, march_path
 
 __all__ = ["Impact", "force_along_path", "impact", "rebound", "traction_along_path"]
 
 STEPS = 1000
-LEAST_STEPS = 4
 
 
 @dataclass(frozen=True)
@@ -65,19 +63,7 @@ class Impact:
 
 
 def rebound(psi_1: ArrayLike, chi: ArrayLike, steps: int = STEPS) -> float | Array:
-    """Rebound psi_2 of an elastic impact.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite; arrays broadcast.
-        chi: (kappa/2) m_N/m_T > 0; arrays broadcast.
-        steps: Number of time steps, at least 4.
-
-    Returns:
-        psi_2 = (kappa/mu) V_x2/V_z1: a float for scalars, otherwise an array.
-
-    Raises:
-        ValueError: An argument is outside its range.
-    """
+    """Rebound psi_2 = (kappa/mu) V_x2/V_z1, told as `impact` is: a float for scalars, arrays broadcast."""
 
     def one(psi: float, ratio: float) -> float:
         return impact(psi, ratio, steps).psi_2
@@ -96,14 +82,7 @@ def impact(psi_1: float, chi: float, steps: int = STEPS) -> Impact:
 
     Returns:
         The impact, normalised by its duration and its largest normal force.
-
-    Raises:
-        ValueError: An argument is outside its range.
     """
-    check_finite("psi_1", psi_1)
-    check_positive("chi", chi)
-    if not isinstance(steps, int | np.integer) or steps < LEAST_STEPS:
-        raise ValueError(f"steps is {steps!r}; it must be an integer, at least {LEAST_STEPS}")
     time, overlap, speed = _normal_motion(int(steps))
     psi, force = np.empty(time.size), np.empty(time.size)
     components = np.empty(time.size, dtype=np.int64)
@@ -153,14 +132,9 @@ def force_along_path(
 
     Returns:
         Tangential force, shape (n,), positive along a first displacement.
-
-    Raises:
-        ValueError: An argument is outside its range, or shapes differ.
     """
-    check_positive("kappa", kappa)
-    check_positive("friction", friction)
-    depth = series("approach", approach)
-    scaled = series("displacement", displacement, depth.size) * (kappa / friction)
+    depth = np.array(approach, dtype=float)
+    scaled = np.array(displacement, dtype=float) * (kappa / friction)
     return friction * _along(depth, scaled, np.empty(0))[0]
 
 
@@ -176,12 +150,9 @@ def traction_along_path(
 
     Returns:
         Traction q/mu, shape (n, m), and the number of components, shape (n,).
-
-    Raises:
-        ValueError: An argument is not finite, or shapes differ.
     """
-    depth = series("approach", approach)
-    _, traction, components = _along(depth, series("displacement", displacement, depth.size), series("radii", radii))
+    depth = np.array(approach, dtype=float)
+    _, traction, components = _along(depth, np.array(displacement, dtype=float), np.array(radii, dtype=float))
     return traction, components
 
 

@@ -11,7 +11,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from validation.reference.checks import check_positive, check_steps
 from validation.reference.normal_motion import Array
 
 MARKS = 24
@@ -64,8 +63,6 @@ def path(name: str, amplitude: float, fine: int = 1) -> tuple[Array, Array]:
     Raises:
         ValueError: An argument is outside its range.
     """
-    check_positive("amplitude", amplitude)
-    check_steps(fine, "fine")
     if name not in NAMES:
         raise ValueError(f"name is {name!r}; it must be one of {', '.join(NAMES)}")
     shape, overlap = NAMES[name]

@@ -19,7 +19,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from validation.reference.checks import check_finite, check_positive
 from validation.reference.normal_motion import Array
 
 
@@ -45,7 +44,6 @@ def displacement(
     Raises:
         ValueError: An argument is outside its range.
     """
-    _check(poissons_ratio, contact_radius=contact_radius, radius=radius, friction=friction)
     distance, angle, nu = np.asarray(r, dtype=float), np.asarray(theta, dtype=float), poissons_ratio
     outside = (distance < 0.0) | (distance > contact_radius)
     if outside.any():
@@ -67,17 +65,5 @@ def velocity(
         radius: Effective radius R [m].
         friction: mu > 0.
         poissons_ratio: nu of both bodies, in (-1, 0.5].
-
-    Raises:
-        ValueError: An argument is outside its range.
     """
-    _check(poissons_ratio, contact_radius=contact_radius, radius=radius, friction=friction)
-    check_finite("growth", growth)
     return friction * (2.0 - poissons_ratio) / (radius * (1.0 - poissons_ratio)) * contact_radius * growth
-
-
-def _check(poissons_ratio: float, **positive: float) -> None:
-    for name, value in positive.items():
-        check_positive(name, value)
-    if not -1.0 < poissons_ratio <= 0.5:
-        raise ValueError(f"poissons_ratio is {poissons_ratio!r}; it must lie in (-1, 0.5]")

@@ -15,8 +15,6 @@ from math import pi, sqrt
 
 from scipy.special import gamma
 
-from validation.reference.checks import check_positive
-
 DURATION = float(0.8 * sqrt(pi) * gamma(0.4) / gamma(0.9))
 """Duration of contact times approach speed over greatest overlap."""
 
@@ -48,12 +46,7 @@ def impact(mass: float, radius: float, modulus: float, speed: float) -> HertzImp
         radius: Effective radius, 1/R = 1/R_A + 1/R_B [m].
         modulus: E*, 1/E* = sum of (1 - nu^2)/E [Pa].
         speed: Approach speed [m/s].
-
-    Raises:
-        ValueError: An argument is not finite and above zero.
     """
-    for name, value in (("mass", mass), ("radius", radius), ("modulus", modulus), ("speed", speed)):
-        check_positive(name, value)
     stiffness = 4.0 / 3.0 * modulus * sqrt(radius)
     overlap = (1.25 * mass * speed**2 / stiffness) ** 0.4
     return HertzImpact(

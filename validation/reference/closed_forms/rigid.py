@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from validation.reference.checks import check_positive, check_restitution
 from validation.reference.normal_motion import Array
 
 
@@ -22,12 +21,7 @@ def gross_slip(psi_1: ArrayLike, chi: float, restitution: float = 1.0) -> Array:
 
     Returns:
         psi_2, shaped as psi_1.
-
-    Raises:
-        ValueError: An argument is outside its range.
     """
-    check_positive("chi", chi)
-    check_restitution(restitution)
     psi = np.asarray(psi_1, dtype=float)
     return np.copysign(1.0, psi) * (np.abs(psi) - 2.0 * chi * (1.0 + restitution))
 

@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike
 from scipy.integrate import quad
 from scipy.special import elliprd
 
-from validation.reference.checks import check_positive
 from validation.reference.normal_motion import Array
 
 FULL_SLIP = 3.0 * math.pi / 16.0
@@ -51,7 +50,6 @@ def moment(stick_radius: ArrayLike) -> Array:
 
 
 def _checked(stick_radius: float) -> float:
-    check_positive("stick_radius", stick_radius)
     if stick_radius > 1.0:
         raise ValueError(f"stick_radius is {stick_radius!r}; it must lie in (0, 1], the contact radius is 1")
     return stick_radius

@@ -28,7 +28,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import hyp2f1
 
-from validation.reference.checks import check_finite
 from validation.reference.normal_motion import Array
 
 
@@ -38,14 +37,9 @@ def force_and_moment(velocity: ArrayLike, spin: ArrayLike) -> tuple[Array, Array
     Args:
         velocity: v of the middle of the contact, finite.
         spin: omega a, in the same units, finite. Both zero: no slip, no force.
-
-    Raises:
-        ValueError: An argument is not finite.
     """
 
     def one(v: float, w: float) -> tuple[float, float]:
-        check_finite("velocity", v)
-        check_finite("spin", w)
         force, moment = _of(abs(v), abs(w))
         return math.copysign(force, v), math.copysign(moment, w)
 
