@@ -46,11 +46,15 @@ class Models(Case):
             Limit("files of the five packages not examined", 0.0, float(sum(found["left"].values()))),
             Limit("energy gained in a fall beyond the native model's", GAIN, max(gains)),
         ]
-        if HANDLED.exists():
-            pushed, held = (json.loads(HANDLED.read_text())[name] for name in ("pushed", "held"))
+        handled = json.loads(HANDLED.read_text())
+        pushed, held = handled["pushed"], handled.get("held")
+        limits += [
+            Limit("FetchPush: the cube at rest lies in the table [m]", SUNK, abs(pushed["sunk"])),
+            Limit("FetchPush: creeps in 10 s once it has been pushed [m]", CREPT, pushed["crept"]),
+            Limit("FetchPickAndPlace: not finished in the time given", 0.0, float(held is None)),
+        ]
+        if held is not None:
             limits += [
-                Limit("FetchPush: the cube at rest lies in the table [m]", SUNK, abs(pushed["sunk"])),
-                Limit("FetchPush: creeps in 10 s once it has been pushed [m]", CREPT, pushed["crept"]),
                 Limit("FetchPickAndPlace: lifted by less than asked [m]", 0.1 * LIFT, LIFT - held["lifted"]),
                 Limit("FetchPickAndPlace: creeps in the fingers in a minute [m]", CREPT, held["crept"]),
             ]
