@@ -13,8 +13,10 @@ from statistics import median
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 
 FOUND = Path(__file__).parents[1] / "data" / "census.json"
+HANDLED = FOUND.with_name("handling.json")  # by `validation.handling`
 COST, WORST = 1.5, 3.0  # over the engine's own contact
 GAIN = 1e-2  # of the weight times 1 m
+SUNK, CREPT, LIFT = 1e-3, 1e-5, 0.2  # [m] of a cube of 2 kg on four rubber corners; in 10 s and in a minute; asked
 
 
 @register
@@ -44,6 +46,18 @@ class Models(Case):
             Limit("files of the five packages not examined", 0.0, float(sum(found["left"].values()))),
             Limit("energy gained in a fall beyond the native model's", GAIN, max(gains)),
         ]
+        handled = json.loads(HANDLED.read_text())
+        pushed, held = handled["pushed"], handled.get("held")
+        limits += [
+            Limit("FetchPush: the cube at rest lies in the table [m]", SUNK, abs(pushed["sunk"])),
+            Limit("FetchPush: creeps in 10 s once it has been pushed [m]", CREPT, pushed["crept"]),
+            Limit("FetchPickAndPlace: not finished in the time given", 0.0, float(held is None)),
+        ]
+        if held is not None:
+            limits += [
+                Limit("FetchPickAndPlace: lifted by less than asked [m]", 0.1 * LIFT, LIFT - held["lifted"]),
+                Limit("FetchPickAndPlace: creeps in the fingers in a minute [m]", CREPT, held["crept"]),
+            ]
         return Outcome(limits, found)
 
     def table(self, data: Data) -> Table:
