@@ -131,7 +131,8 @@ def step_until_interrupted(model, data):
         mujoco.mj_step(model, data)
 
 
-def test_warnings_made_errors_reach_the_caller(model):
+def test_warnings_made_errors_reach_the_caller():
+    model = load_model(scene(), CONTACTS, overlaps="keep")
     data = mujoco.MjData(model)
     data.qpos[2] = 0.02
     with warnings.catch_warnings():
