@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
 
-from validation.case import Array
+from validation.case import Array, Progress, told
 from validation.reference.annulus import rebound_extrapolated
 
 Impact = tuple[float, float, float]
@@ -29,7 +28,7 @@ _KNOWN: dict[tuple[Impact, int], tuple[float, float]] = {}
 """What the reference has been asked already, by impact and annuli."""
 
 
-def judge(impacts: list[Impact], annuli: int = 40, progress: Callable[[float], None] = lambda part: None) -> Judged:
+def judge(impacts: list[Impact], annuli: int = 40, progress: Progress = lambda part: None) -> Judged:
     """Ask the reference.
 
     Args:
@@ -38,9 +37,8 @@ def judge(impacts: list[Impact], annuli: int = 40, progress: Callable[[float], N
         progress: Told the part done.
     """
     new = [one for one in dict.fromkeys(impacts) if (one, annuli) not in _KNOWN]
-    for number, one in enumerate(new):
+    for one in told(new, progress):
         _KNOWN[one, annuli] = rebound_extrapolated(*one, annuli=annuli)
-        progress((number + 1) / len(new))
     psi_1, chi, restitution = np.array(impacts, dtype=float).T.copy()
     psi_2, uncertainty = np.array([_KNOWN[one, annuli] for one in impacts]).T.copy()
     return Judged(psi_1, chi, restitution, psi_2, uncertainty)

@@ -1,8 +1,9 @@
-"""What lasts, in MuJoCo by the law and natively: five balls in a tube, balls and boxes that rest, roll and slide."""
+"""What lasts, in MuJoCo by the law and natively: five balls in a tube, a box, an ant, a ball held."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from time import process_time
 from types import SimpleNamespace
@@ -15,6 +16,7 @@ from sims.heap import FRICTION, RADIUS, RESTITUTION, mass_of, timed
 from sims.scene import NATIVE, Settings
 from sims.worlds import new_world
 from sims.worlds.parts import onto
+from validation.measure import interleaved
 
 TUBE, BALLS = 1.2 * RADIUS, 5  # half its width [m]
 HALF, BOX = 0.05, 1.0  # [m], [kg]
@@ -43,24 +45,14 @@ def tube(law: bool) -> Any:
     return world
 
 
-def ball(law: bool, speed: float, rolls: bool) -> Any:
-    """One on the floor."""
-    world: Any = new_world(settings_of(law), DOWN)
-    world.plane("floor")
-    spin = [0.0, speed / RADIUS if rolls else 0.0, 0.0]
-    world.ball("ball", RADIUS, mass_of(), [0.0, 0.0, RADIUS], [speed, 0.0, 0.0], spin)
-    _touch(world, law, ["ball"], ["floor"], FRICTION)
-    return world
-
-
-def box(law: bool, friction: float) -> Any:
+def box(law: bool) -> Any:
     """One on a slope of 20 degrees; by the law it stands on ball feet in its corners."""
     angle = np.radians(20.0)
     normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
     world: Any = new_world(settings_of(law), DOWN)
     world.plane("slope", normal=normal)
     world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal))
-    _touch(world, law, ["box"], ["slope"], friction)
+    _touch(world, law, ["box"], ["slope"], 0.5)
     return world
 
 
@@ -71,35 +63,20 @@ def _touch(world: Any, law: bool, ones: list[str], twos: list[str], friction: fl
         world.native(friction, 0.0)
 
 
-SCENES: dict[str, tuple[Callable[[bool], Any], float]] = {
-    "a ball at rest": (lambda law: ball(law, 0.0, rolls=False), 0.5),
-    "a ball that rolls": (lambda law: ball(law, 1.0, rolls=True), 0.5),
-    "a ball that slides": (lambda law: ball(law, 6.0, rolls=False), 0.1),
-    "a box on ball feet that slides": (lambda law: box(law, 0.2), 0.1),
-    "a box on ball feet on a slope": (lambda law: box(law, 0.5), 0.5),
-}
-"""By name: what makes it, and when it is timed from [s]."""
-
-
-def over_native(make: Callable[[bool], Any], begin: float, steps: int = 300, blocks: int = 10) -> dict[str, float]:
+def over_native(make: Callable[[bool], Any], begin: float, steps: int = 30, blocks: int = 10) -> dict[str, float]:
     """Median processor time of a step [s], by the law and natively, turn by turn."""
     worlds = {"law": make(True), "native": make(False)}
     for world in worlds.values():
         world.start()
         world.step(round(begin / world.timestep))
-    runs = {name: lambda world=world: world.step(steps // blocks) for name, world in worlds.items()}
-    return turn_by_turn(runs, steps // blocks, blocks)
+    return a_step({name: partial(world.step, steps) for name, world in worlds.items()}, steps, blocks)
 
 
-def turn_by_turn(runs: dict[str, Callable[[], None]], steps: int, blocks: int) -> dict[str, float]:
+def a_step(runs: dict[str, Callable[[], None]], steps: int, blocks: int) -> dict[str, float]:
     """Median processor time of a step [s]; each run makes so many steps."""
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(blocks):
-        for name, run in runs.items():
-            begun = process_time()
-            run()
-            times[name].append((process_time() - begun) / steps)
-    return {name: float(np.median(found)) for name, found in times.items()}
+    return {
+        name: float(np.median(found)) / steps for name, found in interleaved(runs, blocks, clock=process_time).items()
+    }
 
 
 def ant() -> Path | None:
@@ -126,7 +103,7 @@ def standing_ant(path: Path, seconds: float = 1.0, blocks: int = 10) -> dict[str
         data.qpos[7:] = POSE
         engine.mj_step(model, data, round(seconds / model.opt.timestep))
         runs[name] = lambda model=model, data=data: engine.mj_step(model, data, steps)
-    return turn_by_turn(runs, steps, blocks)
+    return a_step(runs, steps, blocks)
 
 
 def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:

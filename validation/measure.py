@@ -53,6 +53,7 @@ def interleaved(
     repeats: int,
     prepare: Mapping[str, Callable[[], object]] | None = None,
     progress: Callable[[float], None] | None = None,
+    clock: Callable[[], float] = perf_counter,
 ) -> dict[str, Array]:
     """Time several things side by side, so that the drift of the machine meets all of them alike.
 
@@ -61,6 +62,7 @@ def interleaved(
         repeats: Rounds; each runs everything once, every other round in reverse. Two more go before, uncounted.
         prepare: Called before a run, untimed.
         progress: Told the part done.
+        clock: `process_time` where other processes would be in the way.
 
     Returns:
         Seconds by name, shape (repeats,); entries of the same round belong together.
@@ -75,9 +77,9 @@ def interleaved(
             for name in order:
                 if prepare and name in prepare:
                     prepare[name]()
-                start = perf_counter()
+                start = clock()
                 runs[name]()
-                seconds[name][max(number, 0)] = perf_counter() - start
+                seconds[name][max(number, 0)] = clock() - start
             if progress:
                 progress((number + 3) / (repeats + 2))
     finally:

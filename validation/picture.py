@@ -65,33 +65,22 @@ def plain_ticks(axes: Axes, values: list[int]) -> None:
     axes.set_xticks([], minor=True)
 
 
-def limit_line(axes: Axes, value: float, text: str, *, vertical: bool = False) -> None:
+def limit_line(axes: Axes, value: float, text: str) -> None:
     """A thin line at a limit that is asked for."""
-    if vertical:
-        axes.axvline(value, color="black", linewidth=0.8, linestyle=(0, (8, 4)))
-        axes.annotate(text, (value, 0.99), xycoords=("data", "axes fraction"), xytext=(-3, 0),
-                      textcoords="offset points", rotation=90, va="top", ha="right", fontsize=8)  # fmt: skip
-    else:
-        axes.axhline(value, color="black", linewidth=0.8, linestyle=(0, (8, 4)))
-        axes.annotate(text, (0.99, value), xycoords=("axes fraction", "data"), xytext=(0, 2),
-                      textcoords="offset points", va="bottom", ha="right", fontsize=8)  # fmt: skip
+    axes.axhline(value, color="black", linewidth=0.8, linestyle=(0, (8, 4)))
+    axes.annotate(text, (0.99, value), xycoords=("axes fraction", "data"), xytext=(0, 2),
+                  textcoords="offset points", va="bottom", ha="right", fontsize=8)  # fmt: skip
 
 
-def bars(axes: Axes, names: list[str], spreads: list[dict[str, float]], *, scale: float = 1.0) -> None:
+def bars(axes: Axes, names: list[str], spreads: list[dict[str, float]]) -> None:
     """Horizontal bars of medians, quartiles as whiskers, the value written at each; dark where the law is not there."""
-    without_law = ("native contact", "no contact at all", "stepSimulation alone")
-    shades = ["#444444" if name.endswith(without_law) else "#b8b8b8" for name in names]
-    medians = [scale * s["median"] for s in spreads]
-    whiskers = [
-        [scale * (s["median"] - s["low"]) for s in spreads],
-        [scale * (s["high"] - s["median"]) for s in spreads],
-    ]
+    shades = ["#444444" if name.endswith(("native contact", "no contact at all")) else "#b8b8b8" for name in names]
+    medians = [one["median"] for one in spreads]
+    whiskers = [[one["median"] - one["low"] for one in spreads], [one["high"] - one["median"] for one in spreads]]
     axes.barh(names, medians, xerr=whiskers, color=shades, height=0.65, error_kw={"elinewidth": 0.8, "capsize": 2})
-    for number, (median, one) in enumerate(zip(medians, spreads, strict=True)):
-        text = f"{median:.0f}" if median >= 100.0 else f"{median:.3g}"
-        axes.annotate(
-            text, (scale * one["high"], number), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
-        )
+    for number, one in enumerate(spreads):
+        text = f"{one['median']:.0f}" if one["median"] >= 100.0 else f"{one['median']:.3g}"
+        axes.annotate(text, (one["high"], number), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.margins(x=0.12)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import replace
+from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ import numpy as np
 from contactlaw.collision import Body, Impact, collide
 from sims import puck as scene
 from sims.puck import SURFACES, Puck
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.reference.annulus import rebound
 
 INCH = 0.0254  # [m]
@@ -122,25 +123,17 @@ class ReboundFigure(Case):
         """psi_2 by route, shape (incidences, throws), over sizes, speeds and ways to launch; and what is not sane."""
         found: dict[str, list[list[float]]] = {"microslip": [], **{name: [] for name in ENGINES}}
         problems = []
-        for number, psi_1 in enumerate(incidences):
-            rows: dict[str, list[float]] = {name: [] for name in found}
-            for diameter in self.diameters.values():
-                for speed in self.speeds:
-                    for launch in scene.LAUNCHES:
-                        puck = sized(replace(base, psi_1=psi_1, speed=speed, launch=launch), diameter)
-                        rows["microslip"].append(thrown(puck).psi_2)
-                        for engine in ENGINES:
-                            result = scene.run(puck, engine)
-                            rows[engine].append(result.psi2)
-                            if result.energy_ratio > 1.001:
-                                problems.append(
-                                    f"{engine}, psi_1 = {psi_1:g}: energy grown to {result.energy_ratio:.4f}"
-                                )
-            for name, row in rows.items():
-                found[name].append(row)
-            progress(0.2 + 0.8 * (number + 1) / len(incidences))
-        if not all(np.isfinite(values).all() for values in found.values()):
-            problems.append("a throw ends with a value that is not finite")
+        for psi_1 in told(incidences, progress, 0.2):
+            pucks = [sized(replace(base, psi_1=psi_1, speed=speed, launch=launch), diameter)
+                     for diameter, speed, launch
+                     in product(self.diameters.values(), self.speeds, scene.LAUNCHES)]  # fmt: skip
+            found["microslip"].append([thrown(puck).psi_2 for puck in pucks])
+            for engine in ENGINES:
+                results = [scene.run(puck, engine) for puck in pucks]
+                found[engine].append([result.psi2 for result in results])
+                grown = max(result.energy_ratio for result in results)
+                if grown > 1.001:
+                    problems.append(f"{engine}, psi_1 = {psi_1:g}: energy grown to {grown:.4f}")
         return found, problems
 
     def _friction(self, psi: Array, elastic: Array, damped: Array, chi: float, restitution: float) -> Data:

@@ -1,8 +1,5 @@
 """Random drops run in a world and in both engines, and judged: energy, depth, rest."""
 
-# The wheel describes little of what it exports.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import warnings
@@ -10,13 +7,16 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from itertools import product
 from time import process_time
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.world.records import CLOSED, FREE
-from validation.shape_draws import GRAVITY, WALL, WALLS, Array, Drop, Thing, matrix
+from sims.scene import Settings
+from sims.worlds import State, Tuning, new_world
+from validation.case import Array
+from validation.shape_draws import GRAVITY, WALL, WALLS, Drop, Thing, matrix
 
 Met = tuple[float, float, tuple[int, ...]]
 
@@ -54,31 +54,48 @@ class Look:
 class Run(ABC):
     """A drop in an engine."""
 
+    engine: ClassVar[str]
+
     def __init__(self, drop: Drop) -> None:
         self.drop = drop
+        settings, tuning = Settings(self.engine, timestep=drop.step), Tuning(drop.integrator)
+        self.world: Any = new_world(settings, (0.0, 0.0, -GRAVITY), tuning)
+        if drop.flat:
+            self.world.plane("floor")
+        else:
+            self.world.block("floor", FLOOR, (0.0, 0.0, -FLOOR[2]))
+        pit = ["floor", *(f"wall{number}" for number in range(len(WALLS)))]
+        for name, (point, inward) in zip(pit[1:], WALLS, strict=True):
+            self.world.plane(name, point, inward)
+        parts = [self.add(f"thing{number}", thing) for number, thing in enumerate(drop.things)]
+        for part, thing in zip(parts, drop.things, strict=True):
+            self.world.contact(part, pit, drop.pair(thing.material, thing.material))
+        for i, j in drop.couples:
+            self.world.contact(parts[i], parts[j], drop.pair(drop.things[i].material, drop.things[j].material))
+        self.world.start()
 
-    @abstractmethod
-    def step(self) -> None:
-        """One of the drop's steps."""
+    def add(self, name: str, thing: Thing) -> str:
+        """A thing, by what name it touches."""
+        shape, size = ("ball" if thing.kind == "sphere" else thing.kind), thing.size
+        self.world.solid(name, shape, thing.points if shape == "hull" else size, thing.mass, thing.moments, thing.place,
+                         thing.velocity, thing.spin, matrix(thing.turn))  # fmt: skip
+        return name
 
-    @abstractmethod
-    def states(self) -> tuple[Array, Array, Array, Array]:
-        """Places, unit quaternions (scalar first), velocities and spins in the world, true at one time."""
+    def states(self) -> State:
+        """All things now."""
+        return self.world.read()
 
     @abstractmethod
     def contacts(self) -> list[Met]:
         """Overlap [m] and normal force [N] of what touches or touched within the step, and the numbers of both bodies,
         those of things from 0 on."""
 
-    def close(self) -> None:  # noqa: B027
-        """Let go of the engine."""
-
     def look(self) -> Look:
         """Where energy is now."""
         places, turns, velocities, spins = self.states()
         linear, energy = 0.0, np.zeros(len(places))
         for k, (thing, place, turn) in enumerate(zip(self.drop.things, places, turns, strict=True)):
-            own = matrix(turn).T @ spins[k]
+            own = turn.T @ spins[k]
             kinetic = 0.5 * float(thing.mass * velocities[k] @ velocities[k])
             linear += kinetic
             energy[k] = kinetic + 0.5 * float(thing.moments @ own**2) + thing.mass * GRAVITY * place[2]
@@ -94,7 +111,7 @@ class Run(ABC):
         """How far the lowest thing reaches below the floor [m], but for a twentieth of the radius of its edges."""
         places, turns, _, _ = self.states()
         return max(
-            thing.reach(-matrix(turn)[2]) - float(place[2]) - 0.05 * thing.least
+            thing.reach(-turn[2]) - float(place[2]) - 0.05 * thing.least
             for thing, place, turn in zip(self.drop.things, places, turns, strict=True)
         )
 
@@ -102,113 +119,46 @@ class Run(ABC):
 class InWorld(Run):
     """Without an engine."""
 
-    def __init__(self, drop: Drop) -> None:
-        from contactlaw.world import World
+    engine = "none"
 
-        super().__init__(drop)
-        self.world = world = World(gravity=GRAVITY, timestep=drop.step)
-        floor = (world.add_plane(None, (0, 0, 0), (0, 0, 1)) if drop.flat
-                 else world.add_box(None, FLOOR, (0.0, 0.0, -FLOOR[2])))  # fmt: skip
-        pit = [floor, *(world.add_plane(None, point, inward) for point, inward in WALLS)]
-        made = [self._shape(thing) for thing in drop.things]
-        for one, thing in zip(made, drop.things, strict=True):
-            world.add_contact(one, pit, drop.pair(thing.material, thing.material))
-        for i, j in drop.couples:
-            world.add_contact(made[i], made[j], drop.pair(drop.things[i].material, drop.things[j].material))
-
-    def _shape(self, thing: Thing) -> Any:
-        world, s = self.world, thing.size
-        body = world.add_body(thing.mass, thing.moments, thing.place, thing.velocity, thing.turn, thing.spin)
-        if thing.kind == "sphere":
-            return world.add_sphere(body, s[0])
-        if thing.kind == "capsule":
-            return list(world.add_capsule(body, s[0], s[1]))
-        if thing.kind == "box":
-            return world.add_box(body, s)
-        if thing.kind == "cylinder":
-            return world.add_cylinder(body, s[0], s[1])
-        if thing.kind == "feet":
-            corners = (s - thing.least) * np.array(list(product((-1.0, 1.0), repeat=3)))
-            return [world.add_sphere(body, thing.least, corner) for corner in corners]
-        return world.add_ellipsoid(body, s) if thing.kind == "ellipsoid" else world.add_hull(body, thing.points)
-
-    def step(self) -> None:
-        """As `Run.step`."""
-        self.world.step()
-
-    def states(self) -> tuple[Array, Array, Array, Array]:
-        """As `Run.states`."""
-        w = self.world
-        return w.position, w.quaternion, w.velocity, w.spin
+    def add(self, name: str, thing: Thing) -> str:
+        """As `Run.add`; a box may have ball feet."""
+        if thing.kind != "feet":
+            return super().add(name, thing)
+        corners = (thing.size - thing.least) * np.array(list(product((-1.0, 1.0), repeat=3)))
+        self.world.solid(name, "balls", [[thing.least, *corner] for corner in corners], thing.mass, thing.moments,
+                         thing.place, thing.velocity, thing.spin, matrix(thing.turn))  # fmt: skip
+        return name
 
     def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
-        rows = self.world.contacts
+        rows = self.world.world.contacts
         forces = np.abs((rows["force"] * rows["normal"]).sum(1))
         return [(float(x), float(p), tuple(both.tolist()))
                 for x, p, both in zip(rows["overlap"], forces, rows["bodies"], strict=True)]  # fmt: skip
 
 
-def mjcf(drop: Drop) -> str:
-    """The drop as a model of MuJoCo."""
-    floor = ('<geom name="floor" type="plane" size="1 1 1"/>' if drop.flat else
-             f'<geom name="floor" type="box" size="{_text(FLOOR)}" pos="0 0 {-FLOOR[2]}"/>')  # fmt: skip
-    walls = "".join(f'<geom name="wall{k}" type="plane" size="1 1 1" pos="{_text(point)}" zaxis="{_text(inward)}"/>'
-                    for k, (point, inward) in enumerate(WALLS))  # fmt: skip
-    assets, bodies = "", ""
-    for k, thing in enumerate(drop.things):
-        shape = f'type="{thing.kind}" size="{_text(thing.size)}"'
-        if thing.kind == "hull":
-            assets += f'<mesh name="mesh{k}" vertex="{_text(thing.points.ravel())}"/>'
-            shape = f'type="mesh" mesh="mesh{k}"'
-        heavy = f'<inertial pos="0 0 0" mass="{float(thing.mass)!r}" diaginertia="{_text(thing.moments)}"/>'
-        bodies += (f'<body pos="{_text(thing.place)}" quat="{_text(thing.turn)}"><freejoint/>{heavy}'
-                   f'<geom name="thing{k}" {shape}/></body>')  # fmt: skip
-    return (f'<mujoco><compiler inertiafromgeom="false" boundmass="0" boundinertia="0"/><option timestep="{drop.step}" '
-            f'integrator="{drop.integrator}"/><asset>{assets}</asset><worldbody>{floor}{walls}{bodies}</worldbody>'
-            "</mujoco>")  # fmt: skip
-
-
-def _text(numbers: Any) -> str:
-    return " ".join(repr(float(x)) for x in numbers)
-
-
 class InMujoco(Run):
     """By the plugin."""
 
-    def __init__(self, drop: Drop) -> None:
-        import mujoco
+    engine = "mujoco"
 
-        from contactlaw.mujoco_plugin import load_model
+    def __init__(self, drop: Drop) -> None:
         from contactlaw.mujoco_plugin.readout import view_of
 
         super().__init__(drop)
-        walls = ["floor", *(f"wall{k}" for k in range(len(WALLS)))]
-        contacts: list[Any] = [([f"thing{k}"], walls, drop.pair(thing.material, thing.material))
-                               for k, thing in enumerate(drop.things)]  # fmt: skip
-        contacts += [([f"thing{i}"], [f"thing{j}"], drop.pair(drop.things[i].material, drop.things[j].material))
-                     for i, j in drop.couples]  # fmt: skip
-        self.model = load_model(mjcf(drop), contacts)
-        self.data = mujoco.MjData(self.model)
-        self.advance = mujoco.mj_step
-        for k, thing in enumerate(drop.things):
-            self.data.qvel[6 * k : 6 * k + 6] = *thing.velocity, *(matrix(thing.turn).T @ thing.spin)
-        mujoco.mj_forward(self.model, self.data)
+        self.model, self.data = self.world.model, self.world.data
         self.view = view_of(self.model, self.data)
 
-    def step(self) -> None:
-        """As `Run.step`."""
-        self.advance(self.model, self.data)
-
-    def states(self) -> tuple[Array, Array, Array, Array]:
-        """As `Run.states`."""
+    def states(self) -> State:
+        """As `Run.states`, from the records."""
         q, v = self.data.qpos.reshape(-1, 7), self.data.qvel.reshape(-1, 6).copy()
+        turns = np.array([matrix(turn) for turn in q[:, 3:]])
         if self.drop.integrator != "RK4":  # half a step behind, but for what touches
             rows = self._rows()
             pressed = self._bodies(rows[rows["phase"] == CLOSED])
             v[~np.isin(np.arange(len(v)), pressed), 2] -= 0.5 * self.drop.step * GRAVITY
-        spins = np.array([matrix(turn) @ spin for turn, spin in zip(q[:, 3:], v[:, 3:], strict=True)])
-        return q[:, :3].copy(), q[:, 3:].copy(), v[:, :3], spins
+        return State(q[:, :3].copy(), turns, v[:, :3], np.einsum("nij,nj->ni", turns, v[:, 3:]))
 
     def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
@@ -230,88 +180,19 @@ class InMujoco(Run):
 class InPybullet(Run):
     """By the callback."""
 
-    def __init__(self, drop: Drop) -> None:
-        import pybullet as p
-
-        from contactlaw.pybullet_callback import ContactCallback
-        from sims.worlds.parts import onto
-
-        super().__init__(drop)
-        self.p, self.client = p, p.connect(p.DIRECT)
-        own: dict[str, Any] = {"physicsClientId": self.client}
-        p.setPhysicsEngineParameter(fixedTimeStep=drop.step, **own)
-        p.setGravity(0.0, 0.0, -GRAVITY, **own)
-        plane = p.createCollisionShape(p.GEOM_PLANE, **own)
-        pit = [p.createMultiBody(0.0, plane, -1, point.tolist(), _quaternion(onto(inward)), **own)
-               for point, inward in WALLS]  # fmt: skip
-        if drop.flat:
-            pit.append(p.createMultiBody(0.0, plane, **own))
-        else:
-            box = p.createCollisionShape(p.GEOM_BOX, halfExtents=FLOOR, **own)
-            pit.append(p.createMultiBody(0.0, box, -1, (0.0, 0.0, -FLOOR[2]), **own))
-        self.bodies = [self._body(thing, own) for thing in drop.things]
-        self.callback = ContactCallback(self.client, fixed_bodies_move=False)
-        self.handles = [self.callback.add_contact(body, pit, drop.pair(thing.material, thing.material))
-                        for body, thing in zip(self.bodies, drop.things, strict=True)]  # fmt: skip
-        self.handles += [
-            self.callback.add_contact(self.bodies[i], self.bodies[j],
-                                      drop.pair(drop.things[i].material, drop.things[j].material))
-            for i, j in drop.couples
-        ]  # fmt: skip
-
-    def _body(self, thing: Thing, own: dict[str, Any]) -> int:
-        p, s = self.p, thing.size.tolist()
-        if thing.kind == "sphere":
-            shape = p.createCollisionShape(p.GEOM_SPHERE, radius=s[0], **own)
-        elif thing.kind in ("capsule", "cylinder"):
-            kind = p.GEOM_CAPSULE if thing.kind == "capsule" else p.GEOM_CYLINDER
-            shape = p.createCollisionShape(kind, radius=s[0], height=2.0 * s[1], **own)
-        elif thing.kind == "box":
-            shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=s, **own)
-        else:
-            shape = p.createCollisionShape(p.GEOM_MESH, vertices=thing.points.tolist(), **own)
-        body = p.createMultiBody(thing.mass, shape, -1, thing.place.tolist(), np.roll(thing.turn, -1).tolist(), **own)
-        p.changeDynamics(body, -1, localInertiaDiagonal=thing.moments.tolist(), linearDamping=0.0, angularDamping=0.0,
-                         maxJointVelocity=1e12, **own)  # fmt: skip
-        before = thing.velocity + [0.0, 0.0, 0.5 * self.drop.step * GRAVITY]
-        p.resetBaseVelocity(body, before.tolist(), thing.spin.tolist(), self.client)
-        return body
-
-    def step(self) -> None:
-        """As `Run.step`."""
-        self.callback.step()
-
-    def states(self) -> tuple[Array, Array, Array, Array]:
-        """As `Run.states`."""
-        p, out = self.p, []
-        pressed = {side[0] for handle in self.handles for one in self.callback.states(handle) if one.overlap > 0.0
-                   for side in (one.a, one.b)} if self.callback is not None else set()  # fmt: skip
-        for body in self.bodies:
-            place, turn = p.getBasePositionAndOrientation(body, self.client)
-            velocity, spin = p.getBaseVelocity(body, self.client)
-            behind = 0.0 if body in pressed else 0.5 * self.drop.step * GRAVITY
-            out.append((place, np.roll(turn, 1), (*velocity[:2], velocity[2] - behind), spin))
-        one, two, three, four = (np.array(part) for part in zip(*out, strict=True))
-        return one, two, three, four
+    engine = "pybullet"
 
     def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
-        met = [one for handle in self.handles for one in self.callback.states(handle)]
-        number = {body: k for k, body in enumerate(self.bodies)}
-        return [(one.overlap, one.normal_force, (number.get(one.a[0], -1), number.get(one.b[0], -1))) for one in met]
-
-    def close(self) -> None:
-        """As `Run.close`."""
-        self.p.disconnect(self.client)
-
-
-def _quaternion(turn: Array) -> list[float]:
-    from sims.worlds.parts import matrix_to_quaternion
-
-    return np.roll(matrix_to_quaternion(turn), -1).tolist()
+        world = self.world
+        number = {world.ids[body.name]: k for k, body in enumerate(world.bodies)}
+        return [
+            (one.overlap, one.normal_force, (number.get(one.a[0], -1), number.get(one.b[0], -1)))
+            for handle in world.handles for one in world.callback.states(handle)
+        ]  # fmt: skip
 
 
-ENGINES: dict[str, type[Run]] = {"none": InWorld, "mujoco": InMujoco, "pybullet": InPybullet}
+ENGINES: dict[str, type[Run]] = {kind.engine: kind for kind in (InWorld, InMujoco, InPybullet)}
 
 
 @dataclass
@@ -339,7 +220,7 @@ def judge(engine: str, drop: Drop) -> Verdict:
         try:
             return _judge(run, drop)
         finally:
-            run.close()
+            run.world.close()
 
 
 def _judge(run: Run, drop: Drop) -> Verdict:
@@ -349,7 +230,7 @@ def _judge(run: Run, drop: Drop) -> Verdict:
     gain = depth = flight = 0.0
     quiet, rest, pressed = 0, np.inf, start.pressed
     for number in range(round(LONGEST / drop.step)):
-        run.step()
+        run.world.step()
         now = run.look()
         energy = float(now.energy.sum())
         if not np.isfinite(energy):

@@ -10,7 +10,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw.jit import jit
 from contactlaw.laws import sectors, torsion
@@ -18,8 +17,7 @@ from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import PAIR_SIZE, SPUN, ask_energy, contact_of, pair_of
 from contactlaw.laws.step import prescribe
 from validation import turning
-
-Array = NDArray[np.float64]
+from validation.case import Array
 
 WAYS = ["sectors", "springs"]  # `laws.sectors`; the law's springs, with `torsion` and its limit curve
 

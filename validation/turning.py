@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import MATERIALS, ContactPair, Material, force_along_path
 from contactlaw.jit import jit
@@ -15,12 +14,11 @@ from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
 from contactlaw.turning import MicroslipTurning
+from validation.case import Array
 from validation.reference.turning_data import BALL_CHI
 from validation.reference.turning_paths import MARKS, path
 
 TURNING = MicroslipTurning()
-
-Array = NDArray[np.float64]
 
 FRICTION, RADIUS, DEEPEST = 0.1, 0.02, 2e-5  # mu; [m]
 MASS, SPEED = 0.3, 0.3  # [kg], [m/s]

@@ -153,7 +153,8 @@ def run(w, bodies, pairs, t, now, until):
         going = closed > 0 and not last
         if not going:
             following = 0.0
-        elif news or done == BLOCK:
+        anew = going and news < (NEVER if closed <= w.crowd else LEAST_CHANGE * following)
+        if anew or (going and done == BLOCK):
             target = max(length(w, pairs, t, until), SHORTEST * whole)
             going = not lost(w, bodies, whole)
             if not alike(target, following):
@@ -170,9 +171,9 @@ def run(w, bodies, pairs, t, now, until):
             else:
                 apply_force(c, a, b, c.end_weight * h)
                 open_up(p, c)
-        stirred = news
+        stirred = anew
         if rest < pairs:
-            stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or news
+            stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or anew
         w.kicks += closed
         if rest == pairs and done <= 1 and following == h and closed > SEVERAL:
             count = min(BLOCK, (until - t) / h)
@@ -220,12 +221,13 @@ def lost(w, bodies, time):
 
 @jit_inside
 def forces(w, pairs, span, stride):
-    """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched.
+    """Advance all contacts by the substep that has passed; returns how many are closed.
 
-    span: lengths [s] of this substep and of the next. stride: the most [m] that a surface may go in one; an open pair
-    is met in the substep before it touches, for its gap there.
+    The second result is the shortest substep [s] that one would have which has touched. span: lengths [s] of this
+    substep and of the next. stride: the most [m] that a surface may go in one; an open pair is met in the substep
+    before it touches, for its gap there.
     """
-    closed, news = 0, False
+    closed, news = 0, NEVER
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -238,7 +240,7 @@ def forces(w, pairs, span, stride):
             p.room = p.gap + a.way + b.way
             if overlap <= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
-            news = True
+            news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
         look(w, contact_at(w.contacts, p.slot), a, b)
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))

@@ -6,8 +6,8 @@ bodies at the start of a step: the list of near pairs is made anew.
 
 The row: how many contacts are closed, or open while overlap of them counts as none; of each, in the order of the near
 list, its two shapes, how often they have touched, the numbers of its record, and what its law remembers; of each body
-whether it sleeps, and what it fell asleep under. Rows are open to whoever uses the engine, and may be another model's:
-what is not sound in them is left out, contact by contact.
+whether it sleeps, and what it fell asleep under, or for how long it waits. Rows are open to whoever uses the engine,
+and may be another model's: what is not sound in them is left out, contact by contact.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
 from contactlaw.world.near import count_slots, pair_of
-from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED
+from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, WAITS
 from contactlaw.world.touch import enter
 from contactlaw.world.vec import dot, load, norm, store
 
@@ -93,7 +93,7 @@ def write(w, out):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         sleeps = b.asleep != 0 and small(b.held, 3)
-        out[at] = 1.0 if sleeps else 0.0
+        out[at] = 1.0 if sleeps else -float(b.waits + WAITS * b.waited)
         for j in range(3):
             out[at + 1 + j] = b.held[j] if sleeps else 0.0
         at += SLEEP
@@ -187,6 +187,7 @@ def forget(w):
         b = body_at(w.bodies, i)
         b.asleep = 0
         b.active = 0
+        b.waits, b.waited = 0, 0
         store(b.held, (0.0, 0.0, 0.0))
     for i in range(w.pair_count):
         own = pair_at(w.pairs, i).ledger
@@ -268,9 +269,12 @@ def sound_arm(b, arm, radii):
 
 @jit_inside
 def lay(b, row):
-    """Let a body sleep if a row says so; returns whether it is one that may."""
-    if row[0] == 0.0 or b.tree != 0:  # a tree wakes
-        return True
+    """Let a body sleep, or wait, if a row says so; returns whether it is one that may."""
+    if -WAITS * WAITS < row[0] <= 0.0:
+        waits = int(-row[0])
+        b.waits, b.waited = waits % WAITS, waits // WAITS
+    if row[0] <= 0.0 or b.tree != 0:  # a tree wakes
+        return row[0] > -WAITS * WAITS
     if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0:
         return False
     b.asleep = 1

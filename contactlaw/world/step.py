@@ -19,7 +19,7 @@ from contactlaw.world.geometry import meet_near
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import closing_at, fly, follow, greatest_closing, settle
 from contactlaw.world.near import count_slots, list_near, strayed
-from contactlaw.world.pace import LONG, loaded, masses, rests
+from contactlaw.world.pace import LONG, loaded, rests
 from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace, stays_built
@@ -212,10 +212,8 @@ def begin(w, dt):
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0:
-            c, a, b = contact_at(w.contacts, p.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
-            if p.closed != 0 and (a.tree != 0 or b.tree != 0):
-                masses(c, a, b)
     follow_tangents(w)
 
 

@@ -25,6 +25,8 @@ GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "hull": mujoco.mjtGeom.mjGEOM_MESH,
 }
 HEAVY = 1e9  # armature of a driven body [kg]: nothing that hits it changes its motion
 STEPS_A_NATIVE_CONTACT = 10  # a stiffer contact than MuJoCo's solver resolves gains energy
@@ -63,6 +65,8 @@ class EngineWorld(World):
 
     def _geom(self, owner: Any, name: str, shape: str, size: ArrayLike, **where: Any) -> None:
         three = [*np.asarray(size).tolist(), 0.0, 0.0][:3]
+        if shape == "hull":
+            where["meshname"] = self.spec.add_mesh(name=name, uservert=np.ravel(size).tolist()).name
         owner.add_geom(
             name=name, type=GEOMS[shape], size=three, contype=self._collide, conaffinity=self._collide, **where
         )

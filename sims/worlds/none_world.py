@@ -37,10 +37,14 @@ class EngineWorld(World):
         sizes, world, turn = np.asarray(size, dtype=float).tolist(), self.world, where.pop("turn", np.eye(3))
         if shape in ("ball", "disc"):
             made: Any = world.add_sphere(body, sizes[0], **where)  # type: ignore[arg-type]
-        elif shape == "box":
-            made = world.add_box(body, sizes, quaternion=matrix_to_quaternion(turn), **where)
+        elif shape == "balls":
+            made = tuple(world.add_sphere(body, r, at) for r, *at in np.reshape(sizes, (-1, 4)))  # type: ignore[arg-type]
+        elif shape in ("box", "ellipsoid", "hull"):
+            add: Any = {"box": world.add_box, "ellipsoid": world.add_ellipsoid, "hull": world.add_hull}[shape]
+            size = np.reshape(sizes, (-1, 3)) if shape == "hull" else sizes
+            made = add(body, size, quaternion=matrix_to_quaternion(turn), **where)
         else:
-            add: Any = world.add_capsule if shape == "capsule" else world.add_cylinder
+            add = world.add_capsule if shape == "capsule" else world.add_cylinder
             made = add(body, *sizes, axis=turn[:, 2], **where)
         self._shapes[name] = list(made) if isinstance(made, tuple) else [made]
 

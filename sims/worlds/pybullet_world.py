@@ -48,6 +48,9 @@ class EngineWorld(World):
         sizes = np.asarray(size, dtype=float).tolist()
         if shape == "box":
             return p.createCollisionShape(p.GEOM_BOX, halfExtents=sizes, physicsClientId=self.client)
+        if shape == "hull":
+            points = np.reshape(sizes, (-1, 3)).tolist()
+            return p.createCollisionShape(p.GEOM_MESH, vertices=points, physicsClientId=self.client)
         if shape in ROUND:
             radius, half = sizes
             return p.createCollisionShape(ROUND[shape], radius=radius, height=2.0 * half, physicsClientId=self.client)

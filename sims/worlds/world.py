@@ -99,6 +99,21 @@ class World(ABC):
         moments = (across, across, 0.5 * mass * radius**2)
         self._add(name, "cylinder", (radius, half_length), mass, moments, position, velocity, spin, rotation)
 
+    def solid(
+        self, name: str, shape: str, size: ArrayLike, mass: float, inertia: ArrayLike, position: ArrayLike,
+        velocity: ArrayLike, spin: ArrayLike, rotation: ArrayLike,
+    ) -> None:  # fmt: skip
+        """A body of any shape; not for recordings.
+
+        Args:
+            name, mass, inertia, position, velocity, spin, rotation: As for `ball`.
+            shape: "ball", "capsule", "box", "cylinder", "ellipsoid" (not in PyBullet), "hull", or without an engine
+                "balls".
+            size: Radius, and half length; half lengths, or half axes; of a hull its points, shape (n, 3); of balls
+                radius and centre of each, shape (n, 4) [m].
+        """
+        self._add(name, shape, tuple(np.ravel(size)), mass, inertia, position, velocity, spin, rotation)
+
     def paddle(self, name: str, half_sizes: Sequence[float], path: Path, *, rotation: ArrayLike | None = None) -> None:
         """A box that follows a path without turning, whatever hits it."""
         at_rest = np.zeros(3)

@@ -134,7 +134,7 @@ def step_until_interrupted(model, data):
 def test_warnings_made_errors_reach_the_caller():
     model = load_model(scene(), CONTACTS, overlaps="keep")
     data = mujoco.MjData(model)
-    data.qpos[2] = 0.02
+    data.qpos[2], data.qvel[2] = 0.03, -300.0
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(ContactWarning, match="overlap over radius"):
@@ -157,6 +157,16 @@ def test_what_is_raised_while_something_is_compiled_reaches_the_caller(model, ki
         assert data.time < 0.01
     mujoco.mj_step(model, data, 5)
     assert 0.5 < data.qvel[2] < 1.0
+
+
+def test_an_interrupt_while_an_mjdata_is_made_leaves_none_half_made(model, monkeypatch, capfd):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("contactlaw.mujoco_plugin.instance._block", stop)
+    with pytest.raises(mujoco.FatalError, match="init failed"):
+        mujoco.MjData(model)
+    assert capfd.readouterr().err == "contactlaw: plugin instance 0: KeyboardInterrupt\n"
 
 
 def test_flags_that_turn_the_law_off_are_noticed(model):

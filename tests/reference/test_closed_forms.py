@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+from tests.reference import sliding_spin
 from validation.reference import annulus
 from validation.reference.closed_forms import (
     dundurs,
@@ -15,7 +16,6 @@ from validation.reference.closed_forms import (
     oscillator,
     regimes,
     rigid,
-    sliding_spin,
     torsion,
     waves,
 )

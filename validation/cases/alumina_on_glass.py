@@ -27,14 +27,16 @@ PAIR = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], FRICTION, RESTITUTIO
 class AluminaOnGlass(Case):
     """Tangential restitution, spin and rebound angle, from published elastic constants and friction alone."""
 
-    name = "alumina_on_glass"
     place = 13
     title = "Alumina spheres on glass"
     claim = (
         "The rebound of a 5 mm alumina sphere from glass, measured by Kharaz, Gorham & Salman, follows from elastic "
         "constants, friction 0.092 and restitution 0.98 as published; nothing is fitted. From 33 degrees on the "
         "contact slides throughout, all laws agree, and what remains is in the data: a sphere's spin follows from "
-        "its tangential restitution, and the two as measured differ from each other as much as from the laws. Laws "
+        "its tangential restitution, and the two as measured differ from each other as much as from the laws. The "
+        "measured angle is 0.4 to 0.7 degrees below the laws' from 20 degrees on, gross slip included, and at 20 and "
+        "30 degrees 0.5 to 0.7 below what the measured spin and e_t make of it: its limit is missed by no law's doing. "
+        "Laws "
         f"and reference leave out the coupling of normal and tangential motion ({PAIR.coupling:.2f} for this pair), "
         "which the data refuse (next chapter)."
     )
@@ -45,7 +47,6 @@ class AluminaOnGlass(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Three quantities over the angle of incidence; the case takes seconds, quick or not."""
         pair = PAIR
         measures: dict[str, dict[str, dict[str, float]]] = {}
         shown: Data = {}
@@ -65,7 +66,7 @@ class AluminaOnGlass(Case):
         lines = quantities(pair, grid)
         data = {
             "kappa": pair.kappa, "chi": SPHERE * pair.kappa / 2.0, "coupling": pair.coupling, "rms": measures,
-            "shown": shown, "each_from_each": consistency(), "grid": grid,
+            "shown": shown, "each_from_each": consistency(), "angle_from_others": angles_from_others(), "grid": grid,
             "laws": {quantity: {law: found[quantity] for law, found in lines.items()} for quantity in TABLES},
         }  # fmt: skip
         limits = []
@@ -80,7 +81,6 @@ class AluminaOnGlass(Case):
         return Outcome(limits, data, [] if finite else ["a law gives a value that is not finite"])
 
     def table(self, data: Data) -> Table:
-        """A row a law: how far from each quantity, below 33 degrees and over all."""
         heads = ["law, rms from the measurement"]
         for quantity, shown in data["shown"].items():
             unit = f" [{UNITS[quantity]}]" if UNITS[quantity] else ""
@@ -95,10 +95,11 @@ class AluminaOnGlass(Case):
             ["(measured, from the measured rebound angle)", f"{pair['e_t'][0]:.3g}", f"{pair['e_t'][1]:.3g}",
              f"{pair['spin'][0]:.3g}", f"{pair['spin'][1]:.3g}", "", ""]
         )  # fmt: skip
+        for quantity, found in data["angle_from_others"].items():
+            table.rows.append([f"(measured, from the measured {quantity})", *[""] * 4, *(f"{v:.3g}" for v in found)])
         return table
 
     def draw(self, data: Data, *axes: Axes) -> None:
-        """One panel a quantity."""
         labels = {"e_t": r"$e_t$ of the centre of mass [-]", "spin": "spin after [rad/s]",
                   "rebound angle": "rebound angle [degrees]"}  # fmt: skip
         for one, quantity in zip(axes, TABLES, strict=True):
@@ -157,6 +158,25 @@ def consistency() -> dict[str, tuple[float, float]]:
         value = e_t if quantity == "e_t" else 2.5 * (1.0 - e_t) * SPEED * np.sin(np.radians(theta)) / RADIUS
         difference, below = value - table[column], theta < STICKING
         found[quantity] = rms(difference[below]), rms(difference)
+    return found
+
+
+def angles_from_others() -> dict[str, tuple[float, float]]:
+    """How far the measured rebound angle is from those of the measured e_t and spin, rms [deg] as in `consistency`.
+
+    What is interpolated is their ratio to the law's e_t, which varies slowly.
+    """
+    angles = load("kharaz_rebound_cm_lethe")
+    theta, angle = angles["theta_deg"], angles["rebound_cm_deg"]
+    found = {}
+    for quantity in ("e_t", "spin"):
+        name, column = TABLES[quantity]
+        at, value = load(name)["theta_deg"], load(name)[column]
+        own = value if quantity == "e_t" else 1.0 - value * RADIUS / (2.5 * SPEED * np.sin(np.radians(at)))
+        e_t, law = (quantities(PAIR, x, with_reference=False)["microslip"]["e_t"] for x in (theta, at))
+        reflected = e_t * np.interp(theta, at, own / law) * np.tan(np.radians(theta)) / RESTITUTION
+        difference = np.degrees(np.arctan(reflected)) - angle
+        found[quantity] = rms(difference[theta < STICKING]), rms(difference)
     return found
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import atan, cos, degrees, radians, sin
 
 import numpy as np
 
 from contactlaw import Body, ContactPair, Material, collide
 from contactlaw.losses import FallingFriction
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.prediction import rms
 
 PHENOLIC = Material(5.8e9, 0.34, 1700.0, "phenolic resin", "usual for billiard balls; E is without effect on throw")
@@ -34,12 +35,10 @@ class Billiards(Case):
     title = "Throw of billiard balls"
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        rows: list[Data] = []
-        for name, speed in SPEEDS.items():
-            for cut in CUTS:
-                for spin in SPINS:
-                    rows.append({"speed": name, "cut": cut, "spin": spin} | _shot(speed, radians(cut), spin))
-            progress(len(rows) / (len(SPEEDS) * len(CUTS) * len(SPINS)))
+        rows: list[Data] = [
+            {"speed": name, "cut": cut, "spin": spin} | _shot(speed, radians(cut), spin)
+            for (name, speed), cut, spin in told(product(SPEEDS.items(), CUTS, SPINS), progress)
+        ]
         sliding = [row for row in rows if row["slides"]]
         limits = [
             Limit("throw from the formula's, all shots that slide throughout", SLIDING,

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from statistics import median
-from typing import Any
 
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 
@@ -20,21 +19,16 @@ GAIN = 1e-2  # of the weight times 1 m
 
 @register
 class Models(Case):
-    """What the census found."""
+    """Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, for as
+    long as the processor time given allowed, 10 s at most, then a passive fall of 2 s. A step's cost is its processor
+    time over that with the engine's own contact, the two taking turns; the energy gained is the greatest in the fall
+    over that at its start, over the weight times 1 m. Files that hold no whole model are not counted.
+    """
 
-    name = "models"
     title = "Whole models of other packages"
-    claim = (
-        'Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, for '
-        "as long as the processor time given allowed, 10 s at most, then a passive fall of 2 s. A step's cost is "
-        "its processor time over that with the engine's own contact, the two taking turns; the energy gained is the "
-        "greatest in the fall over that at its start, over the weight times 1 m. Files that hold no whole model are "
-        "not counted."
-    )
     place = 61
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Read what the census has left; it is the same, quick or not."""
         found = json.loads(FOUND.read_text())
         rows = found["rows"]
         ran = [row for row in rows if "failed" not in row]
@@ -53,26 +47,17 @@ class Models(Case):
         return Outcome(limits, found)
 
     def table(self, data: Data) -> Table:
-        """A row a package, then a row a model."""
-        rows: list[dict[str, Any]] = data["rows"]
-        heads = ["model", "dofs", "ran [s]", "native step [us]", "cost", "unstable, law / native", "gain, law / native"]
-        table = Table(heads)
-        for package in dict.fromkeys(row["package"] for row in rows):
-            own = [row for row in rows if row["package"] == package]
+        table = Table("model | dofs | ran [s] | native step [us] | cost | unstable, law / native | gain, law / native")
+        for package in dict.fromkeys(row["package"] for row in data["rows"]):
+            own = [row for row in data["rows"] if row["package"] == package]
             costs = [row["cost"] for row in own if "cost" in row]
             said = f"{own[0]['versions']}: {len(own)} models, {len(own) - len(costs)} refused or not finished"
             said += f"; {data['left'][package]} files not examined" if data["left"][package] else ""
-            table.rows.append([said, "", "", "median", f"{median(costs):.2f}" if costs else "", "", ""])
-            table.rows.extend(_words(row) for row in own)
+            table.add(f"{said} | | | median | " + (f"{median(costs):.2f}" if costs else ""))
+            for row in own:
+                told = (
+                    "{dofs} | {seconds:.3g} | {native[us]:.0f} | {cost:.2f} | {law[unstable]} / {native[unstable]} | "
+                    "{law[gain]:.3f} / {native[gain]:.3f}"
+                )
+                table.add("{package}/{name} | " + ("| | | {failed}" if "failed" in row else told), row)
         return table
-
-
-def _words(row: dict[str, Any]) -> list[str]:
-    name = f"{row['package']}/{row['name']}"
-    if "failed" in row:
-        return [name, "", "", "", row["failed"], "", ""]
-    law, native = row["law"], row["native"]
-    return [
-        name, str(row["dofs"]), f"{row['seconds']:.3g}", f"{native['us']:.0f}", f"{row['cost']:.2f}",
-        f"{law['unstable']} / {native['unstable']}", f"{law['gain']:.3f} / {native['gain']:.3f}",
-    ]  # fmt: skip

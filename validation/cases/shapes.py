@@ -13,7 +13,7 @@ import numpy as np
 
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.measure import interleaved, spread
 from validation.shape_draws import KINDS, draw, draw_heap
 from validation.world_scenes import FLOOR, steel_pair
@@ -221,9 +221,8 @@ class Shapes(Case):
         ratios = costs(5 if quick else 25)
         progress(0.05)
         count, sums = 10 if quick else DROPS, []
-        for number, (engine, kinds) in enumerate(ENGINES.items()):
+        for engine, kinds in told(ENGINES.items(), progress, 0.05, 0.8):
             sums.append(drops(engine, range(count), partial(dropped, kinds)))
-            progress(0.05 + 0.25 * (number + 1))
         heaps = drops("none", range(2 if quick else HEAPS), draw_heap)
         memory = endure("none", 10**5 if quick else STEPS)
         limits = [Limit(name, 1e-2, error) for name, error in forms.items()]

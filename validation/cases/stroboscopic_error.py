@@ -9,7 +9,7 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import Puck
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.stroboscope import Reading, fit_motion, pictured, read_impact
 
 DRAFTING = [0.1, 0.25, 0.5]  # standard deviation of a coordinate on the print [mm]
@@ -42,7 +42,8 @@ class StroboscopicError(Case):
         exact = 0.0
         for material, incidences in INCIDENCES.items():
             rows = []
-            for psi_1 in incidences:
+            begin = len(materials) / len(INCIDENCES)
+            for psi_1 in told(incidences, progress, begin, begin + 1.0 / len(INCIDENCES)):
                 scene = _scene(material, psi_1)
                 exact = max(exact, float(np.abs(np.array(_psi(scene, _read(scene, None))) - scene.psi).max()))
                 row: dict[str, Any] = {"psi_1": psi_1, "psi_2": scene.psi[1], "flashes": [x.size for x in scene.times]}
@@ -59,7 +60,6 @@ class StroboscopicError(Case):
                     if drafting == DRAFTING[0]:
                         ratios.append(found.std(axis=0) / predicted)
                 rows.append(row)
-                progress((len(materials) + len(rows) / len(incidences)) / len(INCIDENCES))
             materials[material] = rows
         ratio = float(np.sqrt(np.mean(np.square(ratios))))
         data = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contactlaw import RIGID, ContactPair
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.cases import alumina_on_glass as alumina
 from validation.cases import finite_elements as elements
 from validation.measured import Array, load
@@ -57,11 +57,10 @@ class UnlikeMaterials(Case):
         psi_1 = glass.kappa / glass.friction * np.tan(np.radians(theta))
         before = both_ways(glass, psi_1, np.zeros(PSI.size))[0]
         held = {0.0: rms(restored(psi_1, before) - e_t)}
-        for number, friction in enumerate(FRICTIONS):
+        for friction in told(FRICTIONS, progress, 0.4, 0.7):
             psi = glass.kappa / friction * np.tan(np.radians(theta))
             after = before + psi_1 * coupled_change(glass, friction, psi, quick)
             held[friction] = rms(restored(psi_1, after) - e_t)
-            progress(0.4 + 0.1 * (number + 1))
         glass_fine = coupled_change(glass, glass.friction, PSI, quick)
         data = {
             "beta": {"finite elements": 0.5 * pair.coupling, "alumina on glass": 0.5 * glass.coupling},

@@ -89,18 +89,7 @@ class Impact:
 def rebound(
     psi_1: ArrayLike, chi: ArrayLike, annuli: int = 20, *, restitution: ArrayLike = 1.0, steps: int | None = None
 ) -> float | Array:
-    """Rebound psi_2 of an impact.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite; arrays broadcast.
-        chi: (kappa/2) m_N/m_T > 0; arrays broadcast.
-        annuli: Number of annuli N >= 2.
-        restitution: Normal speed after over before, in (0, 1]; arrays broadcast.
-        steps: Least number of time steps; by default in step with annuli and chi.
-
-    Returns:
-        psi_2 = (kappa/mu) V_x2/V_z1: a float for scalars, otherwise an array.
-    """
+    """Rebound psi_2 = (kappa/mu) V_x2/V_z1, told as `impact` is: a float for scalars, arrays broadcast."""
 
     def one(psi: float, ratio: float, e: float) -> float:
         return float(_impact_history(psi, ratio, annuli, e, steps).psi[-1])
@@ -115,9 +104,7 @@ def rebound_extrapolated(
     """Rebound psi_2 by Richardson extrapolation, with an estimate of its error.
 
     Args:
-        psi_1: Incidence.
-        chi: (kappa/2) m_N/m_T > 0.
-        restitution: Normal speed after over before, in (0, 1].
+        psi_1, chi, restitution: As for `impact`.
         annuli: Middle one, N, of the resolutions N/2, N and 2N; even. By default 40, above chi = 3 80.
 
     Returns:

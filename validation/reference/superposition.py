@@ -39,7 +39,6 @@ from validation.reference.superposition_kernel import march_impact, march_path
 __all__ = ["Impact", "force_along_path", "impact", "rebound", "traction_along_path"]
 
 STEPS = 1000
-LEAST_STEPS = 4
 
 
 @dataclass(frozen=True)
@@ -64,16 +63,7 @@ class Impact:
 
 
 def rebound(psi_1: ArrayLike, chi: ArrayLike, steps: int = STEPS) -> float | Array:
-    """Rebound psi_2 of an elastic impact.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite; arrays broadcast.
-        chi: (kappa/2) m_N/m_T > 0; arrays broadcast.
-        steps: Number of time steps, at least 4.
-
-    Returns:
-        psi_2 = (kappa/mu) V_x2/V_z1: a float for scalars, otherwise an array.
-    """
+    """Rebound psi_2 = (kappa/mu) V_x2/V_z1, told as `impact` is: a float for scalars, arrays broadcast."""
 
     def one(psi: float, ratio: float) -> float:
         return impact(psi, ratio, steps).psi_2
