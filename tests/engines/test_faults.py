@@ -131,8 +131,7 @@ def step_until_interrupted(model, data):
         mujoco.mj_step(model, data)
 
 
-def test_warnings_made_errors_reach_the_caller():
-    model = load_model(scene(), CONTACTS, overlaps="keep")
+def test_warnings_made_errors_reach_the_caller(model):
     data = mujoco.MjData(model)
     data.qpos[2], data.qvel[2] = 0.03, -300.0
     with warnings.catch_warnings():
