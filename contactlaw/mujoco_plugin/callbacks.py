@@ -156,7 +156,7 @@ def take_over(head, w, state):
     if ready(w, READ_STATE):
         row = state[PUSH + head.nv :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
-    head.token, head.idle = state[TOKEN], 0
+        head.token, head.idle = state[TOKEN], 0
     if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
 

@@ -15,7 +15,7 @@ from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import SENSOR_SYMBOLS
 from contactlaw.world import demand
 
-COMPILE_TIME = 20  # [s]
+COMPILE_TIME = 15  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
 _POINTER_FIELDS = (
     "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",

@@ -21,7 +21,7 @@ MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
 GEOM = mujoco.mjtGeom
 
 
-def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0):
+def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0, **settings):
     spec = mujoco.MjSpec()
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -gravity]
@@ -32,8 +32,7 @@ def ball_on_floor(pair, timestep=1e-6, floor="plane", gravity=0.0):
     body = spec.worldbody.add_body(name="body", pos=[0, 0, RADIUS])
     body.add_freejoint()
     body.add_geom(name="ball", size=[RADIUS, 0, 0], density=DENSITY)
-    name = add_contact(spec, "ball", "floor", pair)
-    return spec, name
+    return spec, add_contact(spec, "ball", "floor", pair, **settings)
 
 
 def steel_pair(**changes):

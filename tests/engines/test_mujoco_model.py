@@ -176,7 +176,8 @@ def test_geoms_without_names_get_one():
 
 
 def test_a_deep_contact_is_warned_of():
-    spec, _ = ball_on_floor(ContactPair(Material(1e5, 0.5), Material(1e5, 0.5), 0.1), timestep=1e-5)
+    soft = ContactPair(Material(1e5, 0.5), Material(1e5, 0.5), 0.1)
+    spec, _ = ball_on_floor(soft, timestep=1e-5, overlaps="keep")
     model = spec.compile()
     data = mujoco.MjData(model)
     data.qpos[2] = 0.8 * RADIUS
