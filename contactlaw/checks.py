@@ -128,9 +128,26 @@ def need(module: str, what: str, extra: str) -> None:
         raise ModuleNotFoundError(f"{what} needs {module}: pip install 'contactlaw[{extra}]'", name=module) from error
 
 
+WILD = "*?["
+"""What a pattern for names has, as in a shell."""
+
+
+def is_wild(text: str) -> bool:
+    """Whether a text is a pattern."""
+    return any(mark in text for mark in WILD)
+
+
+def flat(items: Iterable[Any], one: Any = str) -> list[Any]:
+    """Items, and those of sequences among them; one: a type that is no sequence here."""
+    out: list[Any] = []
+    for item in items:
+        out.extend([item] if isinstance(item, str | one) or not isinstance(item, Iterable) else item)
+    return out
+
+
 def nearest(text: str, names: Iterable[str], rest: str) -> str:
     """The names that are meant, maybe: a question with the three nearest, or the rest of the sentence where none is."""
-    known = sorted(set(names))
+    text, known = text.strip(WILD + "]"), sorted(set(names))
     near = difflib.get_close_matches(text, known, n=3)
     near += [
         name

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -239,6 +240,16 @@ def compiling(what: str, seconds: int) -> Iterator[None]:
 
 jit = jit_for("")
 """`numba.njit` with the cache keyed on every source of the package; plain Python under NUMBA_DISABLE_JIT=1."""
+
+
+def plain(function: Any) -> Any:
+    """A function as Python, with all that it calls: where one call from there is not worth compiling it."""
+    own = getattr(function, "py_func", None)
+    if own is None:
+        return function
+    known = own.__globals__
+    called = {name: plain(known[name]) for name in own.__code__.co_names if name in known}
+    return FunctionType(own.__code__, known | called)
 
 
 jit_inside = jit

@@ -55,11 +55,8 @@ def element(dtype: np.dtype) -> Any:
     return built(kind(types.uint64, types.int64), build)
 
 
-def _loader(kind: Any) -> Any:
-    def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
-        return builder.load(builder.inttoptr(values[0], context.get_value_type(kind).as_pointer()))
-
-    return built(kind(types.uint64), build)
+def _load_int(context: Any, builder: Any, _: Any, values: Any) -> Any:
+    return builder.load(builder.inttoptr(values[0], ir.IntType(32).as_pointer()))
 
 
 def _place(builder: Any, values: Any) -> Any:
@@ -79,11 +76,8 @@ def _doubles(context: Any, builder: Any, _: Any, values: Any) -> Any:
     return builder.inttoptr(values[0], ir.DoubleType().as_pointer())
 
 
-load_int: Any = _loader(types.int32)
+load_int: Any = built(types.int32(types.uint64), _load_int)
 """The C int at an address."""
-
-load_pointer: Any = _loader(types.uintp)
-"""The pointer at an address, as an address."""
 
 doubles_at: Any = built(types.CPointer(types.float64)(types.uint64), _doubles)
 """An address as a pointer to float64, for `numba.carray`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw import checks, losses
+from contactlaw.jit import plain
 from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator, sectors
 from contactlaw.losses import OverSpeed
 from contactlaw.material import Material, material_of
@@ -122,7 +123,7 @@ class ContactPair:
 
         Where the restitution depends on speed: that of 1 m/s.
         """
-        return oscillator.damping_ratio(self._at(1.0, 0.0)[0])
+        return plain(oscillator.damping_ratio)(self._at(1.0, 0.0)[0])
 
     def at(self, closing: float, sliding: float = 0.0) -> ContactPair:
         """The pair with the restitution and the friction that a touch at these speeds [m/s] has."""
@@ -157,15 +158,19 @@ class ContactPair:
 
     def greatest_overlap(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] of an impact with normal effective mass [kg] and approach speed [m/s]."""
-        return self._deepest(mass, speed) * _scaled_impact(self.at(speed).damping_ratio)[1]
+        zeta = self.at(speed).damping_ratio
+        return self._deepest(mass, speed) * plain(oscillator.restitution)(zeta) ** 0.4
 
     def contact_duration(self, mass: float, speed: float) -> float:
         """Duration of contact [s]; 2.943 delta_max/v for an elastic impact (Hertz)."""
-        return self._deepest(mass, speed) / speed * _scaled_impact(self.at(speed).damping_ratio)[0]
+        return self._deepest(mass, speed) / speed * _scaled_duration(self.at(speed).damping_ratio)
 
     def greatest_force(self, mass: float, speed: float) -> float:
         """Greatest normal force [N] of an impact; where the damper dominates this may be at the touch."""
-        return self._stiffness() * self._deepest(mass, speed) ** 1.5 * _scaled_impact(self.at(speed).damping_ratio)[2]
+        force = normal_motion.normal_table(self.at(speed).damping_ratio, 2000, False)[2]
+        return float(
+            self._stiffness() * (self._deepest(mass, speed) / normal_motion.SCALED_DEEPEST) ** 1.5 * force.max()
+        )
 
     def _deepest(self, mass: float, speed: float) -> float:
         """Greatest overlap [m] without damping."""
@@ -206,7 +211,7 @@ class ContactPair:
             self._radius() if given else checks.positive("radius", radius),
             self._at(1.0, 0.0)[1],
             self.damping_ratio,
-            _scaled_impact(self.damping_ratio)[0],
+            _scaled_duration(self.damping_ratio),
             self.torsion_modulus,
             self.rolling_resistance,
             speeds=losses.numbers_of(self.restitution, self.friction),
@@ -225,9 +230,6 @@ def warn_of_depth(overlap: float, radius: float) -> bool:
     return deep
 
 
-@lru_cache(maxsize=64)
-def _scaled_impact(zeta: float) -> tuple[float, float, float]:
-    """Of a damped impact: duration times speed, greatest overlap and force, over those overlap and force undamped."""
-    _, delta, force, _, _, dt = normal_motion.normal_table(zeta, 2000, False)
-    deepest = normal_motion.SCALED_DEEPEST
-    return float(dt.sum() / deepest), float(delta.max() / deepest), float(force.max() / deepest**1.5)
+def _scaled_duration(zeta: float) -> float:
+    """Duration of a damped impact times its speed, over its greatest overlap undamped."""
+    return normal_motion.duration(zeta) / normal_motion.SCALED_DEEPEST

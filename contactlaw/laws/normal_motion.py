@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contactlaw.jit import jit
+from contactlaw.jit import jit, plain
 from contactlaw.laws.base import Array
 from contactlaw.laws.oscillator import end_phase, phase_of_velocity, phase_point
 
@@ -74,6 +74,20 @@ def normal_table(zeta, steps, linear):
             ratio[k] = max(y + 2.0 * zeta * v, 0.0) / y
             force[k] = ratio[k] * (y if linear else delta[k] ** 1.5)
     return theta, delta, force, ratio, v_mid, dt
+
+
+@lru_cache(maxsize=64)
+def duration(zeta: float) -> float:
+    """Scaled time of a whole impact, the integral of y^(-1/5) dtheta; s^5 is the distance from its start or its end."""
+    end = plain(end_phase)(zeta)
+    omega = np.emath.sqrt(1.0 - zeta * zeta) if abs(zeta - 1.0) > 1e-6 else 1e-4
+    s, weights = np.polynomial.legendre.leggauss(40)
+    s = 0.5 * (s + 1.0)
+    total = 0.0
+    for theta in (0.5 * end * s**5, end - 0.5 * end * s**5):
+        y = np.exp(-zeta * theta) * np.real(np.sin(omega * theta) / omega)
+        total += weights @ (1.25 * end * s**4 * y**-0.2)
+    return float(TIME_PER_PHASE * total)
 
 
 class NormalMotion(NamedTuple):

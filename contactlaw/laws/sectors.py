@@ -27,7 +27,7 @@ the mean force, less what is stored anew, is
 Limits are convex and symmetric. So if none falls D >= 0 for exact slip along the end: -g_0 is allowed as well. What few
 sweeps (Gauss-Seidel, from the edge inwards) leave of D < 0 is put right by going towards -g_0 until D = 0: then no step
 gives energy, however large, nor does one that changes the load alone, for what a limit takes from its traction is lost.
-Where load and place change at once the mean force is not quite the work's, by the square of the step.
+Where load and place change at once the mean force is not quite the work's, by the square of the step: Coulomb's is not.
 A contact that slips as a whole for long has the force and moment of `torsion.limit_point`: what few sectors miss of it,
 up to 0.03 mu P, is held by a spring beside them, put right on the way of one elastic displacement as far as D allows.
 """
@@ -107,11 +107,8 @@ def advance(contact, state, memory, modulus, moved):
     slips = give_way(memory, before, limit, soft, ENOUGH * way)
     held = energy_of(state.missed, hold)
     energy = 2.0 * contact.g_star / span * state.stored - held
-    start = resultant(before)
-    gain = energy + work(start, resultant(memory), moves) - stored(memory, soft)
-    if gain < 0.0:
-        gain = pull_back(memory, before, limit, soft, (gain, energy, moves))
     f, g, m = resultant(memory)
+    gain = energy + work(resultant(before), (f, g, m), moves) - stored(memory, soft)
     slips = slips and way > 0.0 and 2.0 * radius > span
     if slips:
         target = missed(limit, load, moves, radius / span)
@@ -131,16 +128,18 @@ def advance(contact, state, memory, modulus, moved):
             break
         share = 0.0
     gain += held + work(was, state.missed, moves) - energy_of(state.missed, hold)
-    if gain < 0.0 and contact.overlap >= contact.before:
-        # Within the contact's limit the spring beside has less: back, sectors and spring together, as no limit falls.
-        memory += before
+    if gain < 0.0 and (contact.overlap >= contact.before or way == 0.0):
+        # Sectors and spring together, towards those of the start turned round or, as limits fall, towards nothing.
+        turned = 1.0 if contact.overlap >= contact.before else 0.0
+        memory += turned * before
         for k in range(3):
-            state.missed[k] += was[k]
-        share = max(1.0 + gain / (stored(memory, soft) + energy_of(state.missed, hold)), 0.0)
+            state.missed[k] += turned * was[k]
+        share = max(1.0 + gain / max(stored(memory, soft) + energy_of(state.missed, hold), 1e-300), 0.0)
+        share = share if turned > 0.0 else sqrt(share)
         for k in range(3):
-            state.missed[k] = share * state.missed[k] - was[k]
+            state.missed[k] = share * state.missed[k] - turned * was[k]
         memory *= share
-        memory -= before
+        memory -= turned * before
         f, g, m = resultant(memory)
     contact.f, contact.g = carried(contact, span * (f + state.missed[0]), span * (g + state.missed[1]))
     state.moment = span * span * (m + state.missed[2]) * min(contact.force / contact.elastic, 1.0)
@@ -260,35 +259,6 @@ def returned(x, y, u, v, most, over):
             return (2.0 * along * x - over * u) * one, (2.0 * along * y - over * v) * one
     back = sqrt(most / (most + over))
     return back * x, back * y
-
-
-@jit
-def pull_back(memory, before, limit, soft, known):
-    """Go from tractions of which the step would give energy towards those of its start turned round, until D = 0.
-
-    known: 2 D, and the energy before; and the moves. Those of the start are lowered to limits that have fallen. Returns
-    2 D: below zero only where no way between both has more.
-    """
-    gain, energy, moves = known
-    start = resultant(before)
-    for i in range(RINGS):
-        for k in range(SECTORS):
-            x, y = before[0, i, k], before[1, i, k]
-            back = min(limit[i] / sqrt(x * x + y * y + 1e-300), 1.0)
-            before[0, i, k], before[1, i, k] = back * x, back * y
-            memory[0, i, k] += back * x
-            memory[1, i, k] += back * y
-    f, g, m = resultant(before)
-    least = energy + work(start, (-f, -g, -m), moves) - stored(before, soft)
-    bend = max(stored(memory, soft), 1e-300)  # zero where no ring is in contact any more
-    rise = gain - least + bend
-    share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
-    share = min(max(share, 0.0), 1.0)
-    for i in range(RINGS):
-        for k in range(SECTORS):
-            memory[0, i, k] = share * memory[0, i, k] - before[0, i, k]
-            memory[1, i, k] = share * memory[1, i, k] - before[1, i, k]
-    return least + share * (rise - share * bend)
 
 
 @jit_of_sums

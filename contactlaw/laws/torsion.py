@@ -87,25 +87,39 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
     state: `TORSION`. contact: with the normal forces of this step. pair, law, memory, dt: as for `record.ask_force`.
     moved: du, dv [m], angle [rad], of A over B; the angle since the overlap [m] was such, the rest in this step.
     """
-    du, dv, angle = moved
-    share, left = limits(state, contact, du, dv, angle)
-    bound = min(share, left) < 1.0 and contact.state == SPRUNG and contact.skew == 0.0
-    own, twists, span = memory[: 2 * int(pair.vectors)], state.twists, state.span
-    was, turned = own[:0].copy(), twists[:0].copy()
-    f, g, m, gain = contact.f, contact.g, state.moment, 0.0
-    if bound:
-        was, turned = own.copy(), twists.copy()
-        gain = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
-    contact.friction = share * contact.mu
-    ask(contact, pair, law, memory, du, dv, dt)
+    left = limits(state, contact, *moved)
+    if (
+        left[0] * left[1] < 1.0
+        and contact.state == SPRUNG
+        and contact.skew == 0.0
+        and contact.overlap >= contact.before
+    ):
+        give_nothing(state, contact, pair, law, memory, moved, since, dt, left)
+    else:
+        ask_both(state, contact, pair, law, memory, moved, since, dt, left)
+    return left[1] * contact.mu
+
+
+@jit
+def ask_both(state, contact, pair, law, memory, moved, since, dt, left):
+    """Ask the law and the rings, with what is left of friction for both."""
+    contact.friction = left[0] * contact.mu
+    ask(contact, pair, law, memory, moved[0], moved[1], dt)
     before, contact.before = contact.before, since
-    twist(state, contact, pair.g_t, angle, left * contact.mu)
+    twist(state, contact, pair.g_t, moved[2], left[1] * contact.mu)
     contact.before = before
-    if not bound or contact.state != SPRUNG or state.span != span or contact.overlap < contact.before:
-        return left * contact.mu
-    gain += 0.5 * ((f + contact.f) * du + (g + contact.g) * dv + (m + state.moment) * angle)
+
+
+@jit
+def give_nothing(state, contact, pair, law, memory, moved, since, dt, left):
+    """The same, and back if the step gives energy."""
+    own, twists, span = memory[: 2 * int(pair.vectors)], state.twists, state.span
+    was, turned, f, g, m = own.copy(), twists.copy(), contact.f, contact.g, state.moment
+    gain = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
+    ask_both(state, contact, pair, law, memory, moved, since, dt, left)
     gain -= ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
-    if gain < 0.0:
+    gain += 0.5 * ((f + contact.f) * moved[0] + (g + contact.g) * moved[1] + (m + state.moment) * moved[2])
+    if gain < 0.0 and contact.state == SPRUNG and state.span == span:
         own += was
         twists += turned
         both = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
@@ -116,7 +130,6 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
         twists -= turned
         contact.f, contact.g = part * (contact.f + f) - f, part * (contact.g + g) - g
         state.moment = part * (state.moment + m) - m
-    return left * contact.mu
 
 
 @jit

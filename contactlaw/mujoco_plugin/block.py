@@ -11,7 +11,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from contactlaw.memory import element
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
+
+from contactlaw.jit import jit_inside
+from contactlaw.memory import caller, doubles_at, element, load_int
 from contactlaw.world.records import VECTOR, Array, Arrays, record
 
 TOKEN, PUSH = 0, 1  # of the state: where its parts begin
@@ -19,14 +22,14 @@ STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four ti
 
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
-    # addresses of its `records.WORLD`, of `step.find_pressed`, and of `jointed.serve` and `jointed.press`
-    world="u8", pressed="u8", serve="u8", press="u8",
+    world="u8", serve="u8", press="u8",  # addresses of its `records.WORLD`, of `jointed.serve` and `jointed.press`
     report="u8", own="u8",  # addresses: what tells Python; this
     state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
     nq="i8", nv="i8",
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
+    left="u8",  # address of the state that the last step left: each is time, coordinates, velocities
     given="u8",  # address of the generalised force (nv,) that compute gave last
-    # what the world was made of, see `watch`; coefficients of friction that its pairs have been given, NaN: none
+    # what the world was made of, see `notices`; coefficients of friction that its pairs have been given, NaN: none
     watch="u8", watch_count="i8", seen="u8", frictions="u8",
     # sensors, see there: address of `sense`, 0: none; whether it is at work; on means; room; and of each shape where
     # the centre of mass of its body is, in the frame of its geom
@@ -41,7 +44,7 @@ HEAD = record(
     instances="u8",  # address of the instance that each pair of the world belongs to
     # within a step
     model="u8", data="u8",
-    start="u8",  # address of the state that it began with: time, coordinates, velocities
+    start="u8",  # address of the state that it began with
     lag="f8",  # [s] by which velocities of the engine are behind its coordinates
     step_size="f8", gravity=VECTOR,
 )  # fmt: skip
@@ -51,8 +54,6 @@ FREE = record(
     body="i8", id="i8",  # row in the world; number in the model
     q="i8", v="i8",  # where its coordinates and velocities begin
     offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
-    plain="i8",  # these two are none
-    left=("f8", (13,)),  # coordinates and velocities that the last step left it with
 )  # fmt: skip
 """A body that nothing but its contacts holds."""
 
@@ -63,7 +64,6 @@ JOINTED = record(
     tree="i8",  # in the world
     q="i8", v="i8",  # where its coordinates and velocities begin
     base="i8",  # number in the model of the body that it hangs on
-    left="u8",  # address of the coordinates and velocities that the last step left it with
     there="i8",  # its bodies are where these have them
 )  # fmt: skip
 """Bodies that joints hold: a kinematic tree."""
@@ -84,6 +84,31 @@ jointed_at: Any = element(JOINTED)
 sensor_at: Any = element(SENSOR)
 
 
+call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
+"""Call void (*function)(int64 who, int64 code, double value) at an address."""
+
+call_sense: Any = caller(types.void(types.uint64, types.uint64))
+"""Call void (*function)(uint64 block, uint64 mean) at an address."""
+
+
+@jit_inside
+def place(address, count):
+    """The address of a number in an array of them; sums of addresses stay whole numbers."""
+    return types.uintp(address) + types.uintp(8 * count)
+
+
+@jit_inside
+def floats(address, first, size):
+    """Numbers of an array at an address, a view."""
+    return carray(doubles_at(place(address, first)), size)
+
+
+@jit_inside
+def entry(address, i):
+    """A whole number of an array of C int at an address."""
+    return int(load_int(types.uintp(address) + types.uintp(4 * i)))
+
+
 def size_of(world: Arrays, *more: Array) -> int:
     """Bytes of a block."""
     return HEAD.itemsize + sum(_padded(array) for array in (*world, *more))
@@ -95,7 +120,6 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
     memory: bytes (size,), which stay where they are.
     """
     at = HEAD.itemsize
-    left = more.pop("left")
 
     def moved(array: Array) -> Array:
         nonlocal at
@@ -106,10 +130,8 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
 
     arrays = Arrays(*map(moved, world)).bound()
     head["world"], head["own"] = arrays.world.ctypes.data, memory.ctypes.data
-    places = {name: moved(array) for name, array in more.items()}
-    for name, array in places.items():
-        head[name] = array.ctypes.data
-    places["trees"]["left"] += moved(left).ctypes.data
+    for name, array in more.items():
+        head[name] = moved(array).ctypes.data
     memory[: HEAD.itemsize].view(HEAD)[:] = head
 
 

@@ -12,31 +12,33 @@ from __future__ import annotations
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
-from contactlaw.memory import load_int, load_pointer, whole_at
+from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import PUSH, STARTS, TOKEN, free_at, head_at, placed_at
-from contactlaw.mujoco_plugin.free import is_far, jit, lead_free, mean_share, note, press_free, read_free, write_free
-from contactlaw.mujoco_plugin.jointed import FIND, NOTE, READ, WRITE, call_press, call_trees
-from contactlaw.mujoco_plugin.memory import call_on_world, call_sense, field, floats, inside, place
-from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, look_over, notice, tell_of
-from contactlaw.mujoco_plugin.watch import edited
+from contactlaw.mujoco_plugin.block import (
+    PUSH,
+    STARTS,
+    TOKEN,
+    call_sense,
+    floats,
+    free_at,
+    head_at,
+    place,
+    placed_at,
+)
+from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
+from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
+from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, edited, look_over, notice, tell_of
 from contactlaw.world.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
-from contactlaw.world.state import forget, hole, write
+from contactlaw.world.state import hole, write
+from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import load, scale, store
 
-STATE, TIME, PASSIVE, QPOS, QVEL, BLOCKS, XPOS, XQUAT = (
-    layout.DATA[name]
-    for name in ("plugin_state", "time", "qfrc_passive", "qpos", "qvel", "plugin_data", "xpos", "xquat")
-)
-TIMESTEP, INTEGRATOR, RUNGE_KUTTA = layout.TIMESTEP, layout.INTEGRATOR, layout.RUNGE_KUTTA
-GRAVITY, DISABLED = layout.GRAVITY, layout.DISABLED
-NO_GRAVITY, NO_PASSIVE, NO_CONTACT = layout.NO_GRAVITY, layout.NO_PASSIVE, layout.NO_CONTACT
-SENSOR = layout.SENSOR
 LARGEST = 1e100  # [N], a force that can be computed with
 
 free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
@@ -45,46 +47,46 @@ free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
 @jit
 def block_of(d, instance):
     """Address of the block of an instance."""
-    return load_pointer(place(load_pointer(d + types.uintp(BLOCKS)), instance))
+    return types.uintp(whole_at(data_at(d, 0).plugin_data, instance))
 
 
 @jit
-def move(m, d, head, w, state):
+def move(head, w, state):
     """Take the step of the world."""
     w.step = head.step_size
     for i in range(head.free_count):
-        read_free(d, head, free_at(head.frees, i))
-    trees(m, d, head, FIND)
+        read_free(head, free_at(head.frees, i))
+    trees(head, FIND)
     for i in range(head.placed_count):
-        read_placed(d, w, placed_at(head.placed, i))
-    call_on_world(head.pressed, head.world)
-    if trees(m, d, head, READ) and head.free_count == 0 and head.idle != 0:
+        read_placed(head, w, placed_at(head.placed, i))
+    call_step(address(w, STEP), w, head.step_size, PRESSED)
+    if trees(head, READ) and head.free_count == 0 and head.idle != 0:
         return
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
-    call_step(address(w, STEP), w, head.step_size, False)
-    call_on_world(head.pressed, head.world)
+    call_step(address(w, STEP), w, head.step_size, FIXED)
+    call_step(address(w, STEP), w, head.step_size, PRESSED)
     if head.lag > 0.0:
         keep_near(w)
     for i in range(head.free_count):
-        write_free(d, head, free_at(head.frees, i))
-    trees(m, d, head, WRITE)
+        write_free(head, free_at(head.frees, i))
+    trees(head, WRITE)
     look_over(head, w)
     leave(head, w, state)
 
 
 @jit
-def trees(m, d, head, stage):
+def trees(head, stage):
     """Take bodies that joints hold through a stage of the step, see `jointed.serve`; False: there are none."""
-    return head.tree_count > 0 and call_trees(head.serve, m, d, head.own, stage)
+    return head.tree_count > 0 and call_trees(head.serve, head.own, stage)
 
 
 @jit
-def read_placed(d, w, p):
+def read_placed(head, w, p):
     """Where such a body is; one that has been turned makes the list of near pairs anew."""
-    b = body_at(w.bodies, p.body)
-    q = field(d, XQUAT, 4 * p.id, 4)
-    store(b.position, load(field(d, XPOS, 3 * p.id, 3)))
+    b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
+    q = floats(d.xquat, 4 * p.id, 4)
+    store(b.position, load(floats(d.xpos, 3 * p.id, 3)))
     for i in range(4):
         if b.quaternion[i] != q[i]:
             w.stale = 1
@@ -107,27 +109,34 @@ def keep_near(w):
 
 
 @jit
-def find_start(m, d, head):
+def find_start(head):
     """What the step began with.
 
     Runge-Kutta has asked three times more since then, the last time at the step's end; only stepping in two halves
     under it does not, for MuJoCo then takes a step of Euler.
     """
-    dt = inside(m, TIMESTEP, 1)[0]
-    size = 1 + head.nq + head.nv
+    m, size = model_at(head.model, 0), 1 + head.nq + head.nv
     head.start = place(head.starts, size * head.turn)
-    if floats(head.start, 0, 1)[0] + dt != inside(d, TIME, 1)[0]:
+    if floats(head.start, 0, 1)[0] + m.timestep != data_at(head.data, 0).time:
         head.start = place(head.starts, size * ((head.turn + 1) % STARTS))
-    head.step_size = dt
-    head.lag = 0.0 if load_int(m + types.uintp(INTEGRATOR)) == RUNGE_KUTTA else 0.5 * dt
-    off = load_int(m + types.uintp(DISABLED)) & NO_GRAVITY
-    store(head.gravity, (0.0, 0.0, 0.0) if off else load(inside(m, GRAVITY, 3)))
+    head.step_size = m.timestep
+    head.lag = 0.0 if m.integrator == layout.RUNGE_KUTTA else 0.5 * m.timestep
+    store(head.gravity, (0.0, 0.0, 0.0) if m.disableflags & layout.NO_GRAVITY else load(m.gravity))
 
 
 @jit
-def take(d, head):
+def note(head, state):
+    """Keep the coordinates and velocities that there are in a state at an address."""
+    d, q, v = data_at(head.data, 0), head.nq, head.nv
+    floats(state, 0, 1)[0] = d.time
+    copy(floats(d.qpos, 0, q), floats(state, 1, q))
+    copy(floats(d.qvel, 0, v), floats(state, 1 + q, v))
+
+
+@jit
+def take(head):
     """The state; the world is brought to it."""
-    state = field(d, STATE, head.state, PUSH + head.nv + head.state_size)
+    state = floats(data_at(head.data, 0).plugin_state, head.state, PUSH + head.nv + head.state_size)
     if state[TOKEN] != head.token:
         take_over(head, world_at(head.world, 0), state)
     return state
@@ -135,24 +144,23 @@ def take(d, head):
 
 @jit
 def take_over(head, w, state):
-    """Bring the world to a state that its own last step did not leave."""
-    sound = state[TOKEN] == token_of(head, state, state.size, state.size)
-    row, dropped = state[PUSH + head.nv :], 0
-    if sound and state[TOKEN] != 0.0 and ready(w, READ_STATE):
-        dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
-    else:
+    """Bring the world to a state that its own last step did not leave; without contacts, if nobody's has."""
+    sound, dropped = state[TOKEN] == token_of(head, state, state.size, state.size), 0
+    if not sound:
         clear(state[PUSH:])
-        forget(w)
+    if ready(w, READ_STATE):
+        row = state[PUSH + head.nv :]
+        dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
     head.token, head.idle = state[TOKEN], 0
     if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
 
 
 @jit
-def all_far(d, head):
+def all_far(head):
     """Whether no body has left its margin."""
     for i in range(head.free_count):
-        if not is_far(head, free_at(head.frees, i), d):
+        if not is_far(head, free_at(head.frees, i)):
             return False
     return head.placed_count == 0 and head.tree_count == 0
 
@@ -205,31 +213,40 @@ def token_of(head, state, first, last):
     return 1.0 + float(mixed >> types.uint64(12)) if some else 0.0
 
 
+@jit
+def begin(m, d, instance):
+    """The head of the block of an instance, which from now on knows whose it is."""
+    head = head_at(block_of(d, instance), 0)
+    head.model, head.data = m, d
+    return head
+
+
+@jit
+def acts(head):
+    """Whether an instance leads, and anything may touch."""
+    return head.leads != 0 and model_at(head.model, 0).disableflags & layout.NO_CONTACT == 0
+
+
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
 def compute(m, d, instance, capability):
     """Note the state, and give the force that contacts press with; or read the sensors once more."""
-    head = head_at(block_of(d, instance), 0)
-    if head.leads == 0 or load_int(m + types.uintp(DISABLED)) & NO_CONTACT:
+    head = begin(m, d, instance)
+    if not acts(head):
         return
-    if capability == SENSOR:
+    if capability == layout.SENSOR:
         if head.sense != 0:
-            take(d, head)
-            call_sense(head.sense, m, d, head.own, head.averages)
+            take(head)
+            call_sense(head.sense, head.own, head.averages)
         return
-    head.model, head.data = m, d
-    if edited(m, head):
+    if edited(head):
         tell_of(head, EDITED, 0.0)
-        head = head_at(block_of(d, instance), 0)
-    nq, nv = head.nq, head.nv
+        head = begin(m, d, instance)
     head.turn = (head.turn + 1) % STARTS
-    start = floats(head.starts, head.turn * (1 + nq + nv), 1 + nq + nv)
-    q, v = field(d, QPOS, 0, nq), field(d, QVEL, 0, nv)
-    start[0] = inside(d, TIME, 1)[0]
-    copy(q, start[1 : 1 + nq])
-    copy(v, start[1 + nq :])
-    push = field(d, STATE, head.state + PUSH, nv)
-    given, passive = floats(head.given, 0, nv), field(d, PASSIVE, 0, nv)
-    for i in range(nv):
+    note(head, place(head.starts, head.turn * (1 + head.nq + head.nv)))
+    d = data_at(head.data, 0)
+    push, given = floats(d.plugin_state, head.state + PUSH, head.nv), floats(head.given, 0, head.nv)
+    passive = floats(d.qfrc_passive, 0, head.nv)
+    for i in range(head.nv):
         given[i] = push[i] if abs(push[i]) < LARGEST else 0.0
         passive[i] += given[i]
 
@@ -237,35 +254,28 @@ def compute(m, d, instance, capability):
 @c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
 def advance(m, d, instance):
     """The engine has taken its step: take that of the world, and write what was touched."""
-    head = head_at(block_of(d, instance), 0)
-    if head.leads == 0:
+    head = begin(m, d, instance)
+    if not acts(head):
         return
-    head.model, head.data = m, d
-    off = load_int(m + types.uintp(DISABLED))
-    if off & NO_CONTACT:
-        return
-    if off & NO_PASSIVE == NO_PASSIVE:  # `compute` was not asked
+    if model_at(m, 0).disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
         notice(head, SWITCHED_OFF, 0.0)
         return
     w = world_at(head.world, 0)
-    find_start(m, d, head)
-    state = take(d, head)
-    if w.nears > 0 or w.stale != 0 or not all_far(d, head):
-        move(m, d, head, w, state)
-    for i in range(head.free_count):
-        note(d, free_at(head.frees, i))
-    trees(m, d, head, NOTE)
+    find_start(head)
+    state = take(head)
+    if w.nears > 0 or w.stale != 0 or not all_far(head):
+        move(head, w, state)
+    note(head, head.left)
     if head.sense != 0:
         head.averages = 1
-        call_sense(head.sense, m, d, head.own, 1)
+        call_sense(head.sense, head.own, 1)
         head.averages = 0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)
 def reset(m, state, block, instance):
     """No contact."""
-    head = head_at(block, 0)
-    clear(floats(state, 0, head.own_size))
+    clear(floats(state, 0, head_at(block, 0).own_size))
 
 
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)

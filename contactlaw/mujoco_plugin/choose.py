@@ -11,8 +11,9 @@ import mujoco
 from contactlaw import checks
 from contactlaw.material import Material
 from contactlaw.mujoco_plugin import config
+from contactlaw.mujoco_plugin.config import Contact
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of
-from contactlaw.mujoco_plugin.whole import Entry, is_every, solid
+from contactlaw.mujoco_plugin.whole import is_every, solid
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import groups
 
@@ -26,7 +27,7 @@ Value = float | Callable[[Material, Material], float]
 
 def chosen(
     spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value
-) -> list[Entry]:
+) -> list[Contact]:
     """All entries, those for every contact of a geom before those for two sets.
 
     Raises:
@@ -48,7 +49,7 @@ def chosen(
     return sorted(found, key=lambda entry: stars(entry.number), reverse=True)
 
 
-def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Entry]:
+def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
     """What is to keep the engine's own contact: geoms, or pairs of choices of geoms."""
     if isinstance(skip, str) or not isinstance(skip, Sequence):
         raise ValueError(
@@ -57,7 +58,7 @@ def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Entry]:
     out = []
     for what in skip:
         ones, twos = what if isinstance(what, tuple) and len(what) == 2 else (what, "*")
-        out.append(Entry(_geoms(spec, ones, "skip"), _geoms(spec, twos, "skip"), None))
+        out.append(Contact(_geoms(spec, ones, "skip"), _geoms(spec, twos, "skip"), None))
     return out
 
 
@@ -65,7 +66,7 @@ def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
     return solid(spec) if is_every(what) else geoms_of(spec, what, argument=argument)
 
 
-def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Entry:
+def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Contact:
     if not isinstance(entry, Sequence) or len(entry) not in (3, 4) or not isinstance(entry[2], ContactPair):
         raise ValueError(
             f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
@@ -73,14 +74,15 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
         )
     ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
     own = {**settings, **(entry[3] if len(entry) == 4 else {})}
-    unknown = set(own) - {"native", "others", "substeps", "rounding", "frictions", "overlaps"}
+    unknown = set(own) - {"as_native", "others", "substeps", "rounding", "frictions", "overlaps"}
     if unknown:
         raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
     at = f"contacts[{number}]: "
     own["substeps"] = checks.count(f"{at}substeps", own.get("substeps", config.SUBSTEPS), config.LEAST_SUBSTEPS)
     if own.get("rounding") is not None:
         own["rounding"] = checks.positive(f"{at}rounding", own["rounding"])
-    return Entry(ones, twos, entry[2], number, **({"native": is_every(entry[0]) or is_every(entry[1])} | own))
+    own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
+    return Contact(ones, twos, entry[2], number=number, **own)
 
 
 def _of_materials(
@@ -97,5 +99,5 @@ def _of_materials(
     for one, two in combinations_with_replacement(alike, 2):
         mu = friction(one, two) if callable(friction) else friction or 0.0
         e = restitution(one, two) if callable(restitution) else restitution
-        own = {"native": True, "frictions": room if friction is None else 0}
+        own = {"as_native": True, "frictions": room if friction is None else 0}
         yield alike[one], alike[two], ContactPair(one, two, mu, e), own

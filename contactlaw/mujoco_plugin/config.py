@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
+from typing import Any
 
 from contactlaw import checks, losses
 from contactlaw.laws import law_of, text_of
@@ -15,7 +17,7 @@ from contactlaw.pair import ContactPair
 PLUGIN_NAME = "contactlaw.contact"
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
-    "rolling_resistance", "substeps", "rounding", "native", "overlaps",
+    "rolling_resistance", "substeps", "rounding", "native", "overlaps", "name",
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
@@ -28,6 +30,8 @@ rule, "geoms 12": with room for so many different ones, else 8. law: as for `law
 substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
 rounding: radius of the edges of boxes and cylinders [m]; a tenth of their smallest half length, where it is not given.
 overlaps: "keep": what is put into each other is thrown apart; else it counts as just touching, see `world.touch.close`.
+name: the instance's own. Where its model is attached to another one, all names get a prefix and a suffix: those of the
+geoms are what the instance's name has got then.
 """
 
 SUBSTEPS = 100
@@ -38,7 +42,7 @@ LEAST_SUBSTEPS, FRICTIONS = 10, 8
 OVERLAPS = ("relax", "keep")
 
 
-def instance_name(geoms1: tuple[str, ...], geoms2: tuple[str, ...]) -> str:
+def instance_name(geoms1: Sequence[str], geoms2: Sequence[str]) -> str:
     """Name of the plugin instance that `add_contact` makes."""
     return "contactlaw:" + ":".join(
         names[0] if len(names) == 1 else f"{names[0]}..{names[-1]}({len(names)})" for names in (geoms1, geoms2)
@@ -47,35 +51,44 @@ def instance_name(geoms1: tuple[str, ...], geoms2: tuple[str, ...]) -> str:
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact as configured: names of geoms, each of the first with each of the second; the pair; how to treat it.
+    """A contact as configured: geoms, each of the first with each of the second; the pair; how to treat it.
 
     Attributes:
-        geoms1, geoms2: As the configuration has them; `resolve` splits what is no name by itself.
-        pair: The contact.
+        ones, twos: Geoms of a specification; where it has been read, one text each, which has their names.
+        pair: A `ContactPair`; None: they go on touching by the engine.
         substeps: Least number of the law's steps in a contact.
         rounding: Radius of the edges of boxes and cylinders [m]; None: see `world.shapes.ROUNDING`.
         frictions: How many different coefficients of its geoms there is room for; 0: the pair's own holds.
         overlaps: "relax" or "keep", see `KEYS`.
         native: Contype and conaffinity that each of the geoms had, the first ones first, if only those touch that would
             do so natively; else empty.
+        name: Of the instance.
+        as_native: Whether it means contacts that the model makes natively; of a list that is being put into a model.
+        others: See `spec.add_contact`.
+        number: Its place in the list.
     """
 
-    geoms1: tuple[str, ...]
-    geoms2: tuple[str, ...]
-    pair: ContactPair
+    ones: Sequence[Any]
+    twos: Sequence[Any]
+    pair: Any
     substeps: int = SUBSTEPS
     rounding: float | None = None
-    native: tuple[tuple[int, int], ...] = ()
     frictions: int = 0
     overlaps: str = "relax"
+    native: tuple[tuple[int, int], ...] = ()
+    name: str = ""
+    as_native: bool = False
+    others: bool = True
+    number: int = 0
 
 
 def write(contact: Contact) -> dict[str, str]:
     """The configuration that `read` turns back into this contact, digit for digit."""
     pair = contact.pair
     config = {
-        "geom1": _joined(contact.geoms1),
-        "geom2": _joined(contact.geoms2),
+        "name": contact.name,
+        "geom1": _joined([geom.name for geom in contact.ones]),
+        "geom2": _joined([geom.name for geom in contact.twos]),
         "material1": f"{pair.a.youngs_modulus!r} {pair.a.poissons_ratio!r}",
         "material2": f"{pair.b.youngs_modulus!r} {pair.b.poissons_ratio!r}",
         "friction": f"geoms {contact.frictions}" if contact.frictions else losses.text_of(pair.friction),
@@ -99,7 +112,7 @@ def write(contact: Contact) -> dict[str, str]:
     return config
 
 
-def _joined(names: tuple[str, ...]) -> str:
+def _joined(names: list[str]) -> str:
     return ("|" if any(" " in name for name in names) else " ").join(names)
 
 
@@ -139,9 +152,10 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         (config["geom1"],), (config["geom2"],), pair,
         _count("substeps", config.get("substeps", str(SUBSTEPS)), LEAST_SUBSTEPS),
         optional("rounding"),
-        tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
         int(of_geoms[1] or FRICTIONS) if of_geoms else 0,
         checks.one_of("overlaps", config.get("overlaps", "relax"), OVERLAPS),
+        tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
+        config.get("name", ""),
     )  # fmt: skip
 
 

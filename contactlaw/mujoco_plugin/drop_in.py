@@ -20,10 +20,9 @@ dm_control a model goes into an environment that is there already, and nothing e
 from __future__ import annotations
 
 import os
-import re
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -38,7 +37,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
 from contactlaw.mujoco_plugin.overlaps import part_joined, warn_of_start
-from contactlaw.mujoco_plugin.selection import label
+from contactlaw.mujoco_plugin.selection import give_names, label
 from contactlaw.mujoco_plugin.spec import add_contact
 from contactlaw.mujoco_plugin.whole import put_natives
 from contactlaw.pair import ContactWarning
@@ -114,14 +113,15 @@ def save_model(
     """Write the model with the law in it to a new file, for programs that load their model from one.
 
     Args:
-        target: The file to write; it may stand anywhere. What stands there is replaced once all is written.
+        target: The file to write; it may stand anywhere. What stands there must be empty or of this function, and is
+            replaced once all is written.
         model, contacts, assets, settings: As for `model_xml`, and so are errors.
 
     Returns:
         The absolute path of the target.
 
     Raises:
-        ValueError: The target is a file that the model is read from, or cannot be one.
+        ValueError: The target is a file of somebody else, or cannot be one.
         OSError: It cannot be written; what stands there is left as it is.
     """
     if not isinstance(target, str | os.PathLike) or not os.fspath(target) or "\0" in os.fspath(target):
@@ -129,34 +129,15 @@ def save_model(
     path = Path(target).absolute()
     if path.exists() and not path.is_file():
         raise ValueError(f"target = {str(path)!r}: is there, and is no file")
-    if isinstance(model, str | os.PathLike) and _is_path(model) and path.is_file():
-        for part in _parts(Path(model).absolute()):
-            if part.is_file() and path.samefile(part):
-                raise ValueError(
-                    f"target = {str(path)!r}: must be another file than the model's own and what it refers to"
-                )
+    if path.exists() and path.stat().st_size > 0 and NEEDS not in path.read_text(encoding="utf-8", errors="replace"):
+        raise ValueError(
+            f"target = {str(path)!r}: is there, and not by save_model; must be another file than the model's own and "
+            "what it refers to"
+        )
     text = model_xml(model, contacts, assets=assets, **settings).replace("<extension>", f"{NEEDS}\n  <extension>", 1)
     with whole(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
-
-
-def _parts(model: Path) -> Iterator[Path]:
-    """The files that a model is read from, itself first: what it includes, and its assets, wherever these may be."""
-    yield model
-    todo, folders, seen = [model], {model.parent}, set[Path]()
-    while todo:
-        path = todo.pop()
-        if path in seen or not path.is_file():
-            continue
-        seen.add(path)
-        text = path.read_text(encoding="utf-8", errors="replace")
-        for folder in re.findall(r"(?:assetdir|meshdir|texturedir)\s*=\s*[\"']([^\"']+)", text):
-            folders.add(model.parent / folder)
-        names = re.findall(r"\bfile(?:name)?\s*=\s*[\"']([^\"']+)", text)
-        found = [folder / name for name in names for folder in (*folders, path.parent)]
-        todo += [part for part in found if part.suffix in (".xml", ".urdf")]
-        yield from found
 
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
@@ -176,8 +157,7 @@ def _read(
     asked["overlaps"] = "keep" if overlaps == "keep" else "relax"
     left = skipped(spec, asked.pop("skip", ()))
     every = chosen(spec, contacts, asked, friction, restitution)
-    natives = [entry for entry in every if entry.native]
-    some = [entry for entry in every if not entry.native]
+    some = [entry for entry in every if not entry.as_native]
     for entry in some:
         if not entry.others and spec.compiler.discardvisual:
             raise ValueError(
@@ -185,20 +165,13 @@ def _read(
                 "always does), as these geoms would become such"
             )
         _check_relatives(plain, f"contacts[{entry.number}]", entry.ones, entry.twos)
-    for entry in every:
-        _name(spec, (*entry.ones, *entry.twos))
-    if natives:
-        put_natives(spec, plain, [*natives, *left])
+    give_names(spec.geoms, [geom for entry in every for geom in (*entry.ones, *entry.twos)])
+    if len(some) < len(every):
+        put_natives(spec, plain, [*(entry for entry in every if entry.as_native), *left])
     for one in some:
-        own: dict[str, Any] = {
-            "pair": one.pair,
-            "others": one.others,
-            "substeps": one.substeps,
-            "rounding": one.rounding,
-            "overlaps": one.overlaps,
-        }
+        names = "pair", "others", "substeps", "rounding", "overlaps"
         try:
-            add_contact(spec, one.ones, one.twos, **own)
+            add_contact(spec, one.ones, one.twos, **{name: getattr(one, name) for name in names})
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
@@ -284,18 +257,6 @@ def _check_relatives(model: mujoco.MjModel, which: str, ones: Sequence[Any], two
                     "overlap at their joint; leave one of them out, or let just these two touch in a contact of "
                     "their own"
                 )
-
-
-def _name(spec: mujoco.MjSpec, geoms: Iterable[mujoco.MjsGeom]) -> None:
-    """Give those without a name the body's, and a number."""
-    taken, numbers = {geom.name for geom in spec.geoms}, dict[str, int]()
-    for geom in geoms:
-        stem = f"{geom.parent.name or 'body'}_geom".replace(" ", "_")
-        while not geom.name:
-            number = numbers.setdefault(stem, 0)
-            numbers[stem] += 1
-            if f"{stem}{number}" not in taken:
-                geom.name = f"{stem}{number}"
 
 
 def _alike(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> bool:

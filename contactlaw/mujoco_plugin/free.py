@@ -13,22 +13,19 @@ from math import sqrt
 
 import numpy as np
 
-from contactlaw.jit import jit_for
-from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.memory import field, floats
+from contactlaw.mujoco_plugin.block import floats, place
+from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.access import body_at, world_at
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.motion import give, set_axes, spin_rate
+from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import add, axpy, cross, load, norm, product, store, sub, turn_by
 
-jit = jit_for(layout.KEY)
 
-APPLIED, ACTUATED, PASSIVE, CONSTRAINED, XFRC, QPOS, QVEL = (
-    layout.DATA[name]
-    for name in (
-        "qfrc_applied", "qfrc_actuator", "qfrc_passive", "qfrc_constraint", "xfrc_applied", "qpos", "qvel",
-    )
-)  # fmt: skip
+@jit
+def coordinates(head, state, f):
+    """Of a body: its coordinates and its velocities, of a state at an address."""
+    return floats(state, 1 + f.q, 7), floats(state, 1 + head.nq + f.v, 6)
 
 
 @jit
@@ -37,53 +34,49 @@ def frame_of(f, q):
     own = (q[3], q[4], q[5], q[6])
     one = 1.0 / max((own[0] ** 2 + own[1] ** 2 + own[2] ** 2 + own[3] ** 2) ** 0.5, 1e-300)
     own = (one * own[0], one * own[1], one * own[2], one * own[3])
-    if f.plain != 0:
-        return own, (0.0, 0.0, 0.0)
     return own, turn_by(own, load(f.offset))
 
 
 @jit
-def is_far(head, f, d):
+def is_far(head, f):
     """Whether a body has stayed within its margin, by its way in the step; counts how far it has turned."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
-    q, old = floats(head.start, 1 + f.q, 7), floats(head.start, 1 + head.nq + f.v, 6)
-    new = field(d, QVEL, f.v, 6)
-    if not same_as_left(f, q, old):
+    q, old = coordinates(head, head.start, f)
+    new = floats(data_at(head.data, 0).qvel, f.v, 6)
+    if not same_as_left(head, f.q, 7, f.v, 6):
         return False
-    place, v = load(q), load(new)
+    v = load(new)
     way = head.step_size * (norm(v) + norm(sub(v, load(old))))
-    if f.plain == 0 or b.reach > 0.0:
-        spin = max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
-        _, arm = frame_of(f, q)
-        place = add(place, arm)
-        b.turned += head.step_size * spin
-        way += b.turned * b.reach + head.step_size * norm(arm) * spin
-    return way + norm(sub(place, load(b.mark))) <= b.margin
+    spin = max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
+    _, arm = frame_of(f, q)
+    b.turned += head.step_size * spin
+    way += b.turned * b.reach + head.step_size * norm(arm) * spin
+    return way + norm(sub(add(load(q), arm), load(b.mark))) <= b.margin
 
 
 @jit
-def read_free(d, head, f):
+def read_free(head, f):
     """Where a body is, how it moves, and what moves it besides contacts, at the start of the step."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
-    q, v = floats(head.start, 1 + f.q, 7), floats(head.start, 1 + head.nq + f.v, 6)
+    q, v = coordinates(head, head.start, f)
     own, arm = frame_of(f, q)
-    push, moment = outer_force(d, head, f, own, arm)
+    push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
-    if not same_as_left(f, q, v):
+    if not same_as_left(head, f.q, 7, f.v, 6):
         world_at(head.world, 0).stale = 1
         b.placed = 1
         b.held[0] = np.nan  # it wakes
     elif b.asleep != 0:
         return
     store(b.position, add(load(q), arm))
-    full = own if f.plain != 0 else product(own, f.frame)
+    full = product(own, f.frame)
     for i in range(4):
         b.quaternion[i] = full[i]
     set_axes(b)
     spin = turn_by(own, (v[3], v[4], v[5]))
     store(b.spin, spin)
-    store(b.velocity, load(v) if f.plain != 0 else add(load(v), cross(spin, arm)))
+    store(b.velocity, add(load(v), cross(spin, arm)))
 
 
 @jit
@@ -92,28 +85,25 @@ def lead_free(head, f):
     b = body_at(world_at(head.world, 0).bodies, f.body)
     if b.asleep != 0 or b.pressed != 0 or head.lag == 0.0:
         return
-    arm = (0.0, 0.0, 0.0)
-    if f.plain == 0:
-        _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
+    _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
     velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
     store(b.spin, axpy(head.lag, give(b, load(b.torque)), load(b.spin)))
     store(b.velocity, add(velocity, cross(load(b.spin), arm)))
 
 
 @jit
-def outer_force(d, head, f, own, arm):
+def outer_force(head, f, own, arm):
     """Force [N] on a body besides gravity and contacts of the law, and its moment about the centre of mass [N m]."""
-    passive, given = field(d, PASSIVE, f.v, 6), floats(head.given, f.v, 6)
-    applied, driven = field(d, APPLIED, f.v, 6), field(d, ACTUATED, f.v, 6)
-    held, extra = field(d, CONSTRAINED, f.v, 6), field(d, XFRC, 6 * f.id, 6)
-    push = add(sub(load(passive), load(given)), add(load(held), add(load(applied), load(driven))))
-    moment = (
-        (passive[3] - given[3]) + (held[3] + applied[3] + driven[3]),
-        (passive[4] - given[4]) + (held[4] + applied[4] + driven[4]),
-        (passive[5] - given[5]) + (held[5] + applied[5] + driven[5]),
-    )
+    d, push, moment = data_at(head.data, 0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for forces, sign in (
+        (d.qfrc_passive, 1.0), (head.given, -1.0), (d.qfrc_constraint, 1.0), (d.qfrc_applied, 1.0),
+        (d.qfrc_actuator, 1.0),
+    ):  # fmt: skip
+        push = axpy(sign, load(floats(forces, f.v, 3)), push)
+        moment = axpy(sign, load(floats(forces, f.v + 3, 3)), moment)
     moment = sub(turn_by(own, moment), cross(arm, push))
-    return add(push, load(extra)), add(moment, (extra[3], extra[4], extra[5]))
+    extra = place(d.xfrc_applied, 6 * f.id)
+    return add(push, load(floats(extra, 0, 3))), add(moment, load(floats(extra, 3, 3)))
 
 
 @jit
@@ -124,45 +114,37 @@ def origin_acceleration(b, arm):
 
 
 @jit
-def same_as_left(f, q, v):
-    """Whether nobody has moved a body since the last step."""
+def same_as_left(head, q, q_size, v, v_size):
+    """Whether nobody has changed some coordinates and velocities, from q and v on, since the last step."""
     same = True
-    for i in range(7):
-        same = same and f.left[i] == q[i]
-    for i in range(6):
-        same = same and f.left[7 + i] == v[i]
+    for first, size in ((1 + q, q_size), (1 + head.nq + v, v_size)):
+        now, left = floats(head.start, first, size), floats(head.left, first, size)
+        for i in range(size):
+            same = same and now[i] == left[i]
     return same
 
 
 @jit
-def note(d, f):
-    """Keep how a body was left."""
-    q, v = field(d, QPOS, f.q, 7), field(d, QVEL, f.v, 6)
-    for i in range(7):
-        f.left[i] = q[i]
-    for i in range(6):
-        f.left[7 + i] = v[i]
+def axes_of(b, f):
+    """The quaternion of a body's frame, and its centre of mass from the frame's origin [m]."""
+    own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
+    own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
+    return own, turn_by(own, load(f.offset))
 
 
 @jit
-def write_free(d, head, f):
+def write_free(head, f):
     """Put a body that was touched where the world has it."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
-    q, v = field(d, QPOS, f.q, 7), field(d, QVEL, f.v, 6)
+    d = data_at(head.data, 0)
+    q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     if b.asleep != 0:
-        before = floats(head.start, 1 + f.q, 7)
-        for i in range(7):
-            q[i] = before[i]
-        for i in range(6):
-            v[i] = 0.0
+        copy(floats(head.start, 1 + f.q, 7), q)
+        clear(v)
         return
     if b.touched == 0:
         return
-    own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
-    arm = (0.0, 0.0, 0.0)
-    if f.plain == 0:
-        own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
-        arm = turn_by(own, load(f.offset))
+    own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
     if b.pressed == 0 and head.lag > 0.0:
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
@@ -171,8 +153,7 @@ def write_free(d, head, f):
     for i in range(4):
         q[3 + i] = own[i]
     store(v, velocity)
-    spin = turn_by((own[0], -own[1], -own[2], -own[3]), spin)
-    v[3], v[4], v[5] = spin
+    v[3], v[4], v[5] = turn_by((own[0], -own[1], -own[2], -own[3]), spin)
 
 
 @jit
@@ -192,11 +173,8 @@ def mean_share(c, dt):
 @jit
 def press_free(b, f, arm, force, push_io):
     """Add a force on a body [N], at an arm [m] from its centre of mass, to the generalised one."""
-    own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
-    if f.plain == 0:
-        own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
-        arm = add(arm, turn_by(own, load(f.offset)))
-    moment = turn_by((own[0], -own[1], -own[2], -own[3]), cross(arm, force))
+    own, centre = axes_of(b, f)
+    moment = turn_by((own[0], -own[1], -own[2], -own[3]), cross(add(arm, centre), force))
     for i in range(3):
         push_io[f.v + i] += force[i]
         push_io[f.v + 3 + i] += moment[i]

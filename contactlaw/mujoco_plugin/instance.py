@@ -13,9 +13,10 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import layout, notices
 from contactlaw.mujoco_plugin.block import HEAD
+from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.members import LIBRARY, instances, members
 from contactlaw.mujoco_plugin.model import Model
-from contactlaw.mujoco_plugin.readout import give_frictions, given_frictions, record_at
+from contactlaw.mujoco_plugin.readout import give_frictions, given_frictions
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import DEEPEST, ContactWarning
 from contactlaw.world.demand import keeps
@@ -66,8 +67,8 @@ def init(model: int, data: int, number: int) -> int:
 
 def _place(data: int, number: int) -> ctypes.c_size_t:
     """Where an mjData keeps the address of an instance's block."""
-    blocks = ctypes.c_size_t.from_address(data + layout.DATA["plugin_data"]).value
-    return ctypes.c_size_t.from_address(blocks + 8 * number)
+    blocks = record_at(data, layout.DATA, 1)[0]["plugin_data"]
+    return ctypes.c_size_t.from_address(int(blocks) + 8 * number)
 
 
 def _block(view: layout.ModelView, leads: bool) -> int:
@@ -99,7 +100,7 @@ def _renew(model: int, data: int) -> str:
         runs = record_at(int(old["watch"]), np.dtype(np.int64), 3 * int(old["watch_count"])).reshape(-1, 3)
         at = int(old["seen"])
         for field, first, count in runs.tolist():
-            start = ctypes.c_size_t.from_address(model + field).value
+            start = ctypes.c_size_t.from_address(model + 8 * field).value
             ctypes.memmove(at, start + 8 * first, 8 * count)
             at += 8 * count
         return str(error)
@@ -140,7 +141,7 @@ def report(address: int, code: int, value: float) -> None:
 def _whereabouts(address: int) -> str:
     """Which geoms a notice is of, and when."""
     head = record_at(address, HEAD, 1)[0]
-    time = ctypes.c_double.from_address(int(head["data"]) + layout.DATA["time"]).value
+    time = record_at(int(head["data"]), layout.DATA, 1)[0]["time"]
     view = layout.ModelView(int(head["model"]))
     geoms = [int(head[name]) for name in ("told_a", "told_b") if head[name] >= 0]
     bodies = view.geom_bodyid

@@ -23,11 +23,11 @@ from typing import Any
 from numba import types
 
 from contactlaw.jit import address_of, compiling
-from contactlaw.memory import caller, load_int
+from contactlaw.memory import caller
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import head_at, jointed_at
-from contactlaw.mujoco_plugin.free import jit
-from contactlaw.mujoco_plugin.memory import entry, field, floats, place
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, place
+from contactlaw.mujoco_plugin.free import same_as_left
+from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
 from contactlaw.world.call import BODY_TYPE, VECTOR, call_with_body
 from contactlaw.world.passing import find_passing
@@ -37,21 +37,10 @@ from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import add, cross, dot, load, norm, store, sub
 
-SMOOTH, BIAS, CONSTRAINED, QPOS, QVEL, XPOS, XQUAT = (
-    layout.DATA[name] for name in ("qfrc_smooth", "qfrc_bias", "qfrc_constraint", "qpos", "qvel", "xpos", "xquat")
-)
-DERIVATIVE, DIAGONAL, ROWS = layout.DATA["qDeriv"], layout.MODEL["D_diag"], layout.MODEL["D_rowadr"]
-
-KIND, JOINT, BEYOND, MARGIN, REFERENCE, WEIGHT, FORCE = (
-    layout.DATA[name] for name in ("efc_type", "efc_id", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "efc_force")
-)
-TYPE, DOF, COORDINATE, RANGE = (layout.MODEL[name] for name in ("jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range"))
-EQUALITIES, FRICTIONS, LIMITS, JOINT_LIMIT = layout.EQUALITIES, layout.FRICTIONS, layout.LIMITS, layout.JOINT_LIMIT
-
-FIND, READ, WRITE, NOTE = range(4)
+FIND, READ, WRITE = range(3)
 """Stages of a step, see `serve`."""
 
-SERVE = types.boolean(*3 * [types.uintp], types.int64)
+SERVE = types.boolean(types.uint64, types.int64)
 PRESS = types.void(types.uint64, BODY_TYPE, VECTOR, VECTOR, types.uint64)
 call_trees: Any = caller(SERVE)
 call_press: Any = caller(PRESS)
@@ -59,27 +48,24 @@ call_press: Any = caller(PRESS)
 smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.uintp, types.uintp, types.intc))
 
 
-def serve(m, d, block, stage):
+def serve(block, stage):
     """Take all trees through a stage of the step; after READ, whether the engine's own step takes them past all."""
     head = head_at(block, 0)
     if stage == READ:
-        return read_trees(m, d, head)
+        return read_trees(head)
     for i in range(head.tree_count):
-        j = jointed_at(head.trees, i)
         if stage == FIND:
-            find_jointed(d, head, j)
-        elif stage == WRITE:
-            write_jointed(d, head, j)
+            find_jointed(head, jointed_at(head.trees, i))
         else:
-            note_jointed(d, head, j)
+            write_jointed(head, jointed_at(head.trees, i))
     return False
 
 
 @jit
-def read_trees(m, d, head):
+def read_trees(head):
     """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
     for i in range(head.tree_count):
-        foresee_jointed(d, head, jointed_at(head.trees, i))
+        foresee_jointed(head, jointed_at(head.trees, i))
     find_passing(head.world)
     known = False
     for i in range(head.tree_count):
@@ -88,82 +74,73 @@ def read_trees(m, d, head):
             j.there = 1
             continue
         if not known:  # the engine finds D, that of the bias forces left out
-            smooth_derivative(types.uintp(m), types.uintp(d), 0)
+            smooth_derivative(head.model, head.data, 0)
             known = True
-        read_jointed(m, d, head, j)
+        read_jointed(head, j)
     return not known
 
 
 @jit
-def read_damping(m, d, first, damping_out):
+def read_damping(head, first, damping_out):
     """-D of a tree whose degrees of freedom begin at `first`; its rows are kept as the engine keeps them."""
+    m, d = model_at(head.model, 0), data_at(head.data, 0)
     for k in range(damping_out.shape[0]):
-        row, size = entry(m, ROWS, first + k), entry(m, DIAGONAL, first + k) + 1
-        values = field(d, DERIVATIVE, row, size)
+        size = entry(m.D_diag, first + k) + 1
+        values = floats(d.qDeriv, entry(m.D_rowadr, first + k), size)
         for p in range(size):
             damping_out[k, p] = -values[p]
 
 
 @jit
-def find_jointed(d, head, j):
+def find_jointed(head, j):
     """Where a tree is at the start of the step; it passes by everything unless something says otherwise."""
-    w = world_at(head.world, 0)
+    w, d = world_at(head.world, 0), data_at(head.data, 0)
     t = tree_at(w.trees, j.tree)
-    start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
-    left = floats(j.left, 0, t.q_size + t.v_size)
     if j.base != 0:
-        store(t.base, load(field(d, XPOS, 3 * j.base, 3)))
-        turn = field(d, XQUAT, 4 * j.base, 4)
-        for i in range(4):
-            t.base_turn[i] = turn[i]
-    placed = False
-    for i in range(t.q_size):
-        placed = placed or start[i] != left[i]
-    for i in range(t.v_size):
-        placed = placed or rates[i] != left[t.q_size + i]
+        store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
+        copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
+    placed = not same_as_left(head, j.q, t.q_size, j.v, t.v_size)
     for i in range(t.count):
         body_at(t.bodies, i).placed = 1 if placed else 0
     if placed:
         w.stale = 1
     t.passes = STAYS if body_at(t.bodies, 0).asleep != 0 else ASKED
     if t.passes != STAYS and (placed or j.there == 0):
-        set_down(t, start, rates)
+        set_down(t, floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size))
     j.there = 0
 
 
 @jit
 def set_down(t, coordinates, velocities):
     """Put the bodies of a tree where coordinates and velocities have them."""
-    start, v, x = floats(t.start, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.x, 0, t.v_size)
-    copy(coordinates, start)
-    copy(velocities, v)
-    clear(x)
+    copy(coordinates, floats(t.start, 0, t.q_size))
+    copy(velocities, floats(t.v, 0, t.v_size))
+    clear(floats(t.x, 0, t.v_size))
     call_with_body(t.stand, body_at(t.bodies, 0))
 
 
 @jit
-def foresee_jointed(d, head, j):
+def foresee_jointed(head, j):
     """Take a tree to the engine's end of the step, for `passing`."""
-    t = tree_at(world_at(head.world, 0).trees, j.tree)
+    t, d = tree_at(world_at(head.world, 0).trees, j.tree), data_at(head.data, 0)
     if t.passes != STAYS:
-        set_down(t, field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size))
+        set_down(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
         for i in range(t.count):
             b = body_at(t.bodies, i)
             b.turned += head.step_size * norm(load(b.spin))
 
 
 @jit
-def read_jointed(m, d, head, j):
+def read_jointed(head, j):
     """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
-    w = world_at(head.world, 0)
-    t = tree_at(w.trees, j.tree)
+    t, d = tree_at(world_at(head.world, 0).trees, j.tree), data_at(head.data, 0)
     q, v = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size)
     start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
     asked = floats(head.starts, (1 + head.nq + head.nv) * head.turn + 1 + head.nq + j.v, t.v_size)
-    smooth, bias = field(d, SMOOTH, j.v, t.v_size), field(d, BIAS, j.v, t.v_size)
-    held, given = field(d, CONSTRAINED, j.v, t.v_size), floats(head.given, j.v, t.v_size)
+    smooth, bias = floats(d.qfrc_smooth, j.v, t.v_size), floats(d.qfrc_bias, j.v, t.v_size)
+    held, given = floats(d.qfrc_constraint, j.v, t.v_size), floats(head.given, j.v, t.v_size)
     f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
-    read_damping(m, d, j.v, vector(t.d, (t.v_size, t.v_size)))
+    read_damping(head, j.v, vector(t.d, (t.v_size, t.v_size)))
     store(t.gravity, load(head.gravity))
     copy(start, q)
     copy(asked, v_f)
@@ -173,9 +150,9 @@ def read_jointed(m, d, head, j):
     for k in range(t.v_size):
         axis_at(t.axes, k).side = 0.0
     t.stale = 1
-    if load_int(d + types.uintp(LIMITS)) > 0:
+    if d.nl > 0:
         call_with_body(t.settle, body_at(t.bodies, 0))
-        hand_over_limits(m, d, head, j, t)
+        hand_over_limits(head, j, t)
     leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
     a = accelerated(t, head.step_size) if leads else floats(t.a, 0, t.v_size)
     for i in range(t.v_size):
@@ -205,9 +182,9 @@ def is_pressed(t):
 
 
 @jit
-def write_jointed(d, head, j):
+def write_jointed(head, j):
     """Put a tree of which a body was touched, or that is at a limit, where the world has it."""
-    t = tree_at(world_at(head.world, 0).trees, j.tree)
+    t, d = tree_at(world_at(head.world, 0).trees, j.tree), data_at(head.data, 0)
     touched, asleep = False, body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         touched = touched or body_at(t.bodies, i).touched != 0
@@ -216,7 +193,7 @@ def write_jointed(d, head, j):
     if not (touched or asleep):
         return
     q, v, a = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
-    coordinates, rates = field(d, QPOS, j.q, t.q_size), field(d, QVEL, j.v, t.v_size)
+    coordinates, rates = floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size)
     copy(q, coordinates)
     for i in range(t.v_size):
         rates[i] = 0.0 if asleep else v[i]
@@ -227,14 +204,6 @@ def write_jointed(d, head, j):
         for i in range(t.v_size):
             v[i] = rates[i]
             rates[i] -= head.lag * a[i]
-
-
-@jit
-def note_jointed(d, head, j):
-    """Keep how a tree was left."""
-    t = tree_at(world_at(head.world, 0).trees, j.tree)
-    copy(field(d, QPOS, j.q, t.q_size), floats(j.left, 0, t.q_size))
-    copy(field(d, QVEL, j.v, t.v_size), floats(j.left, t.q_size, t.v_size))
 
 
 def press(block, b, arm, force, push):
@@ -254,38 +223,39 @@ def press(block, b, arm, force, push):
 
 
 @jit
-def hand_over_limits(m, d, head, j, t):
+def hand_over_limits(head, j, t):
     """Let the limits of a tree go with its coordinates and velocities, for a step whose other forces are known."""
-    first = load_int(d + types.uintp(EQUALITIES)) + load_int(d + types.uintp(FRICTIONS))
-    n = t.v_size
+    m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
+    first = d.ne + d.nf
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
     copy(floats(head.given, j.v, n), answer)
     descend(t, factor, answer, n - 1, True)
     ascend(t, factor, answer)
-    for row in range(first, first + load_int(d + types.uintp(LIMITS))):
-        if entry(d, KIND, row) == JOINT_LIMIT and entry(m, TYPE, entry(d, JOINT, row)) >= SLIDE:
-            hand_over(m, d, head, j, row)
+    for row in range(first, first + d.nl):
+        if entry(d.efc_type, row) == layout.JOINT_LIMIT and entry(m.jnt_type, entry(d.efc_id, row)) >= SLIDE:
+            hand_over(head, j, row)
 
 
 @jit
-def hand_over(m, d, head, j, row):
+def hand_over(head, j, row):
     """The same for one limit, if it is of a hinge or slide of the tree."""
+    m, d = model_at(head.model, 0), data_at(head.data, 0)
     t = tree_at(world_at(head.world, 0).trees, j.tree)
     answer = vector(t.room, t.v_size)
-    joint = entry(d, JOINT, row)
-    k = entry(m, DOF, joint) - j.v
-    force = field(d, FORCE, row, 1)[0]
+    joint = entry(d.efc_id, row)
+    k = entry(m.jnt_dofadr, joint) - j.v
+    force = floats(d.efc_force, row, 1)[0]
     if k < 0 or k >= t.v_size or force <= 0.0:
         return
-    axis = axis_at(t.axes, k)
+    axis, coordinate = axis_at(t.axes, k), entry(m.jnt_qposadr, joint)
     asked = place(head.starts, (1 + head.nq + head.nv) * head.turn + 1)
-    q, v = floats(asked, entry(m, COORDINATE, joint), 1)[0], floats(asked, head.nq + j.v + k, 1)[0]
-    beyond, ends = field(d, BEYOND, row, 1)[0], field(m, RANGE, 2 * joint, 2)
-    r = beyond - field(d, MARGIN, row, 1)[0]
+    q, v = floats(asked, coordinate, 1)[0], floats(asked, head.nq + j.v + k, 1)[0]
+    beyond, ends = floats(d.efc_pos, row, 1)[0], floats(m.jnt_range, 2 * joint, 2)
+    r = beyond - floats(d.efc_margin, row, 1)[0]
     side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
-    reference, weight = field(d, REFERENCE, 4 * row, 3), field(d, WEIGHT, row, 1)[0]
+    reference, weight = floats(d.efc_KBIP, 4 * row, 3), floats(d.efc_D, row, 1)[0]
     weight /= 1.0 + weight * mobility_along(t, k)
-    axis.side, axis.coordinate, axis.weight = side, entry(m, COORDINATE, joint) - j.q, weight
+    axis.side, axis.coordinate, axis.weight = side, coordinate - j.q, weight
     axis.edge = side * q - r
     axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
     axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]

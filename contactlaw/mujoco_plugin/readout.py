@@ -14,6 +14,7 @@ from contactlaw import checks
 from contactlaw.laws.record import PAIR as LAW_PAIR
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
+from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.world.demand import READ, supply
 from contactlaw.world.ledger import Ledger, ledger
@@ -157,12 +158,6 @@ class View:
 def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
     """The arrays of the world of an mjData whose model has the law."""
     return View(_head(data, members(layout.ModelView(model._address))))
-
-
-def record_at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:
-    """So many records at an address, a view."""
-    size = dtype.itemsize * count
-    return np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(address)).view(dtype)
 
 
 def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int, Any]:

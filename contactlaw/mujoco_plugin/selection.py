@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
+from itertools import count
 from typing import Any
 
 import mujoco
@@ -12,7 +13,6 @@ import mujoco
 from contactlaw import checks
 
 BODY = "body:"
-WILD = "*?["
 MOST_NAMES = 20  # in a message
 
 Selector = str | int | mujoco.MjsGeom
@@ -41,7 +41,7 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
     """
     every = list(spec.geoms) if known is None else known
     named, there = {geom.name: geom for geom in every if geom.name}, set(every)
-    found = [geom for item in _flat(what) for geom in _chosen(spec, named, there, argument, item)]
+    found = [geom for item in checks.flat(what, mujoco.MjsGeom) for geom in _chosen(spec, named, there, argument, item)]
     if not found:
         raise ValueError(f"{argument}: holds no geoms; must hold one or more")
     return list(dict.fromkeys(found))
@@ -55,11 +55,13 @@ def label(geom: mujoco.MjsGeom) -> str:
     return f"{kind} without a name of body {geom.parent.name!r}"
 
 
-def _flat(what: Iterable[Any]) -> list[Any]:
-    out = []
-    for item in what:
-        out.extend([item] if isinstance(item, str | mujoco.MjsGeom) or not isinstance(item, Iterable) else item)
-    return out
+def give_names(every: Iterable[Any], geoms: Iterable[Any]) -> None:
+    """Give those geoms without a name the body's, and a number; every: all of the specification."""
+    taken, numbers = {geom.name for geom in every}, dict[str, Iterator[int]]()
+    for geom in geoms:
+        stem = f"{geom.parent.name or 'body'}_geom".replace(" ", "_")
+        names = (f"{stem}{number}" for number in numbers.setdefault(stem, count()))
+        geom.name = geom.name or next(name for name in names if name not in taken)
 
 
 def _chosen(spec: mujoco.MjSpec, named: dict[str, Any], there: set[Any], argument: str, item: Any) -> list[Any]:
@@ -77,12 +79,12 @@ def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, argument: s
         return [named[text]]
     if text.startswith(BODY):
         return _of_bodies(spec, argument, text)
-    fitting = [geom for name, geom in named.items() if fnmatchcase(name, text)] if _is_wild(text) else []
+    fitting = [geom for name, geom in named.items() if fnmatchcase(name, text)] if checks.is_wild(text) else []
     if not fitting:
         without = count - len(named)
         rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
         raise ValueError(
-            f"{argument} = {text!r}: {'fits' if _is_wild(text) else 'is'} the name of no geom of the model; "
+            f"{argument} = {text!r}: {'fits' if checks.is_wild(text) else 'is'} the name of no geom of the model; "
             f"{_offer(text, named)}{rest}"
         )
     return _touchable(argument, text, fitting)
@@ -91,7 +93,7 @@ def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, argument: s
 def _of_bodies(spec: mujoco.MjSpec, argument: str, text: str) -> list[Any]:
     wanted = text.removeprefix(BODY)
     bodies = [body for body in spec.bodies if body.name == wanted]
-    if not bodies and _is_wild(wanted):  # a pattern means what moves, not the world
+    if not bodies and checks.is_wild(wanted):  # a pattern means what moves, not the world
         bodies = [body for body in spec.bodies if body.id != spec.worldbody.id and fnmatchcase(body.name, wanted)]
     if not bodies:
         names = [body.name for body in spec.bodies if body.name]
@@ -127,12 +129,8 @@ def _by_id(every: Iterable[Any], argument: str, value: Any) -> Any:
     return ids[number]
 
 
-def _is_wild(text: str) -> bool:
-    return any(mark in text for mark in WILD)
-
-
 def _offer(text: str, names: Iterable[str]) -> str:
     """The nearest names, or some."""
     known = sorted(set(names))
     more = f" and {len(known) - MOST_NAMES} more" if len(known) > MOST_NAMES else ""
-    return checks.nearest(text.strip(WILD + "]"), known, f"there are {', '.join(known[:MOST_NAMES]) or 'none'}{more}")
+    return checks.nearest(text, known, f"there are {', '.join(known[:MOST_NAMES]) or 'none'}{more}")

@@ -23,11 +23,11 @@ import mujoco
 from numba import types
 
 from contactlaw.jit import address_of, compiling
-from contactlaw.memory import load_pointer, whole_at
+from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import head_at, sensor_at
-from contactlaw.mujoco_plugin.free import jit, mean_share
-from contactlaw.mujoco_plugin.memory import entry, field, floats, inside, place
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, place, sensor_at
+from contactlaw.mujoco_plugin.free import mean_share
+from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.world.access import body_at, contact_at, world_at
 from contactlaw.world.near import count_slots
 from contactlaw.world.records import CLOSED, FREE
@@ -35,14 +35,6 @@ from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store
 
 NUMBERS = 10
 """Of a sensor of the law: contacts, force, moment, point."""
-
-ACCELERATIONS, TIME, XFRC, READINGS, PLACES, TURNS, CENTRES = (
-    layout.DATA[name]
-    for name in ("qacc", "time", "xfrc_applied", "sensordata", "geom_xpos", "geom_xmat", "xipos")
-)  # fmt: skip
-SITE_PLACES, SITE_TURNS = layout.DATA["site_xpos"], layout.DATA["site_xmat"]
-OWNER, SITE_TYPE, SITE_SIZE = (layout.MODEL[name] for name in ("geom_bodyid", "site_type", "site_size"))
-TIMESTEP = layout.TIMESTEP
 
 POINTER = types.uintp
 find_forces = types.ExternalFunction("mj_rnePostConstraint", types.void(POINTER, POINTER))
@@ -89,63 +81,62 @@ def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, li
 def address() -> int:
     """Of `sense`, compiled when a model that senses is made."""
     with compiling("sensors", 4):
-        return address_of(sense, types.void(*4 * [types.uint64]), layout.KEY)
+        return address_of(sense, types.void(types.uint64, types.uint64), layout.KEY)
 
 
-def sense(m, d, block, mean):
+def sense(block, mean):
     """Read sensors with the contacts of the law; mean: over the step, else as they press now.
 
     The engine, asked to read its sensors, asks for those of the law in turn.
     """
     head = head_at(block, 0)
     if head.sensing != 0:
-        tell(m, d, head, mean)
+        tell(head, mean)
         return
     head.sensing = 1
-    if gather(m, d, head, mean):
-        read_again(m, d, head, mean)
+    if gather(head, mean):
+        read_again(head, mean)
     else:
-        tell(m, d, head, mean)
+        tell(head, mean)
     head.sensing = 0
 
 
 @jit
-def read_again(m, d, head, mean):
+def read_again(head, mean):
     """Let the engine read its sensors with what has been gathered; all else is as it was when this returns."""
-    n = 6 * head.body_count
-    applied, loads, kept = field(d, XFRC, 0, n), floats(head.loads, 0, n), floats(head.loads, n, n)
-    q = floats(head.loads, 2 * n, head.nv)
-    accelerations, before = field(d, ACCELERATIONS, 0, head.nv), floats(head.loads, 2 * n + head.nv, head.nv)
-    clock = inside(d, TIME, 1)
-    now = clock[0]
-    for i in range(head.nv):
-        before[i], q[i] = accelerations[i], -floats(head.given, i, 1)[0]
+    n, nv, d = 6 * head.body_count, head.nv, data_at(head.data, 0)
+    applied, loads, kept = floats(d.xfrc_applied, 0, n), floats(head.loads, 0, n), floats(head.loads, n, n)
+    q, given = floats(head.loads, 2 * n, nv), floats(head.given, 0, nv)
+    accelerations, before = floats(d.qacc, 0, nv), floats(head.loads, 2 * n + nv, nv)
+    now = d.time
+    for i in range(nv):
+        before[i], q[i] = accelerations[i], -given[i]
     for i in range(n):
         kept[i] = applied[i]
         applied[i] += loads[i]
     if mean != 0:
-        clock[0] = floats(head.start, 0, 1)[0]
-        push = place(head.loads, 0)
+        d.time = floats(head.start, 0, 1)[0]
+        push = place(head.loads, 2 * n)
         for body in range(1, head.body_count):
-            wrench = place(push, 6 * body)
-            centre = place(load_pointer(d + POINTER(CENTRES)), 3 * body)
-            generalise(m, d, wrench, place(wrench, 3), centre, types.int32(body), place(push, 2 * n))
-        solve(m, d, place(push, 2 * n), place(push, 2 * n), types.int32(1))
-        for i in range(head.nv):
+            wrench, centre = place(head.loads, 6 * body), place(d.xipos, 3 * body)
+            generalise(head.model, head.data, wrench, place(wrench, 3), centre, types.int32(body), push)
+        solve(head.model, head.data, push, push, types.int32(1))
+        for i in range(nv):
             accelerations[i] += q[i]
-    find_forces(m, d)
-    read_sensors(m, d)
-    clock[0] = now
-    for i in range(head.nv):
+    find_forces(head.model, head.data)
+    read_sensors(head.model, head.data)
+    d.time = now
+    for i in range(nv):
         accelerations[i] = before[i]
     for i in range(n):
         applied[i] = kept[i]
 
 
 @jit
-def gather(m, d, head, mean):
+def gather(head, mean):
     """Find what contacts do to each body, about its centre of mass; returns whether there are any."""
     w, some = world_at(head.world, 0), False
+    owner, d = model_at(head.model, 0).geom_bodyid, data_at(head.data, 0)
     loads = floats(head.loads, 0, 6 * head.body_count)
     count_slots(w)
     for i in range(loads.size):
@@ -155,10 +146,10 @@ def gather(m, d, head, mean):
         if c.phase == FREE or (mean == 0 and c.phase != CLOSED):
             continue
         some = True
-        x, (force, moment) = point_of(d, head, c), load_of(m, w, c, mean)
+        x, (force, moment) = point_of(head, c), load_of(head, w, c, mean)
         for shape, sign in ((c.shape_a, 1.0), (c.shape_b, -1.0)):
-            body = entry(m, OWNER, whole_at(head.geoms, shape))
-            arm = sub(x, load(field(d, CENTRES, 3 * body, 3)))
+            body = entry(owner, whole_at(head.geoms, shape))
+            arm = sub(x, load(floats(d.xipos, 3 * body, 3)))
             push, turn = loads[6 * body : 6 * body + 3], loads[6 * body + 3 : 6 * body + 6]
             store(push, axpy(sign, force, load(push)))
             store(turn, axpy(sign, add(moment, cross(arm, force)), load(turn)))
@@ -166,9 +157,9 @@ def gather(m, d, head, mean):
 
 
 @jit
-def load_of(m, w, c, mean):
+def load_of(head, w, c, mean):
     """Force on A [N], and the moment on it besides [N m]."""
-    step = inside(m, TIMESTEP, 1)[0]
+    step = model_at(head.model, 0).timestep
     sleeps = body_at(w.bodies, c.body_a).asleep != 0 or body_at(w.bodies, c.body_b).asleep != 0
     if sleeps or mean == 0:
         force = load(c.force) if sleeps else scale(mean_share(c, step), load(c.force))
@@ -178,30 +169,33 @@ def load_of(m, w, c, mean):
 
 
 @jit
-def point_of(d, head, c):
+def point_of(head, c):
     """Where a contact is, by the place of the geom of A [m]."""
-    geom, centre = whole_at(head.geoms, c.shape_a), load(floats(head.centres, 3 * c.shape_a, 3))
-    turned = to_world(field(d, TURNS, 9 * geom, 9), centre)
-    return add(load(c.arm_a), add(load(field(d, PLACES, 3 * geom, 3)), turned))
+    d, geom = data_at(head.data, 0), whole_at(head.geoms, c.shape_a)
+    centre = load(floats(head.centres, 3 * c.shape_a, 3))
+    turned = to_world(floats(d.geom_xmat, 9 * geom, 9), centre)
+    return add(load(c.arm_a), add(load(floats(d.geom_xpos, 3 * geom, 3)), turned))
 
 
 @jit
-def tell(m, d, head, mean):
+def tell(head, mean):
     """Write the law's own sensors, and add to those of touch."""
-    w = world_at(head.world, 0)
+    w, readings = world_at(head.world, 0), data_at(head.data, 0).sensordata
     for i in range(head.sensor_count):
         s = sensor_at(head.sensors, i)
-        out, s.weight = field(d, READINGS, s.at, NUMBERS), 0.0
+        out, s.weight = floats(readings, s.at, NUMBERS), 0.0
         for k in range(NUMBERS if s.own != 0 else 0):
             out[k] = 0.0
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase != FREE and (mean != 0 or c.phase == CLOSED):
             for i in range(head.sensor_count):
-                add_to(m, d, head, sensor_at(head.sensors, i), c, mean)
+                add_to(
+                    head, sensor_at(head.sensors, i), c, floats(readings, sensor_at(head.sensors, i).at, NUMBERS), mean
+                )
     for i in range(head.sensor_count):
         s = sensor_at(head.sensors, i)
-        out = field(d, READINGS, s.at, NUMBERS)
+        out = floats(readings, s.at, NUMBERS)
         if s.own == 0:
             out[0] = min(out[0], s.cutoff) if s.cutoff > 0.0 else out[0]
         elif s.weight > 0.0:
@@ -211,19 +205,19 @@ def tell(m, d, head, mean):
 
 
 @jit
-def add_to(m, d, head, s, c, mean):
+def add_to(head, s, c, out, mean):
     """Add a contact to what a sensor reads, if it is one of that."""
     if s.instance >= 0 and s.instance != whole_at(head.instances, c.pair):
         return
-    side = 0.0
+    side, owner = 0.0, model_at(head.model, 0).geom_bodyid
     for shape, sign in ((c.shape_b, -1.0), (c.shape_a, 1.0)):
         geom = whole_at(head.geoms, shape)
-        if geom == s.geom or (s.geom < 0 and entry(m, OWNER, geom) == s.body):
+        if geom == s.geom or (s.geom < 0 and entry(owner, geom) == s.body):
             side = sign
-    w, x = world_at(head.world, 0), point_of(d, head, c)
-    force, moment = load_of(m, w, c, mean)
-    normal, out = dot(force, load(c.normal)), field(d, READINGS, s.at, NUMBERS)
-    if side == 0.0 or normal <= 0.0 or (s.site >= 0 and not meets(m, d, head, s.site, x, scale(-side, load(c.normal)))):
+    w, x = world_at(head.world, 0), point_of(head, c)
+    force, moment = load_of(head, w, c, mean)
+    normal = dot(force, load(c.normal))
+    if side == 0.0 or normal <= 0.0 or (s.site >= 0 and not meets(head, s.site, x, scale(-side, load(c.normal)))):
         return
     if s.own == 0:
         out[0] += normal
@@ -237,15 +231,12 @@ def add_to(m, d, head, s, c, mean):
 
 
 @jit
-def meets(m, d, head, site, x, direction):
+def meets(head, site, x, direction):
     """Whether a ray from a point meets a site."""
-    room = place(head.loads, 12 * head.body_count + 2 * head.nv)
+    m, d, room = model_at(head.model, 0), data_at(head.data, 0), place(head.loads, 12 * head.body_count + 2 * head.nv)
     store(floats(room, 0, 3), x)
     store(floats(room, 3, 3), direction)
-    at, turn = (
-        place(load_pointer(d + POINTER(SITE_PLACES)), 3 * site),
-        place(load_pointer(d + POINTER(SITE_TURNS)), 9 * site),
-    )
-    size, kind = place(load_pointer(m + POINTER(SITE_SIZE)), 3 * site), types.int32(entry(m, SITE_TYPE, site))
+    at, turn, size = place(d.site_xpos, 3 * site), place(d.site_xmat, 9 * site), place(m.site_size, 3 * site)
+    kind = types.int32(entry(m.site_type, site))
     # from 3.4 on it writes a normal, where there is room for one
     return ray(at, turn, size, room, place(room, 3), kind, POINTER(0)) >= 0.0

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import count
-from typing import Any
 
 import mujoco
 
 from contactlaw import checks
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.native import silence
-from contactlaw.mujoco_plugin.selection import Selector, geoms_of
+from contactlaw.mujoco_plugin.selection import Selector, geoms_of, give_names
 from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, shape_of
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets
@@ -80,26 +80,27 @@ def add_contact(
     if taken & {config.instance_name(*names), config.instance_name(*names[::-1])}:
         raise ValueError(f"geom1 = {names[0]}, geom2 = {names[1]}: these have been added before")
 
-    free = _free_names(known)
-    for geom in sets.geoms:
-        geom.name = geom.name or next(free)
-    ids = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
+    give_names(known, sets.geoms)
     if others:
         silence(spec, known, sets)
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
-    return put(spec, ones, twos, config.Contact(ids[0], ids[1], pair, substeps, rounding, overlaps=overlaps))
+    return put(spec, config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps))
 
 
-def put(spec: mujoco.MjSpec, ones: Sequence[Any], twos: Sequence[Any], contact: config.Contact) -> str:
-    """Write the plugin instance of a contact of these geoms; returns its name."""
-    name, taken = config.instance_name(contact.geoms1, contact.geoms2), {plugin.name for plugin in spec.plugins}
+def put(spec: mujoco.MjSpec, contact: config.Contact) -> str:
+    """Write the plugin instance of a contact of geoms that have names; returns its own."""
+    names = ([geom.name for geom in geoms] for geoms in (contact.ones, contact.twos))
+    name, taken = config.instance_name(*names), {plugin.name for plugin in spec.plugins}
     name = next(free for free in (f"{name}#{i}" if i else name for i in count()) if free not in taken)
     spec.activate_plugin(config.PLUGIN_NAME)
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
-    instance.config = config.write(contact)
-    _hold(spec, name, (*ones, *twos))
+    instance.config = config.write(replace(contact, name=name))
+    for body in (geom.parent for geom in (*contact.ones, *contact.twos)):
+        if body.id != spec.worldbody.id and not body.plugin.active:  # one must refer to it, or copies do not have it
+            body.plugin.active, body.plugin.plugin_name, body.plugin.name = True, config.PLUGIN_NAME, name
+            break
     return name
 
 
@@ -116,17 +117,3 @@ def _check(sets: Sets) -> None:
         raise ValueError("geom1, geom2: hold no two geoms of different bodies")
     for one, two in sets.by_kinds(lambda geom: shapes[geom].kind):
         check_served(shapes[one], shapes[two])
-
-
-def _hold(spec: mujoco.MjSpec, name: str, geoms: Sequence[mujoco.MjsGeom]) -> None:
-    """Let a body of the pair refer to the instance, or MuJoCo drops it when the spec is copied or attached."""
-    for geom in geoms:
-        body = geom.parent
-        if body.id != spec.worldbody.id and not body.plugin.active:
-            body.plugin.active, body.plugin.plugin_name, body.plugin.name = True, config.PLUGIN_NAME, name
-            return
-
-
-def _free_names(geoms: Sequence[mujoco.MjsGeom]) -> Iterator[str]:
-    taken = {geom.name for geom in geoms}
-    return (name for name in (f"contactlaw_geom{i}" for i in count()) if name not in taken)

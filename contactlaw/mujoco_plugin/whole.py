@@ -11,9 +11,10 @@ them. What the bits were stands in the plugin's configuration.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from itertools import combinations_with_replacement
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 
@@ -21,32 +22,13 @@ from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.native import touch
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, why_not_served
 from contactlaw.mujoco_plugin.spec import put
-from contactlaw.pair import ContactPair, ContactWarning
+from contactlaw.pair import ContactWarning
 from contactlaw.world.sets import groups
 
 EVERY = "*"
 MOST_KINDS = 30
 NAMED = 4  # kinds of contacts that a warning names
 UNTOUCHED = 1 << 30  # a conaffinity that no contype has
-
-
-class Entry(NamedTuple):
-    """Geoms that touch those others. pair None: they go on doing so by the engine.
-
-    number: Its place in the list. native: whether it means contacts that the model makes natively; others, substeps,
-    rounding, overlaps: see `spec.add_contact`; frictions: see `config.Contact`.
-    """
-
-    ones: Sequence[Any]
-    twos: Sequence[Any]
-    pair: ContactPair | None
-    number: int = 0
-    native: bool = True
-    substeps: int = config.SUBSTEPS
-    others: bool = True
-    rounding: float | None = None
-    frictions: int = 0
-    overlaps: str = "relax"
 
 
 def is_every(what: Any) -> bool:
@@ -60,7 +42,7 @@ def solid(spec: mujoco.MjSpec) -> list[Any]:
     return [geom for geom in spec.geoms if geom.contype or geom.conaffinity or (geom.name and geom.name in named)]
 
 
-def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Entry]) -> None:
+def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[config.Contact]) -> None:
     """Give the law what entries say; of two that fit a pair of geoms the later one has it. All geoms have names.
 
     plain: the model as it is, compiled.
@@ -116,8 +98,7 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[En
         ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
         if entry.pair is not None and ones and twos and len({*ones, *twos}) > 1:
             native = tuple(before[geom] for geom in dict.fromkeys((*ones, *twos)))
-            own = entry.pair, entry.substeps, entry.rounding, native, entry.frictions, entry.overlaps
-            put(spec, ones, twos, config.Contact(_names(ones), _names(twos), *own))
+            put(spec, replace(entry, ones=ones, twos=twos, native=native))
     if said:
         some = [*said.values()][:NAMED]
         more = f" and {len(said) - NAMED} more kinds" if len(said) > NAMED else ""
@@ -143,10 +124,6 @@ def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any
             item.contype, item.conaffinity = contype, affinity
             if not contype and spec.compiler.discardvisual:
                 item.conaffinity = UNTOUCHED
-
-
-def _names(geoms: Iterable[Any]) -> tuple[str, ...]:
-    return tuple(geom.name for geom in geoms)
 
 
 def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -> bool:

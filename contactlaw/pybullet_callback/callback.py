@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -130,7 +129,7 @@ class ContactCallback:
             there = other._client == self._client and all(map(other._marks.is_there, other._marks.bodies))
             known += [("a contact of another ContactCallback", one) for one in other._contacts.values() if there]
         sets = sets_of(self._client, a, b, pair, known)
-        contact = Contact(pair, _substeps(substeps), sides, sets, radius)
+        contact = Contact(pair, checks.count("substeps", substeps, LEAST_SUBSTEPS), sides, sets, radius)
         engine_parameters(self._client)
         handle = next(self._handles)
         self._change(self._contacts | {handle: contact})
@@ -273,16 +272,6 @@ class ContactCallback:
         if handle not in self._contacts:
             raise ValueError(f"handle = {handle!r}: must be one of {list(self._contacts)}")
         return self._contacts[handle]
-
-
-def _substeps(value: Any) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = 0
-    if isinstance(value, bool) or number < LEAST_SUBSTEPS:
-        raise ValueError(f"substeps = {value!r}: must be an integer >= {LEAST_SUBSTEPS}")
-    return number
 
 
 _ALL: WeakSet[ContactCallback] = WeakSet()

@@ -33,7 +33,6 @@ Names = str | Sequence[str]
 Other = int | Names | Sequence[int] | Sequence[Key]
 Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, ContactPair, Mapping[str, Any]]]
 
-WILD = "*?["
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
 LINK_NAME = 12  # in getJointInfo
 
@@ -133,11 +132,11 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
     links = [(key, name) for one in bodies for key, name in _names(int(one), client)]
     solid = {key for key, _ in links if p.getCollisionShapeData(*key, client)}
     found: dict[Key, None] = {}
-    for text in _flat(names) or ["*"]:
+    for text in checks.flat(names) or ["*"]:
         if not isinstance(text, str):
             raise ValueError(f"{argument} = {text!r}: must be the name of a link, or a pattern such as '*_wheel'")
         exact = [key for key, name in links if name == text]
-        fitting = exact or [key for key, name in links if any(c in text for c in WILD) and fnmatchcase(name, text)]
+        fitting = exact or [key for key, name in links if checks.is_wild(text) and fnmatchcase(name, text)]
         chosen = [key for key in fitting if key in solid]
         if not chosen:
             why = "has no collision shape to touch with" if fitting else "no link has such a name"
@@ -166,13 +165,6 @@ def _names(body: int, client: int) -> list[tuple[Key, str]]:
     return [(key, name.decode()) for key, name in [((body, BASE), base), *links]]
 
 
-def _flat(names: Iterable[Any]) -> list[Any]:
-    out: list[Any] = []
-    for item in names:
-        out.extend([item] if isinstance(item, str) or not isinstance(item, Iterable) else item)
-    return out
-
-
 def _are_names(value: Any) -> bool:
     return isinstance(value, str) or (isinstance(value, Sequence) and bool(value) and isinstance(value[0], str))
 
@@ -181,4 +173,4 @@ def _offer(text: str, names: list[str]) -> str:
     """The nearest names, or all."""
     known = sorted(set(names))
     rest = f"links with a collision shape are {', '.join(known) or 'none'}"
-    return checks.nearest(text.strip(WILD + "]"), known, rest)
+    return checks.nearest(text, known, rest)

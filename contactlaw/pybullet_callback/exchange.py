@@ -19,8 +19,11 @@ from typing import Any
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import element, set_whole
 from contactlaw.world.access import body_at, world_at
+from contactlaw.world.call import address, call_step
+from contactlaw.world.demand import STEP
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
+from contactlaw.world.step import PRESSED
 from contactlaw.world.vec import (
     add,
     axpy,
@@ -182,10 +185,10 @@ def set_out(r, b, dt):
 
 @jit
 def press(place):
-    """After `world.step.find_pressed`: bodies that somebody has put on others have their true velocities, as all that
-    touch do."""
+    """Find who is pressed: bodies that somebody has put on others have their true velocities, as all that touch do."""
     head = head_at(place, 0)
     w = world_at(head.world, 0)
+    call_step(address(w, STEP), w, head.dt, PRESSED)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
         if r.strange != 0 and b.pressed != 0:

@@ -35,6 +35,7 @@ from contactlaw.world.motion import set_axes, spin_rate
 from contactlaw.world.near import list_near, strayed, surface_speed
 from contactlaw.world.records import CLOSED, FREE
 from contactlaw.world.sleep import disturbed
+from contactlaw.world.step import GROWS
 from contactlaw.world.vec import axpy, dot, half_turn, load, load4, norm, product, scale, store, store4, sub
 
 PASSED, LIST = -2, -3  # of `set_off`
@@ -110,7 +111,7 @@ def complete(place, stepped):
         if others > 0 and head.looked == 0:
             head.looked = 1
             return OTHERS
-    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, True)):
+    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
         return NO_ROOM
     return hand_back(head, w, stepped)
 

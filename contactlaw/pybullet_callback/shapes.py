@@ -73,18 +73,8 @@ class Side:
 
         rounding: radius [m] of edges.
         """
-        at, own = offset + turn @ self.position, turn @ self.rotation
-        if self.shape == "sphere":
-            return [world.add_sphere(body, self.size[0], at)]
-        if self.shape == "capsule":
-            return list(world.add_capsule(body, self.size[0], self.size[1], at, own[:, 2]))
-        if self.shape == "box":
-            return [world.add_box(body, self.size, at, quaternion_of(own), rounding)]
-        if self.shape == "cylinder":
-            return [world.add_cylinder(body, self.size[0], self.size[1], at, own[:, 2], rounding)]
-        if self.points is not None:
-            return [world.add_hull(body, self.points, rounding, offset, quaternion_of(turn))]
-        return [world.add_plane(body, at, own[:, 2])] if self.shape == "plane" else []
+        at, own = (offset + turn @ self.position, turn @ self.rotation) if self.points is None else (offset, turn)
+        return world.add_shape(self.shape, body, np.array(self.size), at, quaternion_of(own), rounding, self.points)
 
     @property
     def key(self) -> Key:

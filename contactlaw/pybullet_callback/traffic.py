@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable
-from ctypes import CFUNCTYPE, c_uint64
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -31,7 +29,7 @@ from contactlaw.world.arrays import with_more_room
 from contactlaw.world.demand import KEPT
 from contactlaw.world.frames import ALIKE
 from contactlaw.world.records import Arrays
-from contactlaw.world.step import address_of_pressed, step
+from contactlaw.world.step import step
 
 WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
 NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # read of a body yet
@@ -263,7 +261,6 @@ class Traffic:
         self.weigh(np.flatnonzero((self.rows["strange"] != 0) & (self.rows["linked"] == 0)).tolist())
         self._list_anew()
         self.arrays.bodies["placed"][1:] = self.rows["strange"]
-        _find_pressed()(self._state.ctypes.data)
         press(self._head_at)
         for one in self.linked:
             if one.strange:
@@ -339,11 +336,6 @@ class Traffic:
         body, link = self.keys[int(self._head["bad"][0])]
         name = f"body {body}" if link == BASE else f"body {body} link {link}"
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
-
-
-@lru_cache
-def _find_pressed() -> Any:
-    return CFUNCTYPE(None, c_uint64)(address_of_pressed())
 
 
 def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, ...]]:

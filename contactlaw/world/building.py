@@ -264,6 +264,29 @@ class Building:
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
         return self._shape(shapes.plane(*self._turn(body), p, n))
 
+    def add_shape(
+        self, kind: str, body: int, sizes: Array, at: Array, quaternion: Array, rounding: float | None = None,
+        points: Array | None = None,
+    ) -> list[int]:  # fmt: skip
+        """Fix a shape as engines name it, and have its sizes, to a body; returns the numbers of what it makes.
+
+        sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
+        """
+        axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
+        if kind == "capsule":
+            return list(self.add_capsule(body, first, second, at, axis))
+        if kind == "sphere":
+            return [self.add_sphere(body, first, at)]
+        if kind == "plane":
+            return [self.add_plane(body, at, axis)]
+        if kind == "box":
+            return [self.add_box(body, sizes, at, quaternion, rounding)]
+        if kind == "cylinder":
+            return [self.add_cylinder(body, first, second, at, axis, rounding)]
+        if kind == "ellipsoid":
+            return [self.add_ellipsoid(body, sizes, at, quaternion)]
+        return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
+
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
         """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
 

@@ -28,7 +28,6 @@ BENT = 0.02  # of its overlap, what the normal's turning may make of it
 FULL = 0.98  # of mu P, a friction force that is all of it: that may slide
 
 
-@jit_inside
 def set_out(w, pairs, h, count):
     """Let calm contacts coast for a number of substeps of h [s]; returns how many pairs do not.
 
@@ -110,7 +109,6 @@ def begin(w, r, k, h):
     r.turned, r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0, 0.0
 
 
-@jit_inside
 def coast(w, count, span):
     """Move rows by the substep that has passed, and kick their bodies; returns whether one leaves its range.
 
@@ -155,7 +153,6 @@ def coast(w, count, span):
     return stirred
 
 
-@jit_inside
 def land(w, calm):
     """Contacts that coasted are as they were left, and their law will be asked for all that it has missed."""
     for i in range(calm):

@@ -153,6 +153,8 @@ def deepest_on_line(d, u, rounding, one):
         e, count, other = excess_at(p, scale(at, q), rounding, one)
         k = crown * max(norm(e), LEAST)
         value, slope = k * at + dot(e, q), k + dot(change_of(e, count, other, q, rounding, s), q)
+        if value == 0.0:  # all of it is inside
+            break
         if value > 0.0:
             high = at
         else:

@@ -9,41 +9,44 @@ main thread does so, in a pending call of the interpreter, the way of signals, f
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from ctypes import CFUNCTYPE, c_int64, c_void_p, cast, pythonapi
 from typing import Any
 
 import numpy as np
 
-from contactlaw.jit import compiling
+from contactlaw.jit import address_of, compiling
 
-STEP, LAST, SPIN, ALONG, READ, ASK, WAITS, LATER, TRUTH, KEEPER = range(10)
-"""`step.step_once`, `lasting.let_last`, `spinning.spin`, `elliptic.advance`, `state.read`; what asks
-for them; whether something waits to be raised; Py_AddPendingCall, PyObject_IsTrue and `KEPT`."""
+STEP, LAST, SPIN, ALONG, READ, SLEEP, LAND, COAST, SET_OUT, ROLL, ASK, WAITS, LATER, TRUTH, KEEPER = range(15)
+"""What `supply` makes; what asks for them; whether something waits to be raised; Py_AddPendingCall, PyObject_IsTrue and
+`KEPT`."""
 
-TABLE = np.zeros(10, np.uint64)
+TABLE = np.zeros(KEEPER + 1, np.uint64)
 """Addresses of these; zero: not asked for yet."""
 
 
 def supply(what: int) -> int:
-    """The address of one of them."""
-    from contactlaw.world import elliptic, lasting, spinning, state, step  # which need the records that need this
+    """The address of one of them; the modules need this one."""
+    from contactlaw.world import call, coasting, elliptic, lasting, rolling, sleep, spinning, state, step
 
-    if TABLE[what] != 0:
-        return int(TABLE[what])
-    if what == STEP:
-        TABLE[what] = step.address_of_step()
-    elif what == READ:
-        with compiling("states that are set back", 2):
-            TABLE[what] = state.address_of_read()
-    elif what == LAST:
-        with compiling("contacts that last", 8):
-            TABLE[what] = lasting.address()
-    elif what == ALONG:
-        with compiling("elliptic contacts", 2):
-            TABLE[what] = elliptic.address()
-    else:
-        with compiling("contacts that spin", 4):
-            TABLE[SPIN] = spinning.address()
+    made: dict[int, tuple[str, int, list[Any]]] = {  # by what is asked for, which comes last: all of it is there then
+        STEP: ("", 0, [(STEP, step.step_once, call.A_STEP)]),
+        READ: ("states that are set back", 2, [(READ, state.read_at, call.A_READ)]),
+        LAST: ("contacts that last", 8, [(LAST, lasting.let_last, call.ON_WORLD)]),
+        ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance, call.ALONG)]),
+        SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.settle_down, call.ON_ISLAND)]),
+        ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.ROLLS)]),
+        SPIN: ("contacts that spin", 4, [(SPIN, spinning.spin, call.SPIN)]),
+        SET_OUT: ("contacts that hardly change", 2, [
+            (LAND, coasting.land, call.LANDS), (COAST, coasting.coast, call.COASTS),
+            (SET_OUT, coasting.set_out, call.SETS_OUT),
+        ]),
+    }  # fmt: skip
+    if TABLE[what] == 0:
+        name, seconds, parts = made[what]
+        with compiling(name, seconds) if name else nullcontext():
+            for place, function, signature in parts:
+                TABLE[place] = address_of(getattr(function, "py_func", function), signature)
     return int(TABLE[what])
 
 

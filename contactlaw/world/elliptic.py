@@ -6,10 +6,8 @@ from collections import namedtuple
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of
 from contactlaw.laws import ellipse
 from contactlaw.memory import doubles_at
-from contactlaw.world.call import ALONG
 
 Nodes = namedtuple("Nodes", "x x2 w")
 
@@ -19,8 +17,3 @@ def advance(c, numbers, memory, count, du, dv):
     n = int(count)
     own = carray(doubles_at(numbers), 3 * n)
     ellipse.advance(c.touch, Nodes(own[:n], own[n : 2 * n], own[2 * n :]), carray(doubles_at(memory), (2, n)), du, dv)
-
-
-def address() -> int:
-    """Where `advance` is, compiled."""
-    return address_of(advance, ALONG)

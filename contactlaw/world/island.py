@@ -12,7 +12,8 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
 from contactlaw.world.bounds import time_to_close
-from contactlaw.world.coasting import coast, land, set_out
+from contactlaw.world.call import address, call_coast, call_land, call_set_out, ready
+from contactlaw.world.demand import COAST, LAND, SET_OUT
 from contactlaw.world.geometry import meet_near
 from contactlaw.world.motion import drift, fly, greatest_closing, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
@@ -144,7 +145,7 @@ def run(w, bodies, pairs, t, now, until):
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
-            land(w, pairs - rest)
+            call_land(address(w, LAND), w, pairs - rest)
             rest = pairs
         w.twists = twists(closed, joints or closed > w.crowd, last or done % TWISTS == 0)
         closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
@@ -152,7 +153,8 @@ def run(w, bodies, pairs, t, now, until):
         going = closed > 0 and not last
         if not going:
             following = 0.0
-        elif news or done == BLOCK:
+        anew = going and news < (NEVER if closed <= w.crowd else LEAST_CHANGE * following)
+        if anew or (going and done == BLOCK):
             target = max(length(w, pairs, t, until), SHORTEST * whole)
             going = not lost(w, bodies, whole)
             if not alike(target, following):
@@ -169,12 +171,14 @@ def run(w, bodies, pairs, t, now, until):
             else:
                 apply_force(c, a, b, c.end_weight * h)
                 open_up(p, c)
-        stirred = coast(w, pairs - rest, (h, 0.5 * (h + following))) or news
+        stirred = anew
+        if rest < pairs:
+            stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or anew
         w.kicks += closed
         if rest == pairs and done <= 1 and following == h and closed > SEVERAL:
             count = min(BLOCK, (until - t) / h)
-            if count > LEAST_COASTED:
-                rest, spacing = set_out(w, pairs, h, count), h
+            if count > LEAST_COASTED and ready(w, SET_OUT):
+                rest, spacing = call_set_out(address(w, SET_OUT), w, pairs, h, count), h
         h = following
     w.twists = EACH
     for i in range(bodies):
@@ -217,12 +221,13 @@ def lost(w, bodies, time):
 
 @jit_inside
 def forces(w, pairs, span, stride):
-    """Advance all contacts by the substep that has passed; returns how many are closed, and whether one has touched.
+    """Advance all contacts by the substep that has passed; returns how many are closed.
 
-    span: lengths [s] of this substep and of the next. stride: the most [m] that a surface may go in one; an open pair
-    is met in the substep before it touches, for its gap there.
+    The second result is the shortest substep [s] that one would have which has touched. span: lengths [s] of this
+    substep and of the next. stride: the most [m] that a surface may go in one; an open pair is met in the substep
+    before it touches, for its gap there.
     """
-    closed, news = 0, False
+    closed, news = 0, NEVER
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
@@ -235,7 +240,7 @@ def forces(w, pairs, span, stride):
             p.room = p.gap + a.way + b.way
             if overlap <= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
-            news = True
+            news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
         look(w, contact_at(w.contacts, p.slot), a, b)
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))

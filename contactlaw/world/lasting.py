@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from math import isfinite, sqrt
 
-from contactlaw.jit import address_of, jit_inside
+from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import (
     body_at,
@@ -33,7 +33,7 @@ from contactlaw.world.access import (
     row_at,
     tree_at,
 )
-from contactlaw.world.call import ON_WORLD, call_with_body
+from contactlaw.world.call import call_with_body
 from contactlaw.world.equations import (
     ACCELERATION,
     BEFORE,
@@ -49,7 +49,7 @@ from contactlaw.world.equations import (
 from contactlaw.world.island import members
 from contactlaw.world.motion import follow, give, settle, spin_rate
 from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import NEVER, WAITS
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.steady import GAINED, changes, energy, is_steady, stages_of
 from contactlaw.world.touch import add_work, force_of, open_up
@@ -70,16 +70,23 @@ def let_last(w):
     some = False
     for k in range(w.islands):
         bodies, pairs = members(w, whole_at(w.roots, k))
-        stages = stages_of(w, bodies, pairs)
+        stages = stages_of(w, bodies, pairs) if tries(w, bodies) else 0
         if stages > 0 and last(w, bodies, pairs, stages):
             fall_asleep(w, bodies, pairs)
             some = True
     return some
 
 
-def address() -> int:
-    """Where `let_last` is, compiled."""
-    return address_of(let_last, ON_WORLD)
+@jit_inside
+def tries(w, bodies):
+    """Whether an island is to be tried: where none was found, it waits, each time about twice as many steps."""
+    now = True
+    for i in range(bodies):
+        b = body_at(w.bodies, whole_at(w.island_bodies, i))
+        if b.waits > 0:
+            b.waits -= 1
+            now = False
+    return now
 
 
 @jit_inside
@@ -92,15 +99,16 @@ def last(w, bodies, pairs, stages):
     steady = is_steady(w, bodies, pairs)
     if steady:
         go_on(w, bodies, pairs, stage)
-    found = solve(w, bodies, pairs, stage, stage)
-    if found and stages == 2:
+    solved = solve(w, bodies, pairs, stage, stage)
+    if solved and stages == 2:
         add_impulses(w, pairs, w.step - stage)
         launch(w, stage, w.step - stage)
         if steady:
             velocity, begun = part(w, VELOCITY), part(w, BEGUN)
             for i in range(w.unknowns):
                 velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
-        found = solve(w, bodies, pairs, stage, w.step) and not changes(w, pairs)
+        solved = solve(w, bodies, pairs, stage, w.step)
+    found = solved and not (stages == 2 and changes(w, pairs))
     if found:
         after, size = energy(w, bodies, pairs)
         found = after - before <= GAINED * size
@@ -110,6 +118,7 @@ def last(w, bodies, pairs, stages):
     for i in range(bodies):
         k = whole_at(w.island_bodies, i)
         b = body_at(w.bodies, k)
+        waits = 0 if solved else min(2 * b.waited + 1, WAITS - 1)
         if found:
             b.time = w.step
             b.done = 1
@@ -118,6 +127,7 @@ def last(w, bodies, pairs, stages):
             follow(b)
         else:
             bring_back_body(w, k)
+        b.waits, b.waited = waits, waits
         if b.tree != 0 and b.member == 0:
             if not found:
                 t = tree_at(b.tree, 0)

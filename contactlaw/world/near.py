@@ -37,7 +37,7 @@ from contactlaw.world.records import (
     TANGENT,
 )
 from contactlaw.world.touch import release
-from contactlaw.world.vec import add, dot, load, norm, store, sub
+from contactlaw.world.vec import add, dot, load, norm, store, sub, to_body
 
 SLACK = 0.2  # of a body's smallest radius: its margin besides what its speed asks for
 STEPS = 4.0  # steps that the margin is to last at the speed there is
@@ -276,6 +276,8 @@ def consider(w, i, j):
         far = margin + size(sa) + size(sb)
         if dot(d, d) > far * far:
             return
+        if sb.kind == HULL and beside(d, sa, a, sb, b, margin):
+            return
         over = asked_of(sa, sb, OF_FACE) if sa.kind == EDGE and sb.kind == BOX else types.uint64(0)
         if over != 0 and ask_over_face(over, d, half_axis(sa, a), margin, sb, b):
             return
@@ -291,6 +293,21 @@ def consider(w, i, j):
     p.a, p.b = i, j
     p.listed = -overlap if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL else 0.0
     w.nears += 1
+
+
+@jit_inside
+def beside(d, sa, a, sb, b, margin):
+    """Whether a shape is further than a margin [m] from the box around a hull B, along one of that one's axes.
+
+    d: from B's centre to A's. Hulls have hundreds of parts, of which most are told apart so, without a search.
+    """
+    p, u, reach = to_body(b.axes, d), (0.0, 0.0, 0.0), size(sa)
+    if sa.kind == EDGE or sa.kind == SEGMENT:
+        u, reach = to_body(b.axes, half_axis(sa, a)), sa.radius
+    most = 0.0
+    for i in range(3):
+        most = max(most, abs(p[i]) - abs(u[i]) - sb.axes[i])
+    return most > reach + margin
 
 
 @jit_inside

@@ -23,6 +23,7 @@ FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in M
 MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
 LATER, NOW, SELDOM, EACH = range(4)  # when contacts are twisted, see `island.twists`
 STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
+WAITS = 8  # a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
 
 VECTOR = ("f8", (3,))
@@ -58,6 +59,7 @@ BODY = record(
     active="i8",  # presses on something
     done="i8",  # has been moved to the end of the step already
     unknown="i8",  # first of its velocities in an implicit step, see `equations`
+    waits="i8", waited="i8",  # steps for which no implicit one is tried with it, below WAITS: still, and in all
     still="i8",  # nothing moves it within this step
     asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
     changed="i8",  # its velocity is no longer what was foreseen
@@ -161,7 +163,8 @@ SHAPE = record(
     normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
     half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, cylinder or ellipsoid: half its
     # lengths; of a disc: from its middle to a point of its border; of a hull: as long as it reaches
-    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones; the third is that of a cylinder
+    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones, the third along a
+    # cylinder; of a hull first half the lengths of the box around it, along the principal axes
     partner="i8",  # of a tangent plane: the only shape that it meets
     deepest="u8",  # address of what finds the deepest point of a disc
     first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`

@@ -118,8 +118,9 @@ def hull(row: int, turn: Array, points: Array, at: Array, axes: Array, rounding:
     middle = 0.5 * (own.max(0) + own.min(0))
     own -= middle
     reach = float(np.linalg.norm(own, axis=1).max()) + radius
+    around = np.concatenate([np.abs(own).max(0) + radius, np.zeros(6)])  # the box around it
     return {"kind": HULL, "body": row, "radius": radius, "at": turn @ at + middle, "half": np.array([reach, 0.0, 0.0]),
-            "vertices": own, "edges": edges} | convex.addresses()  # fmt: skip
+            "axes": around, "vertices": own, "edges": edges} | convex.addresses()  # fmt: skip
 
 
 def plane(row: int, turn: Array, point: Array, normal: Array) -> Fields:

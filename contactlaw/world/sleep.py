@@ -10,7 +10,8 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, near_at, tree_at
-from contactlaw.world.call import call_with_body, call_with_vectors
+from contactlaw.world.call import address, call_on_island, call_with_body, call_with_vectors, ready
+from contactlaw.world.demand import SLEEP
 from contactlaw.world.motion import give, settle
 from contactlaw.world.pace import contact_time
 from contactlaw.world.rolling import moment_of
@@ -23,8 +24,12 @@ SAME = 1e-12  # of an acceleration, a change that is none
 @jit_inside
 def fall_asleep(w, bodies, pairs):
     """Put an island to sleep if it hardly moves and is in balance."""
-    if w.stillness == 0.0 or not hardly(w, pairs, w.stillness, 1):
-        return
+    if w.stillness != 0.0 and hardly(w, pairs, w.stillness, 1) and ready(w, SLEEP):
+        call_on_island(address(w, SLEEP), w, bodies, pairs)
+
+
+def settle_down(w, bodies, pairs):
+    """Put an island that hardly moves to sleep if it is in balance."""
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))

@@ -6,14 +6,12 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of
 from contactlaw.laws import sectors, torsion
 from contactlaw.laws.hertz import greatest_overlap
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN
 from contactlaw.laws.slip import span_of
 from contactlaw.memory import doubles_at
 from contactlaw.world.access import law_at
-from contactlaw.world.call import SPIN
 
 
 def spin(c, memory, numbers, moved, since, dt, roomy, dashpot):
@@ -42,8 +40,3 @@ def spin(c, memory, numbers, moved, since, dt, roomy, dashpot):
     rate, inertia = dashpot
     if inertia > 0.0:
         torsion.damp(c.torsion, t, pair.g_t, left, rate, inertia)
-
-
-def address() -> int:
-    """Where `spin` is, compiled."""
-    return address_of(spin, SPIN)

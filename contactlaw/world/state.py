@@ -6,8 +6,8 @@ bodies at the start of a step: the list of near pairs is made anew.
 
 The row: how many contacts are closed, or open while overlap of them counts as none; of each, in the order of the near
 list, its two shapes, how often they have touched, the numbers of its record, and what its law remembers; of each body
-whether it sleeps, and what it fell asleep under. Rows are open to whoever uses the engine, and may be another model's:
-what is not sound in them is left out, contact by contact.
+whether it sleeps, and what it fell asleep under, or for how long it waits. Rows are open to whoever uses the engine,
+and may be another model's: what is not sound in them is left out, contact by contact.
 """
 
 from __future__ import annotations
@@ -16,13 +16,12 @@ from math import sqrt
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
-from contactlaw.jit import address_of, jit, jit_inside
+from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
-from contactlaw.world.call import A_READ
 from contactlaw.world.near import count_slots, pair_of
-from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED
+from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, WAITS
 from contactlaw.world.touch import enter
 from contactlaw.world.vec import dot, load, norm, store
 
@@ -63,18 +62,12 @@ def room_of(w, numbers):
     return left // (SHAPES + KNOWN_NUMBERS + REST + w.memory_size)
 
 
-@jit
-def pack(world, out):
-    """Write the state of a world, between two steps, into a row as long as `size` says; world: see `step.step`.
+@jit_inside
+def write(w, out):
+    """Write the state of a world, between two steps, into a row as long as `size` says.
 
     Returns how many contacts there was no room for. The row holds zeros, or what this function last wrote.
     """
-    return write(world[0], out)
-
-
-@jit_inside
-def write(w, out):
-    """The same, by the record of the world."""
     room = room_of(w, out)
     if room < 0:
         return w.nears
@@ -100,7 +93,7 @@ def write(w, out):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         sleeps = b.asleep != 0 and small(b.held, 3)
-        out[at] = 1.0 if sleeps else 0.0
+        out[at] = 1.0 if sleeps else -float(b.waits + WAITS * b.waited)
         for j in range(3):
             out[at + 1 + j] = b.held[j] if sleeps else 0.0
         at += SLEEP
@@ -138,18 +131,12 @@ def small(numbers, count):
     return sound
 
 
-@jit
-def unpack(world, row):
+@jit_inside
+def read(w, row):
     """Give a world the state that a row holds; its bodies are given their motion by whoever does so, before the step.
 
     Returns how many contacts and sleeping bodies were left out because they are not sound.
     """
-    return read(world[0], row)
-
-
-@jit_inside
-def read(w, row):
-    """The same, by the record of the world."""
     forget(w)
     room = room_of(w, row)
     if room < 0 or not 0.0 <= row[0] <= room:
@@ -186,11 +173,6 @@ def read_at(w, address, count):
     return read(w, carray(doubles_at(address), count))
 
 
-def address_of_read() -> int:
-    """Where `read_at` is, compiled."""
-    return address_of(read_at, A_READ)
-
-
 @jit_inside
 def forget(w):
     """Leave no contact, nobody asleep, no list of near pairs, and nothing in the ledgers: the state of zeros."""
@@ -205,6 +187,7 @@ def forget(w):
         b = body_at(w.bodies, i)
         b.asleep = 0
         b.active = 0
+        b.waits, b.waited = 0, 0
         store(b.held, (0.0, 0.0, 0.0))
     for i in range(w.pair_count):
         own = pair_at(w.pairs, i).ledger
@@ -286,9 +269,12 @@ def sound_arm(b, arm, radii):
 
 @jit_inside
 def lay(b, row):
-    """Let a body sleep if a row says so; returns whether it is one that may."""
-    if row[0] == 0.0 or b.tree != 0:  # a tree wakes
-        return True
+    """Let a body sleep, or wait, if a row says so; returns whether it is one that may."""
+    if -WAITS * WAITS < row[0] <= 0.0:
+        waits = int(-row[0])
+        b.waits, b.waited = waits % WAITS, waits // WAITS
+    if row[0] <= 0.0 or b.tree != 0:  # a tree wakes
+        return row[0] > -WAITS * WAITS
     if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0:
         return False
     b.asleep = 1

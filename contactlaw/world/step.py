@@ -10,26 +10,23 @@ fly           all bodies to the end of the step
 
 from __future__ import annotations
 
-from functools import lru_cache
-
-from numba import types
-
-from contactlaw.jit import address_of, jit, jit_inside
+from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at, world_at
-from contactlaw.world.call import A_STEP, address, call_on_world, call_step, ready, waits
+from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at
+from contactlaw.world.call import address, call_on_world, call_step, ready, waits
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet_near
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import closing_at, fly, follow, greatest_closing, settle
 from contactlaw.world.near import count_slots, list_near, strayed
-from contactlaw.world.pace import LONG, loaded, masses, rests
+from contactlaw.world.pace import LONG, loaded, rests
 from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace, stays_built
 from contactlaw.world.vec import dot, load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
+PRESSED, FIXED, GROWS = range(3)  # what `step_once` is to do
 AT_THE_END = 1e-6  # of an impact: one that begins so shortly before the end of a step begins in the next
 REMNANT = 0.01  # of a window: what would be left of the step after it is taken into it
 SHORTEST = 1e-6  # of a step, a window at least
@@ -45,29 +42,35 @@ def step(world, dt, count):
     """
     w = world[0]
     for i in range(count):
-        if not (ready(w, STEP) and call_step(address(w, STEP), w, dt, True)):
+        if not (ready(w, STEP) and call_step(address(w, STEP), w, dt, GROWS)):
             return i
         if waits(w.demand):
             return i + 1
     return count
 
 
-def step_once(w, dt, grows):
-    """Move a world by one step; grows: there can be more room for it. Returns False if there may have to be."""
+def step_once(w, dt, what):
+    """Move a world by one step; PRESSED: `find_pressed` instead; GROWS: there can be more room for it.
+
+    Returns False if there may have to be. One function for all, as they have much in common that is compiled once then.
+    """
+    if what == PRESSED:
+        find_pressed(w)
+        return True
     begin(w, dt)
-    if grows and (2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0):
+    if what == GROWS and (2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0):
         w.stale = 1
         return False
     finish(w, dt)
     return True
 
 
-def find_pressed(world):
-    """Which bodies are pressed: they have closed contacts, or were put into others; world: its address.
+@jit_inside
+def find_pressed(w):
+    """Which bodies are pressed: they have closed contacts, or were put into others.
 
     Before a step, open pairs of trees that may pass by come to know their gap and how fast it closes.
     """
-    w = world_at(world, 0)
     if w.stale != 0:
         list_near(w)
     for i in range(w.body_count):
@@ -114,17 +117,6 @@ def press(b):
 def asked(b):
     """Whether a body was put where it is, or may pass by everything."""
     return b.placed != 0 or (b.tree != 0 and tree_at(b.tree, 0).passes == ASKED)
-
-
-@lru_cache
-def address_of_pressed() -> int:
-    """Address of `find_pressed`."""
-    return address_of(find_pressed, types.void(types.uint64))
-
-
-def address_of_step() -> int:
-    """Where `step_once` is, compiled: once for all that move worlds."""
-    return address_of(step_once, A_STEP)
 
 
 @jit_inside
@@ -220,10 +212,8 @@ def begin(w, dt):
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0:
-            c, a, b = contact_at(w.contacts, p.slot), body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            c = contact_at(w.contacts, p.slot)
             store(c.earlier, load(c.impulse))
-            if p.closed != 0 and (a.tree != 0 or b.tree != 0):
-                masses(c, a, b)
     follow_tangents(w)
 
 

@@ -12,12 +12,14 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world import force
 from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
+from contactlaw.world.call import address, call_roll, ready
+from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import meet, meet_near
 from contactlaw.world.motion import kick, moved_at, turn, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
 from contactlaw.world.records import CLOSED, DISC, FREE, PARTED
-from contactlaw.world.rolling import advance_rolling, apply_rolling, rolled
+from contactlaw.world.rolling import apply_rolling, rolled
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
 NONE = (0.0, 0.0, 0.0)
@@ -266,8 +268,8 @@ def advance(w, c, slot, span):
         c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
     store(c.force, force_of(c))
     c.interval = h
-    if law.rolling != 0.0:
-        advance_rolling(w, c, law.rolling, (c.rolled[0] / h, c.rolled[1] / h))
+    if law.rolling != 0.0 and ready(w, ROLL):
+        call_roll(address(w, ROLL), w, c, law.rolling, (c.rolled[0] / h, c.rolled[1] / h))
     add_work(c, 0.5 + c.end_weight, overlap - before, moved)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)

@@ -7,13 +7,16 @@ mujoco = pytest.importorskip("mujoco")
 if numba.config.DISABLE_JIT:
     pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
-from validation.census import fallen, with_law  # noqa: E402
+from contactlaw import ContactPair  # noqa: E402
+from contactlaw.mujoco_plugin import load_model  # noqa: E402
+from validation.census import fallen  # noqa: E402
 
 
 def test_what_overlaps_store_at_the_start_is_no_gain():
     """A ball 10 mm inside the floor is thrown up by more than it weighs; what it cannot keep is lost to its damper."""
-    model = with_law("""<mujoco><option timestep="1e-3"/><worldbody><geom type="plane" size="1 1 .1"/>
-        <body pos="0 0 .04"><freejoint/><geom size=".05" mass=".5"/></body></worldbody></mujoco>""")
+    scene = """<mujoco><option timestep="1e-3"/><worldbody><geom type="plane" size="1 1 .1"/>
+        <body pos="0 0 .04"><freejoint/><geom size=".05" mass=".5"/></body></worldbody></mujoco>"""
+    model = load_model(scene, [("*", "*", ContactPair("rubber", "steel", 0.8, 0.5))], overlaps="keep")
     data, heights = mujoco.MjData(model), []
     for _ in range(200):
         mujoco.mj_step(model, data)

@@ -18,6 +18,7 @@ if numba.config.DISABLE_JIT:
 
 from contactlaw import ContactPair, ContactWarning  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, load_model, save_model  # noqa: E402
+from contactlaw.mujoco_plugin.drop_in import NEEDS  # noqa: E402
 from contactlaw.world import demand  # noqa: E402
 
 STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
@@ -66,7 +67,8 @@ def test_a_target_that_is_no_file(tmp_path):
 
 def test_what_cannot_be_written_leaves_what_is_there(tmp_path, monkeypatch):
     target = tmp_path / "a.xml"
-    target.write_text("precious")
+    precious = f"{NEEDS} precious"
+    target.write_text(precious)
 
     def full(self, text, encoding):
         with self.open("w") as file:
@@ -76,7 +78,7 @@ def test_what_cannot_be_written_leaves_what_is_there(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "write_text", full)
     with pytest.raises(OSError, match="No space"):
         save_model(scene(), target, CONTACTS)
-    assert [path.read_text() for path in tmp_path.iterdir()] == ["precious"]
+    assert [path.read_text() for path in tmp_path.iterdir()] == [precious]
 
 
 def test_any_name_is_written_whatever_the_locale(tmp_path):
@@ -131,7 +133,7 @@ def step_until_interrupted(model, data):
 
 def test_warnings_made_errors_reach_the_caller(model):
     data = mujoco.MjData(model)
-    data.qpos[2] = 0.02
+    data.qpos[2], data.qvel[2] = 0.03, -300.0
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(ContactWarning, match="overlap over radius"):
@@ -147,13 +149,23 @@ def test_what_is_raised_while_something_is_compiled_reaches_the_caller(model, ki
     data.qpos[2], data.qvel[2], data.qvel[5] = 0.026, -1.0, 50.0
     with monkeypatch.context() as patched:
         patched.setattr(demand, "supply", supply)
-        demand.TABLE[demand.LIMIT] = 0
+        demand.TABLE[demand.SPIN] = 0
         with pytest.raises(kind):
             step_until_interrupted(model, data)
         assert not demand.KEPT
         assert data.time < 0.01
     mujoco.mj_step(model, data, 5)
     assert 0.5 < data.qvel[2] < 1.0
+
+
+def test_an_interrupt_while_an_mjdata_is_made_leaves_none_half_made(model, monkeypatch, capfd):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("contactlaw.mujoco_plugin.instance._block", stop)
+    with pytest.raises(mujoco.FatalError, match="init failed"):
+        mujoco.MjData(model)
+    assert capfd.readouterr().err == "contactlaw: plugin instance 0: KeyboardInterrupt\n"
 
 
 def test_flags_that_turn_the_law_off_are_noticed(model):

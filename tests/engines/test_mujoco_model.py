@@ -204,7 +204,10 @@ def test_a_mujoco_whose_structs_lie_elsewhere_is_refused(monkeypatch):
     from contactlaw.mujoco_plugin import layout
 
     layout.check()
-    monkeypatch.setitem(layout.DATA, "xquat", layout.DATA["xquat"] + 8)
+    kinds, places = zip(*layout.DATA.fields.values(), strict=True)
+    places = [place + 8 * (name == "xquat") for name, place in zip(layout.DATA.names, places, strict=True)]
+    moved = {"names": layout.DATA.names, "formats": kinds, "offsets": places, "itemsize": layout.DATA.itemsize}
+    monkeypatch.setattr(layout, "DATA", np.dtype(moved))
     with pytest.raises(ImportError, match=r"does not fit MuJoCo .*mjData\.xquat"):
         layout.check()
 

@@ -218,6 +218,7 @@ class Asked(Exception):
     """How many steps a scene would take."""
 
 
+@pytest.mark.filterwarnings("ignore::contactlaw.ContactWarning")
 @pytest.mark.parametrize("name", [name for name in SCENES if name not in ("paddle", "grasp")])  # of their own length
 def test_no_value_makes_a_scene_last_beyond_patience(name, monkeypatch):
     """But those that say how long or how many: every other end of a range takes seconds."""

@@ -60,7 +60,7 @@ def interrupt() -> None:
 
 
 @pytest.mark.parametrize(("fault", "kind"), [(compiler_fault, OSError), (interrupt, KeyboardInterrupt)])
-@pytest.mark.parametrize("missing", [demand.LIMIT, demand.STEP])
+@pytest.mark.parametrize("missing", [demand.SPIN, demand.STEP])
 def test_what_is_raised_while_something_is_compiled_reaches_who_steps(
     fault: Callable[[], None], kind: type[BaseException], missing: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -92,7 +92,7 @@ def test_what_escapes_even_that_leaves_no_address(monkeypatch: pytest.MonkeyPatc
     world.step()
     unraisable: list[object] = []
     monkeypatch.setattr("sys.unraisablehook", unraisable.append)
-    with entry(demand.LIMIT, 0), entry(demand.ASK, cast(_broken, c_void_p).value or 0):
+    with entry(demand.SPIN, 0), entry(demand.ASK, cast(_broken, c_void_p).value or 0):
         world.step(20)
     assert unraisable
     assert 0.5 < world.velocity[0, 2] < 1.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from contactlaw.world.state import HEAD, pack, size, unpack
+from contactlaw.world.state import HEAD, read, size, write
 from tests.world.long_shapes import scene
 from validation.world_scenes import FLOOR, RADIUS, balls, box_of_planes, steel_pair
 
@@ -20,7 +20,7 @@ def row_of(world: World) -> np.ndarray:
     """Its packed state."""
     arrays = world.arrays.bound()
     row = np.zeros(size(ROOM, arrays.memory.shape[1], arrays.bodies.size, arrays.pairs.size))
-    assert pack(arrays.world, row) == 0
+    assert write(arrays.world[0], row) == 0
     return row
 
 
@@ -38,7 +38,7 @@ def goes_on(make: Callable[[], World], before: int, after: int) -> tuple[int, in
     world.step(before)
     row = row_of(world)
     new = again(make, world)
-    assert unpack(new.arrays.bound().world, row) == 0
+    assert read(new.arrays.bound().world[0], row) == 0
     np.testing.assert_array_equal(new.asleep, world.asleep)
     for _ in range(after):
         world.step()
@@ -130,7 +130,7 @@ def test_bodies_that_tumble_go_on(kind: str) -> None:
     world = scene(kind, 1, 2e-3, steel_pair(0.3, 0.8))
     world.step(37)
     new = again(lambda: scene(kind, 1, 2e-3, steel_pair(0.3, 0.8)), world)
-    assert unpack(new.arrays.bound().world, row_of(world)) == 0
+    assert read(new.arrays.bound().world[0], row_of(world)) == 0
     world.step(10)
     new.step(10)
     np.testing.assert_allclose(new.position, world.position, rtol=0.0, atol=1e-10)
@@ -145,7 +145,7 @@ def test_a_row_of_a_world_at_rest_is_zeros_and_too_little_room_is_told() -> None
     closed = int(world.contacts["closed"].sum())
     assert closed > 0
     row = np.zeros(size(0, arrays.memory.shape[1], arrays.bodies.size, arrays.pairs.size))
-    assert pack(arrays.world, row) == closed
+    assert write(arrays.world[0], row) == closed
 
 
 BAD = (np.nan, np.inf, -np.inf, -1.0, 0.5, 7.0, 1e300, -1e300, 1e18, 0.0, 2.0**63, 1e-320)
@@ -165,7 +165,7 @@ def test_unsound_numbers_do_no_harm() -> None:
         places = rng.choice(used, 1 + trial % 3, replace=False) if trial % 4 else [trial // 4 % (HEAD + 3)]
         other[places] = rng.choice(BAD, len(places))
         new = again(lambda: eight(1e-4, 0.8), world)
-        told += unpack(new.arrays.bound().world, other) > 0
+        told += read(new.arrays.bound().world[0], other) > 0
         new.step(10)
         for name in (*MOTION, "momentum"):
             assert np.isfinite(new.arrays.bodies[name]).all()
@@ -178,7 +178,7 @@ def test_rows_of_nothing_but_one_number_and_of_other_lengths(value: float) -> No
     world = eight(1e-4, 0.8)
     arrays = world.arrays.bound()
     for length in (0, 1, 5, 36, size(ROOM, arrays.memory.shape[1], arrays.bodies.size, arrays.pairs.size)):
-        assert unpack(arrays.world, np.full(length, value)) > 0 or value == 0.0
+        assert read(arrays.world[0], np.full(length, value)) > 0 or value == 0.0
         world.step(3)
         assert np.isfinite(world.position).all()
 
@@ -193,5 +193,5 @@ def test_the_same_contact_twice_is_left_out_once() -> None:
     count = int(row[0])
     row[HEAD + count * length : HEAD + (count + 1) * length] = row[HEAD : HEAD + length]
     row[0] += 1
-    assert unpack(arrays.world, row) == 1
+    assert read(arrays.world[0], row) == 1
     assert world.contacts["closed"].sum() == count

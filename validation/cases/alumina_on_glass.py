@@ -33,7 +33,10 @@ class AluminaOnGlass(Case):
         "The rebound of a 5 mm alumina sphere from glass, measured by Kharaz, Gorham & Salman, follows from elastic "
         "constants, friction 0.092 and restitution 0.98 as published; nothing is fitted. From 33 degrees on the "
         "contact slides throughout, all laws agree, and what remains is in the data: a sphere's spin follows from "
-        "its tangential restitution, and the two as measured differ from each other as much as from the laws. Laws "
+        "its tangential restitution, and the two as measured differ from each other as much as from the laws. The "
+        "measured angle is 0.4 to 0.7 degrees below the laws' from 20 degrees on, gross slip included, and at 20 and "
+        "30 degrees 0.5 to 0.7 below what the measured spin and e_t make of it: its limit is missed by no law's doing. "
+        "Laws "
         f"and reference leave out the coupling of normal and tangential motion ({PAIR.coupling:.2f} for this pair), "
         "which the data refuse (next chapter)."
     )
@@ -63,7 +66,7 @@ class AluminaOnGlass(Case):
         lines = quantities(pair, grid)
         data = {
             "kappa": pair.kappa, "chi": SPHERE * pair.kappa / 2.0, "coupling": pair.coupling, "rms": measures,
-            "shown": shown, "each_from_each": consistency(), "grid": grid,
+            "shown": shown, "each_from_each": consistency(), "angle_from_others": angles_from_others(), "grid": grid,
             "laws": {quantity: {law: found[quantity] for law, found in lines.items()} for quantity in TABLES},
         }  # fmt: skip
         limits = []
@@ -92,6 +95,8 @@ class AluminaOnGlass(Case):
             ["(measured, from the measured rebound angle)", f"{pair['e_t'][0]:.3g}", f"{pair['e_t'][1]:.3g}",
              f"{pair['spin'][0]:.3g}", f"{pair['spin'][1]:.3g}", "", ""]
         )  # fmt: skip
+        for quantity, found in data["angle_from_others"].items():
+            table.rows.append([f"(measured, from the measured {quantity})", *[""] * 4, *(f"{v:.3g}" for v in found)])
         return table
 
     def draw(self, data: Data, *axes: Axes) -> None:
@@ -153,6 +158,25 @@ def consistency() -> dict[str, tuple[float, float]]:
         value = e_t if quantity == "e_t" else 2.5 * (1.0 - e_t) * SPEED * np.sin(np.radians(theta)) / RADIUS
         difference, below = value - table[column], theta < STICKING
         found[quantity] = rms(difference[below]), rms(difference)
+    return found
+
+
+def angles_from_others() -> dict[str, tuple[float, float]]:
+    """How far the measured rebound angle is from those of the measured e_t and spin, rms [deg] as in `consistency`.
+
+    What is interpolated is their ratio to the law's e_t, which varies slowly.
+    """
+    angles = load("kharaz_rebound_cm_lethe")
+    theta, angle = angles["theta_deg"], angles["rebound_cm_deg"]
+    found = {}
+    for quantity in ("e_t", "spin"):
+        name, column = TABLES[quantity]
+        at, value = load(name)["theta_deg"], load(name)[column]
+        own = value if quantity == "e_t" else 1.0 - value * RADIUS / (2.5 * SPEED * np.sin(np.radians(at)))
+        e_t, law = (quantities(PAIR, x, with_reference=False)["microslip"]["e_t"] for x in (theta, at))
+        reflected = e_t * np.interp(theta, at, own / law) * np.tan(np.radians(theta)) / RESTITUTION
+        difference = np.degrees(np.arctan(reflected)) - angle
+        found[quantity] = rms(difference[theta < STICKING]), rms(difference)
     return found
 
 
