@@ -7,17 +7,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw import MATERIALS, Calibration, calibrate
-from validation.calibration_tables import (
-    DISK,
-    KHARAZ_FRICTION,
-    RUBBER,
-    SPHERE,
-    STEEL,
-    Published,
-    PuckTable,
-    alumina,
-    balls,
-)
+from validation import calibration_tables as tables
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.prediction import quiet_pair
 
@@ -45,13 +35,13 @@ class CalibrationCase(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         repeats = 12 if quick else 150
         pucks: dict[str, Any] = {}
-        for number, table in enumerate((STEEL, RUBBER)):
+        for number, table in enumerate((tables.STEEL, tables.RUBBER)):
             pucks[table.name] = _repeated(table, repeats, lambda part, n=number: progress(0.45 * (n + part)))
-        kappa = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], KHARAZ_FRICTION).kappa
-        real = {table.name: _as_data(_of(table, kappa), KHARAZ_FRICTION, kappa) for table in alumina()}
-        single = {table.name: _as_data(_of(table, None)) for table in balls()}
+        kappa = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], tables.KHARAZ_FRICTION).kappa
+        real = {table.name: _as_data(_of(table, kappa), tables.KHARAZ_FRICTION, kappa) for table in tables.alumina()}
+        single = {table.name: _as_data(_of(table, None)) for table in tables.balls()}
         data = {"pucks": pucks, "alumina": real, "alumina_kappa": kappa, "balls": single, "repeats": repeats,
-                "impacts": len(STEEL.incidences)}  # fmt: skip
+                "impacts": len(tables.STEEL.incidences)}  # fmt: skip
         limits = []
         for name, puck in pucks.items():
             limits += [
@@ -87,26 +77,26 @@ class CalibrationCase(Case):
             )
         cells = "{friction[text]} | {sliding_friction[text]} | {restitution[text]} | {stiffness_ratio[text]}"
         for name, one in data["alumina"].items():
-            table.add(f"alumina on glass, {name} | {{impacts}} | {cells} | mu {KHARAZ_FRICTION}, "
+            table.add(f"alumina on glass, {name} | {{impacts}} | {cells} | mu {tables.KHARAZ_FRICTION}, "
                       f"kappa {data['alumina_kappa']:.3f} (elastic constants)", one)  # fmt: skip
         for name, one in data["balls"].items():
             table.add(f"{name} | {{impacts}} | {cells}", one)
         return table
 
 
-def _of(table: Published | PuckTable, kappa: float | None = None, seed: int = 1) -> Calibration:
+def _of(table: tables.Published | tables.PuckTable, kappa: float | None = None, seed: int = 1) -> Calibration:
     """Calibrate one table."""
-    if isinstance(table, PuckTable):
+    if isinstance(table, tables.PuckTable):
         (z1, x1, z2, x2), (s_z1, s_x1, s_z2, s_x2) = table.measured(seed)
-        return calibrate((z1, x1), (z2, x2), DISK, normal_error=np.stack([s_z1, s_z2]),
+        return calibrate((z1, x1), (z2, x2), tables.DISK, normal_error=np.stack([s_z1, s_z2]),
                          tangential_error=np.stack([s_x1, s_x2]))  # fmt: skip
     return calibrate(
-        table.before, table.after, SPHERE, normal_error=table.normal_error, tangential_error=table.tangential_error,
-        stiffness_ratio=kappa, restitution=table.restitution,
+        table.before, table.after, tables.SPHERE, normal_error=table.normal_error,
+        tangential_error=table.tangential_error, stiffness_ratio=kappa, restitution=table.restitution,
     )  # fmt: skip
 
 
-def _repeated(table: PuckTable, repeats: int, progress: Progress) -> Data:
+def _repeated(table: tables.PuckTable, repeats: int, progress: Progress) -> Data:
     """What noisy tables of one truth give."""
     truth = dict(zip(NAMES, (table.friction, table.restitution, table.kappa), strict=True))
     pulls, shares, sliding = [], [], []
@@ -121,7 +111,7 @@ def _repeated(table: PuckTable, repeats: int, progress: Progress) -> Data:
         sliding.append(result.sliding_friction.uncertainty or np.nan)
         progress((seed + 1) / repeats)
     z1, x1, z2, x2 = table.true()
-    ratio = 1.0 + 1.0 / DISK
+    ratio = 1.0 + 1.0 / tables.DISK
     slides = np.array(table.incidences) >= table.kappa * ratio * (1.0 + table.restitution) - table.restitution
     paper = float(np.mean((x1 - x2)[slides] / (2.0 * z1[slides] * ratio)))
     s_z1, s_x1, s_z2, s_x2 = table.noise(table.true())

@@ -15,26 +15,8 @@ from contactlaw.laws import Law
 from contactlaw.laws.microslip import Microslip
 from sims.panel import ENGINE_NAMES
 from sims.worlds import World
-from validation import front
-from validation.ball import (
-    FRICTION,
-    MASS,
-    RADIUS,
-    RESTITUTION,
-    SPEED,
-    SUBSTEPS,
-    TANGENTIAL_MASS,
-    Array,
-    after,
-    at,
-    ball_world,
-    energy_of,
-    in_words,
-    launch,
-    linear_spring,
-    steel_pair,
-)
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation import ball, front
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.front import Rung
 from validation.impacts import judge
 from validation.measure import interleaved
@@ -58,9 +40,9 @@ NATIVE_STEPS = [1e-3, 1e-4]  # [s], besides
 SOFT = 0.02  # [s], a native contact that some steps of 2 ms resolve
 NATIVE_RESOLVED = {"mujoco": [1000, 300, 100, 30], "pybullet": [1000, 100]}  # steps a contact
 
-CHI = steel_pair().chi(MASS, TANGENTIAL_MASS)
-DURATION = steel_pair().contact_duration(MASS, SPEED)
-KAPPA = steel_pair().kappa
+CHI = ball.steel_pair().chi(ball.MASS, ball.TANGENTIAL_MASS)
+DURATION = ball.steel_pair().contact_duration(ball.MASS, ball.SPEED)
+KAPPA = ball.steel_pair().kappa
 
 
 @dataclass(frozen=True)
@@ -98,7 +80,7 @@ class FrontEngines(Case):
     title = "Error and time in the engines"
     sheet = {"columns": 2, "width": 5.4, "height": 4.4}
     caption = (
-        f"Largest error in psi_2 of a steel ball's bounce (e = {RESTITUTION:g}) over the time of all steps from "
+        f"Largest error in psi_2 of a steel ball's bounce (e = {ball.RESTITUTION:g}) over the time of all steps from "
         "before the touch until the ball has left: MuJoCo and PyBullet. Line: the front. Numbers: "
         "nodes/substeps of microslip at the engine's own step. Native: the engine's own contact; in MuJoCo soft, and "
         "as stiff as the law's."
@@ -136,11 +118,11 @@ def ways(engine: str, quick: bool) -> dict[str, Way]:
     """The law in every setting, and the engine's own contact."""
     own = OWN_STEPS[engine]
     found = {
-        name: Way(name.split(",")[0], dt, partial(ball_world, engine, dt, steel_pair(law), substeps=substeps))
+        name: Way(name.split(",")[0], dt, partial(ball.ball_world, engine, dt, ball.steel_pair(law), substeps=substeps))
         for name, (law, dt, substeps) in settings(own, quick).items()
     }  # fmt: skip
-    kinds = {"its own solref": None, "soft, bouncing": linear_spring(SOFT, RESTITUTION)}
-    stiff = linear_spring(DURATION, RESTITUTION)
+    kinds = {"its own solref": None, "soft, bouncing": ball.linear_spring(SOFT, ball.RESTITUTION)}
+    stiff = ball.linear_spring(DURATION, ball.RESTITUTION)
     if engine == "pybullet":
         kinds, stiff = {"its own": None}, None
     for number in NATIVE_RESOLVED[engine][:: 3 if quick else 1]:
@@ -150,22 +132,24 @@ def ways(engine: str, quick: bool) -> dict[str, Way]:
         )
     for dt in [own] if quick else [own, *NATIVE_STEPS]:
         for kind, spring in kinds.items():
-            found[f"native, {kind}, {in_words(dt)}"] = Way("native", dt, partial(_native, engine, dt, spring), PATIENCE)
+            found[f"native, {kind}, {ball.in_words(dt)}"] = Way(
+                "native", dt, partial(_native, engine, dt, spring), PATIENCE
+            )
     return found
 
 
 def _native(engine: str, dt: float, spring: tuple[float, float] | None) -> World:
-    world = ball_world(engine, dt, None)
-    world.native(FRICTION, RESTITUTION, spring)
+    world = ball.ball_world(engine, dt, None)
+    world.native(ball.FRICTION, ball.RESTITUTION, spring)
     return world
 
 
 def settings(own_step: float, quick: bool) -> dict[str, tuple[str | Law, float, int]]:
     """Law, step [s] and substeps: every law at every step, at the engine's own also in few substeps."""
     resolved = RESOLVED[::3] if quick else RESOLVED
-    steps = {f"T/{n}" if n > 1 else "T": DURATION / n for n in resolved} | {in_words(own_step): own_step}
+    steps = {f"T/{n}" if n > 1 else "T": DURATION / n for n in resolved} | {ball.in_words(own_step): own_step}
     found: dict[str, tuple[str | Law, float, int]] = {
-        DEFAULT if name == "microslip" and dt == own_step else f"{name}, {words}": (name, dt, SUBSTEPS)
+        DEFAULT if name == "microslip" and dt == own_step else f"{name}, {words}": (name, dt, ball.SUBSTEPS)
         for name in LAWS
         for words, dt in steps.items()
     }
@@ -174,11 +158,11 @@ def settings(own_step: float, quick: bool) -> dict[str, tuple[str | Law, float, 
         f"microslip, {n} nodes, {count} substeps": (Microslip(node_count=n), own_step, count)
         for n in nodes
         for count in counts
-        if (n, count) != (16, SUBSTEPS)
+        if (n, count) != (16, ball.SUBSTEPS)
     }
     found |= {f"{name}, {counts[0]} substeps": (name, own_step, counts[0]) for name in LAWS if name != "microslip"}
     fine = f"T/{resolved[0]}"
-    return found | {f"microslip, 64 nodes, {fine}": (Microslip(node_count=64), steps[fine], SUBSTEPS)}
+    return found | {f"microslip, 64 nodes, {fine}": (Microslip(node_count=64), steps[fine], ball.SUBSTEPS)}
 
 
 def measured(
@@ -193,7 +177,7 @@ def measured(
         Data as from `front.weighed`, with what else the table needs, and what makes the default not sane.
     """
     psi_1 = INCIDENCES[::3] if quick else INCIDENCES
-    truth = judge([(psi, CHI, RESTITUTION) for psi in psi_1], 20 if quick else 40)
+    truth = judge([(psi, CHI, ball.RESTITUTION) for psi in psi_1], 20 if quick else 40)
     bounces = {name: _Bounces(way, psi_1, truth.psi_2) for name, way in ways.items()}
     for number, one in enumerate(bounces.values()):
         one.throw_all()
@@ -203,8 +187,8 @@ def measured(
     errors = {}
     for n in ANNULI:
         name, turns = f"annuli, N = {n}", cycle(psi_1)
-        runs[name] = lambda n=n, turns=turns: annulus.impact(next(turns), CHI, n, restitution=RESTITUTION)
-        found = [annulus.rebound(psi, CHI, n, restitution=RESTITUTION) for psi in psi_1]
+        runs[name] = lambda n=n, turns=turns: annulus.impact(next(turns), CHI, n, restitution=ball.RESTITUTION)
+        found = [annulus.rebound(psi, CHI, n, restitution=ball.RESTITUTION) for psi in psi_1]
         errors[name] = np.array(found) - truth.psi_2
     seconds = interleaved(runs, repeats, prepare, lambda part: progress(0.5 + 0.5 * part))
     rungs = {
@@ -238,8 +222,10 @@ class _Bounces:
     def place(self, number: int) -> Array:
         """Start an impact; returns the direction of sliding."""
         i, j = self.launches[number]
-        velocity, spin, along = launch(self.psi_1[i] * FRICTION / KAPPA * SPEED, 2.4 * j, spinning=j % 2 == 1)
-        self.world.start(at(float(self.way.phases[j]) * self.way.dt * SPEED, velocity, spin))
+        velocity, spin, along = ball.launch(
+            self.psi_1[i] * ball.FRICTION / KAPPA * ball.SPEED, 2.4 * j, spinning=j % 2 == 1
+        )
+        self.world.start(ball.at(float(self.way.phases[j]) * self.way.dt * ball.SPEED, velocity, spin))
         return along
 
     def throw_all(self) -> None:
@@ -248,17 +234,17 @@ class _Bounces:
         for number, (i, _) in enumerate(self.launches):
             along = self.place(number)
             state = self.world.read()
-            first = energy_of(state.velocity[0], state.spin[0])
+            first = ball.energy_of(state.velocity[0], state.spin[0])
             self.counts[number] = most
             for count in range(1, most + 1):
                 self.world.step()
-                if self.world.place()[2] > RADIUS and self.world.read().velocity[0, 2] > 0.0:
+                if self.world.place()[2] > ball.RADIUS and self.world.read().velocity[0, 2] > 0.0:
                     self.counts[number] = count
                     break
-            sliding, up, energy = after(self.world.read(), along)
-            psi, grown = sliding * KAPPA / (FRICTION * SPEED), energy / first
+            sliding, up, energy = ball.after(self.world.read(), along)
+            psi, grown = sliding * KAPPA / (ball.FRICTION * ball.SPEED), energy / first
             self.errors[number] = psi - self.psi_2[i]
-            pushed = 2.0 * CHI * (1.0 + up / SPEED)  # what friction at its limit all along takes from psi
+            pushed = 2.0 * CHI * (1.0 + up / ball.SPEED)  # what friction at its limit all along takes from psi
             if not np.isfinite(psi):
                 self.problem = "not finite"
             elif grown > 1.0 + GROWN:

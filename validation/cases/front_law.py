@@ -8,24 +8,9 @@ from typing import Any
 import numpy as np
 
 from contactlaw import rebound
-from validation import front, million
+from validation import front, front_ways, million
 from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.front import Rung
-from validation.front_ways import (
-    ALL_SPRINGS_STEPS,
-    COLLIDE_STEPS,
-    DEFAULT,
-    SINGLE,
-    Ways,
-    along_paths,
-    by_collide,
-    histories,
-    ladder,
-    laws,
-    methods,
-    one_by_one,
-    sample,
-)
 from validation.impacts import judge, sticking
 from validation.picture import legend_below
 from validation.reference import superposition
@@ -79,27 +64,27 @@ class FrontLaw(Case):
         repeats = 3 if quick else 15
         batch, call = _impacts(impacts, truth, quick, repeats)
         progress(0.5)
-        history = histories(impacts[:, sample(truth.size)], repeats, quick)
+        history = front_ways.histories(impacts[:, front_ways.sample(truth.size)], repeats, quick)
         progress(0.6)
-        path = along_paths(repeats, quick)
+        path = front_ways.along_paths(repeats, quick)
         uses = {use: front.weighed(rungs) for use, rungs in zip(USES, (batch, call, history, path), strict=True)}
         progress(0.7)
         rates = million.rates(2 if quick else 3, million.MILLION // 10 if quick else million.MILLION)
         data = {"impacts": truth.size, "chi": CHIS, "reference_apart": apart, "uses": uses, "rates": rates,
                 "substeps": substep_times(15 if quick else 100)}  # fmt: skip
-        data["closer"] = {use: front.closer(one, DEFAULT, SINGLE) for use, one in uses.items()}
-        data["faster"] = {use: front.faster(one, DEFAULT, ["annuli"]) for use, one in uses.items()}
+        data["closer"] = {use: front.closer(one, front_ways.DEFAULT, front_ways.SINGLE) for use, one in uses.items()}
+        data["faster"] = {use: front.faster(one, front_ways.DEFAULT, ["annuli"]) for use, one in uses.items()}
         # The default must be sane; other ways that are not do not count, and the table says so.
-        wrong = [f"{USES[use]}, {DEFAULT}: {problem}" for use, one in uses.items()
-                 if (problem := one["rungs"][DEFAULT]["problem"])]  # fmt: skip
+        wrong = [f"{USES[use]}, {front_ways.DEFAULT}: {problem}" for use, one in uses.items()
+                 if (problem := one["rungs"][front_ways.DEFAULT]["problem"])]  # fmt: skip
         return Outcome(_limits(data), data, wrong)
 
     def table(self, data: Data) -> Table:
         table = Table(f"use | {front.HEADS}")
         for use, one in data["uses"].items():
-            table.rows.extend([use, *row] for row in front.rows(one, DEFAULT))
+            table.rows.extend([use, *row] for row in front.rows(one, front_ways.DEFAULT))
             for name, words in front.COMPARED.items():
-                exact = name == "closer" and one["rungs"][DEFAULT]["largest"] < EXACT
+                exact = name == "closer" and one["rungs"][front_ways.DEFAULT]["largest"] < EXACT
                 times = "exact" if exact else f"{front.short(data[name][use])} times"
                 table.add(f"{use} | {words} | | | | | | {times}")
         for name, one in data["rates"].items():
@@ -113,7 +98,7 @@ class FrontLaw(Case):
 
     def draw(self, data: Data, *panels: Axes) -> None:
         for axes, (use, one) in zip(panels, data["uses"].items(), strict=True):
-            front.plot(axes, one, DEFAULT, floor=EXACT)
+            front.plot(axes, one, front_ways.DEFAULT, floor=EXACT)
             what = r"$F/\mu P_{max}$" if use in ("history", "path") else r"$\psi_2$"
             axes.set(xlabel=f"time {'a path' if use == 'path' else 'an impact'} [us]", title=USES[use],
                      ylabel=f"largest error in {what} [-]")  # fmt: skip
@@ -126,20 +111,23 @@ def _impacts(impacts: Array, truth: Array, quick: bool, repeats: int) -> tuple[d
     The two references, which know no batches, and `collide` are timed on a part of the impacts.
     """
     psi_1, chi = impacts
-    many, some = np.tile(impacts, 400 // psi_1.size), impacts[:, sample(psi_1.size)]
+    many, some = np.tile(impacts, 400 // psi_1.size), impacts[:, front_ways.sample(psi_1.size)]
     nodes, steps = (NODES[1::2], STEPS[::3]) if quick else (NODES, STEPS)
-    slow: Ways = {name: (make, some) for name, make in methods(quick).items()}
-    batch: Ways = {
+    slow: front_ways.Ways = {name: (make, some) for name, make in front_ways.methods(quick).items()}
+    batch: front_ways.Ways = {
         name: (lambda given, law=law, steps=steps: partial(rebound, *given, law, steps=steps), many)
-        for name, (law, steps) in laws(nodes, steps).items()
+        for name, (law, steps) in front_ways.laws(nodes, steps).items()
     }
-    call: Ways = {
-        name: (one_by_one(rebound, law=law, steps=steps), impacts)
-        for name, (law, steps) in laws(nodes if quick else nodes[1:], steps if quick else steps[2:]).items()
+    call: front_ways.Ways = {
+        name: (front_ways.one_by_one(rebound, law=law, steps=steps), impacts)
+        for name, (law, steps) in front_ways.laws(nodes if quick else nodes[1:], steps if quick else steps[2:]).items()
     }
-    for steps in [COLLIDE_STEPS, *(ALL_SPRINGS_STEPS[1::2] if quick else ALL_SPRINGS_STEPS)]:
-        name = "collide" if steps == COLLIDE_STEPS else f"collide, {steps} steps"
-        call[name] = by_collide("microslip", steps), some
+    for steps in [
+        front_ways.COLLIDE_STEPS,
+        *(front_ways.ALL_SPRINGS_STEPS[1::2] if quick else front_ways.ALL_SPRINGS_STEPS),
+    ]:
+        name = "collide" if steps == front_ways.COLLIDE_STEPS else f"collide, {steps} steps"
+        call[name] = front_ways.by_collide("microslip", steps), some
 
     def psi_2(answers: Any) -> Array:
         return np.array([getattr(one, "psi_2", one) for one in answers])
@@ -154,7 +142,7 @@ def _impacts(impacts: Array, truth: Array, quick: bool, repeats: int) -> tuple[d
         return "tangential energy grown" if (np.abs(after) > psi_1 + 1e-3).any() else ""
 
     first, second = (
-        ladder(ways | slow, impacts, lambda answers: psi_2(answers) - truth, rounds, problem)
+        front_ways.ladder(ways | slow, impacts, lambda answers: psi_2(answers) - truth, rounds, problem)
         for ways, rounds in ((batch, 7 if quick else 25), (call, repeats))
     )
     return first, second
@@ -162,7 +150,9 @@ def _impacts(impacts: Array, truth: Array, quick: bool, repeats: int) -> tuple[d
 
 def _limits(data: Data) -> list[Limit]:
     limits = [
-        Limit(f"ways that beat the default in both, {USES[use]}", 0.0, float(one["rungs"][DEFAULT]["beaten"]))
+        Limit(
+            f"ways that beat the default in both, {USES[use]}", 0.0, float(one["rungs"][front_ways.DEFAULT]["beaten"])
+        )
         for use, one in data["uses"].items()
     ]
     for use in ("batch", "call"):
@@ -185,6 +175,6 @@ def _limits(data: Data) -> list[Limit]:
               min((times[name] for name in times if batch[name] <= error), default=float("inf")), "us")
         for error, time in QUICK_ENOUGH.items()
     ]  # fmt: skip
-    limits += [Limit("default settings, error", 1e-3, batch[DEFAULT]),
-               Limit("default settings, time", QUICK_ENOUGH[1e-3], times[DEFAULT], "us")]  # fmt: skip
+    limits += [Limit("default settings, error", 1e-3, batch[front_ways.DEFAULT]),
+               Limit("default settings, time", QUICK_ENOUGH[1e-3], times[front_ways.DEFAULT], "us")]  # fmt: skip
     return [*limits, Limit("the two references apart", 1e-4, data["reference_apart"])]

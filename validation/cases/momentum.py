@@ -7,19 +7,8 @@ from math import sqrt
 import numpy as np
 
 from contactlaw import ContactPair
-from validation.ball import (
-    FRICTION,
-    INTEGRATORS,
-    MASS,
-    RADIUS,
-    RESTITUTION,
-    STEEL,
-    TANGENTIAL_MASS,
-    Array,
-    balls_world,
-    where,
-)
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told, worst
+from validation import ball
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
 from validation.impacts import judge
 
 State = tuple[Array, Array, Array]
@@ -28,9 +17,9 @@ State = tuple[Array, Array, Array]
 STEPS = {"mujoco": [1.0 / 240.0, 2e-3, 1e-3, 1e-4, 1e-5], "pybullet": [1.0 / 240.0, 1e-3, 1e-4, 1e-5]}  # [s]
 KEPT, REBOUND = 1e-10, 1e-2
 SPEEDS = [1.0, 3.0]  # [m/s]
-PAIR = ContactPair(STEEL, STEEL, FRICTION, RESTITUTION)
-CHI = PAIR.chi(0.5 * MASS, 0.5 * TANGENTIAL_MASS)  # of two equal solid balls
-INERTIA = 0.4 * MASS * RADIUS**2  # [kg m^2]
+PAIR = ContactPair(ball.STEEL, ball.STEEL, ball.FRICTION, ball.RESTITUTION)
+CHI = PAIR.chi(0.5 * ball.MASS, 0.5 * ball.TANGENTIAL_MASS)  # of two equal solid balls
+INERTIA = 0.4 * ball.MASS * ball.RADIUS**2  # [kg m^2]
 AHEAD = 2.3  # engine steps before the touch
 
 
@@ -47,7 +36,7 @@ class Momentum(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         count = 4 if quick else 16
         kinds = [("mujoco", dt, "Euler") for dt in STEPS["mujoco"]]
-        kinds += [("mujoco", 2e-3, name) for name in INTEGRATORS[1:]]
+        kinds += [("mujoco", 2e-3, name) for name in ball.INTEGRATORS[1:]]
         kinds += [("pybullet", dt, "") for dt in STEPS["pybullet"]]
         runs: list[Data] = []
         problems: list[str] = []
@@ -56,7 +45,7 @@ class Momentum(Case):
                 run: Data = {"engine": engine, "step": dt, "integrator": integrator, "speed": speed}
                 met = [one for seed in range(count) if (one := _impact(engine, dt, integrator, speed, seed))]
                 if len(met) < count:
-                    problems.append(f"{where(run)}: balls did not meet and part")
+                    problems.append(f"{ball.where(run)}: balls did not meet and part")
                 runs.append(run | {key: worst(met, key) for key in (met[0] if met else ())})
         limits = []
         for engine in STEPS:
@@ -79,7 +68,7 @@ class Momentum(Case):
             "engine, step | speed [m/s] | change of momentum | of angular momentum | error in psi_2 | error in e | "
             "line of centres turns [degrees]",
             "{where} | {speed:g} | {linear:.1e} | {angular:.1e} | {tangential:.1e} | {normal:.1e} | {turning:.2f}",
-            (run | {"where": where(run)} for run in data["runs"]),
+            (run | {"where": ball.where(run)} for run in data["runs"]),
         )
 
 
@@ -90,25 +79,25 @@ def _start(speed: float, seed: int, dt: float) -> State:
     normal /= np.linalg.norm(normal)
     across = np.cross(normal, random.normal(size=3))
     across /= np.linalg.norm(across)
-    sliding = random.uniform(0.2, 4.0) * FRICTION / PAIR.kappa * speed
+    sliding = random.uniform(0.2, 4.0) * ball.FRICTION / PAIR.kappa * speed
     share = random.uniform(0.0, 1.0)  # of the sliding that is off-centre flight; the rest is spin
     relative = -speed * normal + share * sliding * across
     drift = random.normal(size=3) * 0.5 * speed
     velocities = np.array([drift + 0.5 * relative, drift - 0.5 * relative])
-    spins = np.tile(np.cross(normal, across) * (1.0 - share) * sliding / (-2.0 * RADIUS), (2, 1))
+    spins = np.tile(np.cross(normal, across) * (1.0 - share) * sliding / (-2.0 * ball.RADIUS), (2, 1))
     spins += random.normal(size=3) * np.array([[1.0], [-1.0]]) * 3.0 * speed  # rolls on the other: adds no sliding
     time = (AHEAD + random.uniform(0.0, 1.0)) * dt
-    places = np.array([RADIUS * normal, -RADIUS * normal]) - time * velocities
+    places = np.array([ball.RADIUS * normal, -ball.RADIUS * normal]) - time * velocities
     return places, velocities, spins
 
 
 def _impact(engine: str, dt: float, integrator: str, speed: float, seed: int) -> Data | None:
     start = _start(speed, seed, dt)
-    world = balls_world(engine, dt, PAIR, *start, integrator=integrator or "Euler")
+    world = ball.balls_world(engine, dt, PAIR, *start, integrator=integrator or "Euler")
     world.start()
     first = _momenta(start)
-    size = np.linalg.norm(MASS * start[1], axis=1).sum()
-    arm = size * 2.0 * RADIUS
+    size = np.linalg.norm(ball.MASS * start[1], axis=1).sum()
+    arm = size * 2.0 * ball.RADIUS
     linear = angular = 0.0
     for _ in range(int(AHEAD) + 3 + round(3e-4 / speed**0.2 / dt)):
         world.step()
@@ -124,28 +113,28 @@ def _impact(engine: str, dt: float, integrator: str, speed: float, seed: int) ->
     middle = (lines[0] + lines[1]) / np.linalg.norm(lines[0] + lines[1])
     before, after = _at_contact(start, middle), _at_contact(state, middle)
     closing = -before @ middle
-    scale = PAIR.kappa / FRICTION / closing
+    scale = PAIR.kappa / ball.FRICTION / closing
     sliding = before + closing * middle
-    truth = judge([(round(float(scale * np.linalg.norm(sliding)), 6), CHI, RESTITUTION)], annuli=20).psi_2[0]
+    truth = judge([(round(float(scale * np.linalg.norm(sliding)), 6), CHI, ball.RESTITUTION)], annuli=20).psi_2[0]
     leaving = after - (after @ middle) * middle
     return {
         "linear": linear,
         "angular": angular,
         "tangential": float(np.abs(scale * leaving - truth * sliding / np.linalg.norm(sliding)).max()),
-        "normal": float(abs(after @ middle / closing - RESTITUTION)),
+        "normal": float(abs(after @ middle / closing - ball.RESTITUTION)),
         "turning": float(np.degrees(np.arccos(np.clip(lines[0] @ lines[1], -1.0, 1.0)))),
     }
 
 
 def _momenta(state: State) -> tuple[Array, Array]:
     places, velocities, spins = state
-    return MASS * velocities.sum(axis=0), (MASS * np.cross(places, velocities) + INERTIA * spins).sum(axis=0)
+    return ball.MASS * velocities.sum(axis=0), (ball.MASS * np.cross(places, velocities) + INERTIA * spins).sum(axis=0)
 
 
 def _line_of_centres(state: State, *, first: bool) -> Array | None:
     """From ball 2 to ball 1 when free flight from here, or back to here, has them at touching distance."""
     apart, speed = state[0][0] - state[0][1], state[1][0] - state[1][1]
-    a, b, c = speed @ speed, apart @ speed, apart @ apart - 4.0 * RADIUS**2
+    a, b, c = speed @ speed, apart @ speed, apart @ apart - 4.0 * ball.RADIUS**2
     if b * b < a * c:
         return None
     time = (-b - sqrt(b * b - a * c)) / a if first else (-b + sqrt(b * b - a * c)) / a
@@ -156,4 +145,4 @@ def _line_of_centres(state: State, *, first: bool) -> Array | None:
 def _at_contact(state: State, normal: Array) -> Array:
     """Velocity of ball 1's contact point less that of ball 2's; normal from 2 to 1."""
     _, velocities, spins = state
-    return velocities[0] - velocities[1] - RADIUS * np.cross(spins[0] + spins[1], normal)
+    return velocities[0] - velocities[1] - ball.RADIUS * np.cross(spins[0] + spins[1], normal)

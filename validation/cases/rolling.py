@@ -7,39 +7,29 @@ from math import atan, cos, degrees, radians, sin
 import numpy as np
 
 from sims.worlds import World
-from validation.ball import (
-    FRICTION,
-    GRAVITY,
-    INTEGRATORS,
-    RADIUS,
-    Array,
-    at,
-    ball_world,
-    static_overlap,
-    steel_pair,
-    where,
-)
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told, worst
+from validation import ball
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
 
 ANGLES = [10, 15, 20, 25, 30, 40, 50, 60]  # [degrees]
-KINDS = [("mujoco", dt, name) for dt in (2e-3, 1.0 / 240.0) for name in INTEGRATORS] + [("pybullet", 1.0 / 240.0, "")]
+KINDS = [("mujoco", dt, name) for dt in (2e-3, 1.0 / 240.0) for name in ball.INTEGRATORS]
+KINDS += [("pybullet", 1.0 / 240.0, "")]
 """Engine, step [s], integrator."""
 SPEED = 1.0  # [m/s]
 LONG = 60.0  # [s]
 WAIT, DOWNHILL = 0.2, 1.0  # [s]: the contact takes up its load, then the acceleration is measured
 LOSS, ACCELERATION, SINKING = 1e-9, 1e-3, 1e-8
-LIMIT = degrees(atan(3.5 * FRICTION))
+LIMIT = degrees(atan(3.5 * ball.FRICTION))
 
 
 def made(engine: str, dt: float, integrator: str, angle: float) -> World:
     """The ball on a floor that leans by an angle [degrees], falling along x."""
-    gravity = GRAVITY * np.array([sin(radians(angle)), 0.0, -cos(radians(angle))])
-    return ball_world(engine, dt, steel_pair(), gravity, integrator=integrator or "Euler")
+    gravity = ball.GRAVITY * np.array([sin(radians(angle)), 0.0, -cos(radians(angle))])
+    return ball.ball_world(engine, dt, ball.steel_pair(), gravity, integrator=integrator or "Euler")
 
 
 def resting(angle: float) -> float:
     """Overlap at rest on the incline [m]."""
-    return static_overlap() * cos(radians(angle)) ** (2.0 / 3.0)
+    return ball.static_overlap() * cos(radians(angle)) ** (2.0 / 3.0)
 
 
 @register
@@ -86,7 +76,7 @@ class Rolling(Case):
             same = [one for one in data["slopes"] if all(one[k] == flat[k] for k in ("engine", "step", "integrator"))]
             steep = max(same, key=lambda one: one["error"])
             table.add("{where} | {loss:.1e} | {slip:.1e} | {steep[error]:.1e} | {steep[angle]} | {moved:.1e}", flat,
-                      where=where(flat), steep=steep, moved=worst([flat, *same], "sinking"))  # fmt: skip
+                      where=ball.where(flat), steep=steep, moved=worst([flat, *same], "sinking"))  # fmt: skip
         return table
 
 
@@ -96,7 +86,7 @@ def _watched(world: World, seconds: float, looks: int) -> tuple[Array, Array, fl
 
     def speeds() -> Array:
         state = world.read()
-        return np.array([state.velocity[0, 0], RADIUS * state.spin[0, 1]])
+        return np.array([state.velocity[0, 0], ball.RADIUS * state.spin[0, 1]])
 
     first, heights = speeds(), []
     for _ in range(looks):
@@ -108,17 +98,17 @@ def _watched(world: World, seconds: float, looks: int) -> tuple[Array, Array, fl
 
 
 def _level(world: World, seconds: float) -> Data:
-    world.start(at(-resting(0.0), [SPEED, 0.0, 0.0], [0.0, SPEED / RADIUS, 0.0]))
+    world.start(ball.at(-resting(0.0), [SPEED, 0.0, 0.0], [0.0, SPEED / ball.RADIUS, 0.0]))
     (centre, rim), _, moved = _watched(world, seconds, 200)
-    return {"loss": abs(1.0 - centre / SPEED), "slip": abs(centre - rim), "sinking": moved / static_overlap()}
+    return {"loss": abs(1.0 - centre / SPEED), "slip": abs(centre - rim), "sinking": moved / ball.static_overlap()}
 
 
 def _slope(world: World, angle: float) -> Data:
     """From rest: after a while the differences of speeds over time."""
     from sims.scenes.incline import acceleration
 
-    world.start(at(-resting(angle)))
+    world.start(ball.at(-resting(angle)))
     world.step(round(WAIT / world.timestep))
     _, found, moved = _watched(world, DOWNHILL, 20)
-    error = float(np.abs(found / np.array(acceleration(radians(angle), FRICTION)) - 1.0).max())
+    error = float(np.abs(found / np.array(acceleration(radians(angle), ball.FRICTION)) - 1.0).max())
     return {"centre": found[0], "rim": found[1], "error": error, "sinking": moved / resting(angle)}

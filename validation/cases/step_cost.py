@@ -10,19 +10,7 @@ import numpy as np
 
 from contactlaw import LAWS
 from sims.worlds import World
-from validation.ball import (
-    DOWN,
-    FRICTION,
-    NO,
-    RADIUS,
-    RESTITUTION,
-    at,
-    ball_world,
-    elastic_energy,
-    energy_of,
-    static_overlap,
-    steel_pair,
-)
+from validation import ball
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.measure import interleaved, spread
 from validation.picture import bars
@@ -56,7 +44,7 @@ class Scene:
     asked: float | None = None
     dt: float = RESOLVED
     law: str = "microslip"
-    e: float = RESTITUTION
+    e: float = ball.RESTITUTION
     height: float | None = -OVERLAP
     speed: float = 0.05
     spin: float = 0.0
@@ -69,16 +57,18 @@ class Scene:
         law = self.contact in ("law", "among", "alone")
         collide = self.contact == "among" or (self.engine == "pybullet" and law)
         tuning: dict[str, Any] = {"fixed_bodies_move": self.contact != "alone", "collide": collide}
-        gravity = NO if self.dt == RESOLVED else DOWN
-        world = ball_world(self.engine, self.dt, steel_pair(self.law, self.e) if law else None, gravity, **tuning)
+        gravity = ball.NO if self.dt == RESOLVED else ball.DOWN
+        world = ball.ball_world(
+            self.engine, self.dt, ball.steel_pair(self.law, self.e) if law else None, gravity, **tuning
+        )
         if self.contact in ("native", "elastic"):
-            world.native(FRICTION, 0.0, ELASTIC_NATIVE if self.contact == "elastic" else None)
+            world.native(ball.FRICTION, 0.0, ELASTIC_NATIVE if self.contact == "elastic" else None)
         return world
 
     def begin(self, world: World) -> None:
         """Put the ball where it is to be."""
-        height = -static_overlap() if self.height is None else self.height
-        world.start(at(height, [self.speed, 0.0, 0.0], [0.0, self.spin * self.speed / RADIUS, 0.0]))
+        height = -ball.static_overlap() if self.height is None else self.height
+        world.start(ball.at(height, [self.speed, 0.0, 0.0], [0.0, self.spin * self.speed / ball.RADIUS, 0.0]))
 
 
 def scenes() -> dict[str, Scene]:
@@ -193,18 +183,18 @@ def _check(scene: Scene, world: World) -> list[str]:
         return []
     scene.begin(world)
     state, height = world.read(), scene.height or 0.0
-    first = energy_of(state.velocity[0], state.spin[0]) + elastic_energy(-height)
+    first = ball.energy_of(state.velocity[0], state.spin[0]) + ball.elastic_energy(-height)
     for _ in range(scene.steps + 1):
         before = state.velocity[0]
         world.step()
         state = world.read()
-        gained, overlap = state.velocity[0] - before, RADIUS - state.position[0, 2]
-        energy = energy_of(state.velocity[0], state.spin[0]) + elastic_energy(overlap)
+        gained, overlap = state.velocity[0] - before, ball.RADIUS - state.position[0, 2]
+        energy = ball.energy_of(state.velocity[0], state.spin[0]) + ball.elastic_energy(overlap)
         if not np.isfinite(energy):
             return ["not finite"]
         if (overlap > 0.0) != (height < 0.0):
             return ["left the contact, or came to it"]
-        if np.hypot(*gained[:2]) > FRICTION * abs(gained[2]) * (1.0 + 1e-6) + 1e-12:
+        if np.hypot(*gained[:2]) > ball.FRICTION * abs(gained[2]) * (1.0 + 1e-6) + 1e-12:
             return ["outside the friction cone"]
         if energy > first * 1.01:
             return ["energy grown"]
