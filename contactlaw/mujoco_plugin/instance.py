@@ -113,6 +113,8 @@ def _renew(model: int, data: int) -> str:
 _TEXTS = {
     notices.EDITED: "the model has been changed, and the law goes on with what it was: ",
     notices.DEEP: "overlap over radius is {:.2g}: beyond {} Hertz contact is no longer right",
+    notices.BUILT: "found in each other by {:.2g} of the radius: that depth counts as none as long as it lasts; "
+    "overlaps='keep' takes it as given",
     notices.UNCLEAR_RADIUS: "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; "
     "give the pair its radius",
     notices.DAMAGED: "the part of plugin_state that is the law's is not what a step of this model leaves: it is of "

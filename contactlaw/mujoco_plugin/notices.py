@@ -20,7 +20,7 @@ from contactlaw.world.access import contact_at, near_at, pair_at, world_at
 from contactlaw.world.call import raise_later, waits
 from contactlaw.world.clear import is_clear
 
-DEEP, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(7))
+DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED = (1 << bit for bit in range(8))
 OF_BODIES = ("body_mass", "body_inertia", "body_pos", "body_quat", "body_ipos", "body_iquat")
 OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
@@ -60,7 +60,7 @@ def tell_of(head, code, value):
 
 @jit
 def look_over(head, w):
-    """Tell of overlaps beyond Hertz, of radii that are not clear, and of contacts that there was no room for."""
+    """Tell of overlaps beyond Hertz or taken off, of radii that are not clear, of contacts without room."""
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot < 0:
@@ -68,6 +68,8 @@ def look_over(head, w):
         c = contact_at(w.contacts, p.slot)
         if c.deepest > DEEPEST * c.touch.radius:
             notice_of(head, c, DEEP, c.deepest / c.touch.radius)
+        if c.built > 0.0:
+            notice_of(head, c, BUILT, c.built / c.touch.radius)
         if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
             notice_of(head, c, UNCLEAR_RADIUS, c.touch.radius)
     if w.lost > 0:

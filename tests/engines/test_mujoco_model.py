@@ -175,16 +175,16 @@ def test_geoms_without_names_get_one():
     mujoco.MjData(spec.compile())
 
 
-def test_a_deep_contact_is_warned_of():
+@pytest.mark.parametrize(
+    ("overlaps", "says"), [("keep", "overlap .* is 0.2"), ("relax", "found in each other by 0.2")]
+)
+def test_a_deep_contact_is_warned_of(overlaps, says):
     soft = ContactPair(Material(1e5, 0.5), Material(1e5, 0.5), 0.1)
-    spec, _ = ball_on_floor(soft, timestep=1e-5, overlaps="keep")
+    spec, _ = ball_on_floor(soft, timestep=1e-5, overlaps=overlaps)
     model = spec.compile()
     data = mujoco.MjData(model)
     data.qpos[2] = 0.8 * RADIUS
-    with pytest.warns(
-        ContactWarning,
-        match="'ball' of body 'body' on 'floor' of body 'world' at 1e-05 s: overlap .* is 0.2",
-    ):
+    with pytest.warns(ContactWarning, match=f"'ball' of body 'body' on 'floor' of body 'world' at 1e-05 s: {says}"):
         mujoco.mj_step(model, data)
 
 
