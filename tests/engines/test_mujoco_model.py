@@ -175,9 +175,7 @@ def test_geoms_without_names_get_one():
     mujoco.MjData(spec.compile())
 
 
-@pytest.mark.parametrize(
-    ("overlaps", "says"), [("keep", "overlap .* is 0.2"), ("relax", "found in each other by 0.2")]
-)
+@pytest.mark.parametrize(("overlaps", "says"), [("keep", "overlap .* is 0.2"), ("relax", "found in each other by 0.2")])
 def test_a_deep_contact_is_warned_of(overlaps, says):
     soft = ContactPair(Material(1e5, 0.5), Material(1e5, 0.5), 0.1)
     spec, _ = ball_on_floor(soft, timestep=1e-5, overlaps=overlaps)
