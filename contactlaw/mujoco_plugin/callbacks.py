@@ -25,7 +25,7 @@ from contactlaw.mujoco_plugin.block import (
     place,
     placed_at,
 )
-from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, same_as_left, write_free
 from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, edited, look_over, notice, tell_of
@@ -163,11 +163,11 @@ def take_over(head, w, state):
 
 @jit
 def all_far(head):
-    """Whether no body has left its margin."""
-    for i in range(head.free_count):
-        if not is_far(head, free_at(head.frees, i)):
-            return False
-    return head.placed_count == 0 and head.tree_count == 0
+    """Whether nobody has put a body elsewhere, and none has left its margin."""
+    far = head.placed_count + head.tree_count == 0 and same_as_left(head, 0, head.nq, 0, head.nv)
+    for i in range(head.free_count if far else 0):
+        far = far and is_far(head, free_at(head.frees, i))
+    return far
 
 
 @jit

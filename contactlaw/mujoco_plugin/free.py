@@ -13,13 +13,14 @@ from math import sqrt
 
 import numpy as np
 
+from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin.block import floats, place
 from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.access import body_at, world_at
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.motion import give, set_axes, spin_rate
 from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import add, axpy, cross, load, norm, product, store, sub, turn_by
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, product, store, sub, turn_by
 
 
 @jit
@@ -39,19 +40,22 @@ def frame_of(f, q):
 
 @jit
 def is_far(head, f):
-    """Whether a body has stayed within its margin, by its way in the step; counts how far it has turned."""
-    b = body_at(world_at(head.world, 0).bodies, f.body)
+    """Whether a body has stayed within its margin, by its way in the step; counts how far it has turned, if it matters.
+
+    That of a ball about its centre does not.
+    """
+    b, offset = body_at(world_at(head.world, 0).bodies, f.body), load(f.offset)
     q, old = coordinates(head, head.start, f)
     new = floats(data_at(head.data, 0).qvel, f.v, 6)
-    if not same_as_left(head, f.q, 7, f.v, 6):
-        return False
-    v = load(new)
+    v, centre, apart = load(new), load(q), dot(offset, offset)
     way = head.step_size * (norm(v) + norm(sub(v, load(old))))
-    spin = max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
-    _, arm = frame_of(f, q)
-    b.turned += head.step_size * spin
-    way += b.turned * b.reach + head.step_size * norm(arm) * spin
-    return way + norm(sub(add(load(q), arm), load(b.mark))) <= b.margin
+    if b.reach + apart > 0.0:
+        turned = head.step_size * max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
+        b.turned += turned
+        way += b.turned * b.reach + turned * sqrt(apart)
+        _, arm = frame_of(f, q)
+        centre = add(centre, arm)
+    return way + norm(sub(centre, load(b.mark))) <= b.margin
 
 
 @jit
@@ -116,12 +120,12 @@ def origin_acceleration(b, arm):
 @jit
 def same_as_left(head, q, q_size, v, v_size):
     """Whether nobody has changed some coordinates and velocities, from q and v on, since the last step."""
-    same = True
+    differ = 0
     for first, size in ((1 + q, q_size), (1 + head.nq + v, v_size)):
-        now, left = floats(head.start, first, size), floats(head.left, first, size)
+        now, left = place(head.start, first), place(head.left, first)
         for i in range(size):
-            same = same and now[i] == left[i]
-    return same
+            differ |= whole_at(now, i) ^ whole_at(left, i)
+    return differ == 0
 
 
 @jit
