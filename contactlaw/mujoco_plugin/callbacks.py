@@ -9,6 +9,7 @@ of all that was touched.
 
 from __future__ import annotations
 
+import numpy as np
 from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
@@ -41,6 +42,7 @@ from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import load, scale, store
 
 LARGEST = 1e100  # [N], a force that can be computed with
+GOLDEN, HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)  # 2^64 over the golden ratio; bits of half a number
 
 free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
 
@@ -203,19 +205,19 @@ def press(head, body, arm, force, push_io):
 
 @jit
 def token_of(head, state, first, last):
-    """A number that tells one state of one model from others; zero where all is zero (FNV-1a over those that are not).
+    """A number that tells one state of one model from others; zero where all is zero.
 
+    A sum of products with odd numbers, each of its place: zeros add nothing, and no product waits for another.
     first, last: there are zeros alone from the one place to the other.
     """
-    mixed = types.uint64(14695981039346656037) ^ head.signature
-    address, some = types.uint64(state.ctypes.data), False
+    mixed, address, some = types.uint64(head.signature), types.uint64(state.ctypes.data), types.uint64(0)
     for begin, end in ((1, first), (last, state.size)):
         for i in range(begin, end):
-            bits = types.uint64(whole_at(address, i))
-            if bits != types.uint64(0):
-                mixed = (mixed ^ bits) * types.uint64(1099511628211)
-                some = True
-    return 1.0 + float(mixed >> types.uint64(12)) if some else 0.0
+            bits, odd = types.uint64(whole_at(address, i)), types.uint64(i) * GOLDEN
+            some |= bits
+            mixed += (bits ^ (bits >> HALF)) * (odd ^ (odd >> HALF) | types.uint64(1))
+    mixed = (mixed ^ (mixed >> HALF)) * GOLDEN
+    return 1.0 + float(mixed >> types.uint64(12)) if some != types.uint64(0) else 0.0
 
 
 @jit
