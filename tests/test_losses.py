@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import exp, log, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -116,6 +117,12 @@ def test_plain_numbers_leave_no_table() -> None:
     assert pair.at(3.0, 2.0) is pair
 
 
+class _Geom(NamedTuple):
+    """As much of an mjsGeom as is written."""
+
+    name: str
+
+
 @pytest.mark.parametrize("curve", CURVES, ids=lambda curve: curve.name)
 def test_texts_of_curves_and_of_models(curve: OverSpeed) -> None:
     assert read("restitution", text_of(curve)) == curve
@@ -123,7 +130,7 @@ def test_texts_of_curves_and_of_models(curve: OverSpeed) -> None:
         pytest.skip("the MuJoCo plugin needs compiled callbacks")
     config = pytest.importorskip("contactlaw.mujoco_plugin.config")
     pair = ContactPair(STEEL, STEEL, curve, rolling_resistance=0.01, law="microslip shear_loss=1")
-    back = config.read(tuple(config.write(config.Contact(("a",), ("b",), pair)).items())).pair
+    back = config.read(tuple(config.write(config.Contact([_Geom("a")], [_Geom("b")], pair)).items())).pair
     assert back.friction == curve and back.rolling_resistance == 0.01 and back.law == pair.law
 
 

@@ -118,15 +118,17 @@ def run(w, bodies, pairs, t, now, until):
     The window is a whole number of substeps, so that those of windows of one length are alike. What is left of it from
     a touch on is not: the first substep is the remainder, as long as there is hardly any force.
     """
-    whole = until - now
+    whole, shortest = until - now, SHORTEST * (until - now)
     for i in range(pairs):
         near_at(w.near, whole_at(w.island_pairs, i)).room = 0.0
-    h = length(w, pairs, t, until)
-    h = whole / ceil(whole / max(kept(w, pairs, h), SHORTEST * whole) - 1e-9)
+    h = length(w, pairs, t)
+    if h > until - t and until == w.step:  # a touch shortly before the end of a step: the next one goes on with it
+        whole = w.step
+    h = whole / ceil(whole / max(kept(w, pairs, h), shortest) - 1e-9)
     count = floor((until - t) / h + 1e-9)
     following = h
     h = until - t - count * h
-    if h < SHORTEST * following:
+    if count > 0.0 and h < SHORTEST * following:
         h = following
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -155,7 +157,7 @@ def run(w, bodies, pairs, t, now, until):
             following = 0.0
         anew = going and news < (NEVER if closed <= w.crowd else LEAST_CHANGE * following)
         if anew or (going and done == BLOCK):
-            target = max(length(w, pairs, t, until), SHORTEST * whole)
+            target = max(min(length(w, pairs, t), left), shortest)
             going = not lost(w, bodies, whole)
             if not alike(target, following):
                 following = left / ceil(left / target - 1e-9)
@@ -253,9 +255,9 @@ def forces(w, pairs, span, stride):
 
 
 @jit_inside
-def length(w, pairs, t, until):
-    """Length [s] that the next substeps should have, at most that of what is left of the window."""
-    closed, h = 0, until - t
+def length(w, pairs, t):
+    """Length [s] that the next substeps should have, at most that of the step."""
+    closed, h = 0, w.step
     for i in range(pairs):
         closed += near_at(w.near, whole_at(w.island_pairs, i)).closed
     few = closed <= w.crowd

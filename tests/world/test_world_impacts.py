@@ -83,3 +83,11 @@ def test_every_law_runs_without_compiling_the_world_anew(law: str) -> None:
     assert made.velocity[0, 2] == pytest.approx(0.9, abs=2e-4)
     assert made.velocity[0, 0] < 0.1
     assert len(step.signatures) == 1
+
+
+@pytest.mark.parametrize("phase", [0.04, 0.5, 0.96, 0.999])
+@pytest.mark.parametrize("steps", [16, 78, 157])
+def test_a_damped_bounce_is_the_same_wherever_in_a_short_step_it_begins(steps: int, phase: float) -> None:
+    """The damper sets in with the fourth root of time: what it does in a substep that is cut short must count."""
+    _, speed = impact(0.5, 0.5, 1.0 / steps, phase)
+    assert speed == pytest.approx(0.5, rel=1e-4)
