@@ -8,7 +8,7 @@ wider. The list is in the order of its shapes, so that sums over it do not depen
 
 from __future__ import annotations
 
-from math import ceil, floor, log2
+from math import ceil, floor, log2, sqrt
 
 from numba import types
 
@@ -40,7 +40,8 @@ from contactlaw.world.touch import release
 from contactlaw.world.vec import add, dot, load, norm, store, sub, to_body
 
 SLACK = 0.2  # of a body's smallest radius: its margin besides what its speed asks for
-STEPS = 4.0  # steps that the margin is to last at the speed there is
+STEPS = 4.0  # steps that the margin is to last at the speed there is; longer where few bodies have many shapes, for it
+# is these that a list costs, and bodies that are near are looked at in each window
 MANY = 256  # bodies: among more it lasts one step, for in each step many windows go through the list, but impacts too
 
 
@@ -139,7 +140,7 @@ def mark(w):
     A body that is behind in time makes up for it out of its margin, which is for some steps. To move it here would
     make its motion, by rounding, one of margins.
     """
-    time = (STEPS if w.body_count <= MANY else 1.0) * w.step
+    time = (STEPS * max(sqrt(w.shape_count) / w.body_count, 1.0) if w.body_count <= MANY else 1.0) * w.step
     total = 0.0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
