@@ -159,6 +159,10 @@ def take_over(head, w, state):
         row = state[PUSH + head.nv :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
         head.token, head.idle = state[TOKEN], 0
+    if head.token == 0.0:  # a reset, perhaps to where all bodies were: who is in whom has to be found
+        left = floats(head.left, 1, head.nq)
+        for i in range(head.nq):
+            left[i] = np.nan
     if not sound or dropped > 0:
         notice(head, DAMAGED, float(dropped))
 

@@ -15,7 +15,7 @@ if numba.config.DISABLE_JIT:
 from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
 
 from contactlaw import ContactWarning  # noqa: E402
-from contactlaw.mujoco_plugin import contacts_of, ledger_of  # noqa: E402
+from contactlaw.mujoco_plugin import contacts_of, ledger_of, load_model  # noqa: E402
 from sims.heap import poured  # noqa: E402
 from sims.scene import Settings  # noqa: E402
 
@@ -221,3 +221,19 @@ def test_damage_to_what_a_step_has_left_itself_is_not_looked_at(how):
         mujoco.mj_step(model, data, 20)
         runs.append(np.concatenate([data.qpos, data.qvel, data.plugin_state]))
     assert np.array_equal(*runs)
+
+
+def test_a_reset_to_where_a_ball_sleeps_finds_it_pressed():
+    text = """<mujoco><option timestep="0.002"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+        <body pos="0 0 0.025"><freejoint/><geom name="ball" size="0.025" density="7833"/></body></worldbody></mujoco>"""
+    model = load_model(text, [("ball", "floor", steel_pair(restitution=0.5))])
+    data, fresh = mujoco.MjData(model), mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    place = data.qpos.copy()
+    assert not data.qvel.any()
+    mujoco.mj_resetData(model, data)
+    for one in (data, fresh):
+        one.qpos[:] = place
+        mujoco.mj_step(model, one, 10)
+    assert np.array_equal(data.qpos, fresh.qpos)
+    assert abs(data.qpos[2] - place[2]) < 1e-12
