@@ -3,8 +3,9 @@
 The first plugin instance of a model leads: all contacts of the model are in its block and in its part of plugin_state,
 for bodies that touch through several of them move together. The blocks of the others say no more than that.
 
-Of plugin_state the leader uses, in doubles: a token, a check sum of the rest for this model; the generalised force with
-which the contacts press, shape (nv,); the world between two steps (`world.state`).
+Of plugin_state the leader uses, in doubles: a token, a check sum of the rest for this model; one of the coordinates and
+velocities that the step left, and of what the law reads of the model; the generalised force with which the contacts
+press, shape (nv,); the world between two steps (`world.state`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import caller, doubles_at, element, load_int
 from contactlaw.world.records import VECTOR, Array, Arrays, record
 
-TOKEN, PUSH = 0, 1  # of the state: where its parts begin
+TOKEN, LEFT, PUSH = range(3)  # of the state: where its parts begin
 STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four times a step
 
 HEAD = record(
@@ -37,7 +38,7 @@ HEAD = record(
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     token="f8",  # of the state that the world is in
     idle="i8",  # that is one without contacts
-    signature="u8",  # of the model
+    signature="u8", made="u8",  # of the model: of its sizes and names; of all that the law reads of it
     geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each instance
     told="i8", told_a="i8", told_b="i8",  # instance and geoms that something is reported of; -1: of none

@@ -16,6 +16,7 @@ from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import (
+    LEFT,
     PUSH,
     STARTS,
     TOKEN,
@@ -57,8 +58,10 @@ def block_of(d, instance):
 def move(head, w, state):
     """Take the step of the world."""
     w.step = head.step_size
+    known = head.placed_count == 0 and w.stale != 0
+    known = known and state[LEFT] == left_of(head, place(head.start, 1), place(head.start, 1 + head.nq))
     for i in range(head.free_count):
-        read_free(head, free_at(head.frees, i))
+        read_free(head, free_at(head.frees, i), known)
     trees(head, FIND)
     for i in range(head.placed_count):
         read_placed(head, w, placed_at(head.placed, i))
@@ -188,13 +191,14 @@ def leave(head, w, state):
             force = scale(mean_share(c, head.step_size), load(c.force))
             press(head, p.body_a, load(c.arm_a), force, push)
             press(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
+    d, head.idle = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0
+    state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     lost = write(w, state[PUSH + head.nv :])
     if lost > 0:
         notice(head, UNSAVED, float(lost))
     first, last = hole(w, state[PUSH + head.nv :])
     head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
-    head.idle = 1 if w.spares == w.contact_room else 0
 
 
 @jit
@@ -211,17 +215,36 @@ def press(head, body, arm, force, push_io):
 def token_of(head, state, first, last):
     """A number that tells one state of one model from others; zero where all is zero.
 
-    A sum of products with odd numbers, each of its place: zeros add nothing, and no product waits for another.
     first, last: there are zeros alone from the one place to the other.
     """
-    mixed, address, some = types.uint64(head.signature), types.uint64(state.ctypes.data), types.uint64(0)
-    for begin, end in ((1, first), (last, state.size)):
-        for i in range(begin, end):
-            bits, odd = types.uint64(whole_at(address, i)), types.uint64(i) * GOLDEN
-            some |= bits
-            mixed += (bits ^ (bits >> HALF)) * (odd ^ (odd >> HALF) | types.uint64(1))
+    mixed = mix(state.ctypes.data, 1, first, 0) + mix(state.ctypes.data, last, state.size, 0)
+    return one_of(mixed + types.uint64(head.signature)) if mixed != types.uint64(0) else 0.0
+
+
+@jit
+def left_of(head, q, v):
+    """A number that tells coordinates and velocities, at two addresses, of a model as the law reads it."""
+    return one_of(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.made))
+
+
+@jit
+def mix(numbers, first, last, before):
+    """A sum of products with odd numbers, each of its place: zeros add nothing, and no product waits for another.
+
+    before: how many places come before the first number at the address.
+    """
+    mixed = types.uint64(0)
+    for i in range(first, last):
+        bits, odd = types.uint64(whole_at(types.uint64(numbers), i)), types.uint64(before + i) * GOLDEN
+        mixed += (bits ^ (bits >> HALF)) * (odd ^ (odd >> HALF) | types.uint64(1))
+    return mixed
+
+
+@jit
+def one_of(mixed):
+    """A check sum that is mixed as a number that is not zero."""
     mixed = (mixed ^ (mixed >> HALF)) * GOLDEN
-    return 1.0 + float(mixed >> types.uint64(12)) if some != types.uint64(0) else 0.0
+    return 1.0 + float(mixed >> types.uint64(12))
 
 
 @jit

@@ -59,20 +59,22 @@ def is_far(head, f):
 
 
 @jit
-def read_free(head, f):
-    """Where a body is, how it moves, and what moves it besides contacts, at the start of the step."""
+def read_free(head, f, known):
+    """Where a body is, how it moves, and what moves it besides contacts, at the start of the step.
+
+    known: all are as a step has left them, be it one of other data. One that sleeps is read too: set back, it wakes
+    where all do.
+    """
     b = body_at(world_at(head.world, 0).bodies, f.body)
     q, v = coordinates(head, head.start, f)
     own, arm = frame_of(f, q)
     push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
-    if not same_as_left(head, f.q, 7, f.v, 6):
+    if not (known or same_as_left(head, f.q, 7, f.v, 6)):
         world_at(head.world, 0).stale = 1
         b.placed = 1
         b.held[0] = np.nan  # it wakes
-    elif b.asleep != 0:
-        return
     store(b.position, add(load(q), arm))
     full = product(own, f.frame)
     for i in range(4):

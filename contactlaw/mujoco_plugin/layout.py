@@ -119,7 +119,12 @@ class ModelView:
     def signature(self) -> int:
         """What tells a model from others, also where it comes from a pickle or a binary file: its sizes and names."""
         sizes = [self.nq, self.nv, self.nbody, self.ngeom, self.npluginstate]
-        return int.from_bytes(hashlib.sha256(repr(sizes).encode() + self.names.tobytes()).digest()[:8], "little")
+        return number_of(repr(sizes).encode() + self.names.tobytes())
+
+
+def number_of(what: bytes) -> int:
+    """A number that tells one text from others, of eight bytes."""
+    return int.from_bytes(hashlib.sha256(what).digest()[:8], "little")
 
 
 def record_at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:

@@ -185,6 +185,7 @@ class Model:
             "nq": self._m.nq, "nv": self._m.nv, "free_count": len(self._frees),
             "placed_count": len(self._placed), "tree_count": len(self._trees),
             "signature": self._m.signature,
+            "made": layout.number_of(self._m.plugin_attr.tobytes() + self._seen[1].tobytes()),
         } | (jointed.addresses() if self._trees else {})  # fmt: skip
         for name, value in fields.items():
             head[name] = value

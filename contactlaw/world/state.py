@@ -150,6 +150,7 @@ def read(w, row):
             a, b = int(row[at]), int(row[at + 1])
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
+            c.turned, c.waits, c.kept = 0.0, 0.0, 0.0  # laws know all between steps, but for what parted in the slot
             here = take(row, at + SHAPES, part(w, slot, 0, KNOWN_NUMBERS))
             here = take(row, here, part(w, slot, FROM, REST))
             take(row, here, memory_of(w, slot))

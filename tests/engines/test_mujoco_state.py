@@ -59,25 +59,53 @@ def test_a_restart_in_mid_contact_is_bit_exact():
         assert np.array_equal(other.plugin_state, data.plugin_state)
 
 
-def test_a_restart_of_a_heap_knows_for_how_long_its_implicit_steps_wait():
+def test_a_heap_set_back_at_any_step_goes_on_to_the_bit():
+    """While it falls, lands, waits with its implicit steps, lies, falls asleep and sleeps; into data used before."""
     world = poured(Settings("mujoco", timestep=2e-3), 8)
     world.start()
-    world.step(113)
     model, data = world.model, world.data
+    other = mujoco.MjData(model)
     kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state, waited = np.empty(mujoco.mj_stateSize(model, kind)), 0
-    for _ in range(6):
+    saved, waited, slept = [], 0, 0
+    for _ in range(320):
+        state = np.empty(mujoco.mj_stateSize(model, kind))
         mujoco.mj_getState(model, data, state, kind)
-        fresh = mujoco.MjData(model)
-        mujoco.mj_setState(model, fresh, state, kind)
+        saved.append(state)
         mujoco.mj_step(model, data)
-        mujoco.mj_step(model, fresh)
-        assert np.array_equal(fresh.qvel, data.qvel)
-        assert np.array_equal(fresh.plugin_state, data.plugin_state)
         numbers = data.plugin_state
         waited += int(((numbers < 0.0) & (numbers > -64.0) & (numbers == np.floor(numbers))).sum() >= 8)
-    assert waited > 0
+        slept += int(not data.qvel.any())
+    assert waited > 10 and slept > 100
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    for first in range(300):
+        mujoco.mj_setState(model, other, saved[first], kind)
+        for number in range(first + 1, first + 20):
+            mujoco.mj_step(model, other)
+            mujoco.mj_getState(model, other, state, kind)
+            assert np.array_equal(state, saved[number]), (first, number)
     world.close()
+
+
+@pytest.mark.parametrize("what", ["nothing", "place", "size"])
+def test_what_sleeps_wakes_where_it_is_set_back_to_another_place_or_as_another_model(what):
+    spec, name = ball_on_floor(steel_pair(restitution=0.5), 2e-3, gravity=9.81)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[2] += 1e-5
+    mujoco.mj_step(model, data, 500)
+    assert not data.qvel.any() and contacts_of(model, data, name)[0].touching
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    if what == "size":
+        model.geom_size[model.body_geomadr[1], 0] *= 0.9
+    other = mujoco.MjData(model)
+    mujoco.mj_setState(model, other, state, kind)
+    if what == "place":
+        other.qpos[2] += 1e-3
+    mujoco.mj_step(model, other, 2)
+    assert (other.qvel[2] < -0.01) == (what != "nothing")
+    assert np.array_equal(other.plugin_state, data.plugin_state) == (what == "nothing")
 
 
 def test_a_reset_forgets_the_contact():
@@ -163,7 +191,7 @@ def test_rollouts_on_two_threads_give_the_bits_of_one():
     assert np.array_equal(*results)
 
 
-FIRST = 7  # of the law's part of plugin_state, behind a token and the force: how many contacts there are
+FIRST = 8  # of the law's part of plugin_state, behind two check sums and the force: how many contacts there are
 
 
 def damage(state, how):

@@ -9,6 +9,8 @@ import pytest
 
 from contactlaw.world import World
 from contactlaw.world.state import HEAD, read, size, write
+from sims.heap import poured
+from sims.scene import Settings
 from tests.world.long_shapes import scene
 from validation.world_scenes import FLOOR, RADIUS, balls, box_of_planes, steel_pair
 
@@ -101,6 +103,36 @@ def test_eight_balls_go_on_to_the_bit(restitution: float, timestep: float) -> No
     for before in (first_closed(lambda: eight(timestep, restitution)), 30, 71):
         closed += goes_on(lambda: eight(timestep, restitution), before, 200)[0]
     assert closed > 0
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("by", ["row", "save"])
+def test_a_heap_set_back_at_any_step_goes_on_to_the_bit(by: str) -> None:
+    """While it lands, lies and falls asleep; into a world that has done something else meanwhile."""
+    world, other = (poured(Settings("none", timestep=2e-3), 8) for _ in range(2))
+    for one in (world, other):
+        one.start()
+    world, other = world.world, other.world
+    world.step(60)
+    other.step(110)
+    kept = []
+    for _ in range(120):
+        kept.append((world.save(), row_of(world)))
+        world.step()
+    assert world.asleep.all()
+    for first in range(100):
+        saved, row = kept[first]
+        if by == "save":
+            other.restore(saved)
+        else:
+            for name in (*MOTION, "axes", "momentum"):
+                other.arrays.bodies[name] = saved.bodies[name]
+            assert read(other.arrays.bound().world[0], row) == 0
+        for number in range(first + 1, first + 20):
+            other.step()
+            for name in MOTION:
+                assert np.array_equal(other.arrays.bodies[name], kept[number][0].bodies[name]), (first, number)
+            assert np.array_equal(row_of(other), kept[number][1]), (first, number)
 
 
 @pytest.mark.heavy
