@@ -18,7 +18,7 @@ from contactlaw.mujoco_plugin.block import floats, place
 from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.access import body_at, world_at
 from contactlaw.world.force import hardly_moves
-from contactlaw.world.motion import give, set_axes, spin_rate
+from contactlaw.world.motion import follow, give, set_axes, spin_rate
 from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, product, store, sub, turn_by
 
@@ -83,6 +83,8 @@ def read_free(head, f, known):
     spin = turn_by(own, (v[3], v[4], v[5]))
     store(b.spin, spin)
     store(b.velocity, add(load(v), cross(spin, arm)))
+    store(b.momentum, (0.0, 0.0, 0.0))
+    follow(b)
 
 
 @jit
