@@ -8,11 +8,19 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from threading import Event, Thread
 from time import perf_counter
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 from sims.recording import Recording
@@ -20,6 +28,7 @@ from sims.scene import Limit, Measured, Scene, Settings
 
 console = Console(width=None if sys.stdout.isatty() else 80)
 messages = Console(stderr=True, width=console.width)
+OFTEN = 1.5  # [s] between lines that say how far a run is, where no bar is seen
 PATIENCE, LONG = 3.0, 20.0  # after how much of it [s] a run that takes longer than this [s] says how long
 
 
@@ -182,6 +191,22 @@ def _text(value: object) -> str:
 
 
 def bar(*more: ProgressColumn) -> Progress:
-    """One that goes when it is done."""
+    """One that goes when it is done; off a terminal, where none is seen, a line now and then."""
     columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *more
-    return Progress(*columns, console=messages, transient=True)
+    return (Progress if messages.is_terminal else _Lines)(*columns, console=messages, transient=True)
+
+
+class _Lines(Progress):
+    def start(self) -> None:
+        self._over = Event()
+        Thread(target=self._say, daemon=True).start()
+
+    def stop(self) -> None:
+        self._over.set()
+
+    def _say(self) -> None:
+        while not self._over.wait(OFTEN):
+            for task in self.tasks:
+                if not task.finished:
+                    part = "" if task.total is None else f": {task.percentage:.0f} %"
+                    messages.print(f"{task.description}{part}", highlight=False)

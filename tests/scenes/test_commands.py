@@ -2,7 +2,9 @@
 
 import importlib.util
 import json
+import re
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -253,3 +255,13 @@ def test_the_table_of_the_main_job_has_units_and_fits_eighty_columns():
     assert head == [
         "engine", "law", "psi_1 [-]", "psi_2 [-]", "reference [-]", "error [-]", "energy [-]", "time [ms]"
     ]  # fmt: skip
+
+
+def test_off_a_terminal_a_bar_is_a_line_now_and_then(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(show, "OFTEN", 0.02)
+    with show.bar() as progress:
+        for _ in progress.track(range(4), description="throws", update_period=0.01):
+            time.sleep(0.03)
+    assert re.search(r"throws: \d+ %", capsys.readouterr().err)
