@@ -19,6 +19,15 @@ from contactlaw.mujoco_plugin import contacts_of, ledger_of, load_model  # noqa:
 from sims.heap import poured  # noqa: E402
 from sims.scene import Settings  # noqa: E402
 
+WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+
+
+def state_of(model, data):
+    """All that a run goes on from."""
+    state = np.empty(mujoco.mj_stateSize(model, WHOLE))
+    mujoco.mj_getState(model, data, state, WHOLE)
+    return state
+
 
 def test_what_is_remembered_changes_with_steps_alone():
     spec, name = ball_on_floor(steel_pair())
@@ -45,44 +54,42 @@ def test_a_restart_in_mid_contact_is_bit_exact():
     data = mujoco.MjData(model)
     data.qvel[:] = [0.1, 0.02, -1.0, 1.0, 2.0, 3.0]
     mujoco.mj_step(model, data, 50)
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state = np.empty(mujoco.mj_stateSize(model, kind))
-    mujoco.mj_getState(model, data, state, kind)
+    state = state_of(model, data)
     copy = mujoco.MjData(model)
     mujoco.mj_copyData(copy, model, data)
     mujoco.mj_step(model, data, 100)
     fresh = mujoco.MjData(model)
-    mujoco.mj_setState(model, fresh, state, kind)
+    mujoco.mj_setState(model, fresh, state, WHOLE)
     for other in (fresh, copy):
         mujoco.mj_step(model, other, 100)
         assert np.array_equal(other.qvel, data.qvel)
         assert np.array_equal(other.plugin_state, data.plugin_state)
 
 
+def goes_on_from_all(model, saved, count):
+    """Set one mjData back to each state, and step it while the next ones of so many are known."""
+    other = mujoco.MjData(model)
+    for first in range(len(saved) - count + 1):
+        mujoco.mj_setState(model, other, saved[first], WHOLE)
+        for number in range(first + 1, first + count):
+            mujoco.mj_step(model, other)
+            assert np.array_equal(state_of(model, other), saved[number]), (first, number)
+
+
 def test_a_heap_set_back_at_any_step_goes_on_to_the_bit():
     """While it falls, lands, waits with its implicit steps, lies, falls asleep and sleeps; into data used before."""
     world = poured(Settings("mujoco", timestep=2e-3), 8)
     world.start()
-    model, data = world.model, world.data
-    other = mujoco.MjData(model)
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    data = world.data
     saved, waited, slept = [], 0, 0
     for _ in range(320):
-        state = np.empty(mujoco.mj_stateSize(model, kind))
-        mujoco.mj_getState(model, data, state, kind)
-        saved.append(state)
-        mujoco.mj_step(model, data)
+        saved.append(state_of(world.model, data))
+        mujoco.mj_step(world.model, data)
         numbers = data.plugin_state
         waited += int(((numbers < 0.0) & (numbers > -64.0) & (numbers == np.floor(numbers))).sum() >= 8)
         slept += int(not data.qvel.any())
     assert waited > 10 and slept > 100
-    state = np.empty(mujoco.mj_stateSize(model, kind))
-    for first in range(300):
-        mujoco.mj_setState(model, other, saved[first], kind)
-        for number in range(first + 1, first + 20):
-            mujoco.mj_step(model, other)
-            mujoco.mj_getState(model, other, state, kind)
-            assert np.array_equal(state, saved[number]), (first, number)
+    goes_on_from_all(world.model, saved, 20)
     world.close()
 
 
@@ -95,19 +102,11 @@ def test_a_box_set_back_at_any_step_goes_on_to_the_bit(tmp_path):
         "</worldbody></mujoco>"
     )
     model = load_model(file, [("*", "*", steel_pair(friction=0.3, restitution=0.3))])
-    data, other = mujoco.MjData(model), mujoco.MjData(model)
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state, saved = np.empty(mujoco.mj_stateSize(model, kind)), []
+    data, saved = mujoco.MjData(model), []
     for _ in range(300):
-        mujoco.mj_getState(model, data, state, kind)
-        saved.append(state.copy())
+        saved.append(state_of(model, data))
         mujoco.mj_step(model, data)
-    for first in range(295):
-        mujoco.mj_setState(model, other, saved[first], kind)
-        for number in range(first + 1, first + 5):
-            mujoco.mj_step(model, other)
-            mujoco.mj_getState(model, other, state, kind)
-            assert np.array_equal(state, saved[number]), (first, number)
+    goes_on_from_all(model, saved, 5)
 
 
 @pytest.mark.parametrize("what", ["nothing", "place", "size"])
@@ -118,13 +117,11 @@ def test_what_sleeps_wakes_where_it_is_set_back_to_another_place_or_as_another_m
     data.qpos[2] += 1e-5
     mujoco.mj_step(model, data, 500)
     assert not data.qvel.any() and contacts_of(model, data, name)[0].touching
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state = np.empty(mujoco.mj_stateSize(model, kind))
-    mujoco.mj_getState(model, data, state, kind)
+    state = state_of(model, data)
     if what == "size":
         model.geom_size[model.body_geomadr[1], 0] *= 0.9
     other = mujoco.MjData(model)
-    mujoco.mj_setState(model, other, state, kind)
+    mujoco.mj_setState(model, other, state, WHOLE)
     if what == "place":
         other.qpos[2] += 1e-3
     mujoco.mj_step(model, other, 2)
@@ -153,16 +150,14 @@ def test_what_follows_a_state_does_not_depend_on_what_was_before():
         data, other = mujoco.MjData(model), mujoco.MjData(model)
         data.qpos[2] += 5e-3
         data.time = 1e6 + 1 / 3
-        kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
         saved, after = [], []
         for _ in range(150):
-            state = np.empty(mujoco.mj_stateSize(model, kind))
-            mujoco.mj_getState(model, data, state, kind)
+            state = state_of(model, data)
             saved.append(state)
             mujoco.mj_step(model, data)
             after.append(np.concatenate([data.qpos, data.qvel, data.plugin_state]))
         for number in (140, 3, 60, 61, 20, 149):
-            mujoco.mj_setState(model, other, saved[number], kind)
+            mujoco.mj_setState(model, other, saved[number], WHOLE)
             mujoco.mj_step1(model, other)
             if integrator == "RK4":  # which MuJoCo does not take in two halves
                 mujoco.mj_step(model, other)
@@ -198,14 +193,12 @@ def test_rollouts_on_two_threads_give_the_bits_of_one():
     spec, _ = ball_on_floor(steel_pair())
     model = spec.compile()
     data = mujoco.MjData(model)
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
     states = []
     for speed in (0.5, 1.0, 1.5, 2.0):
         mujoco.mj_resetData(model, data)
         data.qvel[:3] = [0.1, 0.05, -speed]
         mujoco.mj_step(model, data, 20)  # each starts in mid-contact
-        state = np.empty(mujoco.mj_stateSize(model, kind))
-        mujoco.mj_getState(model, data, state, kind)
+        state = state_of(model, data)
         states.append(state)
     results = []
     for threads in (1, 2):
