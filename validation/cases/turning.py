@@ -29,7 +29,7 @@ class Turning(Case):
     springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five times the
     price of a straight step; a slide that does not turn pays nothing. An impact that spins about its normal is followed
     by the default law, in sectors, as the grid has it; whatever path it takes, and however large its steps, it gives
-    back nothing. The springs of contacts that hardly spin, or last, give back little.
+    back nothing. Nor do the springs of contacts that hardly spin, or last.
     """
 
     place = 24
@@ -142,7 +142,7 @@ def _spin(rows: list[Any], sigma: float) -> float:
 
 
 def _energy(count: int, progress: Progress) -> dict[str, float]:
-    """By kind of load, the most energy that a random path gives back; and how far the force passes its limit.
+    """By kind of load, the most energy that a random path gives back by either law; how far forces pass their limit.
 
     Load and place change in turn, in steps of any size, a whole leg too. "together": at once, in 16 a leg, every eighth
     path, and the same of Coulomb's own force ("coulomb"), which stores nothing: what its mean force misses of the work.
@@ -156,10 +156,11 @@ def _energy(count: int, progress: Progress) -> dict[str, float]:
                 for name, law in (("together", MicroslipTurning()), ("coulomb", "coulomb")):
                     found[name] = max(found[name], turning.fall(turning.dissipated(law, *path)[0]))
             overlap, place = turning.in_turn(*turning.random_path(rng, kind, (1, 4, 16)[trial % 3]))
-            lost, force = turning.dissipated(MicroslipTurning(), overlap, place)
-            share = np.hypot(*force.T)[overlap > 0.0] / overlap[overlap > 0.0] ** 1.5
-            found[kind] = max(found[kind], turning.fall(lost))
-            found["cone"] = max(found["cone"], float(share.max(initial=0.0)) - 1.0)
+            for law in LAWS.values():
+                lost, force = turning.dissipated(law, overlap, place)
+                share = np.hypot(*force.T)[overlap > 0.0] / overlap[overlap > 0.0] ** 1.5
+                found[kind] = max(found[kind], turning.fall(lost))
+                found["cone"] = max(found["cone"], float(share.max(initial=0.0)) - 1.0)
         progress((number + 1) / len(turning.KINDS))
     return found
 
