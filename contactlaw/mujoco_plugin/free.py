@@ -42,20 +42,25 @@ def frame_of(f, q):
 def is_far(head, f):
     """Whether a body has stayed within its margin, by its way in the step; counts how far it has turned, if it matters.
 
-    That of a ball about its centre does not.
+    That of a ball about its centre does not. Of the way, which is short, a bound: the sum along the axes.
     """
     b, offset = body_at(world_at(head.world, 0).bodies, f.body), load(f.offset)
     q, old = coordinates(head, head.start, f)
     new = floats(data_at(head.data, 0).qvel, f.v, 6)
     v, centre, apart = load(new), load(q), dot(offset, offset)
-    way = head.step_size * (norm(v) + norm(sub(v, load(old))))
+    change = sub(v, load(old))
+    way = abs(v[0]) + abs(v[1]) + abs(v[2]) + abs(change[0]) + abs(change[1]) + abs(change[2])
+    way = head.step_size * way
     if b.reach + apart > 0.0:
         turned = head.step_size * max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
         b.turned += turned
         way += b.turned * b.reach + turned * sqrt(apart)
         _, arm = frame_of(f, q)
         centre = add(centre, arm)
-    return way + norm(sub(centre, load(b.mark))) <= b.margin
+        if not same_as_left(head, f.q, 7, f.v, 6):
+            return False
+    left, gone = b.margin - way, sub(centre, load(b.mark))
+    return left >= 0.0 and dot(gone, gone) <= left * left
 
 
 @jit
