@@ -13,8 +13,8 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD
-from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.mujoco_plugin.members import LIBRARY, instances, members, slot_of
+from contactlaw.mujoco_plugin.layout import LIBRARY, record_at
+from contactlaw.mujoco_plugin.members import instances, members
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import give_frictions, given_frictions
 from contactlaw.mujoco_plugin.sensors import NUMBERS
@@ -59,7 +59,7 @@ def init(model: int, data: int, number: int) -> int:
         if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         if int(mujoco.mjtStage.mjSTAGE_ACC) not in view.sensor_needstage:
-            view.plugin[number] = slot_of(config.BLIND)
+            view.plugin[number] = layout.plugin_of(config.BLIND)[1]
         _place(data, number).value = _block(view, [number] == members(view)[:1])
     except BaseException as error:  # an interrupt too: without a block no step may be taken
         _complain(number, error)

@@ -60,12 +60,8 @@ def register() -> None:
         ImportError: Another MuJoCo than this works with, or another version of the plugin is registered already.
     """
     _check_version()
-    library = layout.library()
-    library.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
-    library.mjp_getPlugin.restype = ctypes.c_void_p
-    names = config.PLUGIN_NAME, config.BLIND
-    there = [library.mjp_getPlugin(name.encode(), ctypes.byref(ctypes.c_int(-1))) for name in names]
-    plugins = _again(there) if all(there) else _first(library)
+    there = [address for name in (config.PLUGIN_NAME, config.BLIND) if (address := layout.plugin_of(name)[0])]
+    plugins = _again(there) if there else _first()
     from contactlaw.mujoco_plugin import instance
 
     for plugin in plugins:
@@ -73,9 +69,9 @@ def register() -> None:
         plugin.init = ctypes.cast(instance.init, ctypes.c_void_p)
         plugin.nsensordata = ctypes.cast(instance.nsensordata, ctypes.c_void_p)
     _keep(instance.nstate, instance.init, instance.nsensordata, instance.report, *demand.LASTS)
-    if not all(there):
+    if not there:
         for plugin in plugins:
-            library.mjp_registerPlugin(ctypes.byref(plugin))
+            layout.LIBRARY.mjp_registerPlugin(ctypes.byref(plugin))
         sys.modules[REGISTERED] = known = ModuleType(REGISTERED, "What contactlaw has registered with MuJoCo.")
         known.stamp = _stamp()
 
@@ -85,9 +81,9 @@ def _stamp() -> str:
     return jit.SOURCE_STAMP + layout.KEY
 
 
-def _first(library: ctypes.CDLL) -> list[_Plugin]:
+def _first() -> list[_Plugin]:
     """The structs of the plugin with sensors and without, but for what MuJoCo asks of Python."""
-    functions = [getattr(library, name) for name in ("mjd_smooth_vel", *SENSOR_SYMBOLS)]
+    functions = [getattr(layout.LIBRARY, name) for name in ("mjd_smooth_vel", *SENSOR_SYMBOLS)]
     for function in (*functions, ctypes.pythonapi.PyMem_RawFree):
         llvmlite.binding.add_symbol(function.__name__, ctypes.cast(function, ctypes.c_void_p).value)
     with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
@@ -96,7 +92,7 @@ def _first(library: ctypes.CDLL) -> list[_Plugin]:
     plugins, passive = [_Plugin(), _Plugin()], int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
     keys = (ctypes.c_char_p * len(config.KEYS))(*(key.encode() for key in config.KEYS))
     for plugin, name, sensor in zip(plugins, (config.PLUGIN_NAME, config.BLIND), (layout.SENSOR, 0), strict=True):
-        library.mjp_defaultPlugin(ctypes.byref(plugin))
+        layout.LIBRARY.mjp_defaultPlugin(ctypes.byref(plugin))
         plugin.name = name.encode()
         plugin.nattribute, plugin.attributes = len(keys), keys
         plugin.capabilityflags, plugin.needstage = passive | sensor, int(mujoco.mjtStage.mjSTAGE_ACC)
