@@ -56,7 +56,7 @@ def block_of(d, instance):
 
 @jit
 def move(head, w, state):
-    """Take the step of the world."""
+    """Take the step of the world; returns whether all lies as it did."""
     w.step = head.step_size
     known = head.placed_count == 0 and w.stale != 0
     known = known and state[LEFT] == left_of(head, place(head.start, 1), place(head.start, 1 + head.nq))
@@ -68,10 +68,10 @@ def move(head, w, state):
     if head.tree_count == 0 and head.placed_count == 0 and lies(w):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i))
-        return
+        return True
     call_step(address(w, STEP), w, head.step_size, PRESSED)
     if trees(head, READ) and head.free_count == 0 and head.idle != 0:
-        return
+        return False
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED)
@@ -83,6 +83,7 @@ def move(head, w, state):
     trees(head, WRITE)
     look_over(head, w)
     leave(head, w, state)
+    return False
 
 
 @jit
@@ -272,13 +273,13 @@ def compute(m, d, instance, capability):
             take(head)
             call_sense(head.sense, head.own, head.averages)
         return
-    if (head.far == 0 or head.turn == 0) and edited(head):
+    if (head.calm == 0 or head.turn == 0) and edited(head):
         tell_of(head, EDITED, 0.0)
         head = begin(m, d, instance)
     head.turn = (head.turn + 1) % STARTS
     note(head, place(head.starts, head.turn * (1 + head.nq + head.nv)))
     d = data_at(head.data, 0)
-    if head.far * head.idle != 0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token:
+    if head.calm * head.idle != 0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token:
         return  # nothing presses, nor has
     push, given = floats(d.plugin_state, head.state + PUSH, head.nv), floats(head.given, 0, head.nv)
     passive = floats(d.qfrc_passive, 0, head.nv)
@@ -299,9 +300,8 @@ def advance(m, d, instance):
     w = world_at(head.world, 0)
     find_start(head)
     state = take(head)
-    head.far = 1 if w.nears == 0 and w.stale == 0 and all_far(head) else 0
-    if head.far == 0:
-        move(head, w, state)
+    far = w.nears == 0 and w.stale == 0 and all_far(head)
+    head.calm = 1 if far or move(head, w, state) else 0
     note(head, head.left)
     if head.sense != 0:
         head.averages = 1

@@ -67,8 +67,8 @@ def is_far(head, f):
 def read_free(head, f, known):
     """Where a body is, how it moves, and what moves it besides contacts, at the start of the step.
 
-    known: all are as a step has left them, be it one of other data. One that sleeps is read too: set back, it wakes
-    where all do.
+    known: all are as a step has left them, be it one of other data. One that sleeps is read too, if it is not where it
+    fell asleep: set back, it wakes where all do.
     """
     b = body_at(world_at(head.world, 0).bodies, f.body)
     q, v = coordinates(head, head.start, f)
@@ -76,7 +76,10 @@ def read_free(head, f, known):
     push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
-    if not (known or same_as_left(head, f.q, 7, f.v, 6)):
+    same = same_as_left(head, f.q, 7, f.v, 6)
+    if same and b.asleep != 0:  # where it is known to be
+        return
+    if not (known or same):
         world_at(head.world, 0).stale = 1
         b.placed = 1
         b.held[0] = np.nan  # it wakes

@@ -1,7 +1,7 @@
 """What the compiled callbacks notice is told to Python, once for each contact of a model and mjData.
 
 Whether a user has changed the model since the law read it, too: masses, inertia, armature, sizes, places, friction. All
-that an mjData has been made of is kept and compared bit by bit in each step, or each fourth while all fly far apart.
+that an mjData has been made of is kept and compared bit by bit in each step, or in each fourth while all fly far apart or sleep.
 """
 
 from __future__ import annotations
