@@ -19,7 +19,7 @@ import numpy as np
 
 from sims.puck import Puck
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
-from validation.reference.annulus import Impact, impact
+from validation.reference.annulus import History, impact
 
 PSI_1 = 1.2
 ANNULI = 20
@@ -111,17 +111,17 @@ class PaperFigure2(Case):
         axes.legend(loc="upper right")
 
 
-def _tractions(history: Impact) -> np.ndarray:
+def _tractions(history: History) -> np.ndarray:
     """Traction over mu p_max at TIMES, shape (9, annuli)."""
     return np.array([np.interp(TIMES, history.time, column) for column in history.traction.T]).T
 
 
-def _states(history: Impact) -> list[list[bool]]:
+def _states(history: History) -> list[list[bool]]:
     """Whether each annulus is stuck at TIMES."""
     return [history.stuck[np.abs(history.time - tau).argmin()].tolist() for tau in TIMES]
 
 
-def _stuck_part(history: Impact, tau: float) -> float:
+def _stuck_part(history: History, tau: float) -> float:
     """Stuck part of the contact radius at a time."""
     instant = int(np.abs(history.time - tau).argmin())
     return float(history.stuck[instant].sum() / max((history.pressure[instant] > 0.0).sum(), 1))

@@ -88,14 +88,8 @@ def impact(psi_1: float, chi: float, steps: int = STEPS) -> Impact:
     components = np.empty(time.size, dtype=np.int64)
     march_impact(time, overlap, speed, float(psi_1), float(chi), psi, force, components)
     deepest = (15.0 / 16.0) ** 0.4
-    return Impact(
-        psi_2=float(psi[-1]),
-        time=time / time[-1],
-        normal_force=(overlap / deepest) ** 1.5,
-        tangential_force=force / (4.0 / 3.0 * deepest**1.5),
-        psi=psi,
-        components=components,
-    )
+    normal, tangential = (overlap / deepest) ** 1.5, force / (4.0 / 3.0 * deepest**1.5)
+    return Impact(float(psi[-1]), time / time[-1], normal, tangential, psi, components)
 
 
 @lru_cache(maxsize=64)
@@ -120,9 +114,7 @@ def _normal_motion(steps: int) -> tuple[Array, Array, Array]:
 def force_along_path(
     approach: ArrayLike, displacement: ArrayLike, *, kappa: float = 1.0, friction: float = 1.0
 ) -> Array:
-    """Tangential force along a prescribed quasi-static motion, with E* = R = 1.
-
-    A path that begins in contact begins without traction; between samples it runs straight.
+    """Tangential force along a prescribed quasi-static motion, straight between samples, with E* = R = 1.
 
     Args:
         approach: Overlap, shape (n,).
@@ -133,27 +125,16 @@ def force_along_path(
     Returns:
         Tangential force, shape (n,), positive along a first displacement.
     """
-    depth = np.array(approach, dtype=float)
-    scaled = np.array(displacement, dtype=float) * (kappa / friction)
+    depth, scaled = np.array(approach, dtype=float), np.array(displacement, dtype=float) * (kappa / friction)
     return friction * _along(depth, scaled, np.empty(0))[0]
 
 
 def traction_along_path(
     approach: ArrayLike, displacement: ArrayLike, radii: ArrayLike
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Traction along a prescribed path, all scaled, with E* = R = 1.
-
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Scaled tangential displacement kappa s_x/mu, shape (n,).
-        radii: Radii where the traction is wanted, shape (m,), m >= 2.
-
-    Returns:
-        Traction q/mu, shape (n, m), and the number of components, shape (n,).
-    """
-    depth = np.array(approach, dtype=float)
-    _, traction, components = _along(depth, np.array(displacement, dtype=float), np.array(radii, dtype=float))
-    return traction, components
+    """Traction q/mu at radii (m,) along a path of overlap and kappa s_x/mu (n,), shape (n, m), and components, (n,)."""
+    depth, scaled, points = (np.array(one, dtype=float) for one in (approach, displacement, radii))
+    return _along(depth, scaled, points)[1:]
 
 
 def _along(depth: Array, displacement: Array, points: Array) -> tuple[Array, Array, NDArray[np.int64]]:
