@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.turning import MicroslipTurning
-from validation import spinning, turning
+from validation import ledger, spinning, turning
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.measure import spread
 from validation.picture import BROAD, legend_below
@@ -55,7 +55,7 @@ class Turning(Case):
         ]  # fmt: skip
         cost = _cost(saved["uneven"], 9 if quick else 41)
         spin = {f"{s:g}": _spin(saved["spinning"], s) for s in SPINS}
-        own, load_changes = paths["turning"], max(energy[kind] for kind in turning.KINDS[1:])
+        own, load_changes = paths["turning"], max(energy[kind] for kind in ledger.KINDS[1:])
         data: Data = {
             "paths": paths, "impacts": impacts, "energy": energy, "cost": cost, "spin": spin, "spun": spun,
             "cycles": max(cycles),
@@ -71,11 +71,11 @@ class Turning(Case):
             Limit("the same at once, 16 steps a leg, over what the mean of Coulomb's own force misses", 1.0,
                   energy["together"] / energy["coulomb"]),
             Limit("energy given back on 100,000 paths that turn, spin and open, in sectors", 1e-13,
-                  max(spun["sectors"][kind] for kind in turning.KINDS)),
+                  max(spun["sectors"][kind] for kind in ledger.KINDS)),
             Limit("the same, load and place changed at once, 16 steps a leg", 1e-4, spun["sectors"]["together"]),
             Limit("energy given back at constant load, springs with torsion", 1e-13, spun["springs"]["steady"]),
             Limit("the same as the load changes, load and place in turn", 1e-13,
-                  max(spun["springs"][kind] for kind in turning.KINDS[1:])),
+                  max(spun["springs"][kind] for kind in ledger.KINDS[1:])),
             Limit("energy given back by the most generous cycle found, in sectors", 1e-13, max(cycles)),
             Limit("force over its limit, less 1", 1e-12, max(energy["cone"], *(one["cone"] for one in spun.values()))),
             Limit("time of a contact's substep that turns over a straight one", 6.0, cost["turning"]["median"]),
@@ -91,7 +91,7 @@ class Turning(Case):
         table.add("psi_2, masses 3:1 | | {springs:.4f} | {turning:.4f}", data["impacts"])
         for sigma, error in data["spin"].items():
             table.add(f"psi_2 with spin, default law | sigma = {sigma} | | {error:.4f}")
-        for kind in (*turning.KINDS, "together"):
+        for kind in (*ledger.KINDS, "together"):
             table.add(
                 f"energy given back, {kind} | with spin | {{springs[{kind}]:.1e}} | {{sectors[{kind}]:.1e}}",
                 data["spun"],
@@ -148,19 +148,18 @@ def _energy(count: int, progress: Progress) -> dict[str, float]:
     path, and the same of Coulomb's own force ("coulomb"), which stores nothing: what its mean force misses of the work.
     """
     rng, found = np.random.default_rng(17), {"cone": -1.0, "together": 0.0, "coulomb": 0.0}
-    for number, kind in enumerate(turning.KINDS):
+    for number, kind in enumerate(ledger.KINDS):
         found[kind] = 0.0
         for trial in range(count):
             if trial % 8 == 0:
-                path = turning.random_path(rng, kind, 16)
+                path = ledger.random_path(rng, kind, 16)
                 for name, law in (("together", MicroslipTurning()), ("coulomb", "coulomb")):
-                    found[name] = max(found[name], turning.fall(turning.dissipated(law, *path)[0]))
-            overlap, place = turning.in_turn(*turning.random_path(rng, kind, (1, 4, 16)[trial % 3]))
-            lost, force = turning.dissipated(MicroslipTurning(), overlap, place)
-            share = np.hypot(*force.T)[overlap > 0.0] / overlap[overlap > 0.0] ** 1.5
-            found[kind] = max(found[kind], turning.fall(lost))
-            found["cone"] = max(found["cone"], float(share.max(initial=0.0)) - 1.0)
-        progress((number + 1) / len(turning.KINDS))
+                    found[name] = max(found[name], ledger.fall(ledger.dissipated(law, *path)[0]))
+            overlap, place = ledger.in_turn(*ledger.random_path(rng, kind, (1, 4, 16)[trial % 3]))
+            lost, force = ledger.dissipated(MicroslipTurning(), overlap, place)
+            found[kind] = max(found[kind], ledger.fall(lost))
+            found["cone"] = max(found["cone"], ledger.over_limit(overlap, force))
+        progress((number + 1) / len(ledger.KINDS))
     return found
 
 
@@ -183,7 +182,7 @@ def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
                 run = partial(world.step, 3)
                 assert world.arrays
             else:
-                run = partial(turning.dissipated, MicroslipTurning(), np.ones(len(around)), lines[name])
+                run = partial(ledger.dissipated, MicroslipTurning(), np.ones(len(around)), lines[name])
             start = process_time()
             run()
             times[name].append(process_time() - start)
