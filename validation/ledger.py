@@ -1,7 +1,5 @@
 """Work that a contact takes in along a prescribed path, less the energy that it holds: what it gives back shows."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Energy of contacts that turn, spin and open: what random paths give back at most, and the cycle that gives most."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from validation import ledger

@@ -1,7 +1,5 @@
 """What case and tests of slides that turn share: forces along the reference's paths, and impacts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -18,8 +18,6 @@ Scaled quantities: psi = (kappa/mu) V_x/V_z1, chi = (kappa/2) m_N/m_T; forces F/
 Sources: Maw, Barber & Fawcett, Wear 38 (1976) 101-114; J. Lubr. Tech. 103 (1981) 74-80.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import pairwise

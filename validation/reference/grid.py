@@ -23,8 +23,6 @@ chi_s = (kappa/2) m_N a_max^2/I, I the inertia about the normal; forces F/mu, mo
 angles kappa theta/mu. Moments and angles turn x into y.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,8 +7,6 @@ slip of the new sense first has to undo the older one.
 Sources: Mindlin & Deresiewicz, J. Appl. Mech. 20 (1953) 327-344; Johnson, Contact Mechanics (1985), sections 7.2, 7.4.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

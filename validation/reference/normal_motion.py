@@ -12,8 +12,6 @@ Sources: Hertz law: Johnson, Contact Mechanics (1985), section 11.4; dashpot: Ts
 71 (1992) 239-250, here cut off at zero force.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The annulus solver along a path given by samples, with instants added so that every annulus enters at one of them."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Finer samples of a path; the limit of a computation that is refined, with an estimate of what is left."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -11,7 +9,7 @@ from validation.reference.normal_motion import Array
 
 
 def sampled(approach: ArrayLike, displacement: ArrayLike, substeps: int) -> tuple[Array, Array]:
-    """Contact radius and displacement of a path of overlaps (n,) and displacements (n, m), with more samples between."""
+    """Contact radius and displacement along a path of overlaps (n,) and displacements (n, m), sampled more finely."""
     depth, moved = np.array(approach, dtype=float), np.array(displacement, dtype=float)
     given = np.arange(depth.size)
     fine = np.linspace(0.0, depth.size - 1.0, (depth.size - 1) * substeps + 1)

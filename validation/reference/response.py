@@ -1,7 +1,5 @@
 """Tangential response to a given normal motion: annuli laid out, kernel run, history gathered."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

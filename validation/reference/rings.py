@@ -16,8 +16,6 @@ Sources: Johnson, Contact Mechanics (1985), sections 3.3, 3.4 (a) (uniform press
 7.2; rings with a vector each in the manner of the annuli of Maw, Barber & Fawcett, Wear 38 (1976) 101-114.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

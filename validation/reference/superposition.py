@@ -23,11 +23,9 @@ Sources: Maw, The oblique impact of elastic spheres (1976), as described by Maw,
 (1981) 74-80; Mindlin & Deresiewicz, J. Appl. Mech. 20 (1953) 327-344.
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,18 +39,9 @@ __all__ = ["Impact", "force_along_path", "impact", "rebound", "traction_along_pa
 STEPS = 1000
 
 
-@dataclass(frozen=True)
-class Impact:
-    """One elastic impact, from touch to release.
-
-    Attributes:
-        psi_2: Rebound psi = (kappa/mu) V_x2/V_z1.
-        time: tau = t/T, T the duration, shape (n,).
-        normal_force: P/P_max, shape (n,).
-        tangential_force: F/(mu P_max), shape (n,); positive where it opposes psi_1 > 0.
-        psi: Tangential velocity, shape (n,).
-        components: Number of Hertz-shaped components of the traction, shape (n,).
-    """
+class Impact(NamedTuple):
+    """One elastic impact, from touch to release: psi_2 = (kappa/mu) V_x2/V_z1; then, shape (n,) each, tau = t/T,
+    P/P_max, F/(mu P_max), positive where it opposes psi_1 > 0, tangential velocity psi, and number of components."""
 
     psi_2: float
     time: Array
@@ -73,16 +62,7 @@ def rebound(psi_1: ArrayLike, chi: ArrayLike, steps: int = STEPS) -> float | Arr
 
 
 def impact(psi_1: float, chi: float, steps: int = STEPS) -> Impact:
-    """One elastic impact with its whole history.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite.
-        chi: (kappa/2) m_N/m_T > 0.
-        steps: Number of time steps, at least 4.
-
-    Returns:
-        The impact, normalised by its duration and its largest normal force.
-    """
+    """One elastic impact with its whole history, of psi_1 and chi > 0 in at least 4 time steps."""
     time, overlap, speed = _normal_motion(int(steps))
     psi, force = np.empty(time.size), np.empty(time.size)
     components = np.empty(time.size, dtype=np.int64)

@@ -14,8 +14,6 @@ Sources: appendix of Maw, Barber & Fawcett, J. Lubr. Technol. 103 (1981) 74; for
 Contact Mechanics (1985), eq. (3.91), and section 7.2 for its use.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -8,8 +8,6 @@ v = V sqrt(1 - (d/d_m)^(5/2)), d_m = [5 m V^2/(4 k)]^(2/5). The time from touch 
 Source: Johnson, Contact Mechanics (1985), section 11.4(a).
 """
 
-from __future__ import annotations
-
 from math import pi, sqrt
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ Source: Maw, Barber & Fawcett, J. Lubr. Technol. 103 (1981) 74, "Solutions" (i) 
 scan of that paper prints 4 lambda and 1 + 1/K; 4 chi and 1 + 1/K^2 are meant (its eqs. (3), (5) and (6) have K^2).
 """
 
-from __future__ import annotations
-
 STARTS_SLIDING = 1.0
 """psi_1 above which the contact slides from the touch on."""
 

@@ -1,7 +1,5 @@
 """Oblique impact of rigid bodies with Coulomb friction: friction can stop the contact point, never turn it back."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -9,8 +9,6 @@ Phys. Solids 5 (1957) 162; Johnson, Contact Mechanics (1985), section 11.4; mode
 Soc. 13 (1882) 189.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import pi, sqrt
 
