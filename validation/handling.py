@@ -9,8 +9,6 @@ It leaves what it found in validation/data/handling.json, which `validation.case
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import json
 from importlib.util import find_spec
 from pathlib import Path

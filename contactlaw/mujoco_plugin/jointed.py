@@ -149,7 +149,7 @@ def read_jointed(head, j):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
     for k in range(t.v_size):
         axis_at(t.axes, k).side = 0.0
-    t.stale = 1
+    t.stale, t.span = 1, head.step_size
     if d.nl > 0:
         call_with_body(t.settle, body_at(t.bodies, 0))
         hand_over_limits(head, j, t)

@@ -112,7 +112,7 @@ TREE = record(
     fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
-    lag="f8",  # [s] that damping comes behind its velocity, see `tree_motion`
+    lag="f8", span="f8",  # [s] that damping comes behind its velocity, see `tree_motion`; length of the step
     passes="i8",  # whether an engine has taken it to the end of the step already, past everything, see `passing`
     disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip

@@ -21,6 +21,8 @@ from contactlaw.world.access import axis_at, body_at, link_at
 from contactlaw.world.tree_kinematics import NONE, vector
 from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub
 
+STIFF = 100.0  # damping times a step over the mass: beyond, it comes a step behind always, as if it were a mass
+
 
 def accelerate(t):
     """Mass matrix and its factor; accelerations at q and v."""
@@ -40,7 +42,9 @@ def accelerate(t):
             angular = add(times(tensor, e), cross(offset, s))
             p = axis.depth
             resistance = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
-            m[k, p] = axis.armature + t.lag * resistance + dot(e, angular) + dot(s, linear)
+            own = axis.armature + dot(e, angular) + dot(s, linear)
+            lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
+            m[k, p] = own + lag * resistance
             j = axis.before
             while j >= 0:
                 one = axis_at(t.axes, j)
