@@ -107,19 +107,11 @@ def receive(head, w):
             if b.asleep == 0 and r.mass > 0.0:
                 set_out(r, b, head.dt)
             continue
-        x, v = load(r.before.position), load(r.before.velocity)
-        here = axpy(r.ahead, v, load(r.left.position))
-        apart = sub(x, here)
-        own_way = norm(apart) <= EXACT * (norm(x) + norm(sub(x, load(r.left.position))))
-        if r.mass == 0.0:
-            w.stale = 1
-            stir(w)
-            set_out(r, b, head.dt)
-            continue
-        r.strange = 0 if own_way else 1
-        if r.lacks != 0 and (r.strange == 0 or kept_speed(r)):
-            r.strange = 0
-            store(r.before.position, add(x, load(r.shift)))
+        v = load(r.before.velocity)
+        if r.mass > 0.0:
+            r.strange = 0 if went(r, v) or (r.lacks != 0 and went(r, load(r.left.velocity))) else 1
+        if r.lacks != 0 and r.strange == 0:
+            store(r.before.position, add(load(r.before.position), load(r.shift)))
             q = product(load4(r.turn), quaternion_of(r.before))
             one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
             store_quaternion(r.before, (one * q[0], one * q[1], one * q[2], one * q[3]))
@@ -127,8 +119,8 @@ def receive(head, w):
                 store(r.before.velocity, (0.0, 0.0, 0.0))
                 store(r.before.spin, (0.0, 0.0, 0.0))
             name(head, k)
-        if r.strange != 0:
-            strange = 1
+        if r.mass == 0.0 or r.strange != 0:
+            strange |= r.strange
             r.pressed = 0
             w.stale = 1
             stir(w)  # itself, and what it may have held
@@ -157,10 +149,10 @@ def alike(a, b):
 
 
 @jit_inside
-def kept_speed(r):
-    """Whether Bullet has been left to put a body where it is, though its velocity was changed later."""
-    x = sub(load(r.before.position), axpy(r.ahead, load(r.left.velocity), load(r.left.position)))
-    return norm(x) <= EXACT * (norm(load(r.before.position)) + r.ahead * norm(load(r.left.velocity)))
+def went(r, v):
+    """Whether a body is where a velocity takes it in the time that Bullet has stepped since it was left."""
+    x, way = load(r.before.position), scale(r.ahead, v)
+    return norm(sub(sub(x, load(r.left.position)), way)) <= EXACT * (norm(x) + norm(way))
 
 
 @jit_inside

@@ -171,11 +171,7 @@ def look(head, w):
 @jit_inside
 def keep(r, m, ahead):
     """Note how a body is left, and for how long Bullet will move it yet."""
-    store(r.left.position, load(m.position))
-    for i in range(4):
-        r.left.quaternion[i] = m.quaternion[i]
-    store(r.left.velocity, load(m.velocity))
-    store(r.left.spin, load(m.spin))
+    r.left = m
     r.ahead = ahead
 
 

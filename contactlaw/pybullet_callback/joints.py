@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.shapes import BASE, rotation
+from contactlaw.pybullet_callback.shapes import BASE, KINDS, rotation
 from contactlaw.world.frames import UNTURNED, matrix_of, product, quaternion_of
 from contactlaw.world.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
 from contactlaw.world.tree import ZERO
 from contactlaw.world.tree_rows import Q_SIZE, V_SIZE, TreeRows
 
-KINDS = {p.JOINT_REVOLUTE: HINGE, p.JOINT_PRISMATIC: SLIDE, p.JOINT_SPHERICAL: BALL}
 LEAST_INERTIA = 1e-12  # [m^2] over the mass
 
 

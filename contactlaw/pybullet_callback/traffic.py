@@ -79,22 +79,21 @@ class Traffic:
         self._passed = False
         self.dt, self._fall, self._down = 0.0, 0.0, 0
         self._parameters: tuple[float, ...] = ()
+        self._last: list[Any] = []  # read of each of `_bases`
         for one in linked:
             self.rows["linked"][one.first : one.first + len(one.keys)] = 1
         plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
-        self._bases: list[Any] = [(key[0], k * SIZE) for k, key in plain if key[1] == BASE]
-        self._still = [(key, k * SIZE) for k, key in plain if key[1] != BASE]
         self._masses: dict[int, tuple[float, tuple[float, ...]]] = {}
         self.bind(world.arrays)
         self.weigh(k for k, _ in plain)
         self._heavy = set(np.flatnonzero(self.rows["mass"]).tolist())
-        self._moving = [one for one in self._bases if one[1] // SIZE in self._heavy]
-        self._bases = [(*one, one[1] // SIZE in self._heavy) for one in self._bases]
-        self._first = next((i for i, one in enumerate(self._bases) if one[2]), -1)
+        bases = [(key[0], k * SIZE, k in self._heavy) for k, key in plain if key[1] == BASE]
+        self._bases = sorted(bases, key=lambda one: not one[2])
+        self._moving = [one[:2] for one in self._bases if one[2]]
+        self._still = [(key, k * SIZE) for k, key in plain if key[1] != BASE]
         if not moves:
             self._read()
-            self._bases, self._still, self._first = [one for one in self._bases if one[2]], [], 0
-            self._last = [NOTHING] * len(self._bases)
+            self._bases, self._still = self._bases[: len(self._moving)], []
 
     def tell_lists(self, listed: Callable[[], None]) -> None:
         """Let the list of near pairs be made before Bullet's step, and call this when it is another one."""
@@ -108,8 +107,7 @@ class Traffic:
         head = self._head
         head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._last: list[Any] = [NOTHING] * len(self._bases)
-        self._passed = False
+        self._last, self._passed = [NOTHING] * len(self.keys), False
 
     def weigh(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; what has others than before wakes."""
@@ -227,8 +225,8 @@ class Traffic:
         """
         if self._fall == 0.0:
             return False
-        i, gained = self._first, p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
-        return abs(gained - self._last[i][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
+        gained = p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
+        return abs(gained - self._last[0][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
 
     def _complete(self, stepped: int) -> int:
         """Move the world and hand it back."""
