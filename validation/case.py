@@ -1,7 +1,5 @@
 """What a validation case is, and the registry of all of them."""
 
-from __future__ import annotations
-
 import re
 from abc import ABC, abstractmethod
 from collections import ChainMap
@@ -72,12 +70,14 @@ def worst(runs: Iterable[Data], *keys: str, **known: Any) -> float:
     return max(run[key] for run in runs if known.items() <= run.items() for key in keys)
 
 
-def told(items: Iterable[Item], progress: Progress, begin: float = 0.0, end: float = 1.0) -> Iterator[Item]:
-    """The items one after the other; after each, the part done is told, from one part to another."""
-    known = list(items)
-    for number, item in enumerate(known):
+def told(
+    items: Iterable[Item], progress: Progress, begin: float = 0.0, end: float = 1.0, count: int = 0
+) -> Iterator[Item]:
+    """The items, `count` of them where they come by and by; after each, the part done is told, from one to another."""
+    known = items if count else list(items)
+    for number, item in enumerate(known, 1):
         yield item
-        progress(begin + (end - begin) * (number + 1) / len(known))
+        progress(begin + (end - begin) * number / (count or len(known)))  # type: ignore[arg-type]
 
 
 class Case(ABC):

@@ -3,8 +3,6 @@
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

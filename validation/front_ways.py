@@ -1,7 +1,5 @@
 """Every law in every setting, without an engine: what each way costs and errs, and forces over impacts and paths."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
@@ -50,15 +48,8 @@ def ladder(
     ways: Ways, impacts: Array, error: Callable[[Any], Array], repeats: int,
     problem: Callable[[Any], str] = lambda answers: "",
 ) -> dict[str, Rung]:  # fmt: skip
-    """All ways, timed side by side.
-
-    Args:
-        ways: What there is.
-        impacts: That errors are told of.
-        error: Of each impact, from the answers to all, shape (n,).
-        repeats: Rounds.
-        problem: What makes answers not sane.
-    """
+    """All ways, timed side by side: the error of each of the impacts (n,) from the answers to all, and what makes these
+    not sane."""
     answers = {name: make(impacts)() for name, (make, _) in ways.items()}
     seconds = interleaved({name: make(timed) for name, (make, timed) in ways.items()}, repeats)
     return {
@@ -90,9 +81,8 @@ def by_collide(law: str | Law, steps: int) -> Make:
 def methods(quick: bool) -> dict[str, Make]:
     """The two methods of the reference."""
     found = {f"superposition, {n} steps": one_by_one(superposition.impact, steps=n) for n in SUPERPOSITION}
-    return found | {
-        f"annuli, N = {n}": one_by_one(annulus.impact, annuli=n) for n in (FEW_ANNULI if quick else ANNULI)
-    }  # fmt: skip
+    annuli = FEW_ANNULI if quick else ANNULI
+    return found | {f"annuli, N = {n}": one_by_one(annulus.impact, annuli=n) for n in annuli}
 
 
 def sample(count: int) -> NDArray[np.int64]:

@@ -10,8 +10,6 @@ environments do it. Each scene runs by the engine's own contact too; its cost is
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import json
 import sys
 import time

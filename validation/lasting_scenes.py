@@ -1,9 +1,8 @@
 """What lasts, in MuJoCo by the law and natively: five balls in a tube, a box, an ant, a ball held."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
 from types import SimpleNamespace
@@ -74,18 +73,14 @@ def over_native(make: Callable[[bool], Any], begin: float, steps: int = 30, bloc
 
 def a_step(runs: dict[str, Callable[[], None]], steps: int, blocks: int) -> dict[str, float]:
     """Median processor time of a step [s]; each run makes so many steps."""
-    return {
-        name: float(np.median(found)) / steps for name, found in interleaved(runs, blocks, clock=process_time).items()
-    }
+    times = interleaved(runs, blocks, clock=process_time)
+    return {name: float(np.median(found)) / steps for name, found in times.items()}
 
 
 def ant() -> Path | None:
     """Gymnasium's model of an ant, where it is installed."""
-    try:
-        import gymnasium  # type: ignore[import-not-found]
-    except ImportError:
-        return None
-    return Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets" / "ant.xml"
+    spec = find_spec("gymnasium")
+    return Path(str(spec.origin)).parent / "envs" / "mujoco" / "assets" / "ant.xml" if spec else None
 
 
 def standing_ant(path: Path, seconds: float = 1.0, blocks: int = 10) -> dict[str, float]:

@@ -1,7 +1,5 @@
 """Run cases, save what they give, draw it, and write the report."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -23,9 +21,8 @@ def missing_modules(case: Case) -> list[str]:
 
 def how_to_install(case: Case) -> str:
     """The command that installs all that a case needs and is missing."""
-    return "pip install " + " ".join(
-        sorted({case.packages.get(name, "'contactlaw[all]'") for name in missing_modules(case)})
-    )
+    wanted = {case.packages.get(name, "'contactlaw[all]'") for name in missing_modules(case)}
+    return "pip install " + " ".join(sorted(wanted))
 
 
 def quick_folder(folder: Path) -> Path:

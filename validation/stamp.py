@@ -1,7 +1,5 @@
 """Which sources a result was measured with, so that a run that was interrupted knows what is left."""
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Results as they are saved: one small JSON a case."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict
 from math import isfinite
@@ -21,32 +19,16 @@ def as_result(
     """All that is known of a run, as it is saved: JSON types, floats to six significant digits.
 
     JSON has no numbers that are not finite: data that hold one make the run not sane; what has no value is None.
-
-    Args:
-        case: What was run.
-        outcome: What it gave.
-        quick: Whether it was a quick run.
-        seconds: How long it took [s].
-        machine: Machine and versions, by name.
-        sources: A stamp of the sources.
+    seconds: how long it took; machine: that and versions, by name; sources: a stamp of them.
     """
     limits = [{**asdict(limit), "passed": limit.passed} for limit in outcome.limits]
     data = _rounded(outcome.data)
     problems = [*outcome.problems, *(["a value is not finite"] if not _finite(data) else [])]
-    result = {
-        "case": case.name,
-        "claim": case.claim,
-        "quick": quick,
-        "sane": not problems,
-        "problems": problems,
-        "passed": not problems and all(limit["passed"] for limit in limits),
-        "limits": limits,
-        "seconds": seconds,
-        "machine": machine,
-        "sources": sources,
-        "data": data,
-    }
-    return _rounded(result)
+    kept = not problems and all(limit["passed"] for limit in limits)
+    return _rounded({
+        "case": case.name, "claim": case.claim, "quick": quick, "sane": not problems, "problems": problems,
+        "passed": kept, "limits": limits, "seconds": seconds, "machine": machine, "sources": sources, "data": data,
+    })  # fmt: skip
 
 
 def save(result: Result, folder: Path) -> Path:

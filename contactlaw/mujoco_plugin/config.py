@@ -15,6 +15,9 @@ from contactlaw.material import MATERIALS, Material
 from contactlaw.pair import ContactPair
 
 PLUGIN_NAME = "contactlaw.contact"
+BLIND = "contactlaw.blind"
+"""The same plugin without sensors, for which MuJoCo would work in every step: models that sense nothing get it."""
+
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
     "rolling_resistance", "substeps", "rounding", "native", "overlaps", "name",

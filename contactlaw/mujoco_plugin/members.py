@@ -38,9 +38,14 @@ def contact_of(model: int, number: int) -> config.Contact:
 
 def instances(view: layout.ModelView) -> list[int]:
     """Numbers of this plugin's instances in a model."""
+    return np.flatnonzero(np.isin(view.plugin, [slot_of(name) for name in (config.PLUGIN_NAME, config.BLIND)])).tolist()
+
+
+def slot_of(name: str) -> int:
+    """Number of a plugin in MuJoCo's table."""
     slot = ctypes.c_int(-1)
-    LIBRARY.mjp_getPlugin(config.PLUGIN_NAME.encode(), ctypes.byref(slot))
-    return np.flatnonzero(view.plugin == slot.value).tolist()
+    LIBRARY.mjp_getPlugin(name.encode(), ctypes.byref(slot))
+    return slot.value
 
 
 def members(view: layout.ModelView) -> list[int]:

@@ -112,12 +112,12 @@ class Building:
 
     def add_tree_of(self, rows: TreeRows) -> tuple[int, list[int]]:
         """The same of records, which an engine's adapter has; the tree is nowhere until it is placed."""
-        bodies = [self.add_body(float(link["mass"]), link["inertia"]) for link in rows.links]
-        arrays = self._arrays = with_tree(
-            self.arrays, rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
-        )
+        first, count = len(self._frames), rows.links.size
+        self._new_bodies += rows.bodies()
+        self._frames += [UNTURNED] * count
+        arrays = self._arrays = with_tree(self.arrays, rows.fields() | {"first": first + 1, "gravity": self.gravity})
         rows.write(arrays, arrays.trees.size - 1)
-        return arrays.trees.size - 1, bodies
+        return arrays.trees.size - 1, list(range(first, first + count))
 
     def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
         """Give a tree other coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""

@@ -1,7 +1,5 @@
 """Throw and spin transfer of billiard balls, with friction that falls with speed, against the players' formulas."""
 
-from __future__ import annotations
-
 from itertools import product
 from math import atan, cos, degrees, radians, sin
 

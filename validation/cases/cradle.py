@@ -1,7 +1,5 @@
 """Rows of balls in touch, as in Newton's cradle: contacts that share balls are integrated together."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 

@@ -1,7 +1,5 @@
 """Elliptic contacts: the rebound along the longer axis, across it and askew, against the grid."""
 
-from __future__ import annotations
-
 from math import cos, exp, radians, sin
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Which ingredients of the law each scene can do without, what that changes and what it saves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -42,10 +40,7 @@ def without(whats: Iterable[str]) -> Build:
 def judge(subject: Subject, engine: str, rounds: int) -> Data:
     """One scene in one engine: what it changes by without each ingredient, without all that can go, and as shipped.
 
-    Args:
-        subject: The scene.
-        engine: "mujoco" or "pybullet".
-        rounds: In which every build runs once; `saved` is from the quickest, what disturbs a run only adds to it.
+    In each round every build runs once; `saved` is from the quickest, what disturbs a run only adds to it.
     """
     builds = {"full": FULL, "shipped": SHIPPED} | {what: without([what]) for what in ingredients_of(subject, engine)}
     results = {what: subject.results(run(subject, engine, build)) for what, build in builds.items()}
@@ -139,10 +134,8 @@ def _largest(changes: Any) -> float:
 
 def _number(change: float | None) -> str:
     """A change in few characters."""
-    if change is None:
-        return "other"
-    if change == 0.0:
-        return "0"
+    if not change:
+        return "other" if change is None else "0"
     if 1e-2 <= change < 100.0:
         return f"{change:.2g}"
     digits = 1 if 1e-4 <= change < 1e-2 else 0  # these stand beside what is allowed

@@ -1,7 +1,5 @@
 """A tangential load cycle at constant normal force, against the closed form of Mindlin and Deresiewicz."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import MATERIALS, ContactPair, force_along_path

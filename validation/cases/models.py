@@ -4,8 +4,6 @@ The models are those of packages that each want a MuJoCo of their own: `validati
 installed, and leaves what it found in validation/data/census.json, which is told here.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from statistics import median

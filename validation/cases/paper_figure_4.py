@@ -1,7 +1,5 @@
 """Fig. 4 of Maw, Barber & Fawcett (1981): the apparatus, as the simulated scene has it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 # pyright: reportAttributeAccessIssue=false
 # (pyright cannot see into the mujoco module)
 
-from __future__ import annotations
-
 from math import atan2, degrees, floor, pi
 
 import numpy as np

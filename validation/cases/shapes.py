@@ -3,8 +3,6 @@
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 from functools import partial
 from math import cos, radians, sin, sqrt
 from typing import Any
@@ -53,21 +51,20 @@ def elongation(p: float, q: float) -> float:
 
 def box_errors() -> tuple[float, float]:
     """Of a box on a plane, four springs of its edges' radius: depth at rest, and approach of a flat fall."""
-    pair, half, r = ContactPair(PLASTIC, PLASTIC, 0.3, 0.6), np.array([0.03, 0.02, 0.02]), 0.002
-    errors = []
-    for speed in (0.0, SPEED):
-        elastic = pair if speed == 0.0 else ContactPair(PLASTIC, PLASTIC, 0.0)
-        world = World(gravity=9.81 if speed == 0.0 else 0.0, timestep=2e-3 if speed == 0.0 else 1e-4)
+    half, r = np.array([0.03, 0.02, 0.02]), 0.002
+
+    def box(pair: ContactPair, gravity: float, timestep: float, speed: float) -> World:
+        world = World(gravity=gravity, timestep=timestep)
         body = world.add_body(1.0, (half @ half - half * half) / 3.0, (0.0, 0.0, 0.02 + 1e-5), (0.0, 0.0, -speed))
-        world.add_contact(world.add_box(body, half, rounding=r), world.add_plane(None, *FLOOR), elastic)
-        k = 4.0 / 3.0 * pair.effective_modulus * sqrt(r)
-        if speed == 0.0:
-            world.step(1000)
-            found, right = world.contacts["overlap"].mean(), (9.81 / (4.0 * k)) ** (2.0 / 3.0)
-        else:
-            found, right = struck(world)[0], (1.25 * speed**2 / (4.0 * k)) ** 0.4
-        errors.append(abs(found / right - 1.0))
-    return errors[0], errors[1]
+        world.add_contact(world.add_box(body, half, rounding=r), world.add_plane(None, *FLOOR), pair)
+        return world
+
+    lies = box(ContactPair(PLASTIC, PLASTIC, 0.3, 0.6), 9.81, 2e-3, 0.0)
+    lies.step(1000)
+    k = 4.0 * 4.0 / 3.0 * ContactPair(PLASTIC, PLASTIC, 0.0).effective_modulus * sqrt(r)
+    deepest = struck(box(ContactPair(PLASTIC, PLASTIC, 0.0), 0.0, 1e-4, SPEED))[0]
+    return (abs(lies.contacts["overlap"].mean() / (9.81 / k) ** (2.0 / 3.0) - 1.0),
+            abs(deepest / (1.25 * SPEED**2 / k) ** 0.4 - 1.0))  # fmt: skip
 
 
 def struck(world: World) -> tuple[float, float]:
@@ -125,28 +122,18 @@ def drops(engine: str, seeds: range, make: Any) -> Data:
     from validation.shape_runs import FLIGHT, judge
 
     judge(engine, make(0))  # compiles
-    words, gain, depth, moving, flown, times = [], 0.0, 0.0, 0, 0, []
-    for seed in seeds:
-        drop = make(seed)
+    words, found = [], []
+    for drop in map(make, seeds):
         try:
-            verdict = judge(engine, drop)
+            found.append(judge(engine, drop))
+            words += [f"{drop}: {', '.join(found[-1].wrong)}"] if found[-1].wrong else []
         except Exception as error:
             words.append(f"{drop}: {type(error).__name__}: {error}")
-            continue
-        gain, depth = max(gain, verdict.gain), max(depth, verdict.depth)
-        times.append(verdict.rest)
-        flown += verdict.flight > FLIGHT
-        if verdict.wrong:
-            words.append(f"{drop}: {', '.join(verdict.wrong)}")
-        moving += any("moves" in one for one in verdict.wrong)
-    failed = len(words) - moving
-    return {"engine": engine, "runs": len(seeds), "failed": failed, "moving": moving, "flown": flown, "gain": gain,
-            "depth": depth, "rest": float(np.median(times)), "words": words}  # fmt: skip
-
-
-def dropped(kinds: tuple[str, ...], seed: int) -> Any:
-    """`shape_draws.draw` of kinds."""
-    return draw(seed, kinds)
+    moving = sum(any("moves" in one for one in verdict.wrong) for verdict in found)
+    most = {key: max([0.0, *(getattr(verdict, key) for verdict in found)]) for key in ("gain", "depth")}
+    return {"engine": engine, "runs": len(seeds), "failed": len(words) - moving, "moving": moving,
+            "flown": sum(verdict.flight > FLIGHT for verdict in found), **most,
+            "rest": float(np.median([verdict.rest for verdict in found])), "words": words}  # fmt: skip
 
 
 CRATE = '<geom name="thing" type="box" size=".03 .02 .02" mass="1"/>'
@@ -222,7 +209,7 @@ class Shapes(Case):
         progress(0.05)
         count, sums = 10 if quick else DROPS, []
         for engine, kinds in told(ENGINES.items(), progress, 0.05, 0.8):
-            sums.append(drops(engine, range(count), partial(dropped, kinds)))
+            sums.append(drops(engine, range(count), partial(draw, kinds=kinds)))
         heaps = drops("none", range(2 if quick else HEAPS), draw_heap)
         memory = endure("none", 10**5 if quick else STEPS)
         limits = [Limit(name, 1e-2, error) for name, error in forms.items()]
@@ -250,8 +237,7 @@ class Shapes(Case):
             table.add(f"{{runs}} {name}: that fail; that still move | {{failed}}; {{moving}} | "
                       "greatest gain {gain:.1e} | at rest after {rest:.1f} s, median", one)  # fmt: skip
             if one["flown"]:
-                table.add(
-                    "of these not judged: the engine's own flight changes energy by more than 10 % | {flown}", one
-                )
+                what = "of these not judged: the engine's own flight changes energy by more than 10 %"
+                table.add(f"{what} | {{flown}}", one)
         table.add("memory over {steps:.0e} steps | {before:.1f} MB before | {after:.1f} MB after", data["memory"])
         return table

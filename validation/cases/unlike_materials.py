@@ -1,7 +1,5 @@
 """Coupling of normal and tangential motion between unlike materials: finite elements have it, alumina on glass not."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import RIGID, ContactPair

@@ -14,8 +14,6 @@ Sources: Johnson, Contact Mechanics (1985), sections 3.6 (a) and 7.2; integrals:
 Bodies in Rolling Contact (1990), appendix C; FFT: Stanley & Kato, J. Tribology 119 (1997) 481.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

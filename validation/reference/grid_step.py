@@ -14,8 +14,6 @@ Beck & Teboulle, SIAM J. Imaging Sci. 2 (2009) 183; momentum given up: O'Donoghu
 (2015) 715; for frictional contact: Mazhar, Heyn, Negrut & Tasora, ACM Trans. Graph. 34 (2015) 32.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -13,8 +13,6 @@ throughout: Mossakovskii, J. Appl. Math. Mech. 18 (1954) 418; Spence, Proc. R. S
 friction: Spence, J. Elasticity 5 (1975) 297.
 """
 
-from __future__ import annotations
-
 from math import atanh
 from typing import Any
 
