@@ -66,7 +66,8 @@ DATA = _some(
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
     "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc", "sensordata",
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_id", "efc_type", "efc_pos", "efc_margin",
-    "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl",
+    "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
+    "efc_J_colind",
 )  # fmt: skip
 MODEL = _some(
     structure("mjModel"),
