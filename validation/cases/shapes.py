@@ -81,7 +81,7 @@ def hertz_error(world: World, shapes: Any, p: float, q: float) -> float:
     from validation.reference.closed_forms import hertz
 
     pair = steel_pair(0.0)
-    world.add_contact(*shapes, pair)
+    world.add_contact(shapes[0], shapes[1], pair)
     exact = hertz.impact(MASS, hertz_radius(p, q), pair.effective_modulus, SPEED)
     overlap, duration = struck(world)
     return max(abs(overlap / exact.overlap - 1.0), abs(duration / exact.duration - 1.0))
