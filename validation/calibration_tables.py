@@ -63,7 +63,8 @@ def steel_noise(true: Columns) -> Columns:
     """One error in all velocities, such that mu of a single sliding impact is good to 5 % (two deviations)."""
     mu, e, ratio = STEEL_FRICTION, STEEL_RESTITUTION, 1.0 + 1.0 / DISK
     single = np.sqrt(2.0 + 2.0 * (mu * ratio) ** 2) / (ratio * (1.0 + e))  # error of one mu over that of a velocity
-    return (np.full(true[0].size, 0.025 * mu / single),) * 4
+    error = np.full(true[0].size, 0.025 * mu / single)
+    return error, error, error, error
 
 
 def rubber_noise(true: Columns) -> Columns:

@@ -128,7 +128,11 @@ def rows(data: Data, default: str) -> list[list[str]]:
     Columns: rung, largest error, rms, time an impact [us], quartiles, time a step [us], on the front.
     """
     found = data["rungs"]
-    shown = {default, *_stepping_stones(data)}
+    shown, last = {default}, float("inf")
+    for name in data["front"]:
+        if found[name]["largest"] <= STRIDE * last:
+            shown.add(name)
+            last = found[name]["largest"]
     for family in data["dominated"]:
         errors, _ = of_families(data, [family])
         shown.add(min(errors, key=lambda one: errors[one]))
@@ -142,15 +146,6 @@ def rows(data: Data, default: str) -> list[list[str]]:
     insane = {name: one["problem"] for name, one in found.items() if one["problem"]}
     out += [[name, *[""] * 5, f"does not count: {problem}"] for name, problem in insane.items()]
     return out
-
-
-def _stepping_stones(data: Data) -> list[str]:
-    """Rungs of the front, the fastest first, each with at most `STRIDE` of the error of the one before."""
-    stones: list[str] = []
-    for name in data["front"]:
-        if not stones or data["rungs"][name]["largest"] <= STRIDE * data["rungs"][stones[-1]]["largest"]:
-            stones.append(name)
-    return stones
 
 
 def _standing(data: Data, name: str) -> str:

@@ -5,7 +5,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, Body, ContactPair, collide, force_along_path
 from contactlaw.collision import Impact
@@ -26,6 +25,7 @@ HISTORY_NODES = [8, 16, 32]
 HISTORY_STEPS = [50, 100, 200, 400, 800]
 ALL_SPRINGS_STEPS = [50, 100, 200, 800, 1600, 3200]  # of the law as it is by default, which takes COLLIDE_STEPS
 COLLIDE_STEPS = 400  # the default of `collide`
+SOME = slice(2, None, 5)  # of the impacts: enough to time what is slow
 PATH_NODES = [8, 16, 32, 64, 128]
 FINE = 16000  # steps of the superposition method that others are judged by
 DEEPEST = 0.01  # of the paths, over the radius
@@ -83,11 +83,6 @@ def methods(quick: bool) -> dict[str, Make]:
     found = {f"superposition, {n} steps": one_by_one(superposition.impact, steps=n) for n in SUPERPOSITION}
     annuli = FEW_ANNULI if quick else ANNULI
     return found | {f"annuli, N = {n}": one_by_one(annulus.impact, annuli=n) for n in annuli}
-
-
-def sample(count: int) -> NDArray[np.int64]:
-    """Every fifth impact: enough to time what is slow."""
-    return np.arange(2, count, 5)
 
 
 def thrown(law: str | Law, psi_1: float, chi: float) -> tuple[ContactPair, Body]:

@@ -24,14 +24,9 @@ POSE = [0, 1, 0, -1, 0, -1, 0, 1]  # joint angles of an ant that stands [rad]
 DOWN = (0.0, 0.0, -9.81)
 
 
-def settings_of(law: bool) -> Settings:
-    """MuJoCo, 2 ms."""
-    return Settings("mujoco", None if law else NATIVE)
-
-
 def tube(law: bool) -> Any:
     """Balls fall into a square tube a little wider than they are, side by side, and wedge."""
-    world: Any = new_world(settings_of(law), DOWN)
+    world: Any = new_world(Settings("mujoco", None if law else NATIVE), DOWN)
     world.plane("floor")
     walls = {"left": (1.0, 0.0, 0.0), "right": (-1.0, 0.0, 0.0), "front": (0.0, 1.0, 0.0), "back": (0.0, -1.0, 0.0)}
     for name, normal in walls.items():
@@ -48,7 +43,7 @@ def box(law: bool) -> Any:
     """One on a slope of 20 degrees; by the law it stands on ball feet in its corners."""
     angle = np.radians(20.0)
     normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
-    world: Any = new_world(settings_of(law), DOWN)
+    world: Any = new_world(Settings("mujoco", None if law else NATIVE), DOWN)
     world.plane("slope", normal=normal)
     world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal))
     _touch(world, law, ["box"], ["slope"], 0.5)

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Any
 from unittest.mock import patch
 
@@ -120,9 +120,8 @@ def _bounces(pair: ContactPair, names: Sequence[str], count: int, **where: str) 
         told = {key: recording.facts[fact] for key, fact in where.items()}
         found = [one for name in names for one in bounces_of(recording, name, **told)[:count]]
         radius = recording.track(names[0]).size[0]
-        out = [value for one in found for value in
-               (pair.psi(one.sliding(radius)[1], one.approach), one.departure / one.approach)]  # fmt: skip
-        return out if len(found) == count * len(names) else []
+        both = ((pair.psi(one.sliding(radius)[1], one.approach), one.departure / one.approach) for one in found)
+        return list(chain(*both)) if len(found) == count * len(names) else []
 
     return results
 

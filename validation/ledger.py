@@ -56,11 +56,12 @@ def dissipated(law: str | Law, overlap: Array, place: Array) -> tuple[Array, Arr
     radius over the displacement of full slip: the law's springs then have `torsion` and its limit curve with them. The
     second is the force over mu P_max and the moment over that times the radius, shape (n, 3).
     """
-    pair, p, *state = _contact(law)
+    pair, p, header, memory, own = _contact(law)
     unit, radius, out = FRICTION / pair.kappa * DEEPEST, np.sqrt(RADIUS * DEEPEST), np.zeros((overlap.size, 4))
     spins, place = place.shape[1] > 2, np.column_stack([place, np.zeros((len(place), 3 - place.shape[1]))])
     way = 2 if law == SECTORS else int(spins)
-    _march(way, p, DEEPEST * overlap, place * [unit, unit, unit / radius], *state, np.zeros(1, torsion.TORSION), out)
+    rings, moved = np.zeros(1, torsion.TORSION), place * [unit, unit, unit / radius]
+    _march(way, p, DEEPEST * overlap, moved, header, memory, own, rings, out)
     limit = FRICTION * 4.0 / 3.0 * pair.effective_modulus * np.sqrt(RADIUS) * DEEPEST**1.5
     force, moved = out[:, :3] / [limit, limit, limit * radius], np.diff(place, axis=0)
     work = np.append(0.0, np.cumsum(0.5 * ((force[1:] + force[:-1]) * moved).sum(axis=1)))

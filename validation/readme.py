@@ -139,11 +139,7 @@ BLOCKS = {"README.md": block, "docs/steps.md": costs}
 
 
 def write(root: Path, folder: Path) -> None:
-    """Write the blocks between the markers of the pages.
-
-    Raises:
-        ValueError: A page does not have each of the markers once, in order.
-    """
+    """Write the blocks between the markers of the pages; raises as `split`."""
     for name, made in BLOCKS.items():
         before, _, after = split((root / name).read_text(encoding="utf-8"))
         with whole(root / name) as part:

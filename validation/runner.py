@@ -6,7 +6,7 @@ from pathlib import Path
 from time import perf_counter
 
 from contactlaw.ending import whole
-from validation import readme, report, stamp, store
+from validation import readme, report, store
 from validation.case import Case, Outcome, Progress, find_cases
 from validation.measure import machine
 from validation.store import Result
@@ -41,7 +41,7 @@ def finished(case: Case, folder: Path, *, quick: bool = False) -> Result | None:
     result = store.load(case.name, folder)
     if result is None or not result["sane"] or result["quick"] != quick:
         return None
-    if result.get("sources") != stamp.of_sources(case):
+    if result.get("sources") != store.stamp_of(case):
         return None
     return result if {**result["machine"], "date": ""} == {**machine(), "date": ""} else None
 
@@ -51,7 +51,7 @@ def run_case(case: Case, folder: Path, *, quick: bool = False, progress: Progres
 
     A case that fails is saved as not sane, with the error, so that the others still run.
     """
-    sources = stamp.of_sources(case)
+    sources = store.stamp_of(case)
     start = perf_counter()
     try:
         outcome = case.run(quick, progress)

@@ -46,20 +46,17 @@ def bounces(
 ) -> Trial | None:  # fmt: skip
     """A ball that bounces on a floor, or with one on top of it; None where no speed keeps the contact shallow.
 
-    Gravity is such that a flight takes two to six steps or contacts, whichever is longer.
+    Gravity is such that a flight takes two to six steps or contacts, whichever is longer. What is None is at random.
 
     Args:
-        seed: Of everything at random.
+        seed, given: Of everything at random; of what `drawn` draws.
         steps: Bounds of log10 of contact duration over engine step.
+        modulus: Bounds of log10 of E/Pa; None: all that keep the contact shallow.
         ratio: Mass of the lower ball over the upper one's; 0: there is no upper one. The lighter has `MASS`.
-        speed: Downwards [m/s]; None: at random.
+        speed: Downwards [m/s].
         psi_1, across: Slide of the contact point, scaled as psi_1 is or over the speed downwards; None: motion
             across and spin at random.
-        gyration: I/(M R^2).
-        flights: How many, about.
-        restitution: None: at random.
-        modulus: Bounds of log10 of E/Pa; None: all that keep the contact shallow.
-        given: Of what `drawn` draws.
+        gyration, flights: I/(M R^2); how many flights, about.
     """
     random = np.random.default_rng(list(seed))
     ratios = [ratio, 1.0] if ratio else [1.0]

@@ -1,5 +1,7 @@
-"""Results as they are saved: one small JSON a case."""
+"""Results as they are saved: one small JSON a case, with a stamp of the sources that it was measured with."""
 
+import hashlib
+import inspect
 import json
 from dataclasses import asdict
 from math import isfinite
@@ -7,10 +9,24 @@ from pathlib import Path
 from typing import Any
 
 from contactlaw.ending import whole
+from contactlaw.jit import SOURCE_STAMP
 from validation.case import Case, Outcome
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
+ONLY_SHOW = ("__main__.py", "report.py", "readme.py", "words.py")
+"""Files of validation that measure nothing."""
 Result = dict[str, Any]
+
+
+def stamp_of(case: Case) -> str:
+    """A hash of the package, the scenes, the case's own file, and all that the cases share; not of other cases."""
+    own = Path(inspect.getfile(type(case))).resolve()
+    shared = [*HERE.rglob("*.py"), *(HERE / "data").glob("*.csv"), *(HERE.parent / "sims").rglob("*.py")]
+    others = {HERE / name for name in ONLY_SHOW} | {path for path in shared if path.parent == HERE / "cases"}
+    digest = hashlib.sha256(SOURCE_STAMP.encode())
+    for path in sorted({own, *shared} - (others - {own})):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def as_result(

@@ -164,8 +164,8 @@ def _times(repeats: int) -> list[dict[str, float]]:
     """Time of an impact within long steps [us], beyond that of the same steps in free flight, for each of `COUNTS`."""
     worlds = {str(n): ball.ball_world("mujoco", LONG, steel_pair(), substeps=n) for n in COUNTS}
     worlds["free"] = ball.ball_world("mujoco", LONG, steel_pair())
-    velocity, spin, _ = ball.launch(1.4 * FRICTION / steel_pair().kappa, 0.0, spinning=False)
-    prepare = {name: partial(world.start, ball.at(1.0 if name == "free" else 0.5 * LONG, velocity, spin))
-               for name, world in worlds.items()}  # fmt: skip
+    thrown = ball.launch(1.4 * FRICTION / steel_pair().kappa, 0.0, spinning=False)[:2]
+    heights = dict.fromkeys(worlds, 0.5 * LONG) | {"free": 1.0}
+    prepare = {name: partial(world.start, ball.at(heights[name], *thrown)) for name, world in worlds.items()}
     seconds = interleaved({name: partial(world.step, 4) for name, world in worlds.items()}, repeats, prepare)
     return [spread(1e6 * (seconds[str(n)] - seconds["free"])) for n in COUNTS]

@@ -41,9 +41,8 @@ class Convergence(Case):
         in_nodes = [float(np.abs(law(nodes, FINE_STEPS) - limit).max()) for nodes in NODES]
         reference, counts = self._reference(psi_1, limit, progress)
         data = {
-            "chi": CHI, "impacts": psi_1.size, "fine": [FINE_NODES, FINE_STEPS],
-            "steps": STEPS, "error_in_steps": in_steps,
-            "nodes": NODES, "error_in_nodes": in_nodes,
+            "chi": CHI, "impacts": psi_1.size, "fine": [FINE_NODES, FINE_STEPS], "steps": STEPS,
+            "error_in_steps": in_steps, "nodes": NODES, "error_in_nodes": in_nodes,
             "order_in_steps": order_of(np.array(STEPS[1:]), np.array(in_steps[1:])),
             "order_in_nodes": order_of(np.array(NODES), np.array(in_nodes)),
             "annuli": ANNULI, "reference_error": reference,

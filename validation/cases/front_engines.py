@@ -158,8 +158,8 @@ def measured(ways: Mapping[str, Way], repeats: int, quick: bool, progress: Progr
     bounces = {name: _Bounces(way, psi_1, truth.psi_2) for name, way in ways.items()}
     for one in told(bounces.values(), progress, 0.0, 0.5):
         one.throw_all()
-    runs: dict[str, Callable[[], object]] = {name: one.timed for name, one in bounces.items()}
-    prepare: dict[str, Callable[[], object]] = {name: one.next for name, one in bounces.items()}
+    runs: Data = {name: one.timed for name, one in bounces.items()}
+    prepare: Data = {name: one.next for name, one in bounces.items()}
     errors = {}
     for n in ANNULI:
         name, turns = f"annuli, N = {n}", cycle(psi_1)
@@ -218,12 +218,11 @@ class _Bounces:
             psi, grown = sliding * KAPPA / (ball.FRICTION * ball.SPEED), energy / first
             self.errors[number] = psi - self.psi_2[i]
             pushed = 2.0 * CHI * (1.0 + up / ball.SPEED)  # what friction at its limit all along takes from psi
-            if not np.isfinite(psi):
-                self.problem = "not finite"
-            elif grown > 1.0 + GROWN:
-                self.problem = f"energy grown to {grown:.3f}"
-            elif abs(psi - self.psi_1[i]) > pushed * (1.0 + 1e-3):
-                self.problem = "outside the friction cone"
+            outside = abs(psi - self.psi_1[i]) > pushed * (1.0 + 1e-3)
+            self.problem = (
+                "not finite" if not np.isfinite(psi) else f"energy grown to {grown:.3f}" if grown > 1.0 + GROWN else
+                "outside the friction cone" if outside else self.problem
+            )  # fmt: skip
 
     def next(self) -> None:
         """Go on to the next impact, untimed."""
@@ -242,8 +241,6 @@ class _Bounces:
 
 def _limits(data: Data, engine: str) -> list[Limit]:
     """What is asked of the default."""
-    return [
-        Limit(f"ways that beat the default in both, {engine}", 0.0, float(data["rungs"][DEFAULT]["beaten"])),
-        Limit(f"times closer than a single spring as fast, {engine}", CLOSER, data["closer"], at_least=True),
-        Limit(f"times faster than annuli as close, {engine}", FASTER, data["faster"], at_least=True),
-    ]
+    return [Limit(f"ways that beat the default in both, {engine}", 0.0, float(data["rungs"][DEFAULT]["beaten"])),
+            Limit(f"times closer than a single spring as fast, {engine}", CLOSER, data["closer"], at_least=True),
+            Limit(f"times faster than annuli as close, {engine}", FASTER, data["faster"], at_least=True)]  # fmt: skip

@@ -62,7 +62,7 @@ class FrontLaw(Case):
         repeats = 3 if quick else 15
         batch, call = _impacts(impacts, truth, quick, repeats)
         progress(0.5)
-        history = front_ways.histories(impacts[:, front_ways.sample(truth.size)], repeats, quick)
+        history = front_ways.histories(impacts[:, front_ways.SOME].copy(), repeats, quick)
         progress(0.6)
         path = front_ways.along_paths(repeats, quick)
         uses = {use: front.weighed(rungs) for use, rungs in zip(USES, (batch, call, history, path), strict=True)}
@@ -109,7 +109,7 @@ def _impacts(impacts: Array, truth: Array, quick: bool, repeats: int) -> tuple[d
     The two references, which know no batches, and `collide` are timed on a part of the impacts.
     """
     psi_1, chi = impacts
-    many, some = np.tile(impacts, 400 // psi_1.size), impacts[:, front_ways.sample(psi_1.size)]
+    many, some = np.tile(impacts, 400 // psi_1.size), impacts[:, front_ways.SOME].copy()
     nodes, steps = (NODES[1::2], STEPS[::3]) if quick else (NODES, STEPS)
     slow: front_ways.Ways = {name: (make, some) for name, make in front_ways.methods(quick).items()}
     batch: front_ways.Ways = {

@@ -120,16 +120,17 @@ def _limits(data: Data) -> list[Limit]:
               if what in INGREDIENTS and can_go(cell["change"])]  # fmt: skip
     return [
         Limit("change by one ingredient that is said to be left out", ALLOWED, max(single, default=0.0)),
-        Limit("change by all of them together", ALLOWED, _largest(cells["together"]["change"] for cells in scenes)),
-        Limit("change by what the scenes as shipped leave out", ALLOWED,
-              _largest(cells["shipped"]["change"] for cells in scenes)),
-        Limit("change by giving the cradle's couples one by one", 0.0, _largest(data["grouping"].values())),
+        *(Limit(f"change by {what}", asked, _largest(changes))
+          for what, asked, changes in (
+              ("all of them together", ALLOWED, [cells["together"]["change"] for cells in scenes]),
+              ("what the scenes as shipped leave out", ALLOWED, [cells["shipped"]["change"] for cells in scenes]),
+              ("giving the cradle's couples one by one", 0.0, data["grouping"].values()))),
     ]  # fmt: skip
 
 
-def _largest(changes: Any) -> float:
+def _largest(changes: Iterable[float | None]) -> float:
     """The largest change; infinite where one made another motion of it."""
-    return max(float("inf") if change is None else change for change in changes)
+    return max(np.inf if change is None else change for change in changes)
 
 
 def _number(change: float | None) -> str:

@@ -50,17 +50,12 @@ def rebound(
 def rebound_extrapolated(
     psi_1: float, chi: float, restitution: float = 1.0, *, annuli: int | None = None
 ) -> tuple[float, float]:
-    """Rebound psi_2 by Richardson extrapolation, with an estimate of its error.
+    """psi_2 by Richardson extrapolation from N and 2N as of second order, and its change from that with N/2 and N.
 
-    Args:
-        psi_1, chi, restitution: As for `impact`.
-        annuli: Middle one, N, of the resolutions N/2, N and 2N; even. By default 40, above chi = 3 80.
-
-    Returns:
-        psi_2 extrapolated from N and 2N as of second order, and the change from the extrapolation with N/2 and N.
+    annuli: N, by default 40, above chi = 3 80.
 
     Raises:
-        ValueError: An argument is outside its range.
+        ValueError: N cannot be halved.
     """
     if annuli is None:
         annuli = ANNULI_TO_EXTRAPOLATE * (1 if chi <= 3.0 else 2)
@@ -74,18 +69,8 @@ def rebound_extrapolated(
 def impact(
     psi_1: float, chi: float, annuli: int = 20, *, restitution: float = 1.0, steps: int | None = None
 ) -> History:
-    """One impact with its whole history, normalised: by its duration, largest overlap, force, radius and pressure.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite.
-        chi: (kappa/2) m_N/m_T > 0.
-        annuli: Number of annuli N >= 2.
-        restitution: Normal speed after over before, in (0, 1].
-        steps: Least number of time steps; by default in step with annuli and chi.
-
-    Returns:
-        Energy is over its initial value, over 1/(4 chi) for psi_1 = 0.
-    """
+    """One impact with its whole history, normalised: by its duration, largest overlap, force, radius and pressure, and
+    initial energy (1/(4 chi) for psi_1 = 0). annuli: N >= 2; steps: at least; None: in step with annuli and chi."""
     h = _history(psi_1, chi, annuli, restitution, steps)
     force, pressure = h.normal_force.max(), h.pressure.max()
     return replace(

@@ -87,14 +87,9 @@ def drawn(arms: Array, a: float) -> Array:
 def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, nu: float = 0.0, cells: int = 32) -> Array:
     """F/mu and moment about the normal along a prescribed quasi-static motion that begins without traction, E* = R = 1.
 
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Scaled tangential displacement kappa s/mu and angle kappa theta/mu, shape (n, 3).
-        nu: Poisson's ratio of both bodies, in (-1, 0.5]. It sets how the traction spreads; kappa is apart from it.
-        cells: Number of cells across the largest contact, even.
-
-    Returns:
-        F_x, F_y and M, over mu, shape (n, 3), along a first displacement.
+    Overlap, shape (n,), and kappa s/mu with kappa theta/mu, shape (n, 3); F_x, F_y and M, over mu, shape (n, 3), along
+    a first displacement. nu: Poisson's ratio of both bodies, in (-1, 0.5]: it sets how the traction spreads; kappa is
+    apart from it. cells: across the largest contact, even.
 
     Raises:
         ValueError: A number of cells that is odd or too small.
@@ -111,18 +106,10 @@ def rebound(
 ) -> Array:  # fmt: skip
     """Rebound of an elastic impact of a body that spins about the normal.
 
-    Args:
-        psi_1: Incidence psi_x and psi_y, and spin sigma, shape (3,).
-        chi: (kappa/2) m_N/m_T > 0 along x and y, and chi_s >= 0, shape (3,). chi_s = 0, a spin that friction does not
-            change, is the limit of a small contact.
-        nu: Poisson's ratio of both bodies, in (-1, 0.5].
-        cells: Number of cells across the largest contact, even.
-        steps: Least number of time steps.
-        coupling: (kappa/mu) beta, of unlike materials, on a circle.
-        ratio: b/a of an elliptic contact, above 1 where its longer axis is along y; kappa is that of a circle.
-
-    Returns:
-        psi_x, psi_y and sigma after the impact, shape (3,); raises as `force_along_path`.
+    psi_x, psi_y and sigma before and, returned, after; chi > 0 along x and y, and chi_s >= 0, shape (3,) each. chi_s =
+    0, a spin that friction does not change, is the limit of a small contact. nu, cells and what is raised as for
+    `force_along_path`; steps: at least. coupling: (kappa/mu) beta, of unlike materials, on a circle. ratio: b/a of an
+    elliptic contact, above 1 where its longer axis is along y; kappa is that of a circle.
     """
     incidence, ratios = np.array(psi_1, dtype=float), np.array(chi, dtype=float)
     motion = impact_motion(1.0, cells // 2, int(steps))

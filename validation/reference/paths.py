@@ -42,16 +42,8 @@ def along_motion(
 ) -> History:
     """Free tangential motion of a body whose normal motion is given, in units of E* = R = m_N = 1.
 
-    Args:
-        time: Instants, shape (n,), rising.
-        overlap: Overlap, shape (n,); zero or less out of contact.
-        normal_force: Normal force P >= 0, shape (n,), with the damper's part if there is one.
-        psi_1: Tangential velocity at the first instant, scaled by kappa/mu.
-        chi: (kappa/2) m_N/m_T > 0.
-        annuli: Number of annuli N >= 2 within the largest contact radius.
-
-    Returns:
-        The response at the given instants (between them more are added, on straight lines in overlap and P).
+    Rising instants, overlap, zero or less out of contact, and P >= 0 with the damper's part if there is one, shape (n,)
+    each. The response is that at these instants; between them more are added, on straight lines in overlap and P.
     """
     instants, depth, force = (np.array(one, dtype=float) for one in (time, overlap, normal_force))
     boundaries, points = rings(depth, annuli)
@@ -69,15 +61,7 @@ def force_along_path(
 ) -> Array:
     """Tangential force along a prescribed quasi-static motion that begins without traction, with E* = R = 1.
 
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Tangential displacement s_x, shape (n,).
-        kappa: Ratio of tangential to normal stiffness, > 0.
-        friction: Coefficient of friction mu, > 0.
-        annuli: Number of annuli N >= 2 within the largest contact radius.
-
-    Returns:
-        Tangential force, shape (n,), positive along a first displacement.
+    Overlap and displacement s_x, shape (n,); the force, shape (n,), is positive along a first displacement.
     """
     depth, scaled = np.array(approach, dtype=float), np.array(displacement, dtype=float) * (kappa / friction)
     boundaries, points = rings(depth, annuli)

@@ -18,14 +18,9 @@ def sampled(approach: ArrayLike, displacement: ArrayLike, substeps: int) -> tupl
 
 
 def extrapolated(run: Callable[[int], Array], least: int) -> tuple[Array, float]:
-    """What a computation tends to whose error is of first order in 1/fineness.
+    """What a computation tends to whose error is of first order in 1/fineness (cells or rings, and steps alike).
 
-    Args:
-        run: Result for a fineness: cells or rings, and steps, all in proportion to it.
-        least: The coarsest of the three that are run: least, 2 least, 4 least.
-
-    Returns:
-        The extrapolation from the finer two, and the largest change from that of the coarser two.
+    Of least, 2 least and 4 least: the extrapolation from the finer two, and its largest change from the coarser two's.
     """
     coarse, middle, fine = (run(least * factor) for factor in (1, 2, 4))
     value = 2.0 * fine - middle

@@ -65,14 +65,8 @@ def _march(
 def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, rings: int = 64, substeps: int = 1) -> Array:
     """F/mu along a prescribed quasi-static motion that begins without traction, with E* = R = 1.
 
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Scaled tangential displacement kappa s/mu, shape (n, 2).
-        rings: Number of rings N >= 2 within the largest contact radius.
-        substeps: Steps from sample to sample, on straight lines.
-
-    Returns:
-        Shape (n, 2), along a first displacement.
+    Overlap, shape (n,), and kappa s/mu, shape (n, 2), in so many straight steps from sample to sample; the force, shape
+    (n, 2), is along a first displacement.
     """
     radius, path = sampled(approach, displacement, substeps)
     return _march((radius, np.ones(radius.size)), rings, path, np.zeros(2), np.zeros(2))[0][::substeps]
@@ -81,14 +75,8 @@ def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, rings: int
 def rebound(psi_1: ArrayLike, chi: ArrayLike, *, rings: int = 32, steps: int = 800) -> Array:
     """Rebound psi_2 of an elastic impact of a body whose tangential mass depends on the direction.
 
-    Args:
-        psi_1: Incidence (kappa/mu) V_1/V_z1 along the principal directions of the tangential mass, shape (2,).
-        chi: (kappa/2) m_N/m_T > 0 of these directions, shape (2,), or one number for both.
-        rings: Number of rings N >= 2 within the largest contact radius.
-        steps: Least number of time steps.
-
-    Returns:
-        psi_2 = (kappa/mu) V_2/V_z1, shape (2,).
+    psi_1 and chi along the principal directions of the tangential mass, shape (2,), chi also one number for both; in at
+    least so many steps.
     """
     motion = impact_motion(1.0, int(rings), int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])

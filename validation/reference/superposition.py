@@ -96,14 +96,7 @@ def force_along_path(
 ) -> Array:
     """Tangential force along a prescribed quasi-static motion, straight between samples, with E* = R = 1.
 
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Tangential displacement s_x, shape (n,).
-        kappa: Ratio of tangential to normal stiffness, > 0.
-        friction: Coefficient of friction mu, > 0.
-
-    Returns:
-        Tangential force, shape (n,), positive along a first displacement.
+    Overlap and displacement s_x, shape (n,); the force, shape (n,), is positive along a first displacement.
     """
     depth, scaled = np.array(approach, dtype=float), np.array(displacement, dtype=float) * (kappa / friction)
     return friction * _along(depth, scaled, np.empty(0))[0]
