@@ -15,7 +15,7 @@ from contactlaw.pair import ContactPair
 from contactlaw.world import shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.coordinates import coordinates, write_coordinates
-from contactlaw.world.frames import UNTURNED, matrix_of, principal, product, turn_to, unit_quaternion
+from contactlaw.world.frames import ORIGIN, UNTURNED, matrix_of, principal, product, turn_to, unit_quaternion
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.tree import Tree
 from contactlaw.world.tree_rows import TreeRows
@@ -71,9 +71,8 @@ class Building:
         return self._arrays
 
     def add_body(
-        self, mass: float, inertia: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0),
-        velocity: ArrayLike = (0.0, 0.0, 0.0), quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
-        spin: ArrayLike = (0.0, 0.0, 0.0),
+        self, mass: float, inertia: ArrayLike, position: ArrayLike = ORIGIN, velocity: ArrayLike = ORIGIN,
+        quaternion: ArrayLike = UNTURNED, spin: ArrayLike = ORIGIN,
     ) -> int:  # fmt: skip
         """Add a body; returns its number.
 
