@@ -22,7 +22,7 @@ from contactlaw.world.pace import closing_speed
 from contactlaw.world.touch import turn_frame
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
-CHANGE = 0.25  # of its overlap, or of its greatest friction, by which a contact may change
+CHANGE = 0.5  # of its overlap, or of its greatest friction, by which a contact may change
 LOW, HIGH = 0.6, 1.6  # of the overlap that a run began with, the range beyond which it ends
 BENT = 0.02  # of its overlap, what the normal's turning may make of it
 FULL = 0.98  # of mu P, a friction force that is all of it: that may slide

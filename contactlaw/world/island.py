@@ -32,7 +32,7 @@ LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
 SHORTEST = 1e-6  # of a substep, a remainder that is none; of a window, a substep at least
 LOST = 1e10  # [m/s] at which a body is lost: a velocity that engines take for a fault, too
 JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
-TWISTS = 4  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
+TWISTS = 8  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
