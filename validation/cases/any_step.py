@@ -1,7 +1,5 @@
 """The bounce at any engine step: error over the step, and over the time that the law's own substeps take."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -23,10 +21,8 @@ GROWN = 3e-3  # of the energy, that an impact of few substeps may gain
 RESTITUTIONS = [1.0, RESTITUTION, 0.5]
 INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 LONG = 2e-3  # [s], MuJoCo's own step
-STEPS = {
-    "mujoco": [1.0 / 240.0, LONG, 1e-3, 1e-4, 1e-5, 1e-6],
-    "pybullet": [1.0 / 240.0, 1e-3, 1e-4, 1e-5, 1e-6],
-}  # [s]
+STEPS = {"mujoco": [1.0 / 240.0, LONG, 1e-3, 1e-4, 1e-5, 1e-6],
+         "pybullet": [1.0 / 240.0, 1e-3, 1e-4, 1e-5, 1e-6]}  # [s]  # fmt: skip
 RESOLVED = (50, 100, 200, 400)
 """Steps a contact."""
 COUNTS = [25, 50, 100, 200, 400]  # substeps a contact
@@ -107,10 +103,7 @@ class AnyStep(Case):
                  for n, one in zip(data["substeps"], data["microseconds"], strict=True)]  # fmt: skip
         rows = [
             *((key, words[key.split(",")[0]], errors) for key, errors in data["error"].items()),
-            *(
-                (f"{engine}, e = 1, spun about the normal", words[engine], errors)
-                for engine, errors in data["twirl"].items()
-            ),
+            *((f"{key}, e = 1, spun about the normal", words[key], errors) for key, errors in data["twirl"].items()),
             *((f"{key}, e = {RESTITUTION:g}", resolved, errors) for key, errors in data["resolved"].items()),
             *((f"mujoco, 2 ms, {key}", times, found["error"]) for key, found in data["in_substeps"].items()),
         ]
@@ -171,8 +164,8 @@ def _times(repeats: int) -> list[dict[str, float]]:
     """Time of an impact within long steps [us], beyond that of the same steps in free flight, for each of `COUNTS`."""
     worlds = {str(n): ball.ball_world("mujoco", LONG, steel_pair(), substeps=n) for n in COUNTS}
     worlds["free"] = ball.ball_world("mujoco", LONG, steel_pair())
-    velocity, spin, _ = ball.launch(1.4 * FRICTION / steel_pair().kappa, 0.0, spinning=False)
-    prepare = {name: partial(world.start, ball.at(1.0 if name == "free" else 0.5 * LONG, velocity, spin))
-               for name, world in worlds.items()}  # fmt: skip
+    thrown = ball.launch(1.4 * FRICTION / steel_pair().kappa, 0.0, spinning=False)[:2]
+    heights = dict.fromkeys(worlds, 0.5 * LONG) | {"free": 1.0}
+    prepare = {name: partial(world.start, ball.at(heights[name], *thrown)) for name, world in worlds.items()}
     seconds = interleaved({name: partial(world.step, 4) for name, world in worlds.items()}, repeats, prepare)
     return [spread(1e6 * (seconds[str(n)] - seconds["free"])) for n in COUNTS]

@@ -1,7 +1,5 @@
 """Every rung against finite elements of an elastic sphere, computed and published by others."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
@@ -48,20 +46,17 @@ class FiniteElements(Case):
             after = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
             differences = {law: (v if name == "recoil" else spin_of(x, v)) - y for law, v in after.items()}
             part = x < PARTIAL
-            measures[name] = {
-                "partial slip": {law: rms(difference[part]) for law, difference in differences.items()},
-                "all": {law: rms(difference) for law, difference in differences.items()},
-            }
+            measures[name] = {of: {law: rms(difference[inside]) for law, difference in differences.items()}
+                              for of, inside in (("partial slip", part), ("all", x > 0.0))}  # fmt: skip
             shown[name] = {"x": x, "y": y, "points": {"partial slip": int(part.sum()), "all": x.size}}
             progress(0.4 if name == "recoil" else 0.8)
         laws = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * recoil["x_incident"], chi).items()}
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
+        both = (recoil["x_incident"], recoil["y_recoil"]), (spin["x_incident"], spin["y_spin"])
         data = {
             "nu": STEEL.poissons_ratio, "chi": chi, "kappa": kappa, "below": PARTIAL, "rms": measures, "shown": shown,
-            "curves_disagree": disagreement(
-                (recoil["x_incident"], recoil["y_recoil"]), (spin["x_incident"], spin["y_spin"]), kappa, chi
-            ),
-            "grid": grid, "laws": {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * grid, chi).items()},
+            "curves_disagree": disagreement(*both, kappa, chi), "grid": grid,
+            "laws": {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * grid, chi).items()},
         }  # fmt: skip
         partial = {name: found["partial slip"] for name, found in measures.items()}
         limits = [

@@ -1,7 +1,5 @@
 """Coupling of normal and tangential motion between unlike materials: finite elements have it, alumina on glass not."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import RIGID, ContactPair
@@ -43,14 +41,13 @@ class UnlikeMaterials(Case):
         change = coupled_change(pair, pair.friction, PSI, quick)
         progress(0.4)
         recoil, spin = load("chungooi5_recoil_fem_wu"), load("chungooi5_spin_fem_wu")
+        both = (recoil["x_incident"], recoil["y_recoil"]), (spin["x_incident"], spin["y_spin"])
         found: dict[str, list[float]] = {}
-        for name, x, y in (("recoil", recoil["x_incident"], recoil["y_recoil"]),
-                           ("spin", spin["x_incident"], spin["y_spin"])):  # fmt: skip
+        for name, (x, y) in zip(("recoil", "spin"), both, strict=True):
             part = x < elements.PARTIAL
             after = [psi / pair.kappa for psi in both_ways(pair, pair.kappa * x[part], change)]
             found[name] = [rms((v if name == "recoil" else elements.spin_of(x[part], v)) - y[part]) for v in after]
-        own = elements.disagreement((recoil["x_incident"], recoil["y_recoil"]), (spin["x_incident"], spin["y_spin"]),
-                                    pair.kappa, SPHERE * pair.kappa / 2.0)["partial slip"]  # fmt: skip
+        own = elements.disagreement(*both, pair.kappa, SPHERE * pair.kappa / 2.0)["partial slip"]
         glass, table = alumina.PAIR, load("kharaz_et_lethe")
         below = table["theta_deg"] < alumina.STICKING
         theta, e_t = table["theta_deg"][below], table["e_t_cm"][below]
@@ -68,7 +65,7 @@ class UnlikeMaterials(Case):
             "scatter": alumina.consistency()["e_t"][0], "gross": alumina.FRICTION,
             "x": fine / pair.kappa, "recoil": dict(zip(WAYS, [v / pair.kappa for v in both_ways(pair, fine, change)],
                                                        strict=True)),
-            "points": [recoil["x_incident"], recoil["y_recoil"]], "measured": [theta, e_t],
+            "points": both[0], "measured": [theta, e_t],
             "theta": np.degrees(np.arctan(fine * glass.friction / glass.kappa)),
             "e_t": dict(zip(WAYS, [restored(fine, v) for v in both_ways(glass, fine, glass_fine)], strict=True)),
         }  # fmt: skip
