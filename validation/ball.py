@@ -28,6 +28,7 @@ INTEGRATORS = ("Euler", "implicit", "implicitfast", "RK4")  # MuJoCo's
 SUBSTEPS = 100  # the adapters' own default
 NO = (0.0, 0.0, 0.0)
 SPEED = 1.0  # [m/s] of the impacts on the floor
+INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 
 
 def steel_pair(law: str | Law = "microslip", restitution: float = RESTITUTION) -> ContactPair:

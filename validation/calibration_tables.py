@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from math import cos, radians, sin
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from validation.case import Array
 from validation.measured import load
-from validation.reference.annulus import rebound
+from validation.prediction import reference
 
 Columns = tuple[Array, Array, Array, Array]
 """V_z1, V_x1, V_z2, V_x2 [m/s], shape (n,) each."""
@@ -18,7 +17,6 @@ Columns = tuple[Array, Array, Array, Array]
 DISK, SPHERE = 0.5, 0.4
 """K^2 of the paper's pucks, and of a solid ball."""
 COUNT = 18  # impacts of one figure of the paper
-ANNULI = 24  # the reference's own error is below 1e-3 in psi_2 then
 KHARAZ_SPEED, KHARAZ_RADIUS = 3.875, 2.5e-3  # [m/s], [m]
 KHARAZ_RESTITUTION, KHARAZ_FRICTION = 0.98, 0.092
 KHARAZ_ANGLE = radians(0.1)  # [rad] how well an angle of a velocity is taken to be known; the source does not say
@@ -42,9 +40,8 @@ class PuckTable:
         """The impacts without errors, by the annulus reference, at 1 m/s."""
         psi_1 = np.array(self.incidences)
         unit, chi = self.friction / self.kappa, 0.5 * self.kappa * (1.0 + 1.0 / DISK)
-        after = _rebounds(self.incidences, chi, self.restitution)
-        ones = np.ones(psi_1.size)
-        return ones, unit * psi_1, self.restitution * ones, unit * np.array(after)
+        ones, after = np.ones(psi_1.size), reference(psi_1, chi, self.restitution)
+        return ones, unit * psi_1, self.restitution * ones, unit * after
 
     def measured(self, seed: int) -> tuple[Columns, Columns]:
         """The impacts with errors, and the standard deviations of these."""
@@ -52,11 +49,6 @@ class PuckTable:
         errors = self.noise(true)
         z1, x1, z2, x2 = (v + e * generator.standard_normal(v.size) for v, e in zip(true, errors, strict=True))
         return (z1, x1, z2, x2), errors
-
-
-@cache
-def _rebounds(incidences: tuple[float, ...], chi: float, restitution: float) -> tuple[float, ...]:
-    return tuple(np.atleast_1d(rebound(incidences, chi, ANNULI, restitution=restitution)).tolist())
 
 
 def steel_noise(true: Columns) -> Columns:

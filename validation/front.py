@@ -14,6 +14,7 @@ import numpy as np
 from validation.case import Array, Axes, Data
 from validation.measure import spread
 from validation.picture import LAW_STYLES
+from validation.prediction import rms
 
 CERTAIN = 75.0  # per cent of the rounds
 STRIDE = 0.8  # from row to row of a table, in error
@@ -105,11 +106,6 @@ def weighed(rungs: Mapping[str, Rung]) -> Data:
 def largest(error: Array) -> float:
     """Largest error in size."""
     return float(np.abs(error).max())
-
-
-def rms(error: Array) -> float:
-    """Root of the mean square error."""
-    return float(np.sqrt(np.mean(error**2)))
 
 
 def of_families(data: Data, families: Iterable[str]) -> tuple[dict[str, float], dict[str, float]]:

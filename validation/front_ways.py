@@ -21,6 +21,7 @@ FEW_ANNULI = ANNULI[:3]
 SINGLE = ("linear_spring", "mindlin", "mindlin_rescaled")
 STEEL, FRICTION, RADIUS, MASS = MATERIALS["steel"], 0.115, 0.025, 0.5
 DEFAULT = "microslip, default"
+CLOSER, FASTER = 30.0, 100.0  # times that the default is asked to be so
 HISTORY_NODES = [8, 16, 32]
 HISTORY_STEPS = [50, 100, 200, 400, 800]
 ALL_SPRINGS_STEPS = [50, 100, 200, 800, 1600, 3200]  # of the law as it is by default, which takes COLLIDE_STEPS

@@ -18,12 +18,6 @@ from contactlaw.world.tree_rows import Q_SIZE, V_SIZE, TreeRows
 LEAST_INERTIA = 1e-12  # [m^2] over the mass
 
 
-def scalar_first(quaternion: Any) -> Array:
-    """PyBullet's quaternions have the scalar last."""
-    x, y, z, w = quaternion
-    return np.array([w, x, y, z])
-
-
 def turned_by(turn: Array) -> Array:
     """The quaternion of a rotation vector [rad]."""
     angle = float(np.linalg.norm(turn))

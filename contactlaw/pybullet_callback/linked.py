@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.joints import Joints, scalar_first
+from contactlaw.pybullet_callback.joints import Joints
 from contactlaw.pybullet_callback.shapes import Key
 from contactlaw.world import World
 from contactlaw.world.coordinates import carriers, matrix_of_factor, numbers, settle
@@ -94,8 +94,8 @@ class Linked(Joints):
         tree = world.trees[self.number]
         tree["gravity"] = gravity
         if not self.free:
-            x, turn = p.getBasePositionAndOrientation(self.body, self._client)
-            tree["base"], tree["base_turn"] = x, scalar_first(turn)
+            tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.body, self._client)
+            tree["base_turn"] = w, x, y, z
 
     def _learn(self, gained: Array) -> None:
         """What moved the joints, and which of them a motor held against `push`, from the accelerations of a step."""

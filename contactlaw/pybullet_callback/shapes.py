@@ -148,15 +148,13 @@ def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, No
 
 
 def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
-    if name == "sphere":
-        return Side(body, link, name, (size[0],), position, turn)
-    if name in ("capsule", "cylinder"):  # (length, without the caps, radius)
-        return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
+    long = size[1], 0.5 * size[0]  # of (length, radius), a capsule's without its caps; a box's lengths are full
+    sizes = {"sphere": size[:1], "capsule": long, "cylinder": long, "box": tuple(0.5 * np.array(size))}
+    if name in sizes:
+        return Side(body, link, name, sizes[name], position, turn)
     if name == "plane":  # its normal, in the shape's frame
         normal = np.array(size)
         return Side(body, link, name, (), position, turn @ turn_to(normal / np.linalg.norm(normal)))
-    if name == "box":  # full lengths
-        return Side(body, link, name, tuple(0.5 * np.array(size)), position, turn)
     if name == "mesh":
         count, points = p.getMeshData(body, link, physicsClientId=client)
         if count > 0:

@@ -14,25 +14,22 @@ from contactlaw.laws.microslip import Microslip
 from sims.panel import ENGINE_NAMES
 from sims.worlds import World
 from validation import ball, front
+from validation.ball import INCIDENCES
 from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.front import Rung
+from validation.front_ways import ANNULI, CLOSER, DEFAULT, FASTER, SINGLE
 from validation.impacts import judge
 from validation.measure import interleaved
 from validation.picture import legend_below
 from validation.reference import annulus
 
-INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 FINE_BELOW = 2e-5  # [s]: of such steps the phase of the touch hardly matters
 PHASES = {"fine": 3, "coarse": 40}
 RESOLVED = [1000, 300, 100, 30, 10, 1]  # steps a contact, beside the engine's own
 NODES = [4, 8, 12, 16, 24, 32, 64]
 COUNTS = [12, 25, 50, 100, 200, 400]  # substeps a contact
-ANNULI = [5, 10, 20, 40]
-SINGLE = ("linear_spring", "mindlin", "mindlin_rescaled")
 GROWN = 3e-3  # of the energy: beyond, a way is not sane
 PATIENCE = 0.06  # [s]: a ball that has not left by then is judged as it is
-DEFAULT = "microslip, default"
-CLOSER, FASTER = 30.0, 100.0
 OWN_STEPS = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0}  # [s]
 NATIVE_STEPS = [1e-3, 1e-4]  # [s], besides
 SOFT = 0.02  # [s], a native contact that some steps of 2 ms resolve

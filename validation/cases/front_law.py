@@ -18,7 +18,6 @@ CHIS = [0.5, 1.0, 1.441, 2.0]
 NODES = [4, 8, 16, 24, 32]
 STEPS = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512]
 FINE = 16000  # steps of the superposition method; with half as many extrapolated to the truth
-CLOSER, FASTER = 30.0, 100.0
 EXACT = 1e-7  # errors below are drawn there
 RATE, RATE_ERROR = 0.8, 7e-3  # million impacts a second on two cores
 QUICK_ENOUGH = {1e-3: 12.0, 7e-3: 2.0}
@@ -150,8 +149,8 @@ def _limits(data: Data) -> list[Limit]:
     limits += [
         Limit(f"times {what}, {USES[use]}", asked, data[key][use], at_least=True)
         for use in ("batch", "call")
-        for what, key, asked in (("closer than a single spring as fast", "closer", CLOSER),
-                                 ("faster than annuli as close", "faster", FASTER))
+        for what, key, asked in (("closer than a single spring as fast", "closer", front_ways.CLOSER),
+                                 ("faster than annuli as close", "faster", front_ways.FASTER))
     ]  # fmt: skip
     rates = {name: one for name, one in data["rates"].items() if one["largest"] <= RATE_ERROR}
     for setting in ("default", f"{million.CHEAP[0]} nodes"):

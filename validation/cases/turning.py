@@ -27,7 +27,7 @@ class Turning(Case):
     springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five times the
     price of a straight step; a slide that does not turn pays nothing. An impact that spins about its normal is followed
     by the default law, in sectors, as the grid has it; whatever path it takes, and however large its steps, it gives
-    back nothing. The springs of contacts that hardly spin, or last, give back little.
+    back nothing. Nor do the springs of contacts that hardly spin, or last.
     """
 
     place = 24
@@ -132,7 +132,7 @@ def _spin(rows: list[Any], sigma: float) -> float:
 
 
 def _energy(count: int, progress: Progress) -> dict[str, float]:
-    """By kind of load, the most energy that a random path gives back; and how far the force passes its limit.
+    """By kind of load, the most energy that a random path gives back by either law; how far forces pass their limit.
 
     Load and place change in turn, in steps of any size, a whole leg too. "together": at once, in 16 a leg, every eighth
     path, and the same of Coulomb's own force ("coulomb"), which stores nothing: what its mean force misses of the work.
@@ -146,9 +146,10 @@ def _energy(count: int, progress: Progress) -> dict[str, float]:
                 for name, law in (("together", MicroslipTurning()), ("coulomb", "coulomb")):
                     found[name] = max(found[name], ledger.fall(ledger.dissipated(law, *path)[0]))
             overlap, place = ledger.in_turn(*ledger.random_path(rng, kind, (1, 4, 16)[trial % 3]))
-            lost, force = ledger.dissipated(MicroslipTurning(), overlap, place)
-            found[kind] = max(found[kind], ledger.fall(lost))
-            found["cone"] = max(found["cone"], ledger.over_limit(overlap, force))
+            for law in LAWS.values():
+                lost, force = ledger.dissipated(law, overlap, place)
+                found[kind] = max(found[kind], ledger.fall(lost))
+                found["cone"] = max(found["cone"], ledger.over_limit(overlap, force))
         progress((number + 1) / len(ledger.KINDS))
     return found
 
