@@ -114,6 +114,7 @@ TREE = record(
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8", span="f8",  # [s] that damping comes behind its velocity, see `tree_motion`; length of the step
+    midway="i8",  # the velocities that this is behind of are those that a group of substeps began with, in `room`
     passes="i8",  # whether an engine has taken it to the end of the step already, past everything, see `passing`
     disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
