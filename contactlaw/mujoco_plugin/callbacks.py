@@ -297,7 +297,7 @@ def advance(m, d, instance):
     w = world_at(head.world, 0)
     find_start(head)
     state = take(head)
-    if w.nears > 0 or w.stale != 0 or not all_far(head):
+    if w.nears > 0 or w.guard_count > 0 or w.stale != 0 or not all_far(head):
         move(head, w, state)
     note(head, head.left)
     if head.sense != 0:

@@ -16,6 +16,7 @@ from contactlaw.world.records import (
     CONTACT,
     CYLINDER,
     ELLIPSOID,
+    GUARD,
     NEAR,
     PAIR,
     PLANE,
@@ -45,7 +46,8 @@ def empty() -> Arrays:
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
         contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), points=np.zeros((0, 3)),
         groups=np.full((1, 1), -1),
-        spare=np.arange(LEAST)[::-1].copy(), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
+        spare=np.arange(LEAST)[::-1].copy(),
+        guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
         island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
         joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
         memory_aside=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
@@ -152,7 +154,8 @@ def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
     """The world before its first step, with room for so many near pairs and contacts."""
     one.world["spares"] = contacts
     return one._replace(
-        near=np.zeros(near, NEAR), island_pairs=np.zeros(near, np.int64), contacts=np.zeros(contacts, CONTACT),
+        near=np.zeros(near, NEAR), guards=np.zeros(near if one.shapes["long"].any() else 1, GUARD),
+        island_pairs=np.zeros(near, np.int64), contacts=np.zeros(contacts, CONTACT),
         memory=np.zeros((contacts, one.memory.shape[1])), spare=np.arange(contacts)[::-1].copy(),
         rows=np.zeros(near, ROW), contacts_aside=np.zeros(contacts, CONTACT),
         memory_aside=np.zeros((contacts, one.memory.shape[1])),
@@ -168,7 +171,8 @@ def with_more_room(one: Arrays) -> Arrays:
     one.world["lost"] = 0
     one.world["stale"] = 1
     return one._replace(
-        near=longer(one.near, one.near.size), island_pairs=np.zeros(2 * one.near.size, np.int64),
+        near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
+        island_pairs=np.zeros(2 * one.near.size, np.int64),
         contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
         contacts_aside=np.zeros(2 * more, CONTACT), memory_aside=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
