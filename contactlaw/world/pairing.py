@@ -11,7 +11,7 @@ from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.call import ask_over_face
 from contactlaw.world.geometry import OF_FACE, asked_of, centre, half_axis, meet
-from contactlaw.world.guards import LASTS, enough, new_guard, parted
+from contactlaw.world.guards import enough, new_guard, parted
 from contactlaw.world.records import (
     BOX,
     CLOSED,
@@ -116,7 +116,7 @@ def consider(w, i, j):
 @jit_inside
 def consider_parts(w, i, j, margin):
     """List two cores, or a core and a plane, by what they meet by, if they are near."""
-    k = new_guard(w, i, j, LASTS * w.step)
+    k = new_guard(w, i, j, 2.0 * w.step)
     if k < 0:
         return
     g = guard_at(w.guards, k)
