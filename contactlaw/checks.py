@@ -53,6 +53,8 @@ def restitution(name: str, value: Any) -> float:
 
 def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """Return value as a float64 array without NaN or infinity; nothing is taken that is a number only in some sense."""
+    if type(value) is np.ndarray and value.dtype == np.float64 and np.isfinite(value).all():
+        return value
     if np.ma.is_masked(value):
         raise ValueError(f"{name}: has masked values; leave them out first, by compressed() say")
     try:

@@ -10,8 +10,7 @@ r_j (Popov & Hess 2015, section 17):
     f = B q      B_ji = H_i(r_(j-1)) - H_i(r_j)      H_i(r) = 2 [sqrt(c_i^2 - r^2) - sqrt(c_(i-1)^2 - r^2)]
 
 B is constant, and upper triangular with c_j <= r_j < c_(j+1). The springs' energy, sum of w q^2/G*, makes A = C^T
-diag(2 w) C, C = B^-1, the compliance between the rings. Both force and displacement are scaled by the true P over that
-of the nodes, so that the work of a step is the springs'. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
+diag(2 w) C, C = B^-1, the compliance between the rings. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
 (B mu p)_j, such that a ring on its limit slips, r = A (B q* - f), along its traction, the mean of before and after.
 Should few sweeps leave tractions of which the step would give energy, they go back until it gives none.
 """
@@ -28,7 +27,7 @@ from numpy.typing import NDArray
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
-from contactlaw.laws.nodes import step_of
+from contactlaw.laws.nodes import levers, step_of
 from contactlaw.laws.slip import carried
 
 TURN = 1e-3  # of the limit, or sine: tractions out of line by less count as straight, at a tenth of this of mu P
@@ -75,15 +74,6 @@ def on_a_line(contact, memory, du, dv):
     square, step, middle = f * f + g * g, f * dv - g * du, f * v - g * u
     narrow = TURN * TURN * square
     return step * step <= narrow * (du * du + dv * dv) and middle * middle <= narrow * (u * u + v * v)
-
-
-@jit_of_sums
-def lever_of(contact, law):
-    """P over that of the nodes: what scales their force scales their displacement, so that they keep its work."""
-    load, s2 = 0.0, contact.scale * contact.scale / contact.radius
-    for i in range(law.w.size):
-        load += law.w[i] * max(contact.overlap - s2 * law.x2[i], 0.0)
-    return contact.elastic / (2.0 * contact.scale * contact.e_star * load) if load > 0.0 else 0.0
 
 
 @jit_of_sums
@@ -177,7 +167,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         pull_u += law.w[i] * node[NEW_U, i]
         pull_v += law.w[i] * node[NEW_V, i]
     within = min(cap * load / sqrt(pull_u * pull_u + pull_v * pull_v + 1e-300), 1.0)
-    return within * pull_u, within * pull_v, load
+    return within * pull_u, within * pull_v
 
 
 @jit_of_sums
@@ -266,14 +256,14 @@ class MicroslipTurning(Microslip):
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """All nodes displaced, their tractions summed as a share of their caps."""
+        """As of `Microslip`, but where tractions have more than one direction."""
         if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
-        lever = lever_of(contact, law)
-        step, share = step_of(contact, lever * du, lever * dv), 2.0 * contact.scale * lever
+        share, lever = levers(contact, law)
+        step = step_of(contact, lever * du, lever * dv)
         # Each way ends by itself: where both meet the compiler would sum the straight one in another order.
         if not on_a_line(contact, memory, du, dv) and fans_out(law, memory, *step):
-            pull_u, pull_v, _ = displace_on_surface(law, memory, *step)
+            pull_u, pull_v = displace_on_surface(law, memory, *step)
             return carried(contact, pull_u * share, pull_v * share)
-        pull_u, pull_v, _ = displace(law, memory, *step)
+        pull_u, pull_v = displace(law, memory, *step)
         return carried(contact, pull_u * share, pull_v * share)

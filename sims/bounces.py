@@ -5,8 +5,6 @@ it. The flights before and after are carried on to the instant at which ball and
 does not matter how finely the recording was made.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A command for each scene: the same options everywhere, and the scene's own."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import os

@@ -1,7 +1,5 @@
 """The main job: the puck in both engines and by every law, beside the reference, as a table and a picture."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """An impact of a round body as seen at its contact point, beside the reference."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -10,8 +10,6 @@
 # Not among the project's own extras: it brings much and asks for certain versions of MuJoCo.
 # pyright: reportMissingImports=false
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from importlib.util import find_spec
 from math import sqrt

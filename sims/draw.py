@@ -1,7 +1,5 @@
 """Pictures of the scenes. Curves differ in dash and marker as well as colour, so that they survive grey print."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -7,8 +7,6 @@
 # The wheel of mujoco describes little of what it exports, gymnasium nothing of what is in an environment.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import tempfile
 from dataclasses import dataclass
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """Steel balls poured into a box: how it is built, when it rests, what it rests on, and what that costs."""
 
-from __future__ import annotations
-
 from math import ceil
 from time import process_time
 from types import SimpleNamespace

@@ -4,8 +4,6 @@ The hinge's axis is y, through the origin; the paddle stands up from it with its
 point that the ball meets moves along the face's normal alone. The joint has no limit, motor or damping.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

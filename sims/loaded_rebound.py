@@ -15,8 +15,6 @@ Sources: Hertz law: Johnson, Contact Mechanics (1985), section 11.4; dashpot: Ts
 71 (1992) 239; tangential response: Maw, Barber & Fawcett (1976, 1981), as in `validation.reference.annulus`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from math import sqrt

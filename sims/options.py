@@ -1,7 +1,5 @@
 """What scenes may be told: numbers with a default and a range, and those that every scene with a ball has."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import NamedTuple
 

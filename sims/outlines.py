@@ -1,7 +1,5 @@
 """What a body looks like in the plane of a picture: polygons in two tones, so that it is seen how it has turned."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sims.recording import Array, Outline, Track

@@ -4,8 +4,6 @@ The air table makes the motion planar and frictionless, so neither table nor gra
 freedom and one contact. With `table=True` both are, to show that they make no difference, and what they cost.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import ceil, pi

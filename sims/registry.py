@@ -1,7 +1,5 @@
 """What scenes and cases of validation share: limits that must be kept, and kinds that register themselves by name."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import pkgutil

@@ -1,7 +1,5 @@
 """Scenes run and shown on a terminal: figures, checks, pictures."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import sys

@@ -1,7 +1,5 @@
 """Many exposures of a scene in one picture: bodies fade with age, half of each is dark to show how it turns."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -10,8 +10,6 @@ need in place of the 2/3 of a small contact of incompressible rubber (`validatio
 gives no modulus: that of the material applies, and the contact of some 3 ms that comes with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 from math import pi, sqrt

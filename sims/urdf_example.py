@@ -3,8 +3,6 @@
 `python -m sims.urdf_example` prints how the point of contact moves after the bounce, by Bullet's contact and the law.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from contactlaw import MATERIALS, ContactPair, rebound

@@ -299,7 +299,6 @@ def test_all_springs_at_once_take_energy_in_any_cycle(shallowest: float) -> None
 
 
 @pytest.mark.heavy
-@pytest.mark.xfail(strict=True, reason="16 nodes across the deepest contact: shallow cycles gain up to 3e-2 of mu P s")
 def test_shallow_cycles_after_a_deep_push_take_energy() -> None:
     assert worst_cycle(Microslip(16), 0.001) > -1e-3
 

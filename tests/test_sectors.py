@@ -16,7 +16,7 @@ from contactlaw.laws.step import prescribe
 from contactlaw.laws.torsion import FULL, TORSION
 from contactlaw.world import World
 from tests.test_torsion import LUBKIN, closed_form
-from validation import spinning, turning
+from validation import ledger, spinning, turning
 from validation.reference.turning_data import load
 
 PAIR = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.3, radius=0.01)
@@ -92,24 +92,15 @@ def test_torsion_alone_follows_lubkin() -> None:
 
 
 @in_a_world
-@pytest.mark.parametrize("kind", turning.KINDS)
-def test_no_path_makes_energy(kind: str) -> None:
+@pytest.mark.parametrize("way", spinning.WAYS)
+@pytest.mark.parametrize("kind", ledger.KINDS)
+def test_no_path_makes_energy(way: str, kind: str) -> None:
     """Turning, spinning and opening, load and place in turn, in steps of any size: to rounding. Limits hold too."""
     rng = np.random.default_rng(23)
     for trial in range(600):
         overlap, place = spinning.random_path(rng, kind, (1, 4, 16)[trial % 3])
-        lost, over = spinning.dissipated("sectors", overlap, place, in_turn=kind != "steady")
-        assert turning.fall(lost) < 1e-13
-        assert over < 1e-12
-
-
-@in_a_world
-def test_springs_with_torsion_make_no_energy_at_constant_load() -> None:
-    """In steps of any size, which turn a force round while spin lowers its limit too."""
-    rng = np.random.default_rng(29)
-    for trial in range(1500):
-        lost, over = spinning.dissipated("springs", *spinning.random_path(rng, "steady", (1, 4, 16)[trial % 3]), False)
-        assert turning.fall(lost) < 1e-13
+        lost, over = spinning.dissipated(way, overlap, place, in_turn=kind != "steady")
+        assert ledger.fall(lost) < 1e-13
         assert over < 1e-12
 
 

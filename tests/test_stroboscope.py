@@ -101,26 +101,6 @@ def test_covariance_of_a_reading_is_its_derivative():
     assert errors == pytest.approx(0.837 / 0.115 * np.sqrt(np.diag(read.covariance)[:2]))
 
 
-@pytest.mark.parametrize(
-    ("change", "name"),
-    [
-        ({"times": TIMES[::-1]}, "times"),
-        ({"times": TIMES[:1]}, "times"),
-        ({"centres": np.zeros((3, 2))}, "centres"),
-        ({"markers": np.zeros((2, 12, 2))}, "markers"),
-        ({"radii": [0.045, 0.0, 0.05]}, "radii"),
-        ({"error": 0.0}, "error"),
-        ({"error": np.nan}, "error"),
-        ({"centres": np.full((12, 2), np.nan)}, "finite"),
-    ],
-)
-def test_bad_points_are_named(change, name):
-    centres, markers = points()
-    arguments = {"times": TIMES, "centres": centres, "markers": markers, "radii": RADII, "error": 1e-4} | change
-    with pytest.raises(ValueError, match=name):
-        fit_motion(**arguments)
-
-
 def test_a_puck_that_leaves_has_no_impact():
     before, after = flights(1.0, 0.2, 0.9)
     with pytest.raises(ValueError, match=r"before.*approach"):

@@ -13,7 +13,7 @@ from typing import ClassVar
 import pytest
 from typer.testing import CliRunner
 
-from validation import report, runner, stamp, store
+from validation import report, runner, store
 from validation.__main__ import app
 from validation.case import CASES, Case, Limit, Outcome, Table, find_cases, register, select
 
@@ -288,12 +288,12 @@ def test_the_stamp_of_sources_tells_what_a_case_rests_on(edited, counts, tmp_pat
     for name in [*(f"validation/{name}" for name in files), "sims/scenes/ball.py"]:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("1\n")
-    monkeypatch.setattr(stamp, "HERE", tmp_path / "validation")
+    monkeypatch.setattr(store, "HERE", tmp_path / "validation")
     monkeypatch.setattr("inspect.getfile", lambda kind: str(tmp_path / "validation/cases/own.py"))
-    before = stamp.of_sources(Sample())
-    assert stamp.of_sources(Sample()) == before
+    before = store.stamp_of(Sample())
+    assert store.stamp_of(Sample()) == before
     (tmp_path / edited).write_text("2\n")
-    assert (stamp.of_sources(Sample()) != before) is counts
+    assert (store.stamp_of(Sample()) != before) is counts
 
 
 @pytest.mark.skipif(not (FOLDER / "report.md").exists(), reason="no report yet")

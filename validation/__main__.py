@@ -1,7 +1,6 @@
 """`python -m validation`: run the cases, save their results, and write the report."""
 
-from __future__ import annotations
-
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -65,13 +64,8 @@ def main(
 def _run(cases: list[Case], folder: Path, quick: bool, resume: bool, console: Console) -> dict[str, Result]:
     """Results by name, of the cases that can run here; a bar for all and one for the case that runs."""
     results: dict[str, Result] = {}
-    columns = (
-        TextColumn("{task.description:<20}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console) as bars:
+    name, part = TextColumn("{task.description:<20}"), TextColumn("{task.percentage:>3.0f} %")
+    with Progress(name, BarColumn(), part, TimeElapsedColumn(), console=console) as bars:
         total = bars.add_task(f"{len(cases)} cases", total=len(cases))
         for case in cases:
             if missing := runner.missing_modules(case):
@@ -81,9 +75,8 @@ def _run(cases: list[Case], folder: Path, quick: bool, resume: bool, console: Co
                 text = f"{report.verdict(done)}, measured before"
             else:
                 task = bars.add_task(case.name, total=1.0)
-                result = runner.run_case(
-                    case, folder, quick=quick, progress=lambda part, task=task: bars.update(task, completed=part)
-                )
+                told = partial(lambda task, done: bars.update(task, completed=done), task)
+                result = runner.run_case(case, folder, quick=quick, progress=told)
                 bars.remove_task(task)
                 results[case.name] = result
                 text = f"{report.verdict(result)}, {result['seconds']:.0f} s"

@@ -1,7 +1,5 @@
 """Steel balls over planes and in flight, which cases and tests share: worlds of them, throws, and what comes out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import ceil, log, nan, pi
 from typing import Any
@@ -30,6 +28,7 @@ INTEGRATORS = ("Euler", "implicit", "implicitfast", "RK4")  # MuJoCo's
 SUBSTEPS = 100  # the adapters' own default
 NO = (0.0, 0.0, 0.0)
 SPEED = 1.0  # [m/s] of the impacts on the floor
+INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 
 
 def steel_pair(law: str | Law = "microslip", restitution: float = RESTITUTION) -> ContactPair:
@@ -44,16 +43,9 @@ def balls_world(
 ) -> World:  # fmt: skip
     """Solid balls that touch each other and planes by the law.
 
-    Args:
-        engine: "mujoco", "pybullet" or "none".
-        dt: Step [s].
-        pair: Of every contact; None: nothing touches yet.
-        places, velocities, spins: Of the balls [m], [m/s], [rad/s], shape (n, 3) or (3,) for all.
-        radius: [m], one or of each.
-        density: [kg/m^3].
-        planes: Points [m] and unit normals.
-        gravity: [m/s^2], shape (3,).
-        tuning: As `sims.worlds.Tuning` has it.
+    engine: "mujoco", "pybullet" or "none"; dt [s]; pair: of every contact, None: nothing touches yet; places,
+    velocities, spins: [m], [m/s], [rad/s], shape (n, 3) or (3,) for all; radius [m], one or of each; density [kg/m^3];
+    planes: points [m] and unit normals; gravity [m/s^2]; tuning: as `sims.worlds.Tuning` has it.
     """
     world = new_world(Settings(engine, timestep=dt), gravity, Tuning(**tuning))
     walls = [f"plane{number}" for number in range(len(planes))]
@@ -80,20 +72,12 @@ def at(height: float, velocity: ArrayLike = NO, spin: ArrayLike = NO) -> tuple[A
 
 
 def launch(speed: float, turned: float, *, spinning: bool) -> tuple[Array, Array, Array]:
-    """Velocity, spin and direction of sliding of a ball that comes down at `SPEED` and whose contact point slides.
-
-    Args:
-        speed: Of the contact point [m/s].
-        turned: Direction of sliding from the x axis [rad].
-        spinning: Whether it slides because it spins, instead of moving obliquely.
-    """
-    along = np.array([np.cos(turned), np.sin(turned), 0.0])
-    velocity, spin = np.array([0.0, 0.0, -SPEED]), np.zeros(3)
+    """Velocity, spin and direction of sliding of a ball that comes down at `SPEED` and whose contact point slides at a
+    speed [m/s], turned from the x axis [rad], because it spins or because it moves obliquely."""
+    along, down = np.array([np.cos(turned), np.sin(turned), 0.0]), np.array([0.0, 0.0, -SPEED])
     if spinning:
-        spin = -speed / RADIUS * np.array([-along[1], along[0], 0.0])
-    else:
-        velocity += speed * along
-    return velocity, spin, along
+        return down, -speed / RADIUS * np.array([-along[1], along[0], 0.0]), along
+    return down + speed * along, np.zeros(3), along
 
 
 def after(state: State, along: Array) -> tuple[float, float, float]:
@@ -105,15 +89,9 @@ def after(state: State, along: Array) -> tuple[float, float, float]:
 def impacts(world: World, pair: ContactPair, psi_1: list[float], phases: Array, twirl: float = 0.0) -> Array:
     """Throw a ball of `ball_world` at the floor, obliquely and spinning in turn, in every direction.
 
-    Args:
-        world: The ball's.
-        pair: Its contact.
-        psi_1: Incidences, shape (n,).
-        phases: Part of a step between start and touch, shape (m,).
-        twirl: Spin about the normal besides [rad/s].
-
-    Returns:
-        psi_2, restitution and energy over the first, shape (n, m, 3); NaN where the ball has not gone.
+    Incidences, shape (n,); phases: part of a step between start and touch, shape (m,); twirl: spin about the normal
+    besides [rad/s]. Returns psi_2, restitution and energy over the first, shape (n, m, 3); NaN where the ball has not
+    gone.
     """
     dt, out = world.timestep, np.empty((len(psi_1), phases.size, 3))
     count = ceil(2.0 * pair.contact_duration(MASS, SPEED) / dt) + 4

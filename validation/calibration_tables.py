@@ -1,17 +1,15 @@
 """Tables of impacts to calibrate from: those that the paper's figures would be, and published ones."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from math import cos, radians, sin
+from typing import NamedTuple
 
 import numpy as np
 
 from validation.case import Array
 from validation.measured import load
-from validation.reference.annulus import rebound
+from validation.prediction import reference
 
 Columns = tuple[Array, Array, Array, Array]
 """V_z1, V_x1, V_z2, V_x2 [m/s], shape (n,) each."""
@@ -19,7 +17,6 @@ Columns = tuple[Array, Array, Array, Array]
 DISK, SPHERE = 0.5, 0.4
 """K^2 of the paper's pucks, and of a solid ball."""
 COUNT = 18  # impacts of one figure of the paper
-ANNULI = 24  # the reference's own error is below 1e-3 in psi_2 then
 KHARAZ_SPEED, KHARAZ_RADIUS = 3.875, 2.5e-3  # [m/s], [m]
 KHARAZ_RESTITUTION, KHARAZ_FRICTION = 0.98, 0.092
 KHARAZ_ANGLE = radians(0.1)  # [rad] how well an angle of a velocity is taken to be known; the source does not say
@@ -28,13 +25,8 @@ CROSS_ANGLE = radians(1.0)  # [rad]
 
 @dataclass(frozen=True)
 class PuckTable:
-    """One of the paper's pucks, as its figure would have measured it.
-
-    Attributes:
-        name: "steel" or "rubber".
-        friction, restitution, kappa: What the paper measured, and 2(1 - nu)/(2 - nu).
-        incidences: psi_1, shape (n,).
-        noise: Standard deviations of the four velocities, from the true ones.
+    """One of the paper's pucks, as its figure would have measured it: friction and restitution as the paper has them,
+    kappa = 2(1 - nu)/(2 - nu), psi_1, shape (n,), and standard deviations of the four velocities from the true ones.
     """
 
     name: str
@@ -48,9 +40,8 @@ class PuckTable:
         """The impacts without errors, by the annulus reference, at 1 m/s."""
         psi_1 = np.array(self.incidences)
         unit, chi = self.friction / self.kappa, 0.5 * self.kappa * (1.0 + 1.0 / DISK)
-        after = _rebounds(self.incidences, chi, self.restitution)
-        ones = np.ones(psi_1.size)
-        return ones, unit * psi_1, self.restitution * ones, unit * np.array(after)
+        ones, after = np.ones(psi_1.size), reference(psi_1, chi, self.restitution)
+        return ones, unit * psi_1, self.restitution * ones, unit * after
 
     def measured(self, seed: int) -> tuple[Columns, Columns]:
         """The impacts with errors, and the standard deviations of these."""
@@ -58,11 +49,6 @@ class PuckTable:
         errors = self.noise(true)
         z1, x1, z2, x2 = (v + e * generator.standard_normal(v.size) for v, e in zip(true, errors, strict=True))
         return (z1, x1, z2, x2), errors
-
-
-@cache
-def _rebounds(incidences: tuple[float, ...], chi: float, restitution: float) -> tuple[float, ...]:
-    return tuple(np.atleast_1d(rebound(incidences, chi, ANNULI, restitution=restitution)).tolist())
 
 
 def steel_noise(true: Columns) -> Columns:
@@ -81,25 +67,14 @@ def rubber_noise(true: Columns) -> Columns:
 
 
 STEEL_FRICTION, STEEL_RESTITUTION = 0.115, 0.93
-STEEL = PuckTable(
-    "steel", STEEL_FRICTION, STEEL_RESTITUTION, 2 * 0.72 / 1.72, tuple(np.linspace(0.4, 8.0, COUNT).round(3)),
-    steel_noise,
-)  # fmt: skip
+STEEL = PuckTable("steel", STEEL_FRICTION, STEEL_RESTITUTION, 2 * 0.72 / 1.72,
+                  tuple(np.linspace(0.4, 8.0, COUNT).round(3)), steel_noise)  # fmt: skip
 RUBBER = PuckTable("rubber", 2.4, 0.86, 2 / 3, tuple(np.linspace(0.3, 6.5, COUNT).round(3)), rubber_noise)
 
 
-@dataclass(frozen=True)
-class Published:
-    """A published table at the contact point.
-
-    Attributes:
-        name: Of the table.
-        before: V_z1, V_x1 [m/s].
-        after: V_x2 [m/s], or V_z2 and V_x2 where both were measured.
-        tangential_error: Before and after [m/s], shape (2, n).
-        normal_error: [m/s].
-        restitution: e where V_z2 was not measured.
-    """
+class Published(NamedTuple):
+    """A published table at the contact point [m/s]: V_z1 and V_x1, V_z2 (None: not measured, but e) and V_x2, the error
+    of the tangential ones before and after, shape (2, n), and of the normal ones."""
 
     name: str
     before: tuple[Array, Array]
@@ -115,27 +90,15 @@ def alumina() -> list[Published]:
     A homogeneous sphere that did not spin before: V_x2 = V_x1 - 3.5 (v_t1 - v_t2) = V_x1 - 1.4 R omega_2.
     """
     slowed, spun = load("kharaz_et_lethe"), load("kharaz_omega_lethe")
-    parts = []
+    error, parts = KHARAZ_SPEED * KHARAZ_ANGLE, {}
     for name, table in (("tangential restitution", slowed), ("spin", spun)):
         theta = np.radians(table["theta_deg"])
         z1, x1 = KHARAZ_SPEED * np.cos(theta), KHARAZ_SPEED * np.sin(theta)
-        if name == "spin":
-            x2 = x1 - 1.4 * KHARAZ_RADIUS * table["omega_abs_rad_s"]
-        else:
-            x2 = x1 - 3.5 * (1.0 - table["e_t_cm"]) * x1
-        error = KHARAZ_SPEED * KHARAZ_ANGLE
-        spread = np.stack([np.full(theta.size, error), np.full(theta.size, 3.5 * error)])
-        parts.append(Published(name, (z1, x1), (None, x2), spread, error, KHARAZ_RESTITUTION))
-    first, second = parts
-    together = Published(
-        "both",
-        (np.append(first.before[0], second.before[0]), np.append(first.before[1], second.before[1])),
-        (None, np.append(first.after[1], second.after[1])),
-        np.concatenate([first.tangential_error, second.tangential_error], axis=1),
-        first.normal_error,
-        KHARAZ_RESTITUTION,
-    )
-    return [*parts, together]
+        lost = 1.4 * KHARAZ_RADIUS * spun["omega_abs_rad_s"] if name == "spin" else 3.5 * (1.0 - slowed["e_t_cm"]) * x1
+        parts[name] = np.stack([z1, x1, x1 - lost])
+    parts["both"] = np.concatenate([*parts.values()], axis=1)
+    return [Published(name, (z1, x1), (None, x2), np.outer([error, 3.5 * error], np.ones(x2.size)), error,
+                      KHARAZ_RESTITUTION) for name, (z1, x1, x2) in parts.items()]  # fmt: skip
 
 
 def balls() -> list[Published]:
@@ -147,9 +110,8 @@ def balls() -> list[Published]:
     for row, (ball, surface) in enumerate(zip(table.words["ball"], table.words["surface"], strict=True)):
         z2, x2 = table["e_n"][row] * z1, -table["e_t_contact"][row] * x1
         spread = np.array([[error], [0.01 * x1]])
-        out.append(
-            Published(f"{ball} on {surface.replace('_', ' ')}", _one(z1, x1), _one(z2, x2), spread, 0.01 * z1)
-        )  # fmt: skip
+        name = f"{ball} on {surface.replace('_', ' ')}"
+        out.append(Published(name, _one(z1, x1), _one(z2, x2), spread, 0.01 * z1))
     v = {name: float(block[name][0]) for name in ("vx_in", "vy_in", "vx_out", "vy_out", "omega_out", "R_m")}
     before, after = _one(-v["vy_in"], v["vx_in"]), _one(v["vy_out"], v["vx_out"] - v["R_m"] * v["omega_out"])
     error = 0.025 * v["vx_in"]  # 2 to 3 %

@@ -1,14 +1,11 @@
 """What a validation case is, and the registry of all of them."""
 
-from __future__ import annotations
-
 import re
 from abc import ABC, abstractmethod
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +22,9 @@ Progress = Callable[[float], None]
 """Told by a running case which part of it is done, 0 to 1."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What a run of a case gives.
-
-    Attributes:
-        limits: Asked and reached.
-        data: The figures that table and picture are made from.
-        problems: Why a run is not sane (not finite, outside the friction cone, energy grown); none: sane. The time of a
-            run that is not sane does not count.
-    """
+class Outcome(NamedTuple):
+    """What a run of a case gives: limits, asked and reached; the figures that table and picture are made from; and why
+    it is not sane (not finite, outside the friction cone, energy grown), in which case its time does not count."""
 
     limits: Sequence[Limit]
     data: Data
@@ -42,13 +32,7 @@ class Outcome:
 
 
 class Table:
-    """Column heads, and rows of text, both written as "one | two | three".
-
-    Args:
-        heads: Of the columns.
-        row: What every row is made from, see `add`.
-        entries: The figures of each row.
-    """
+    """Column heads, and rows of text, written as "one | two | three"; `add` makes one from the figures of an entry."""
 
     def __init__(self, heads: str | Sequence[str], row: str = "", entries: Iterable[Data] = ()) -> None:
         self.heads = _cells(heads) if isinstance(heads, str) else heads
@@ -72,12 +56,14 @@ def worst(runs: Iterable[Data], *keys: str, **known: Any) -> float:
     return max(run[key] for run in runs if known.items() <= run.items() for key in keys)
 
 
-def told(items: Iterable[Item], progress: Progress, begin: float = 0.0, end: float = 1.0) -> Iterator[Item]:
-    """The items one after the other; after each, the part done is told, from one part to another."""
-    known = list(items)
-    for number, item in enumerate(known):
+def told(
+    items: Iterable[Item], progress: Progress, begin: float = 0.0, end: float = 1.0, count: int = 0
+) -> Iterator[Item]:
+    """The items, `count` of them where they come by and by; after each, the part done is told, from one to another."""
+    known = items if count else list(items)
+    for number, item in enumerate(known, 1):
         yield item
-        progress(begin + (end - begin) * (number + 1) / len(known))
+        progress(begin + (end - begin) * number / (count or len(known)))  # type: ignore[arg-type]
 
 
 class Case(ABC):
@@ -108,12 +94,7 @@ class Case(ABC):
 
     @abstractmethod
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        """Measure.
-
-        Args:
-            quick: Fewer impacts and repeats; seconds instead of up to a minute.
-            progress: Called now and then with the part done, 0 to 1.
-        """
+        """Measure; quick: fewer impacts and repeats, seconds instead of up to a minute."""
 
     @abstractmethod
     def table(self, data: Data) -> Table:

@@ -12,8 +12,6 @@ own, forked from one that has all compiled code, and a limit of processor time; 
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import argparse
 import importlib.util
 import json

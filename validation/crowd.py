@@ -1,8 +1,6 @@
 """What a step of many balls costs with the law, beside MuJoCo with the solver that is cheapest there."""
 
 # pyright: reportAttributeAccessIssue=false
-from __future__ import annotations
-
 from time import process_time
 from typing import Any
 
@@ -19,10 +17,8 @@ ARENA = 40  # bytes of MuJoCo's arena for each two balls, of which its broad pha
 
 
 def crowd(count: int, kind: str) -> Any:
-    """Balls in a cube with gaps over a floor: model and data of MuJoCo.
-
-    kind: "law", "law alone" (nothing may touch natively), or a native solver's name.
-    """
+    """Balls in a cube with gaps over a floor: model and data of MuJoCo, by the law, the "law alone" (nothing may touch
+    natively), or a native solver's name."""
     import mujoco
 
     from contactlaw.mujoco_plugin import add_contact

@@ -6,17 +6,15 @@ were timed side by side. Rungs whose times the clock cannot tell apart do not be
 nothing beats (non-dominated, Pareto-optimal).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from validation.case import Array, Axes, Data
 from validation.measure import spread
 from validation.picture import LAW_STYLES
+from validation.prediction import rms
 
 CERTAIN = 75.0  # per cent of the rounds
 STRIDE = 0.8  # from row to row of a table, in error
@@ -30,17 +28,9 @@ LOOKS: dict[str, dict[str, Any]] = LAW_STYLES | {
 """Markers by family."""
 
 
-@dataclass(frozen=True)
-class Rung:
-    """One way to the answer, timed.
-
-    Attributes:
-        family: The law or method.
-        error: Of each impact, shape (n,).
-        seconds: An impact, shape (rounds,); entries of one round were taken side by side.
-        problem: Why its figures do not count; "": they do.
-        steps: Engine's steps of each impact, shape (rounds,); None: no engine.
-    """
+class Rung(NamedTuple):
+    """One way to the answer, timed: its law or method; errors, shape (n,); seconds an impact, shape (rounds,), those of
+    one round taken side by side; why its figures do not count; an engine's steps of each impact, shape (rounds,)."""
 
     family: str
     error: Array
@@ -50,14 +40,10 @@ class Rung:
 
 
 def non_dominated(errors: Mapping[str, float], seconds: Mapping[str, Array]) -> list[str]:
-    """Names that no other beats, the fastest first.
-
-    Args:
-        errors: By name; one that is not finite is beaten by all.
-        seconds: By name, all of shape (rounds,), entries of one round taken side by side.
+    """Names that no other beats, the fastest first; an error that is not finite is beaten by all.
 
     Raises:
-        ValueError: The names differ.
+        ValueError: The names of errors and of seconds, shape (rounds,), differ.
     """
     if errors.keys() != seconds.keys():
         raise ValueError(f"errors and seconds: differ in {sorted(errors.keys() ^ seconds.keys())}")
@@ -78,10 +64,9 @@ def closest(errors: Mapping[str, float], times: Mapping[str, float], time: float
 
 
 def time_for(errors: Mapping[str, float], times: Mapping[str, float], error: float) -> float:
-    """Time at which refining one method reaches an error, between its settings by powers.
+    """Time at which refining one method reaches an error, between its settings by powers; inf: none is as close.
 
-    Returns:
-        The time; inf: none of its settings is as close. The fastest one's where that is closer still.
+    The fastest one's where that is closer still.
     """
     kept: list[tuple[float, float]] = []
     for name in sorted(times, key=lambda one: times[one]):
@@ -96,10 +81,8 @@ def time_for(errors: Mapping[str, float], times: Mapping[str, float], error: flo
 def weighed(rungs: Mapping[str, Rung]) -> Data:
     """All that table and picture of a front need, JSON types only.
 
-    Returns:
-        `rungs`: by name family, largest and rms error, microseconds an impact (and a step), how many beat it and the
-        closest of them, its problem;
-        `front`: names on the front; `dominated`: families that have no rung on it.
+    `rungs`: by name family, largest and rms error, microseconds an impact (and a step), how many beat it and the
+    closest of them, its problem; `front`: names on the front; `dominated`: families that have no rung on it.
     """
     sane = {name: rung for name, rung in rungs.items() if not rung.problem}
     seconds = {name: rung.seconds for name, rung in sane.items()}
@@ -125,11 +108,6 @@ def largest(error: Array) -> float:
     return float(np.abs(error).max())
 
 
-def rms(error: Array) -> float:
-    """Root of the mean square error."""
-    return float(np.sqrt(np.mean(error**2)))
-
-
 def of_families(data: Data, families: Iterable[str]) -> tuple[dict[str, float], dict[str, float]]:
     """Largest errors and median times [us] of the rungs of some families that count, by name."""
     wanted = set(families)
@@ -146,7 +124,11 @@ def rows(data: Data, default: str) -> list[list[str]]:
     Columns: rung, largest error, rms, time an impact [us], quartiles, time a step [us], on the front.
     """
     found = data["rungs"]
-    shown = {default, *_stepping_stones(data)}
+    shown, last = {default}, float("inf")
+    for name in data["front"]:
+        if found[name]["largest"] <= STRIDE * last:
+            shown.add(name)
+            last = found[name]["largest"]
     for family in data["dominated"]:
         errors, _ = of_families(data, [family])
         shown.add(min(errors, key=lambda one: errors[one]))
@@ -154,23 +136,12 @@ def rows(data: Data, default: str) -> list[list[str]]:
     for name in sorted(shown, key=lambda one: found[one]["microseconds"]["median"]):
         one = found[name]
         time, step = one["microseconds"], one.get("step_microseconds")
-        out.append(
-            [name, f"{one['largest']:.1e}", f"{one['rms']:.1e}", short(time["median"]),
-             f"{short(time['low'])} to {short(time['high'])}", short(step["median"]) if step else "",
-             _standing(data, name)]
-        )  # fmt: skip
+        out.append([name, f"{one['largest']:.1e}", f"{one['rms']:.1e}", short(time["median"]),
+                    f"{short(time['low'])} to {short(time['high'])}", short(step["median"]) if step else "",
+                    _standing(data, name)])  # fmt: skip
     insane = {name: one["problem"] for name, one in found.items() if one["problem"]}
     out += [[name, *[""] * 5, f"does not count: {problem}"] for name, problem in insane.items()]
     return out
-
-
-def _stepping_stones(data: Data) -> list[str]:
-    """Rungs of the front, the fastest first, each with at most `STRIDE` of the error of the one before."""
-    stones: list[str] = []
-    for name in data["front"]:
-        if not stones or data["rungs"][name]["largest"] <= STRIDE * data["rungs"][stones[-1]]["largest"]:
-            stones.append(name)
-    return stones
 
 
 def _standing(data: Data, name: str) -> str:
@@ -222,11 +193,7 @@ def faster(data: Data, default: str, families: Iterable[str]) -> float:
 def plot(axes: Axes, data: Data, default: str, *, floor: float = 0.0) -> None:
     """Largest error over time: a mark for each rung, the front a line, nodes/steps at it, the default a star.
 
-    Args:
-        axes: To draw on; both become logarithmic.
-        data: From `weighed`.
-        default: Name of the default's rung.
-        floor: Errors below are drawn there.
+    data: from `weighed`; floor: errors below are drawn there.
     """
     shown = {name: one for name, one in data["rungs"].items() if not one["problem"]}
 

@@ -1,13 +1,10 @@
 """Every law in every setting, without an engine: what each way costs and errs, and forces over impacts and paths."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactlaw import LAWS, MATERIALS, Body, ContactPair, collide, force_along_path
 from contactlaw.collision import Impact
@@ -24,10 +21,12 @@ FEW_ANNULI = ANNULI[:3]
 SINGLE = ("linear_spring", "mindlin", "mindlin_rescaled")
 STEEL, FRICTION, RADIUS, MASS = MATERIALS["steel"], 0.115, 0.025, 0.5
 DEFAULT = "microslip, default"
+CLOSER, FASTER = 30.0, 100.0  # times that the default is asked to be so
 HISTORY_NODES = [8, 16, 32]
 HISTORY_STEPS = [50, 100, 200, 400, 800]
 ALL_SPRINGS_STEPS = [50, 100, 200, 800, 1600, 3200]  # of the law as it is by default, which takes COLLIDE_STEPS
 COLLIDE_STEPS = 400  # the default of `collide`
+SOME = slice(2, None, 5)  # of the impacts: enough to time what is slow
 PATH_NODES = [8, 16, 32, 64, 128]
 FINE = 16000  # steps of the superposition method that others are judged by
 DEEPEST = 0.01  # of the paths, over the radius
@@ -50,15 +49,8 @@ def ladder(
     ways: Ways, impacts: Array, error: Callable[[Any], Array], repeats: int,
     problem: Callable[[Any], str] = lambda answers: "",
 ) -> dict[str, Rung]:  # fmt: skip
-    """All ways, timed side by side.
-
-    Args:
-        ways: What there is.
-        impacts: That errors are told of.
-        error: Of each impact, from the answers to all, shape (n,).
-        repeats: Rounds.
-        problem: What makes answers not sane.
-    """
+    """All ways, timed side by side: the error of each of the impacts (n,) from the answers to all, and what makes these
+    not sane."""
     answers = {name: make(impacts)() for name, (make, _) in ways.items()}
     seconds = interleaved({name: make(timed) for name, (make, timed) in ways.items()}, repeats)
     return {
@@ -90,14 +82,8 @@ def by_collide(law: str | Law, steps: int) -> Make:
 def methods(quick: bool) -> dict[str, Make]:
     """The two methods of the reference."""
     found = {f"superposition, {n} steps": one_by_one(superposition.impact, steps=n) for n in SUPERPOSITION}
-    return found | {
-        f"annuli, N = {n}": one_by_one(annulus.impact, annuli=n) for n in (FEW_ANNULI if quick else ANNULI)
-    }  # fmt: skip
-
-
-def sample(count: int) -> NDArray[np.int64]:
-    """Every fifth impact: enough to time what is slow."""
-    return np.arange(2, count, 5)
+    annuli = FEW_ANNULI if quick else ANNULI
+    return found | {f"annuli, N = {n}": one_by_one(annulus.impact, annuli=n) for n in annuli}
 
 
 def thrown(law: str | Law, psi_1: float, chi: float) -> tuple[ContactPair, Body]:

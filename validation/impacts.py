@@ -1,8 +1,6 @@
 """The impacts that laws are judged by, and what the annulus reference says of them."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +11,7 @@ Impact = tuple[float, float, float]
 """psi_1, chi, restitution."""
 
 
-@dataclass(frozen=True)
-class Judged:
+class Judged(NamedTuple):
     """Impacts with their converged psi_2 and its estimate of its own error, arrays of one shape (n,)."""
 
     psi_1: Array
@@ -29,13 +26,7 @@ _KNOWN: dict[tuple[Impact, int], tuple[float, float]] = {}
 
 
 def judge(impacts: list[Impact], annuli: int = 40, progress: Progress = lambda part: None) -> Judged:
-    """Ask the reference.
-
-    Args:
-        impacts: (psi_1, chi, restitution) each.
-        annuli: The middle one of its three resolutions.
-        progress: Told the part done.
-    """
+    """Ask the reference; annuli: the middle one of its three resolutions."""
     new = [one for one in dict.fromkeys(impacts) if (one, annuli) not in _KNOWN]
     for one in told(new, progress):
         _KNOWN[one, annuli] = rebound_extrapolated(*one, annuli=annuli)
@@ -46,7 +37,7 @@ def judge(impacts: list[Impact], annuli: int = 40, progress: Progress = lambda p
 
 def together(parts: list[Judged]) -> Judged:
     """All impacts in one."""
-    return Judged(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Judged)))
+    return Judged(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def incidences(chi: float, count: int) -> list[float]:

@@ -4,15 +4,12 @@ LAMMPS: A. P. Thompson et al., Comput. Phys. Commun. 271 (2022) 108171; `fix wal
 `hertz/material`, in which the wall is of the sphere's own material, and no damping (restitution 1).
 """
 
-from __future__ import annotations
-
 import ctypes
 import sys
-from dataclasses import dataclass
 from math import ceil, pi
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,16 +52,9 @@ thermo 1000000
 """
 
 
-@dataclass(frozen=True)
-class Wall:
-    """What a run gave.
-
-    Attributes:
-        psi_2: (kappa/mu) V_x2/V_z1 of each sphere, shape (n,).
-        restitution: Normal speed after over before, shape (n,).
-        seconds: That LAMMPS took for the run, its setting up included.
-        version: Of LAMMPS, a date as a number.
-    """
+class Wall(NamedTuple):
+    """What a run gave: psi_2 and normal restitution of each sphere, shape (n,); the seconds that LAMMPS took, its
+    setting up included; its version, a date as a number."""
 
     psi_2: Array
     restitution: Array
@@ -78,12 +68,8 @@ def contact() -> ContactPair:
 
 
 def impacts(psi_1: Array, variant: str, steps: int) -> Wall:
-    """Let spheres strike the wall, all in one run, each for itself.
-
-    Args:
-        psi_1: (kappa/mu) V_x/V_z1 of each, no spin, shape (n,).
-        variant: One of `VARIANTS`.
-        steps: Time steps in the duration of contact, >= 4.
+    """Let spheres strike the wall, all in one run, each for itself: psi_1 (n,), no spin; one of `VARIANTS`; time steps
+    in the duration of contact, >= 4.
 
     Raises:
         ValueError: An argument is outside its range.

@@ -1,9 +1,8 @@
 """What lasts, in MuJoCo by the law and natively: five balls in a tube, a box, an ant, a ball held."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
 from types import SimpleNamespace
@@ -25,14 +24,9 @@ POSE = [0, 1, 0, -1, 0, -1, 0, 1]  # joint angles of an ant that stands [rad]
 DOWN = (0.0, 0.0, -9.81)
 
 
-def settings_of(law: bool) -> Settings:
-    """MuJoCo, 2 ms."""
-    return Settings("mujoco", None if law else NATIVE)
-
-
 def tube(law: bool) -> Any:
     """Balls fall into a square tube a little wider than they are, side by side, and wedge."""
-    world: Any = new_world(settings_of(law), DOWN)
+    world: Any = new_world(Settings("mujoco", None if law else NATIVE), DOWN)
     world.plane("floor")
     walls = {"left": (1.0, 0.0, 0.0), "right": (-1.0, 0.0, 0.0), "front": (0.0, 1.0, 0.0), "back": (0.0, -1.0, 0.0)}
     for name, normal in walls.items():
@@ -49,7 +43,7 @@ def box(law: bool) -> Any:
     """One on a slope of 20 degrees; by the law it stands on ball feet in its corners."""
     angle = np.radians(20.0)
     normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
-    world: Any = new_world(settings_of(law), DOWN)
+    world: Any = new_world(Settings("mujoco", None if law else NATIVE), DOWN)
     world.plane("slope", normal=normal)
     world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal))
     _touch(world, law, ["box"], ["slope"], 0.5)
@@ -74,18 +68,14 @@ def over_native(make: Callable[[bool], Any], begin: float, steps: int = 30, bloc
 
 def a_step(runs: dict[str, Callable[[], None]], steps: int, blocks: int) -> dict[str, float]:
     """Median processor time of a step [s]; each run makes so many steps."""
-    return {
-        name: float(np.median(found)) / steps for name, found in interleaved(runs, blocks, clock=process_time).items()
-    }
+    times = interleaved(runs, blocks, clock=process_time)
+    return {name: float(np.median(found)) / steps for name, found in times.items()}
 
 
 def ant() -> Path | None:
     """Gymnasium's model of an ant, where it is installed."""
-    try:
-        import gymnasium  # type: ignore[import-not-found]
-    except ImportError:
-        return None
-    return Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets" / "ant.xml"
+    spec = find_spec("gymnasium")
+    return Path(str(spec.origin)).parent / "envs" / "mujoco" / "assets" / "ant.xml" if spec else None
 
 
 def standing_ant(path: Path, seconds: float = 1.0, blocks: int = 10) -> dict[str, float]:

@@ -1,12 +1,10 @@
 """Scenes that can be built with one ingredient left out, and what came out of them as plain numbers."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Any
 from unittest.mock import patch
 
@@ -28,15 +26,10 @@ BOUNCES = 3  # of the superball that count: the error of one is the throw of the
 
 @dataclass(frozen=True)
 class Build:
-    """What a scene is built with. The default has every ingredient in.
+    """What a scene is built with: the default has every ingredient in; None, or no law: as the scene is shipped.
 
-    Attributes:
-        law: Name in `contactlaw.LAWS`; "": that of each pair, as the scene is shipped.
-        elastic: Whether there is no damper: restitution 1; None: as shipped.
-        gravity: Whether there is any; None: as shipped.
-        substeps, collide, fixed_bodies_move: As `Tuning` has them.
-        couples: Which couples of a row of bodies are told of: "all", "all, a call each", or "neighbours", which are
-            those that the scene tells of.
+    elastic: without a damper, restitution 1. substeps, collide, fixed_bodies_move: as `Tuning` has them. couples: which
+    of a row of bodies are told of, "all", "all, a call each", or "neighbours", those that the scene tells of.
     """
 
     law: str = "microslip"
@@ -69,8 +62,8 @@ class Subject:
     Attributes:
         scene: Which.
         results: From a recording what the scene is about: psi_2, or velocities and accelerations over a typical one.
-        pull: Gravity [m/s^2], shape (3,), that it could have though the scene as shipped has none.
-        weightless: Why it cannot have gravity; "": it can.
+        pull, weightless: Gravity [m/s^2], shape (3,), that it could have though the scene as shipped has none; why it
+            cannot have any ("": it can).
         row: Whether its bodies are in a row: the couples that never meet can be told of, too.
         options: Of the scene, where its own make it longer than need be.
     """
@@ -127,9 +120,8 @@ def _bounces(pair: ContactPair, names: Sequence[str], count: int, **where: str) 
         told = {key: recording.facts[fact] for key, fact in where.items()}
         found = [one for name in names for one in bounces_of(recording, name, **told)[:count]]
         radius = recording.track(names[0]).size[0]
-        out = [value for one in found for value in
-               (pair.psi(one.sliding(radius)[1], one.approach), one.departure / one.approach)]  # fmt: skip
-        return out if len(found) == count * len(names) else []
+        both = ((pair.psi(one.sliding(radius)[1], one.approach), one.departure / one.approach) for one in found)
+        return list(chain(*both)) if len(found) == count * len(names) else []
 
     return results
 

@@ -1,7 +1,5 @@
 """Times that can be compared on a noisy machine: interleaved, warm-up apart, medians of ratios with their spread."""
 
-from __future__ import annotations
-
 import datetime
 import gc
 import os
@@ -24,13 +22,10 @@ STAMPED = ("numpy", "numba", "mujoco", "pybullet")
 def machine() -> dict[str, str | int]:
     """What a time was measured on; `contactlaw`: a hash of its sources."""
     stamp: dict[str, str | int] = {
-        "cpu": _cpu(),
-        "cores": os.cpu_count() or 0,
-        "system": platform.platform(terse=True),
-        "python": platform.python_version(),
-        "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
-    }
-    stamp["contactlaw"] = SOURCE_STAMP[:12]
+        "cpu": _cpu(), "cores": os.cpu_count() or 0, "system": platform.platform(terse=True),
+        "python": platform.python_version(), "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
+        "contactlaw": SOURCE_STAMP[:12],
+    }  # fmt: skip
     for name in STAMPED:
         try:
             stamp[name] = metadata.version(name)
@@ -49,23 +44,14 @@ def _cpu() -> str:
 
 
 def interleaved(
-    runs: Mapping[str, Callable[[], object]],
-    repeats: int,
-    prepare: Mapping[str, Callable[[], object]] | None = None,
-    progress: Callable[[float], None] | None = None,
-    clock: Callable[[], float] = perf_counter,
-) -> dict[str, Array]:
+    runs: Mapping[str, Callable[[], object]], repeats: int, prepare: Mapping[str, Callable[[], object]] | None = None,
+    progress: Callable[[float], None] = lambda part: None, clock: Callable[[], float] = perf_counter,
+) -> dict[str, Array]:  # fmt: skip
     """Time several things side by side, so that the drift of the machine meets all of them alike.
 
-    Args:
-        runs: What to time, by name.
-        repeats: Rounds; each runs everything once, every other round in reverse. Two more go before, uncounted.
-        prepare: Called before a run, untimed.
-        progress: Told the part done.
-        clock: `process_time` where other processes would be in the way.
-
-    Returns:
-        Seconds by name, shape (repeats,); entries of the same round belong together.
+    Each round runs everything once, every other one in reverse; two more go before, uncounted. prepare: called before a
+    run, untimed; clock: `process_time` where other processes would be in the way. Returns seconds by name, shape
+    (repeats,); entries of the same round belong together.
     """
     seconds = {name: np.empty(repeats) for name in runs}
     order = list(runs)
@@ -80,8 +66,7 @@ def interleaved(
                 start = clock()
                 runs[name]()
                 seconds[name][max(number, 0)] = clock() - start
-            if progress:
-                progress((number + 3) / (repeats + 2))
+            progress((number + 3) / (repeats + 2))
     finally:
         if enabled:
             gc.enable()

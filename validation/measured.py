@@ -1,7 +1,5 @@
 """Published data: the files of validation/data, read with their units and notes."""
 
-from __future__ import annotations
-
 import csv
 import re
 from dataclasses import dataclass
@@ -21,13 +19,10 @@ class Measured:
     """One published table.
 
     Attributes:
-        name: File name without .csv.
-        kind: One of `KINDS`.
-        source: Where the numbers were read, and the paper behind.
+        name, kind, source: File name without .csv, one of `KINDS`, where the numbers were read and the paper behind.
         notes: The other comment lines by their first word: conditions, materials, columns, error and so on.
         units: Unit of each column, "-" for plain numbers, "text" for words; in the order of the columns.
-        numbers: The columns with numbers, shape (n,) each, in their unit.
-        words: The columns with words, n of them each.
+        numbers, words: The columns with numbers, in their unit, and with words, shape (n,) each.
     """
 
     name: str
@@ -59,59 +54,44 @@ def names() -> list[str]:
 
 
 def load(name: str, folder: Path = FOLDER) -> Measured:
-    """Read a table.
-
-    Args:
-        name: File name without .csv.
-        folder: Where it is.
+    """Read a table, by its file name without .csv.
 
     Raises:
         ValueError: No such file, or one that is not as validation/data/README.md says; the message names what is wrong.
     """
     path = folder / f"{name}.csv"
     if not path.exists():
-        raise ValueError(
-            f"name = {name!r}: no such table; there are {', '.join(sorted(p.stem for p in folder.glob('*.csv')))}"
-        )
+        known = ", ".join(sorted(p.stem for p in folder.glob("*.csv")))
+        raise ValueError(f"name = {name!r}: no such table; there are {known}")
     lines = path.read_text(encoding="utf-8").splitlines()
-    notes = _notes(path, [line[1:].strip() for line in lines if line.startswith("#")])
-    rows = list(csv.reader(line for line in lines if line and not line.startswith("#")))
-    if len(rows) < 2:
-        raise ValueError(f"{path.name}: holds no rows below a header")
-    header, body = rows[0], rows[1:]
+    notes: dict[str, str] = {}
+    for comment in (line[1:].strip() for line in lines if line.startswith("#")):
+        word, colon, text = comment.partition(": ")
+        _ask(bool(colon), path, f"comment {comment!r} must begin with a word and a colon")
+        _ask(word not in notes, path, f"has {word!r} twice")
+        notes[word] = text
+    missing = [word for word in ("source", "kind", "units") if word not in notes]
+    _ask(not missing, path, f"says nothing of {', '.join(missing)}")
+    header, *body = csv.reader(line for line in lines if line and not line.startswith("#"))
+    _ask(bool(body), path, "holds no rows below a header")
     units = dict(re.findall(r"(\w+) \[([^\]]+)\]", notes.pop("units")))
-    if list(units) != header:
-        raise ValueError(f"{path.name}: units are given for {', '.join(units)}, the header has {', '.join(header)}")
-    ragged = [number for number, row in enumerate(body, 1) if len(row) != len(header)]
-    if ragged:
-        raise ValueError(f"{path.name}: row {ragged[0]} has not as many cells as the header, {len(header)}")
+    _ask(list(units) == header, path, f"units are given for {', '.join(units)}, the header has {', '.join(header)}")
+    for number, row in enumerate(body, 1):
+        _ask(len(row) == len(header), path, f"row {number} has not as many cells as the header, {len(header)}")
     columns = dict(zip(header, zip(*body, strict=True), strict=True))
+    words = {column: columns.pop(column) for column in header if units[column] == TEXT}
     numbers = {}
-    for column in (column for column in header if units[column] != TEXT):
+    for column, cells in columns.items():
         try:
-            numbers[column] = np.array(columns[column], dtype=np.float64)
+            numbers[column] = np.array(cells, dtype=np.float64)
         except ValueError as error:
             raise ValueError(f"{path.name}: column {column} must hold numbers ({error})") from None
-        if not np.isfinite(numbers[column]).all():
-            raise ValueError(f"{path.name}: column {column} holds a value that is not finite")
+        _ask(bool(np.isfinite(numbers[column]).all()), path, f"column {column} holds a value that is not finite")
     kind, source = notes.pop("kind"), notes.pop("source")
-    if kind not in KINDS:
-        raise ValueError(f"{path.name}: kind {kind!r}; must be one of {', '.join(KINDS)}")
-    words = {column: columns[column] for column in header if units[column] == TEXT}
+    _ask(kind in KINDS, path, f"kind {kind!r}; must be one of {', '.join(KINDS)}")
     return Measured(name, kind, source, notes, units, numbers, words)
 
 
-def _notes(path: Path, comments: list[str]) -> dict[str, str]:
-    """The comment lines by their first word."""
-    notes = {}
-    for comment in comments:
-        word, colon, text = comment.partition(": ")
-        if not colon:
-            raise ValueError(f"{path.name}: comment {comment!r} must begin with a word and a colon")
-        if word in notes:
-            raise ValueError(f"{path.name}: has {word!r} twice")
-        notes[word] = text
-    missing = [word for word in ("source", "kind", "units") if word not in notes]
-    if missing:
-        raise ValueError(f"{path.name}: says nothing of {', '.join(missing)}")
-    return notes
+def _ask(kept: bool, path: Path, wrong: str) -> None:
+    if not kept:
+        raise ValueError(f"{path.name}: {wrong}")

@@ -22,17 +22,9 @@ LAW_STYLES: dict[str, dict[str, Any]] = dict(
     zip(("microslip", "mindlin", "linear_spring", "mindlin_rescaled", "coulomb"), STYLES, strict=False)
 )
 SETTINGS: Any = {
-    "font.size": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.5,
-    "lines.markersize": 4.5,
-    "lines.linewidth": 1.2,
-    "legend.frameon": False,
-    "savefig.dpi": 110,
-}
+    "font.size": 9.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#dddddd",
+    "grid.linewidth": 0.5, "lines.markersize": 4.5, "lines.linewidth": 1.2, "legend.frameon": False, "savefig.dpi": 110,
+}  # fmt: skip
 
 
 def styled() -> AbstractContextManager[None]:

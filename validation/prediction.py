@@ -1,7 +1,5 @@
 """What every rung of the ladder, and the reference, say of impacts that others have measured."""
 
-from __future__ import annotations
-
 import warnings
 from functools import cache
 from typing import Any
@@ -38,24 +36,12 @@ def reference(psi_1: ArrayLike, chi: float, restitution: float = 1.0) -> Array:
     return np.array([_reference(float(psi), chi, restitution) for psi in np.atleast_1d(psi_1)])
 
 
-def rebounds(
-    psi_1: ArrayLike, chi: float, restitution: float = 1.0, *, with_reference: bool = True
-) -> dict[str, Array]:
-    """psi_2 by every law, and by the reference.
-
-    Args:
-        psi_1: (kappa/mu) V_x/V_z1 before, shape (n,).
-        chi: (kappa/2) m_N/m_T.
-        restitution: e, in (0, 1].
-        with_reference: Whether the annulus solver (milliseconds an impact) is asked too.
-
-    Returns:
-        psi_2 = (kappa/mu) V_x2/V_z1 by name of the law, shape (n,) each, best law first.
-    """
+def rebounds(psi_1: ArrayLike, chi: float, e: float = 1.0, *, with_reference: bool = True) -> dict[str, Array]:
+    """psi_2 by name of the law, shape (n,) each, best law first, and by the reference (milliseconds an impact)."""
     psi = np.atleast_1d(np.asarray(psi_1, dtype=float))
-    found = {name: np.atleast_1d(rebound(psi, chi, name, restitution)) for name in [*LAWS][::-1]}
+    found = {name: np.atleast_1d(rebound(psi, chi, name, e)) for name in [*LAWS][::-1]}
     if with_reference:
-        found[REFERENCE] = reference(psi, chi, restitution)
+        found[REFERENCE] = reference(psi, chi, e)
     return found
 
 

@@ -1,13 +1,10 @@
 """Figures for the README, the guide and the report, made from the saved results and nothing else."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from contactlaw.ending import whole
 from validation.case import Table
@@ -17,17 +14,11 @@ from validation.words import asked, kept, markdown, with_unit
 BEGIN, END = "<!-- results -->", "<!-- /results -->"
 
 
-@dataclass(frozen=True)
-class Row:
-    """One line of the table.
+class Row(NamedTuple):
+    """One line of the table: what was measured, in words, and the case whose result holds it.
 
-    Attributes:
-        text: What was measured, in words.
-        case: Whose result holds it.
-        limits: Regular expression for the names of limits; of several the worst is shown.
-        data: Or, for a figure without a limit, the keys that lead to it in the data.
-        unit: Of a figure from the data; a limit has its own.
-        front: Whether the README shows it; the report shows all.
+    limits: regular expression for the names of limits; of several the worst is shown. data: or, for a figure without a
+    limit, the keys that lead to it in the data, with its unit. front: the README shows it; the report shows all.
     """
 
     text: str
@@ -117,10 +108,7 @@ def table(rows: Iterable[Row], folder: Path) -> Table:
         LookupError: A row names a limit or a figure that the result of its case does not have.
     """
     out = Table("what | asked | reached |")
-    for row in rows:
-        result = load(row.case, folder)
-        cells = ["", "", "not measured"] if result is None or result["quick"] else _cells(row, result)
-        out.rows.append([row.text, *cells])
+    out.rows.extend([row.text, *_cells(row, load(row.case, folder))] for row in rows)
     return out
 
 
@@ -151,11 +139,7 @@ BLOCKS = {"README.md": block, "docs/steps.md": costs}
 
 
 def write(root: Path, folder: Path) -> None:
-    """Write the blocks between the markers of the pages.
-
-    Raises:
-        ValueError: A page does not have each of the markers once, in order.
-    """
+    """Write the blocks between the markers of the pages; raises as `split`."""
     for name, made in BLOCKS.items():
         before, _, after = split((root / name).read_text(encoding="utf-8"))
         with whole(root / name) as part:
@@ -175,8 +159,10 @@ def split(text: str) -> tuple[str, str, str]:
     return before, between.strip("\n"), after
 
 
-def _cells(row: Row, result: Result) -> list[str]:
+def _cells(row: Row, result: Result | None) -> list[str]:
     """Asked, reached and the verdict."""
+    if result is None or result["quick"]:
+        return ["", "", "not measured"]
     if not result["sane"]:
         return ["", "", "NOT SANE"]
     if row.data:

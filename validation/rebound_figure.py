@@ -9,9 +9,6 @@ Restitution below 1 does something of the kind by itself, in two ways: the curve
 of the paper, which takes e = 1, gives from gross slip a friction that is (1 + e)/2 of the true one.
 """
 
-from __future__ import annotations
-
-from abc import abstractmethod
 from dataclasses import replace
 from itertools import product
 from typing import Any, ClassVar
@@ -48,15 +45,9 @@ def recorded(psi: Array, curve: Array, factor: float) -> Array:
 
 
 def friction_factor(psi: Array, measured: Array, wanted: Array, upper: float) -> tuple[float, float]:
-    """By which factor friction must be raised to bring one curve nearest to another.
+    """By which factor friction must be raised to bring one curve nearest to another, and the rms of what is left.
 
-    Args:
-        psi: Incidences of both curves, shape (n,), rising, well beyond `upper`.
-        measured, wanted: psi_2, shape (n,).
-        upper: The misfit is taken over psi up to this.
-
-    Returns:
-        The factor, and the root mean square of what is left between the curves.
+    psi: incidences of both curves, rising, well beyond `upper`, up to which the misfit is taken.
     """
     inside = psi <= upper
     rms = [float(np.sqrt(np.mean((recorded(psi, measured, 1.0 / factor) - wanted)[inside] ** 2))) for factor in FACTORS]
@@ -73,13 +64,10 @@ class ReboundFigure(Case):
     diameters: ClassVar[dict[str, float]]
     speeds: ClassVar[tuple[float, float]]
     span: ClassVar[float]
+    incidences: ClassVar[list[float]]
+    """psi_1 of the throws."""
     needs = ("mujoco", "pybullet")
     sheet = {"width": 6.4, "height": 4.8}  # noqa: RUF012
-
-    @property
-    @abstractmethod
-    def incidences(self) -> list[float]:
-        """psi_1 of the throws."""
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         """Curves by the annuli, throws by the law alone and in both engines."""
@@ -107,17 +95,13 @@ class ReboundFigure(Case):
             "friction": self._friction(psi, elastic, damped, base.chi, restitution),
         }  # fmt: skip
         limits = [
-            Limit(f"spread of psi_2 over {self._varied} and routes", 1e-2, collapse),
+            Limit(f"spread of psi_2 over {'pucks, ' * (len(self.diameters) > 1)}speeds and routes", 1e-2, collapse),
             Limit("the same, aimed at", 2e-3, collapse),
             Limit("largest error in psi_2 of any throw", 4e-3, error),
             Limit("friction that restitution explains with eq. (6), of the 20 % that the paper misses", 0.1,
                   abs(data["friction"]["with_equation_6"] - 1.0) / (MORE_FRICTION - 1.0)),
         ]  # fmt: skip
         return Outcome(limits, data, problems)
-
-    @property
-    def _varied(self) -> str:
-        return "pucks, speeds" if len(self.diameters) > 1 else "speeds"
 
     def _throws(self, incidences: list[float], base: Puck, progress: Progress) -> tuple[dict[str, Any], list[str]]:
         """psi_2 by route, shape (incidences, throws), over sizes, speeds and ways to launch; and what is not sane."""
@@ -175,11 +159,9 @@ class ReboundFigure(Case):
                   label="rigid theory")  # fmt: skip
         axes.plot(psi, elastic, color="black", linewidth=1.6, label="annuli, e = 1")
         axes.plot(psi, data["damped"], color="#c44e00", linestyle="-.", label=f"annuli, e = {data['restitution']:g}")
-        for (name, found), (label, marker, size) in zip(
-            data["throws"].items(),
-            [("microslip law", "o", 4.5), *((label, marker, 8.0) for label, marker in ENGINES.values())],
-            strict=True,
-        ):
+        styles = {"microslip": ("microslip law", "o", 4.5)} | {name: (*one, 8.0) for name, one in ENGINES.items()}
+        for name, found in data["throws"].items():
+            label, marker, size = styles[name]
             axes.plot(data["incidences"], np.mean(found, axis=1), marker, color="#c44e00", markersize=size,
                       fillstyle="full" if name == "microslip" else "none",
                       label=f"{label}, e = {data['restitution']:g}")  # fmt: skip

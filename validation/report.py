@@ -1,7 +1,5 @@
 """validation/report.md, made from the saved results and nothing else."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -48,15 +46,8 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     """Write report.md into a folder from its results; cases without a result are named as missing."""
     found = [(case, load(case.name, folder)) for case in cases]
     present = [(case, result) for case, result in found if result is not None]
-    parts = [
-        HEAD,
-        *_cover(present, folder),
-        WORDS,
-        _missed(present),
-        *_in_short(present, folder),
-        _summary(present),
-        REPEAT,
-    ]
+    parts = [HEAD, *_cover(present, folder), WORDS, _missed(present), *_in_short(present, folder), _summary(present)]
+    parts.append(REPEAT)
     parts += [_chapter(case, result, folder) for case, result in present]
     missing = [case.name for case, result in found if result is None]
     if missing:
@@ -72,10 +63,8 @@ def verdict(result: Result) -> str:
     """In one word or a few."""
     if not result["sane"]:
         return "NOT SANE"
-    missed = sum(not limit["passed"] for limit in result["limits"])
-    if missed:
-        return f"{missed} of {len(result['limits'])} MISSED"
-    return "kept" if result["limits"] else "measured"
+    missed, count = sum(not limit["passed"] for limit in result["limits"]), len(result["limits"])
+    return f"{missed} of {count} MISSED" if missed else "kept" if count else "measured"
 
 
 def limits_table(result: Result) -> Table:
@@ -109,10 +98,7 @@ def _missed(present: list[tuple[Case, Result]]) -> str:
     table = Table("case | limit | asked | reached")
     for case, result in present:
         table.rows.extend([link(case), f"**not sane**: {problem}", "", ""] for problem in result["problems"])
-        missed = (limit for limit in result["limits"] if not limit["passed"])
-        table.rows.extend(
-            [link(case), limit["name"], asked(limit), with_unit(limit["reached"], limit["unit"])] for limit in missed
-        )
+        table.rows.extend([link(case), *row[:3]] for row in limits_table(result).rows if row[3] == "MISSED")
     text = markdown(table) if table.rows else "Nothing: every limit that was measured is kept."
     return f"## What is missed\n\n{text}\n"
 

@@ -1,14 +1,12 @@
 """Run cases, save what they give, draw it, and write the report."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from time import perf_counter
 
 from contactlaw.ending import whole
-from validation import readme, report, stamp, store
+from validation import readme, report, store
 from validation.case import Case, Outcome, Progress, find_cases
 from validation.measure import machine
 from validation.store import Result
@@ -23,9 +21,8 @@ def missing_modules(case: Case) -> list[str]:
 
 def how_to_install(case: Case) -> str:
     """The command that installs all that a case needs and is missing."""
-    return "pip install " + " ".join(
-        sorted({case.packages.get(name, "'contactlaw[all]'") for name in missing_modules(case)})
-    )
+    wanted = {case.packages.get(name, "'contactlaw[all]'") for name in missing_modules(case)}
+    return "pip install " + " ".join(sorted(wanted))
 
 
 def quick_folder(folder: Path) -> Path:
@@ -44,7 +41,7 @@ def finished(case: Case, folder: Path, *, quick: bool = False) -> Result | None:
     result = store.load(case.name, folder)
     if result is None or not result["sane"] or result["quick"] != quick:
         return None
-    if result.get("sources") != stamp.of_sources(case):
+    if result.get("sources") != store.stamp_of(case):
         return None
     return result if {**result["machine"], "date": ""} == {**machine(), "date": ""} else None
 
@@ -54,7 +51,7 @@ def run_case(case: Case, folder: Path, *, quick: bool = False, progress: Progres
 
     A case that fails is saved as not sane, with the error, so that the others still run.
     """
-    sources = stamp.of_sources(case)
+    sources = store.stamp_of(case)
     start = perf_counter()
     try:
         outcome = case.run(quick, progress)

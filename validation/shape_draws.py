@@ -1,7 +1,5 @@
 """Random drops of random shapes: what is drawn, and the bodies that it makes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -32,8 +30,7 @@ class Thing:
     Attributes:
         kind: One of `KINDS`, or "feet": a box that touches by balls in its corners.
         size: Half lengths or half axes (3,); radius and half length; radius [m].
-        material: Steel, rubber or wood.
-        mass, moments: [kg], and about its axes [kg m^2], shape (3,).
+        material, mass, moments: Steel, rubber or wood; [kg], and about its axes [kg m^2], shape (3,).
         place, turn, velocity, spin: At the start; spin in the world [m], [m/s], [rad/s].
         points: Of a hull, from the centre of mass [m], shape (n, 3).
     """
@@ -64,6 +61,12 @@ class Thing:
             return float((s[0] - r) * across + (s[1] - r) * along) + r
         return float((self.core[0] @ direction).max() if self.kind == "hull" else np.abs(direction) @ (s - r)) + r
 
+    def energy(self, place: Array, rotation: Array, velocity: Array, spin: Array) -> tuple[float, float]:
+        """Of the motion of its centre, and of its spin and its height [J]."""
+        own = rotation.T @ spin
+        turning = 0.5 * self.moments @ own**2 + self.mass * GRAVITY * place[2]
+        return float(0.5 * self.mass * velocity @ velocity), float(turning)
+
     @cached_property
     def core(self) -> tuple[Array, float]:
         """Of a hull: vertices of its core [m], shape (n, 3), and the radius that sweeps it."""
@@ -87,16 +90,8 @@ class Thing:
 
 @dataclass(frozen=True, eq=False)
 class Drop:
-    """Things that fall into a pit.
-
-    Attributes:
-        seed: That it was drawn from.
-        things: One or two.
-        flat: Whether the floor is a plane; otherwise a box.
-        step: [s].
-        integrator: Of MuJoCo.
-        friction, restitution: Of all contacts.
-    """
+    """Things that fall into a pit, on a plane (flat) or a box, drawn from a seed: engine's step [s], MuJoCo's
+    integrator, friction and restitution of all contacts."""
 
     seed: int
     things: tuple[Thing, ...]
@@ -123,31 +118,20 @@ class Drop:
     @property
     def energy(self) -> float:
         """At the start, over lying on the floor [J]."""
-        out = 0.0
-        for thing in self.things:
-            own = matrix(thing.turn).T @ thing.spin
-            kinetic = 0.5 * thing.mass * thing.velocity @ thing.velocity + 0.5 * thing.moments @ own**2
-            out += float(kinetic + thing.mass * GRAVITY * thing.place[2])
-        return out
+        return sum(sum(t.energy(t.place, matrix(t.turn), t.velocity, t.spin)) for t in self.things)
 
     def deepest(self) -> float:
         """Overlap [m] in which all the energy is held by the softest contact: P = k delta^1.5."""
-        softest = min(
-            self.pair(one.material, two).effective_modulus
-            for one in self.things
-            for two in (MATERIALS["steel"], *(other.material for other in self.things))
-        )
+        others = MATERIALS["steel"], *(thing.material for thing in self.things)
+        softest = min(self.pair(one.material, two).effective_modulus for one in self.things for two in others)
         k = 4.0 / 3.0 * softest * np.sqrt(min(thing.least for thing in self.things) / 2.0)
         return float((2.5 * self.energy / k) ** 0.4)
 
     def __str__(self) -> str:
         what = ", ".join(f"{t.kind} {t.material.name} {1e3 * t.size.min():.2g}-{1e3 * t.size.max():.2g} mm"
                          for t in self.things)  # fmt: skip
-        floor = "plane" if self.flat else "box"
-        return (
-            f"{self.seed}: {what} on a {floor}, step {1e3 * self.step:g} ms {self.integrator}, mu {self.friction:.2f}, "
-            f"e {self.restitution:.2f}"
-        )
+        return (f"{self.seed}: {what} on a {'plane' if self.flat else 'box'}, step {1e3 * self.step:g} ms "
+                f"{self.integrator}, mu {self.friction:.2f}, e {self.restitution:.2f}")  # fmt: skip
 
 
 def matrix(quaternion: Array) -> Array:
@@ -199,9 +183,7 @@ def body_of(kind: str, size: Array, density: float, points: Array) -> tuple[floa
     return rod + caps, np.array([across, across, along + 0.4 * caps * r * r]), points
 
 
-def draw_thing(
-    rng: Any, kinds: tuple[str, ...], sizes: tuple[float, float], place: Any, spins: Any = (0, 5, 30)
-) -> Thing:
+def draw_thing(rng: Any, kinds: tuple[str, ...], sizes: tuple[float, float], place: Any) -> Thing:
     """A thing of random kind, material and sizes [m], thrown from a place."""
     kind = str(rng.choice(kinds))
     count = {"sphere": 1, "capsule": 2, "cylinder": 2}.get(kind, 3)
@@ -215,7 +197,7 @@ def draw_thing(
     upright = rng.random() < 0.3  # lands flat, or nearly
     turn = np.array([1.0, *(0.02 * rng.normal(size=3) * (rng.random() < 0.5))]) if upright else rng.normal(size=4)
     velocity = np.array([*(0.3 * rng.normal(size=2)), 0.3 * rng.normal()])
-    spin = float(rng.choice(spins)) * rng.normal(size=3)
+    spin = float(rng.choice((0, 5, 30))) * rng.normal(size=3)
     turn = turn / np.linalg.norm(turn)
     return Thing(kind, size, material, mass, moments, np.array(place, float), turn, velocity, spin, points)
 
@@ -226,24 +208,18 @@ def draw(seed: int, kinds: tuple[str, ...] = KINDS) -> Drop:
     count = 1 if rng.random() < 0.6 else 2
     places = [(*(0.05 * rng.normal(size=2)).clip(-0.1, 0.1), 0.12 + 0.2 * k) for k in range(count)]
     things = tuple(draw_thing(rng, kinds, SIZES, place) for place in places)
-    return Drop(
-        seed, things, bool(rng.random() < 0.6), float(rng.choice(STEPS)), str(rng.choice(INTEGRATORS)),
-        float(rng.uniform(0.0, 0.8)), float(rng.uniform(0.3, 0.9)),
-    )  # fmt: skip
+    return Drop(seed, things, bool(rng.random() < 0.6), float(rng.choice(STEPS)), str(rng.choice(INTEGRATORS)),
+                float(rng.uniform(0.0, 0.8)), float(rng.uniform(0.3, 0.9)))  # fmt: skip
 
 
 def draw_heap(seed: int) -> Drop:
     """Six to twelve things of sizes 1 to 10 that fall onto each other, boxes on ball feet among them."""
     rng = np.random.default_rng((1401, seed))
     count = int(rng.integers(6, 13))
-    things = tuple(
-        draw_thing(rng, (*KINDS, "feet"), (0.004, 0.04), (*rng.uniform(-0.04, 0.04, 2), 0.08 + 0.09 * k))
-        for k in range(count)
-    )
-    return Drop(
-        seed, things, bool(rng.random() < 0.6), float(rng.choice(STEPS[:4])), "Euler",
-        float(rng.uniform(0.1, 0.8)), float(rng.uniform(0.3, 0.9)),
-    )  # fmt: skip
+    things = tuple(draw_thing(rng, (*KINDS, "feet"), (0.004, 0.04), (*rng.uniform(-0.04, 0.04, 2), 0.08 + 0.09 * k))
+                   for k in range(count))  # fmt: skip
+    return Drop(seed, things, bool(rng.random() < 0.6), float(rng.choice(STEPS[:4])), "Euler",
+                float(rng.uniform(0.1, 0.8)), float(rng.uniform(0.3, 0.9)))  # fmt: skip
 
 
 WALLS = [(np.array([0.0, 0.0, 0.0]) - WALL * inward, inward) for inward in

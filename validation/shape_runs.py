@@ -1,13 +1,11 @@
 """Random drops run in a world and in both engines, and judged: energy, depth, rest."""
 
-from __future__ import annotations
-
 import warnings
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from contextlib import closing
 from itertools import product
 from time import process_time
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,18 +28,10 @@ DEEPER = 1.3  # times the overlap that holds all the energy in one contact
 FLOOR = (0.4, 0.4, 0.05)  # half lengths of one that is a box [m]
 
 
-@dataclass
-class Look:
-    """What there is after a step.
-
-    Attributes:
-        energy: Of motion and height, of each thing [J], shape (n,).
-        linear: Of the motion of centres [J].
-        held: By contacts [J].
-        overlap: The greatest [m].
-        touched: Which things touch or touched within the step, shape (n,).
-        pressed: Which touch at its end, shape (n,).
-    """
+class Look(NamedTuple):
+    """What there is after a step: energy of motion and height of each thing [J], shape (n,), of the motion of centres,
+    and held by contacts [J]; the greatest overlap [m]; which things touch or touched within the step, and which touch
+    at its end, shape (n,)."""
 
     energy: Array
     linear: float
@@ -92,20 +82,14 @@ class Run(ABC):
 
     def look(self) -> Look:
         """Where energy is now."""
-        places, turns, velocities, spins = self.states()
-        linear, energy = 0.0, np.zeros(len(places))
-        for k, (thing, place, turn) in enumerate(zip(self.drop.things, places, turns, strict=True)):
-            own = turn.T @ spins[k]
-            kinetic = 0.5 * float(thing.mass * velocities[k] @ velocities[k])
-            linear += kinetic
-            energy[k] = kinetic + 0.5 * float(thing.moments @ own**2) + thing.mass * GRAVITY * place[2]
-        met = self.contacts()
+        states = zip(self.drop.things, *self.states(), strict=True)
+        energy = np.array([thing.energy(*state) for thing, *state in states])
+        met, bodies = self.contacts(), np.arange(len(energy))
         held = sum(0.4 * max(overlap, 0.0) * force for overlap, force, _ in met)
-        touched, pressed = (
-            np.isin(np.arange(len(places)), [body for one in met for body in one[2] if one[0] > least])
-            for least in (-np.inf, 0.0)
-        )
-        return Look(energy, linear, held, max([0.0, *(one[0] for one in met)]), touched, pressed)
+        touched, pressed = (np.isin(bodies, [body for one in met for body in one[2] if one[0] > least])
+                            for least in (-np.inf, 0.0))  # fmt: skip
+        deepest = max([0.0, *(one[0] for one in met)])
+        return Look(energy.sum(1), float(energy[:, 0].sum()), held, deepest, touched, pressed)
 
     def sunk(self) -> float:
         """How far the lowest thing reaches below the floor [m], but for a twentieth of the radius of its edges."""
@@ -184,27 +168,22 @@ class InPybullet(Run):
 
     def contacts(self) -> list[Met]:
         """As `Run.contacts`."""
-        world = self.world
-        number = {world.ids[body.name]: k for k, body in enumerate(world.bodies)}
-        return [
-            (one.overlap, one.normal_force, (number.get(one.a[0], -1), number.get(one.b[0], -1)))
-            for handle in world.handles for one in world.callback.states(handle)
-        ]  # fmt: skip
+        number = {self.world.ids[body.name]: k for k, body in enumerate(self.world.bodies)}
+        states = (one for handle in self.world.handles for one in self.world.callback.states(handle))
+        return [(one.overlap, one.normal_force, (number.get(one.a[0], -1), number.get(one.b[0], -1))) for one in states]
 
 
 ENGINES: dict[str, type[Run]] = {kind.engine: kind for kind in (InWorld, InMujoco, InPybullet)}
 
 
-@dataclass
-class Verdict:
-    """Of a run: what is wrong in words, if anything; greatest gain over the energy, overlap over what holds that, times
-    [s] to rest and of computing, and what the engine's own flight changed of the energy."""
+class Verdict(NamedTuple):
+    """Of a run: what is wrong in words, if anything; greatest gain over the energy, overlap over what holds that, time
+    to rest [s], and what the engine's own flight changed of the energy."""
 
     wrong: list[str]
     gain: float
     depth: float
     rest: float
-    cpu: float
     flight: float
 
 
@@ -217,10 +196,8 @@ def judge(engine: str, drop: Drop) -> Verdict:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         run = ENGINES[engine](drop)
-        try:
+        with closing(run.world):
             return _judge(run, drop)
-        finally:
-            run.world.close()
 
 
 def _judge(run: Run, drop: Drop) -> Verdict:
@@ -256,7 +233,7 @@ def _judge(run: Run, drop: Drop) -> Verdict:
             break
     places, _, velocities, _ = run.states()
     if flight > FLIGHT * scale:
-        return Verdict([], 0.0, 0.0, rest, process_time() - begun, flight / scale)
+        return Verdict([], 0.0, 0.0, rest, flight / scale)
     if gain > GAIN * scale:
         wrong.append(f"gains {gain / scale:.1e}")
     if depth > DEEPER * deepest:
@@ -265,4 +242,4 @@ def _judge(run: Run, drop: Drop) -> Verdict:
         wrong.append("went through")
     if rest == np.inf and drop.slows and not wrong:
         wrong.append(f"moves after {LONGEST:g} s, fastest {np.abs(velocities).max():.2g} m/s")
-    return Verdict(wrong, gain / scale, depth / deepest, rest, process_time() - begun, flight / scale)
+    return Verdict(wrong, gain / scale, depth / deepest, rest, flight / scale)

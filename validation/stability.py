@@ -1,23 +1,20 @@
 """Whether a trial goes well: all finite, no energy gained, nothing gone through, rest where it is to be; and maps."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import closing, contextmanager
 from itertools import product
 from math import inf, isfinite, isnan, nan
 from multiprocessing import get_context
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from validation.case import Axes, Case, Data, Limit, Progress, Table
+from validation.case import Axes, Case, Data, Limit, Progress, Table, told
 from validation.stability_trials import RADIUS, Trial
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS, TrialWorld
 
@@ -31,17 +28,10 @@ Input = TypeVar("Input")
 Answer = TypeVar("Answer")
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """Of a trial.
-
-    Attributes:
-        gain: Greatest gain of energy at any look with all bodies apart, over the energy at the start; -inf: no such
-            look.
-        left: Energy at the last such look, or else at the end, over that at the start.
-        problem: What is wrong; "": nothing.
-        refused: Whether it asks for more than the engine takes, so that nothing can be said.
-    """
+class Verdict(NamedTuple):
+    """Of a trial: the greatest gain of energy at any look with all bodies apart, over the energy at the start (-inf: no
+    such look); energy left at the last such look, or else at the end, over that at the start; what is wrong ("":
+    nothing); whether it asks for more than the engine takes, so that nothing can be said."""
 
     gain: float = -inf
     left: float = nan
@@ -54,10 +44,8 @@ def judged(engine: str, trial: Trial, way: str) -> Verdict:
     with warnings.catch_warnings(), quiet(engine):
         warnings.simplefilter("ignore")
         one = TrialWorld(engine, trial, way)
-        try:
+        with closing(one.world):
             return _run(one, trial, trial.first_energy(way))
-        finally:
-            one.world.close()
 
 
 @contextmanager
@@ -91,32 +79,20 @@ def _run(one: TrialWorld, trial: Trial, first: float) -> Verdict:
             left = energy / first
             worst = max(worst, left - 1.0)
     left = energy / first if isnan(left) else left
-    if worst > GAIN:
-        return Verdict(worst, left, "energy gained")
-    if through:
-        return Verdict(worst, left, "went through")
-    if trial.rests and kinetic > REST * first:
-        return Verdict(worst, left, "no rest")
-    return Verdict(worst, left)
+    unrest = trial.rests and kinetic > REST * first
+    return Verdict(worst, left, "energy gained" if worst > GAIN else "went through" if through else
+                   "no rest" if unrest else "")  # fmt: skip
 
 
 def tally(engine: str, way: str, trials: Sequence[Trial | None]) -> Data:
-    """What the trials of one cell of a map give.
+    """What the trials of one cell of a map give; None: one that could not be drawn.
 
-    Args:
-        engine, way: As `TrialWorld` has them.
-        trials: None: one that could not be drawn.
-
-    Returns:
-        runs, refused, failed, infinite: how many of each; gain: the greatest (not finite: 1e300; at least -1);
-        failures: problem, gain and facts of those that fail; kept: median of the energy left by elastic trials, None
-        without any.
+    runs, refused, failed, infinite: how many of each; gain: the greatest (not finite: 1e300; at least -1); failures:
+    problem, gain and facts of those that fail; kept: median of the energy left by elastic trials, None without any.
     """
     verdicts = [(trial, judged(engine, trial, way)) for trial in trials if trial is not None]
     counted = [(trial, verdict) for trial, verdict in verdicts if not verdict.refused]
-    kept = [
-        verdict.left for trial, verdict in counted if trial.made["restitution"] == 1.0 and isfinite(verdict.left)
-    ]  # fmt: skip
+    kept = [one.left for trial, one in counted if trial.made["restitution"] == 1.0 and isfinite(one.left)]
     failing = [(trial, verdict) for trial, verdict in counted if verdict.problem]
     return {
         "runs": len(counted),
@@ -125,9 +101,7 @@ def tally(engine: str, way: str, trials: Sequence[Trial | None]) -> Data:
         "infinite": sum(verdict.problem == NOT_FINITE for _, verdict in failing),
         "gain": max((_size(verdict) for _, verdict in counted), default=-1.0),
         "kept": float(np.median(kept)) if kept else None,
-        "failures": [
-            {"problem": verdict.problem, "gain": _size(verdict), "trial": str(trial)} for trial, verdict in failing
-        ],
+        "failures": [{"problem": one.problem, "gain": _size(one), "trial": str(trial)} for trial, one in failing],
     }
 
 
@@ -137,9 +111,7 @@ def _size(verdict: Verdict) -> float:
 
 def short(gain: float) -> str:
     """A gain as text."""
-    if gain >= 1e300:
-        return NOT_FINITE
-    return f"{gain:.0e}" if gain > 0.0 else "none"
+    return NOT_FINITE if gain >= 1e300 else f"{gain:.0e}" if gain > 0.0 else "none"
 
 
 def on_all_cores(
@@ -147,11 +119,7 @@ def on_all_cores(
 ) -> list[Answer]:
     """The answers, in the order of the inputs, from as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), _say_nothing) as pool:
-        answers = []
-        for answer in pool.map(function, inputs, chunksize=4):
-            answers.append(answer)
-            progress(len(answers) / len(inputs))
-        return answers
+        return list(told(pool.map(function, inputs, chunksize=4), progress, count=len(inputs)))
 
 
 def _say_nothing() -> None:
@@ -219,9 +187,8 @@ class StabilityCase(Case):
             table.add(f"{way}, {TITLES[engine]} | {{runs}} | {fails.size} | {fails.sum()} | {{infinite}} | "
                       f"{short(np.max(one['gain']))} | {kept} | {self.named(one['fails'], data)}", one)  # fmt: skip
         for engine, one in wider.items():
-            table.add(
-                f"{DEFAULT}, {TITLES[engine]}, wider draw, runs that fail | {{runs}} | | {len(one['failures'])}", one
-            )
+            table.add(f"{DEFAULT}, {TITLES[engine]}, wider draw, runs that fail | {{runs}} | | {len(one['failures'])}",
+                      one)  # fmt: skip
         blank = " |" * (len(table.heads) - 7)
         for engine, ways in data["engines"].items():
             for failure in ways[DEFAULT]["failures"] + wider.get(engine, {"failures": []})["failures"]:

@@ -1,11 +1,8 @@
 """Trials with properties at random: bounces, a start in overlap, rest, chatter; and properties taken to their ends."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import log10, pi, radians, sqrt, tan
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -43,35 +40,23 @@ def fastest(made: Mapping[str, float], mass: float) -> float:
 
 
 def bounces(
-    seed: Sequence[int],
-    steps: tuple[float, float] = STEPS,
-    *,
-    ratio: float = 0.0,
-    speed: float | None = None,
-    psi_1: float | None = None,
-    across: float | None = None,
-    gyration: float = SOLID,
-    flights: int = 8,
-    restitution: float | None = None,
-    modulus: tuple[float, float] | None = None,
-    **given: float,
-) -> Trial | None:
+    seed: Sequence[int], steps: tuple[float, float] = STEPS, *, ratio: float = 0.0, speed: float | None = None,
+    psi_1: float | None = None, across: float | None = None, gyration: float = SOLID, flights: int = 8,
+    restitution: float | None = None, modulus: tuple[float, float] | None = None, **given: float,
+) -> Trial | None:  # fmt: skip
     """A ball that bounces on a floor, or with one on top of it; None where no speed keeps the contact shallow.
 
-    Gravity is such that a flight takes two to six steps or contacts, whichever is longer.
+    Gravity is such that a flight takes two to six steps or contacts, whichever is longer. What is None is at random.
 
     Args:
-        seed: Of everything at random.
+        seed, given: Of everything at random; of what `drawn` draws.
         steps: Bounds of log10 of contact duration over engine step.
+        modulus: Bounds of log10 of E/Pa; None: all that keep the contact shallow.
         ratio: Mass of the lower ball over the upper one's; 0: there is no upper one. The lighter has `MASS`.
-        speed: Downwards [m/s]; None: at random.
+        speed: Downwards [m/s].
         psi_1, across: Slide of the contact point, scaled as psi_1 is or over the speed downwards; None: motion
             across and spin at random.
-        gyration: I/(M R^2).
-        flights: How many, about.
-        restitution: None: at random.
-        modulus: Bounds of log10 of E/Pa; None: all that keep the contact shallow.
-        given: Of what `drawn` draws.
+        gyration, flights: I/(M R^2); how many flights, about.
     """
     random = np.random.default_rng(list(seed))
     ratios = [ratio, 1.0] if ratio else [1.0]
@@ -132,9 +117,7 @@ def overlapping(seed: Sequence[int], depth: float, steps: tuple[float, float], r
 def resting(seed: Sequence[int], turn: float) -> Trial:
     """A ball let go just above a floor, or above a groove that it wedges into; it is to come to rest.
 
-    Args:
-        seed: Of everything at random.
-        turn: omega dt of the contact at rest, omega^2 = k_N/M.
+    turn: omega dt of the contact at rest, omega^2 = k_N/M.
     """
     random = np.random.default_rng(list(seed))
     made = drawn(random, 0.5 if seed[-1] % 2 else 0.2, friction=10.0 ** random.uniform(-1.0, 0.5))
@@ -152,20 +135,17 @@ def resting(seed: Sequence[int], turn: float) -> Trial:
         planes = tuple(((0.0, 0.0, 0.0), (side * half, 0.0, half)) for side in (1.0, -1.0))
         height = RADIUS / half
     datum = np.array([[0.0, 0.0, height]])
-    return Trial(
-        made, step, max(20.0 * period, 200.0 * step), 0.5 * period, datum + [0.0, 0.0, deep], np.zeros((1, 3)),
-        np.zeros((1, 3)), gravity=np.array([0.0, 0.0, -pull]), datum=datum, planes=planes, rests=True,
-        seed=tuple(seed),
+    still = np.zeros((1, 3))
+    return Trial(made, step, max(20.0 * period, 200.0 * step), 0.5 * period, datum + [0.0, 0.0, deep], still, still,
+                 gravity=np.array([0.0, 0.0, -pull]), datum=datum, planes=planes, rests=True, seed=tuple(seed),
     )  # fmt: skip
 
 
 def chattering(seed: Sequence[int], impacts: float, restitution: float) -> Trial:
     """A ball between two walls that are hardly further apart than it is thick; impacts: in an engine step."""
     random = np.random.default_rng(list(seed))
-    while True:
-        made = drawn(random, restitution)
-        if (limit := fastest(made, MASS)) > 10.0**SLOWEST:
-            break
+    while (limit := fastest(made := drawn(random, restitution), MASS)) <= 10.0**SLOWEST:
+        pass
     speed = 10.0 ** random.uniform(SLOWEST, min(FASTEST, log10(limit)))
     contact = pair_of(made).contact_duration(MASS, speed)
     gap = contact * speed * 10.0 ** random.uniform(-1.0, 1.0)
@@ -181,15 +161,8 @@ def chattering(seed: Sequence[int], impacts: float, restitution: float) -> Trial
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Extreme:
-    """One thing taken to its ends.
-
-    Attributes:
-        name: In words, with its unit, as a picture shows it.
-        levels: Values.
-        words: How they are written.
-    """
+class Extreme(NamedTuple):
+    """One thing taken to its ends: in words, with its unit, as a picture shows it; values, and how they are written."""
 
     name: str
     levels: tuple[float, ...]
@@ -216,14 +189,8 @@ EXTREMES = {
 
 
 def extreme(name: str, level: int, number: int, count: int) -> Trial | None:
-    """One of the trials of a level of an extreme; contacts from a thousandth of a step to hundreds of them, in turn.
-
-    Args:
-        name: Of `EXTREMES`.
-        level: Number of the level.
-        number: Of the trial, 0 to count - 1; even ones are elastic.
-        count: Of trials.
-    """
+    """A trial of a level of one of `EXTREMES`, the even of them elastic; contacts from a thousandth of a step to
+    hundreds of them, in turn."""
     value, seed = EXTREMES[name].levels[level], (list(EXTREMES).index(name), level, number)
     edges = np.linspace(*STEPS, (count + 1) // 2 + 1)
     steps = (float(edges[number // 2]), float(edges[number // 2 + 1]))

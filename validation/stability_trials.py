@@ -1,7 +1,5 @@
 """What is thrown at a law to see whether it holds: balls on planes, and the energy that they have."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import pi, sqrt
@@ -27,16 +25,12 @@ class Trial:
 
     Attributes:
         made: Of every contact: modulus [Pa], poisson, friction, restitution.
-        step, duration: Engine step and length of the run [s].
-        contact: How long a contact lasts [s], about.
+        step, duration, contact: Engine step, length of the run, and how long a contact lasts, about [s].
         places, velocities, spins: At the start and all at one time, world frame, shape (n, 3).
-        masses: [kg], shape (n,).
-        gyration: I/(M R^2) of every ball.
-        gravity: [m/s^2], shape (3,).
-        datum: Places that potential energy is counted from, shape (n, 3).
+        masses, gyration: [kg], shape (n,), and I/(M R^2) of every ball.
+        gravity, datum: [m/s^2], shape (3,), and places that potential energy is counted from, shape (n, 3).
         planes: Points [m] and unit normals.
-        rests: Whether the balls are to come to rest.
-        seed: That it was drawn from.
+        rests, seed: Whether the balls are to come to rest; that it was drawn from.
     """
 
     made: Mapping[str, float]

@@ -1,7 +1,5 @@
 """A trial inside an engine, with the law, with its own contact, or with the law evaluated but once a step."""
 
-from __future__ import annotations
-
 from hashlib import sha256
 from itertools import combinations
 from math import cos, inf, sin, sqrt
@@ -33,13 +31,7 @@ jit = jit_for(sha256(Path(__file__).read_bytes()).hexdigest())
 
 
 class TrialWorld:
-    """The trial in an engine, begun.
-
-    Args:
-        engine: One of `ENGINES`.
-        trial: Balls on planes.
-        way: One of `WAYS`.
-    """
+    """A trial begun in one of `ENGINES`, by one of `WAYS`."""
 
     def __init__(self, engine: str, trial: Trial, way: str) -> None:
         self.world = world = new_world(Settings(engine, timestep=trial.step), trial.gravity)
@@ -47,9 +39,8 @@ class TrialWorld:
         for name, (point, normal) in zip(planes, trial.planes, strict=True):
             world.plane(name, point, normal)
         balls = [f"ball{number}" for number in range(len(trial.masses))]
-        for name, mass, inertia, *state in zip(
-            balls, trial.masses, trial.inertias, trial.places, trial.velocities, trial.spins, strict=True
-        ):
+        states = trial.places, trial.velocities, trial.spins
+        for name, mass, inertia, *state in zip(balls, trial.masses, trial.inertias, *states, strict=True):
             world.ball(name, RADIUS, float(mass), *state, inertia=inertia)
         self.once = OnceAStep(trial) if way == ONCE else None
         e = trial.made["restitution"]
@@ -85,10 +76,6 @@ class OnceAStep:
 
     This is what sub-cycling is measured against. It is a leapfrog: a stuck contact of frequency omega grows without
     bound where omega dt > 2, whatever the law, and loses or gains a part of the energy long before.
-
-    Args:
-        trial: Of balls on planes.
-        law: Name in `contactlaw.LAWS`.
     """
 
     def __init__(self, trial: Trial, law: str = "microslip") -> None:
@@ -104,12 +91,8 @@ class OnceAStep:
         self.parameters = pair.parameters()
 
     def push(self, places: Array, velocities: Array, spins: Array) -> Array:
-        """Force [N] and torque [N m] on every ball, shape (n, 6), for the coming step.
-
-        Args:
-            places: At its start [m], shape (n, 3).
-            velocities, spins: Of half a step before, as a semi-implicit engine keeps them, shape (n, 3).
-        """
+        """Force [N] and torque [N m] on every ball, shape (n, 6), for the coming step, of places at its start [m] and
+        velocities and spins of half a step before, as a semi-implicit engine keeps them, shape (n, 3)."""
         out = np.zeros((len(places), 6))
         _push(self.scene, self.parameters, self.contacts, self.frames, places, velocities, spins, out)
         return out

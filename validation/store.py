@@ -1,7 +1,7 @@
-"""Results as they are saved: one small JSON a case."""
+"""Results as they are saved: one small JSON a case, with a stamp of the sources that it was measured with."""
 
-from __future__ import annotations
-
+import hashlib
+import inspect
 import json
 from dataclasses import asdict
 from math import isfinite
@@ -9,10 +9,24 @@ from pathlib import Path
 from typing import Any
 
 from contactlaw.ending import whole
+from contactlaw.jit import SOURCE_STAMP
 from validation.case import Case, Outcome
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
+ONLY_SHOW = ("__main__.py", "report.py", "readme.py", "words.py")
+"""Files of validation that measure nothing."""
 Result = dict[str, Any]
+
+
+def stamp_of(case: Case) -> str:
+    """A hash of the package, the scenes, the case's own file, and all that the cases share; not of other cases."""
+    own = Path(inspect.getfile(type(case))).resolve()
+    shared = [*HERE.rglob("*.py"), *(HERE / "data").glob("*.csv"), *(HERE.parent / "sims").rglob("*.py")]
+    others = {HERE / name for name in ONLY_SHOW} | {path for path in shared if path.parent == HERE / "cases"}
+    digest = hashlib.sha256(SOURCE_STAMP.encode())
+    for path in sorted({own, *shared} - (others - {own})):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def as_result(
@@ -21,32 +35,16 @@ def as_result(
     """All that is known of a run, as it is saved: JSON types, floats to six significant digits.
 
     JSON has no numbers that are not finite: data that hold one make the run not sane; what has no value is None.
-
-    Args:
-        case: What was run.
-        outcome: What it gave.
-        quick: Whether it was a quick run.
-        seconds: How long it took [s].
-        machine: Machine and versions, by name.
-        sources: A stamp of the sources.
+    seconds: how long it took; machine: that and versions, by name; sources: a stamp of them.
     """
     limits = [{**asdict(limit), "passed": limit.passed} for limit in outcome.limits]
     data = _rounded(outcome.data)
     problems = [*outcome.problems, *(["a value is not finite"] if not _finite(data) else [])]
-    result = {
-        "case": case.name,
-        "claim": case.claim,
-        "quick": quick,
-        "sane": not problems,
-        "problems": problems,
-        "passed": not problems and all(limit["passed"] for limit in limits),
-        "limits": limits,
-        "seconds": seconds,
-        "machine": machine,
-        "sources": sources,
-        "data": data,
-    }
-    return _rounded(result)
+    kept = not problems and all(limit["passed"] for limit in limits)
+    return _rounded({
+        "case": case.name, "claim": case.claim, "quick": quick, "sane": not problems, "problems": problems,
+        "passed": kept, "limits": limits, "seconds": seconds, "machine": machine, "sources": sources, "data": data,
+    })  # fmt: skip
 
 
 def save(result: Result, folder: Path) -> Path:

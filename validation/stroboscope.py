@@ -8,9 +8,8 @@ flight; with a known drafting error that gives the covariance of velocity and sp
 Units: metres on the table, seconds, radians; points have shape (..., 2).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,16 +20,9 @@ MOST_ROUNDS = 50
 SETTLED = 1e-12  # largest change of a round, over the size of the flight
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Free motion of a puck as read from a picture.
-
-    Attributes:
-        velocity: Of the centre [m/s], shape (2,).
-        spin: Counterclockwise [rad/s].
-        covariance: Of (velocity x, velocity y, spin), shape (3, 3).
-        residual: Root mean square of what the fit leaves, a coordinate [m].
-    """
+class Motion(NamedTuple):
+    """Free motion of a puck as read from a picture: velocity of the centre [m/s], spin counterclockwise [rad/s], the
+    covariance of these three, shape (3, 3), and the root mean square of what the fit leaves, a coordinate [m]."""
 
     velocity: Array
     spin: float
@@ -65,18 +57,10 @@ class Reading:
 def pictured(
     times: Array, centre: ArrayLike, velocity: ArrayLike, angles: Array, spin: float, radii: Array
 ) -> tuple[Array, Array]:
-    """Where the centre and the markers of a freely moving puck are at the flashes.
+    """Where the centre, (n, 2), and the markers, (m, n, 2), of a freely moving puck are at the flashes [m].
 
-    Args:
-        times: Of the flashes [s], shape (n,).
-        centre: At time zero [m], shape (2,).
-        velocity: Of the centre [m/s], shape (2,).
-        angles: Of the markers at time zero [rad], shape (m,).
-        spin: Counterclockwise [rad/s].
-        radii: Of the markers [m], shape (m,).
-
-    Returns:
-        Centres, shape (n, 2), and markers, shape (m, n, 2) [m].
+    times: of the flashes [s], shape (n,); centre and angles [rad] of the markers, shape (m,), are at time zero;
+    velocity [m/s], spin counterclockwise [rad/s], radii of the markers [m], shape (m,).
     """
     centres = np.asarray(centre, dtype=float) + times[:, None] * np.asarray(velocity, dtype=float)
     turned = angles[:, None] + spin * times
@@ -90,23 +74,18 @@ def fit_motion(times: ArrayLike, centres: ArrayLike, markers: ArrayLike, radii: 
     Args:
         times: Of the flashes [s], shape (n,), n >= 2, rising. Between two of them the puck turns by less than half a
             turn; a faster one is taken for a slower one, as in any stroboscopic picture.
-        centres: Points of the centre [m], shape (n, 2).
-        markers: Points of the markers [m], shape (m, n, 2), m >= 1.
+        centres, markers: Their points [m], shape (n, 2) and (m, n, 2), m >= 1.
         radii: Distances of the markers from the centre [m], shape (m,), taken as exact.
         error: Drafting error, standard deviation of each coordinate on the table [m], > 0.
 
     Raises:
-        ValueError: Shapes that do not match, too few flashes, or a value outside its range.
         RuntimeError: The fit does not settle; the points are no flight.
     """
     t, c, p, r = (np.asarray(x, dtype=float) for x in (times, centres, markers, radii))
-    _check(t, c, p, r, error)
-    middle = t.mean()
-    t = t - middle
-    (velocity, centre) = np.polyfit(t, c, 1)
+    t = t - t.mean()
+    velocity, centre = np.polyfit(t, c, 1)
     arms = p - c
-    angle = np.unwrap(np.arctan2(arms[..., 1], arms[..., 0]), axis=1)
-    spin, angles = np.polyfit(t, angle.T, 1)
+    spin, angles = np.polyfit(t, np.unwrap(np.arctan2(arms[..., 1], arms[..., 0]), axis=1).T, 1)
     unknown: Array = np.concatenate([velocity, [spin.mean()], centre, angles])
     size = max(float(np.abs(c - c.mean(axis=0)).max()), float(r.max()))
     for _ in range(MOST_ROUNDS):
@@ -114,22 +93,16 @@ def fit_motion(times: ArrayLike, centres: ArrayLike, markers: ArrayLike, radii: 
         change: Array = np.linalg.lstsq(jacobian, left, rcond=None)[0].astype(np.float64)
         unknown = np.add(unknown, change)
         if np.abs(jacobian @ change).max() <= SETTLED * size:
-            break
-    else:
-        raise RuntimeError(f"markers: the fit of {t.size} flashes does not settle; the points are no free flight")
-    left, jacobian = _misfit(unknown, t, c, p, r)
-    covariance: Array = error**2 * np.linalg.inv(jacobian.T @ jacobian)[:3, :3].astype(np.float64)
-    return Motion(unknown[:2], float(unknown[2]), covariance, float(np.sqrt(np.mean(left**2))))
+            left, jacobian = _misfit(unknown, t, c, p, r)
+            covariance: Array = error**2 * np.linalg.inv(jacobian.T @ jacobian)[:3, :3].astype(np.float64)
+            return Motion(unknown[:2], float(unknown[2]), covariance, float(np.sqrt(np.mean(left**2))))
+    raise RuntimeError(f"markers: the fit of {t.size} flashes does not settle; the points are no free flight")
 
 
 def read_impact(before: Motion, after: Motion, *, normal: ArrayLike, radius: float, inertia_factor: float) -> Reading:
     """Angles, restitution and friction of an impact from the flights before and after it.
 
-    Args:
-        before, after: The two flights.
-        normal: Unit vector from the block to the puck, shape (2,).
-        radius: Of the puck, from the centre to the contact [m].
-        inertia_factor: 1 + 1/K^2; 3 for a disk.
+    normal: unit vector from the block to the puck, shape (2,); radius [m]; inertia_factor: 1 + 1/K^2, 3 for a disk.
 
     Raises:
         ValueError: The puck does not approach the block before the impact.
@@ -157,30 +130,12 @@ def _misfit(unknown: Array, t: Array, c: Array, p: Array, r: Array) -> tuple[Arr
     velocity, spin, centre, angles = unknown[:2], float(unknown[2]), unknown[3:5], unknown[5:]
     centres, markers = pictured(t, centre, velocity, angles, spin, r)
     left = np.concatenate([(c - centres).ravel(), (p - markers).ravel()])
-    flashes, count = t.size, r.size
-    jacobian = np.zeros((1 + count, flashes, 2, unknown.size))
+    jacobian = np.zeros((1 + r.size, t.size, 2, unknown.size))
     for axis in range(2):
-        jacobian[:, :, axis, axis] = t
-        jacobian[:, :, axis, 3 + axis] = 1.0
+        jacobian[:, :, axis, axis], jacobian[:, :, axis, 3 + axis] = t, 1.0
     arms = markers - centres
     turning = np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
     jacobian[1:, :, :, 2] = turning * t[:, None]
-    for number in range(count):
-        jacobian[1 + number, :, :, 5 + number] = turning[number]
+    for number, one in enumerate(turning):
+        jacobian[1 + number, :, :, 5 + number] = one
     return left, jacobian.reshape(-1, unknown.size)
-
-
-def _check(t: Array, c: Array, p: Array, r: Array, error: float) -> None:
-    """Refuse what cannot be fitted."""
-    if t.ndim != 1 or t.size < 2 or not (np.diff(t) > 0.0).all():
-        raise ValueError(f"times: shape {t.shape}; must be (n,) with n >= 2, rising")
-    if c.shape != (t.size, 2):
-        raise ValueError(f"centres: shape {c.shape}; must be ({t.size}, 2) to match times")
-    if r.ndim != 1 or r.size < 1 or not (r > 0.0).all():
-        raise ValueError(f"radii: {r!r}; must be (m,) with m >= 1, all > 0")
-    if p.shape != (r.size, t.size, 2):
-        raise ValueError(f"markers: shape {p.shape}; must be ({r.size}, {t.size}, 2) to match radii and times")
-    if not all(np.isfinite(values).all() for values in (t, c, p, r)):
-        raise ValueError("times, centres, markers, radii: every value must be finite")
-    if not (np.isfinite(error) and error > 0.0):
-        raise ValueError(f"error = {error!r}: must be > 0")

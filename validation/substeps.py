@@ -4,8 +4,6 @@ A substep is `laws.step.advance`. Its impact goes from overlap 0 over D to 0 as 
 back; it starts stuck (psi_1 = 1/2), so that every node of the microslip law is at work in every step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from hashlib import sha256
 from math import pi
@@ -47,12 +45,7 @@ def impacts_of(law: str, restitution: float = 1.0, impacts: int = IMPACTS) -> Ca
     slide = 0.5 * FRICTION / pair.kappa * SPEED * np.cos(2.0 * turn[:-2]) * dt
     mass = 4.0 / 3.0 * pair.effective_modulus * RADIUS**0.5 * DEEPEST**2.5 / (1.25 * SPEED**2)
     forces = np.zeros((STEPS - 1, 2))
-
-    def call() -> Array:
-        _impacts(p, header, memory, overlap, slide, dt, mass, impacts, forces)
-        return forces
-
-    return call
+    return lambda: _impacts(p, header, memory, overlap, slide, dt, mass, impacts, forces)
 
 
 @jit
@@ -67,3 +60,4 @@ def _impacts(p, header, memory, overlap, slide, dt, mass, impacts, force_out):
             contact.closing = (overlap[i + 1] - overlap[i]) / dt
             advance(contact, pair, law, memory, 0.0, slide[i], 0.0, dt)
             force_out[i, 0], force_out[i, 1] = contact.force, contact.f
+    return force_out

@@ -1,7 +1,5 @@
 """Limits and tables in words."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from validation.case import Table

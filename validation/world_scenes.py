@@ -1,7 +1,5 @@
 """Worlds without an engine that tests and cases share: balls of steel between planes, tumbling bodies."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 
@@ -34,11 +32,9 @@ def balls(
     timestep: float = 1e-3, **more: Any,
 ) -> World:  # fmt: skip
     """`ball.balls_world` without an engine, which has energy and momentum to ask for; gravity: downward [m/s^2]."""
-    more = {"radius": RADIUS} | more
-    made: Any = balls_world(
-        "none", timestep, pair, places, np.broadcast_to(velocities, (3,)) if np.ndim(velocities) == 0 else velocities,
-        spins, gravity=(0.0, 0.0, -gravity), **more,
-    )  # fmt: skip
+    thrown = velocities if np.ndim(velocities) else np.broadcast_to(velocities, (3,))
+    more = {"radius": RADIUS, "gravity": (0.0, 0.0, -gravity)} | more
+    made: Any = balls_world("none", timestep, pair, places, thrown, spins, **more)
     return made.world
 
 

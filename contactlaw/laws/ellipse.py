@@ -22,7 +22,7 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inline as jit
-from contactlaw.laws.nodes import follow, step_of
+from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
 
@@ -55,9 +55,10 @@ def advance(contact, law, memory, du, dv):
     follow(contact, law, memory)
     contact.state = SPRUNG
     cu, cv = 1.0 + contact.skew, 1.0 - contact.skew
-    s2, overlap, before, gu, gv, cap = step_of(contact, du / cu, dv / cv)
+    share, lever = levers(contact, law)
+    s2, overlap, before, gu, gv, cap = step_of(contact, lever * du / cu, lever * dv / cv)
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
-    pull_u, pull_v, load = 0.0, 0.0, 0.0
+    pull_u, pull_v = 0.0, 0.0
     for i in range(law.w.size):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part, limit = min(z * rate, 1.0), cap * z
@@ -69,6 +70,4 @@ def advance(contact, law, memory, du, dv):
         memory[0, i], memory[1, i] = u, v
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
-        load += law.w[i] * z
-    share = contact.elastic / (contact.e_star * load) if load > 0.0 else 0.0
     contact.f, contact.g = carried(contact, pull_u * share, pull_v * share)

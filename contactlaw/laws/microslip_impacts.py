@@ -15,21 +15,27 @@ import numpy as np
 
 from contactlaw.jit import jit, jit_of_sums
 from contactlaw.laws.base import Array, Impacts
+from contactlaw.laws.nodes import shares
 from contactlaw.laws.normal_motion import SQRT_5_4, first_stick, normal_motion, time_of_phases
 from contactlaw.laws.oscillator import phase_point
 
 LANES = 8  # impacts side by side
 
 
+class Nodes(NamedTuple):
+    """Squared places and weights of the nodes in the scaled contact line, the factor 2 E* = 3/2 in the weights."""
+
+    x2: Array
+    w: Array
+
+
 class NodeTable(NamedTuple):
     """Per step and node (steps, n): traction gained per unit displacement, and cap, both times the node's weight.
 
-    x, w: places and weights of the nodes in the scaled contact line, the factor 2 E* = 3/2 in w. share: 1 over the
-    summed caps (steps,).
+    share: 1 over the summed caps (steps,).
     """
 
-    x: Array
-    w: Array
+    nodes: Nodes
     gain: Array
     cap: Array
     share: Array
@@ -39,40 +45,41 @@ def impacts(zeta: float, steps: int, x: Array, w: Array) -> Impacts:
     """The kernel with its tables; x, w: nodes on [0, 1]."""
     motion = normal_motion(zeta, steps, False)
     span = sqrt(float(motion.delta.max()))
-    nodes = node_table(motion.delta, span * x, 1.5 * span * w)
+    nodes = node_table(motion.delta, Nodes((span * x) ** 2, 1.5 * span * w))
     return partial(rebound, tuple(motion), tuple(nodes), zeta)  # plain ones: a call looks their types up faster
 
 
 @jit
-def node_table(delta, x, w):
+def node_table(delta, nodes):
     """The table of a normal motion."""
-    steps, n = delta.size - 1, x.size
+    steps, n = delta.size - 1, nodes.w.size
     gain, cap = np.zeros((steps, n)), np.zeros((steps, n))
     share = np.zeros(steps)
     for k in range(1, steps):
         gained, total = delta[k] - delta[k - 1], 0.0
+        _, lever = shares(nodes, 1.0, delta[k], delta[k - 1], delta[k] * sqrt(delta[k]))
         for i in range(n):
-            z = delta[k] - x[i] * x[i]
+            z = delta[k] - nodes.x2[i]
             if z > 0.0:
-                gain[k, i] = w[i] * (z / gained if z < gained else 1.0)
-                cap[k, i] = w[i] * z
+                gain[k, i] = nodes.w[i] * lever * (z / gained if z < gained else 1.0)
+                cap[k, i] = nodes.w[i] * z
                 total += cap[k, i]
         share[k] = 1.0 / total if total > 0.0 else 0.0
-    return NodeTable(x, w, gain, cap, share)
+    return NodeTable(nodes, gain, cap, share)
 
 
 @jit_of_sums
 def rebound(motion, nodes, zeta, psi_1, chi, psi_2_out):
     """psi_2 of each impact (flat arrays). motion, nodes: `NormalMotion`, `NodeTable`."""
-    (theta, _, v_mid, _), x, steps, many = motion, nodes[0], motion[3].size, psi_1.size
+    (theta, _, v_mid, _), steps, many = motion, motion[3].size, psi_1.size
     _, v_end = phase_point(theta[steps], zeta)
     join, stick = np.zeros(many, np.int64), np.empty((many, 3))
     count = np.zeros(steps + 2, np.int64)  # how many impacts join in each step; then where they stand in order
     for j in range(many):
         psi, c = abs(psi_1[j]), 2.0 * chi[j]
-        if psi > 1.0 and psi >= c * (1.0 - v_end) + v_end:
+        if psi >= 1.0 and psi >= c * (1.0 - v_end) + v_end:
             psi_2_out[j] = psi - c * (1.0 - v_end)
-        elif psi > 1.0:
+        elif psi >= 1.0:
             phase, k, psi, v = first_stick(psi, chi[j], zeta, theta, 1.0)
             stick[j, 0], stick[j, 1], stick[j, 2] = phase, psi, v
             join[j] = k + 2
@@ -87,7 +94,7 @@ def rebound(motion, nodes, zeta, psi_1, chi, psi_2_out):
     for j in range(many):
         order[count[join[j]]] = j
         count[join[j]] += 1
-    q, work = np.empty((LANES, x.size)), np.empty((3, LANES))  # tractions; psi, 2 chi, F/(mu P)
+    q, work = np.empty((LANES, nodes[1].shape[1])), np.empty((3, LANES))  # tractions; psi, 2 chi, F/(mu P)
     for at in range(sliding, many, LANES):
         lanes = min(LANES, many - at)
         last = join[order[at + lanes - 1]]
@@ -112,7 +119,7 @@ def rebound(motion, nodes, zeta, psi_1, chi, psi_2_out):
 @jit_of_sums
 def begin(motion, nodes, zeta, k, stick, q_out, work_io):
     """An impact that has slid so far, from where it sticks (phase, psi, v midway through what is left) over step k."""
-    (theta, delta, v_mid, _), (x, w, _, cap, share) = motion, nodes
+    (theta, delta, v_mid, _), (line, _, cap, share) = motion, nodes
     phase, psi, v = stick[0], stick[1], stick[2]
     y, w_now = phase_point(phase, zeta)
     overlap = (SQRT_5_4 * y) ** 0.8
@@ -121,9 +128,10 @@ def begin(motion, nodes, zeta, k, stick, q_out, work_io):
         du, pull = psi * time_of_phases(phase, theta[k], zeta), 0.0
         gained = delta[k] - overlap
         rate = 1.0 / gained if gained > 0.0 else 1e300
-        for i in range(x.size):
-            held, z = w[i] * max(overlap - x[i] * x[i], 0.0), max(delta[k] - x[i] * x[i], 0.0)
-            q_out[i] = min(max(held + w[i] * min(z * rate, 1.0) * du, -cap[k, i]), cap[k, i])
+        du *= shares(line, 1.0, delta[k], overlap, delta[k] * sqrt(delta[k]))[1]
+        for i in range(q_out.size):
+            held, z = line.w[i] * max(overlap - line.x2[i], 0.0), max(delta[k] - line.x2[i], 0.0)
+            q_out[i] = min(max(held + line.w[i] * min(z * rate, 1.0) * du, -cap[k, i]), cap[k, i])
             pull += q_out[i]
         work_io[2] = pull * share[k]
         psi -= work_io[1] * work_io[2] * (v - v_mid[k])
@@ -136,7 +144,7 @@ def run(motion, nodes, start, end, q, work):
 
     Step by step and lane by lane: what follows from one step to the next is the next lane's time to begin.
     """
-    (_, _, v_mid, dt), (_, _, gain, cap, part), psi, share = motion, nodes, work[0], work[2]
+    (_, _, v_mid, dt), (_, gain, cap, part), psi, share = motion, nodes, work[0], work[2]
     for k in range(start, end):
         drop, length = v_mid[k - 1] - v_mid[k], dt[k - 1]
         for lane in range(q.shape[0]):

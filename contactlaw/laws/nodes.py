@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from contactlaw.jit import jit, jit_inline
+from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.record import OPEN, SPRUNG
 from contactlaw.laws.slip import span_of
 
@@ -14,6 +14,37 @@ def step_of(contact, du, dv):
     """What `displace` asks of a step, in its order."""
     s2, g_star = contact.scale * contact.scale / contact.radius, contact.g_star
     return s2, contact.overlap, contact.before, g_star * du, g_star * dv, contact.friction * contact.e_star
+
+
+@jit_of_sums
+def shares(nodes, s2, overlap, before, whole):
+    """A force that goes as delta^1.5 over the nodes' loads: at a step's end; and, of a growing contact, of their means.
+
+    nodes: x2, w. s2: square of the span over R [m]. whole: the force at the end.
+    """
+    gained = max(overlap - max(before, 0.0), 1e-15 * overlap)
+    load, more = 1e-200, 1e-200
+    for i in range(nodes.w.size):
+        z = max(overlap - s2 * nodes.x2[i], 0.0)
+        new = min(z, gained)
+        load += nodes.w[i] * z
+        more += nodes.w[i] * new * (z - 0.5 * new)
+    y = gained / overlap
+    # (1 - (1 - y)^2.5)/(2.5 y) within 1e-3, and exact for long and for short steps
+    mean = 1.0 - y * (0.75 - y * (0.125 + y * (0.015625 + 0.0046875 * y * (1.0 + y))))
+    return whole / load, whole * mean * gained / more
+
+
+@jit_inline
+def levers(contact, law):
+    """By what the nodes' sums make the contact's force [m], and by what its displacement is theirs.
+
+    Both are P over that of the nodes: what scales their force scales their displacement, so that they keep its work.
+    While the contact grows it is the mean over the step that scales: the nodes' loads have corners, P has none.
+    """
+    s2, whole = contact.scale * contact.scale / contact.radius, contact.elastic / contact.e_star
+    share, mean = shares(law, s2, contact.overlap, contact.before, whole)
+    return share, 0.5 * mean / contact.scale
 
 
 @jit

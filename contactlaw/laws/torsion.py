@@ -88,48 +88,32 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
     moved: du, dv [m], angle [rad], of A over B; the angle since the overlap [m] was such, the rest in this step.
     """
     left = limits(state, contact, *moved)
-    if (
-        left[0] * left[1] < 1.0
-        and contact.state == SPRUNG
-        and contact.skew == 0.0
-        and contact.overlap >= contact.before
-    ):
-        give_nothing(state, contact, pair, law, memory, moved, since, dt, left)
-    else:
-        ask_both(state, contact, pair, law, memory, moved, since, dt, left)
-    return left[1] * contact.mu
-
-
-@jit
-def ask_both(state, contact, pair, law, memory, moved, since, dt, left):
-    """Ask the law and the rings, with what is left of friction for both."""
+    own, twists, span = memory[: 2 * int(pair.vectors)], state.twists[:], state.span
+    was, turned, f, g, m, gain = own, twists, contact.f, contact.g, state.moment, 0.0
+    lowered = left[0] * left[1] < 1.0 and contact.state == SPRUNG and contact.skew == 0.0
+    if lowered and contact.overlap >= contact.before:
+        was, turned = own.copy(), twists.copy()
+        gain = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
     contact.friction = left[0] * contact.mu
     ask(contact, pair, law, memory, moved[0], moved[1], dt)
     before, contact.before = contact.before, since
     twist(state, contact, pair.g_t, moved[2], left[1] * contact.mu)
     contact.before = before
-
-
-@jit
-def give_nothing(state, contact, pair, law, memory, moved, since, dt, left):
-    """The same, and back if the step gives energy."""
-    own, twists, span = memory[: 2 * int(pair.vectors)], state.twists, state.span
-    was, turned, f, g, m = own.copy(), twists.copy(), contact.f, contact.g, state.moment
-    gain = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
-    ask_both(state, contact, pair, law, memory, moved, since, dt, left)
-    gain -= ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
-    gain += 0.5 * ((f + contact.f) * moved[0] + (g + contact.g) * moved[1] + (m + state.moment) * moved[2])
-    if gain < 0.0 and contact.state == SPRUNG and state.span == span:
-        own += was
-        twists += turned
-        both = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
-        part = max(1.0 + gain / max(both, 1e-300), 0.0)
-        own *= part
-        own -= was
-        twists *= part
-        twists -= turned
-        contact.f, contact.g = part * (contact.f + f) - f, part * (contact.g + g) - g
-        state.moment = part * (state.moment + m) - m
+    if lowered and contact.overlap >= before and contact.state == SPRUNG and state.span == span:
+        gain -= ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
+        gain += 0.5 * ((f + contact.f) * moved[0] + (g + contact.g) * moved[1] + (m + state.moment) * moved[2])
+        if gain < 0.0:  # back, towards those of the start turned round
+            own += was
+            twists += turned
+            both = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
+            part = max(1.0 + gain / max(both, 1e-300), 0.0)
+            own *= part
+            own -= was
+            twists *= part
+            twists -= turned
+            contact.f, contact.g = part * (contact.f + f) - f, part * (contact.g + g) - g
+            state.moment = part * (state.moment + m) - m
+    return left[1] * contact.mu
 
 
 @jit

@@ -18,7 +18,7 @@ checks.need("mujoco", "contactlaw.mujoco_plugin", "mujoco")
 
 from contactlaw.mujoco_plugin.register import register  # noqa: E402
 
-_PLUGIN = register()
+register()
 
 from contactlaw.mujoco_plugin.drop_in import (  # noqa: E402  (needs the registered plugin)
     instances_of,

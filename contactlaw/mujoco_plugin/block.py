@@ -38,6 +38,7 @@ HEAD = record(
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     token="f8",  # of the state that the world is in
     idle="i8",  # that is one without contacts
+    calm="i8",  # whether in the last step none could touch, or all slept on
     signature="u8", made="u8",  # of the model: of its sizes and names; of all that the law reads of it
     geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each instance
@@ -125,7 +126,8 @@ def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
     def moved(array: Array) -> Array:
         nonlocal at
         here = memory[at : at + array.nbytes].view(array.dtype).reshape(array.shape)
-        here[...] = array
+        if any(array.strides):  # else it is room, and zero as the block is
+            here[...] = array
         at += _padded(array)
         return here
 

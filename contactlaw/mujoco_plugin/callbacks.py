@@ -27,7 +27,7 @@ from contactlaw.mujoco_plugin.block import (
     place,
     placed_at,
 )
-from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, same_as_left, write_free
+from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, edited, look_over, notice, tell_of
@@ -45,7 +45,7 @@ from contactlaw.world.vec import load, scale, store
 LARGEST = 1e100  # [N], a force that can be computed with
 GOLDEN, HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)  # 2^64 over the golden ratio; bits of half a number
 
-free_memory = types.ExternalFunction("mju_free", types.void(types.uintp))
+free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
 
 @jit
@@ -56,7 +56,7 @@ def block_of(d, instance):
 
 @jit
 def move(head, w, state):
-    """Take the step of the world."""
+    """Take the step of the world; returns whether all lies as it did."""
     w.step = head.step_size
     known = head.placed_count == 0 and w.stale != 0
     known = known and state[LEFT] == left_of(head, place(head.start, 1), place(head.start, 1 + head.nq))
@@ -68,10 +68,10 @@ def move(head, w, state):
     if head.tree_count == 0 and head.placed_count == 0 and lies(w):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i))
-        return
+        return True
     call_step(address(w, STEP), w, head.step_size, PRESSED)
     if trees(head, READ) and head.free_count == 0 and head.idle != 0:
-        return
+        return False
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED)
@@ -83,6 +83,7 @@ def move(head, w, state):
     trees(head, WRITE)
     look_over(head, w)
     leave(head, w, state)
+    return False
 
 
 @jit
@@ -172,8 +173,8 @@ def take_over(head, w, state):
 
 @jit
 def all_far(head):
-    """Whether nobody has put a body elsewhere, and none has left its margin."""
-    far = head.placed_count + head.tree_count == 0 and same_as_left(head, 0, head.nq, 0, head.nv)
+    """Whether no body has left its margin, be it that somebody has put it elsewhere."""
+    far = head.placed_count + head.tree_count == 0
     for i in range(head.free_count if far else 0):
         far = far and is_far(head, free_at(head.frees, i))
     return far
@@ -272,12 +273,14 @@ def compute(m, d, instance, capability):
             take(head)
             call_sense(head.sense, head.own, head.averages)
         return
-    if edited(head):
+    if (head.calm == 0 or head.turn == 0) and edited(head):
         tell_of(head, EDITED, 0.0)
         head = begin(m, d, instance)
     head.turn = (head.turn + 1) % STARTS
     note(head, place(head.starts, head.turn * (1 + head.nq + head.nv)))
     d = data_at(head.data, 0)
+    if head.calm * head.idle != 0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token:
+        return  # nothing presses, nor has
     push, given = floats(d.plugin_state, head.state + PUSH, head.nv), floats(head.given, 0, head.nv)
     passive = floats(d.qfrc_passive, 0, head.nv)
     for i in range(head.nv):
@@ -297,8 +300,8 @@ def advance(m, d, instance):
     w = world_at(head.world, 0)
     find_start(head)
     state = take(head)
-    if w.nears > 0 or w.guard_count > 0 or w.stale != 0 or not all_far(head):
-        move(head, w, state)
+    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
+    head.calm = 1 if far or move(head, w, state) else 0
     note(head, head.left)
     if head.sense != 0:
         head.averages = 1

@@ -15,6 +15,9 @@ from contactlaw.material import MATERIALS, Material
 from contactlaw.pair import ContactPair
 
 PLUGIN_NAME = "contactlaw.contact"
+BLIND = "contactlaw.blind"
+"""The same plugin without sensors, for which MuJoCo would work in every step: models that sense nothing get it."""
+
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
     "rolling_resistance", "substeps", "rounding", "native", "overlaps", "name",
@@ -53,18 +56,11 @@ def instance_name(geoms1: Sequence[str], geoms2: Sequence[str]) -> str:
 class Contact:
     """A contact as configured: geoms, each of the first with each of the second; the pair; how to treat it.
 
-    Attributes:
+    Attributes as in `KEYS` and of `spec.add_contact`, besides
         ones, twos: Geoms of a specification; where it has been read, one text each, which has their names.
         pair: A `ContactPair`; None: they go on touching by the engine.
-        substeps: Least number of the law's steps in a contact.
-        rounding: Radius of the edges of boxes and cylinders [m]; None: see `world.shapes.ROUNDING`.
         frictions: How many different coefficients of its geoms there is room for; 0: the pair's own holds.
-        overlaps: "relax" or "keep", see `KEYS`.
-        native: Contype and conaffinity that each of the geoms had, the first ones first, if only those touch that would
-            do so natively; else empty.
-        name: Of the instance.
         as_native: Whether it means contacts that the model makes natively; of a list that is being put into a model.
-        others: See `spec.add_contact`.
         number: Its place in the list.
     """
 
@@ -94,18 +90,14 @@ def write(contact: Contact) -> dict[str, str]:
         "friction": f"geoms {contact.frictions}" if contact.frictions else losses.text_of(pair.friction),
         "restitution": losses.text_of(pair.restitution),
         "law": text_of(pair.rule),
+        "substeps": str(contact.substeps),
+        "overlaps": contact.overlaps,
     }
-    for key in ("radius", "stiffness_ratio"):
-        if getattr(pair, key) is not None:
-            config[key] = repr(getattr(pair, key))
-    if pair.rolling_resistance > 0.0:
-        config["rolling_resistance"] = repr(pair.rolling_resistance)
-    if contact.substeps != SUBSTEPS:
-        config["substeps"] = str(contact.substeps)
-    if contact.rounding is not None:
-        config["rounding"] = repr(contact.rounding)
-    if contact.overlaps != "relax":
-        config["overlaps"] = contact.overlaps
+    numbers = {
+        "radius": pair.radius, "stiffness_ratio": pair.stiffness_ratio, "rounding": contact.rounding,
+        "rolling_resistance": pair.rolling_resistance or None,
+    }  # fmt: skip
+    config |= {key: repr(number) for key, number in numbers.items() if number is not None}
     if contact.native:
         runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
         config["native"] = " ".join(f"{bits}x{count}" for bits, count in runs)

@@ -151,7 +151,8 @@ def _read(
 ) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     spec = _spec_of(model, assets)
     plain = spec.compile()
-    _check_options(plain)
+    if plain.opt.enableflags & layout.SLEEP:  # which is off while it is compiled
+        raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
     friction, restitution = asked.pop("friction", None), asked.pop("restitution", 1.0)
     overlaps = checks.one_of("overlaps", asked.pop("overlaps", "relax"), OVERLAPS)
     asked["overlaps"] = "keep" if overlaps == "keep" else "relax"
@@ -184,13 +185,12 @@ def _read(
 
 def _written(spec: mujoco.MjSpec) -> str:
     """A specification as XML with all digits, where MuJoCo (up to 3.15) writes six."""
-    library = layout.library()
-    before = library._mjPRIVATE__get_xml_precision()
-    library._mjPRIVATE__set_xml_precision(17)
+    before = layout.LIBRARY._mjPRIVATE__get_xml_precision()
+    layout.LIBRARY._mjPRIVATE__set_xml_precision(17)
     try:
         return spec.to_xml()
     finally:
-        library._mjPRIVATE__set_xml_precision(before)
+        layout.LIBRARY._mjPRIVATE__set_xml_precision(before)
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
@@ -209,10 +209,6 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     return model
 
 
-def _is_path(model: str | os.PathLike[str]) -> bool:
-    return not isinstance(model, str) or not model.lstrip("\ufeff \t\r\n").startswith("<")
-
-
 def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec:
     """Read a file or text; of a file the folders of its assets are made absolute."""
     if isinstance(model, bytes):
@@ -222,7 +218,7 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
     files = dict(assets or {})
     parts = {name: text for name, text in files.items() if name.endswith(".xml")}
     others = {name: data for name, data in files.items() if name not in parts}
-    if not _is_path(model):
+    if isinstance(model, str) and model.lstrip("\ufeff \t\r\n").startswith("<"):
         return mujoco.MjSpec.from_string(os.fspath(model), include=parts or None, assets=others or None)
     path = Path(model).absolute()
     if not path.is_file():
@@ -231,13 +227,6 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
     for folder in ("meshdir", "texturedir"):
         setattr(spec.compiler, folder, str(path.parent / getattr(spec.compiler, folder)))
     return spec
-
-
-def _check_options(model: mujoco.MjModel) -> None:
-    if model.opt.enableflags & layout.SLEEP:
-        raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
-    if model.opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:
-        raise ValueError('model: <flag spring="disable" damper="disable"/> turns the law off; one of them must be on')
 
 
 def _check_relatives(model: mujoco.MjModel, which: str, ones: Sequence[Any], twos: Sequence[Any]) -> None:

@@ -42,28 +42,33 @@ def frame_of(f, q):
 def is_far(head, f):
     """Whether a body has stayed within its margin, by its way in the step; counts how far it has turned, if it matters.
 
-    That of a ball about its centre does not.
+    That of a ball about its centre does not. Of the way, which is short, a bound: the sum along the axes.
     """
     b, offset = body_at(world_at(head.world, 0).bodies, f.body), load(f.offset)
     q, old = coordinates(head, head.start, f)
     new = floats(data_at(head.data, 0).qvel, f.v, 6)
     v, centre, apart = load(new), load(q), dot(offset, offset)
-    way = head.step_size * (norm(v) + norm(sub(v, load(old))))
+    change = sub(v, load(old))
+    way = abs(v[0]) + abs(v[1]) + abs(v[2]) + abs(change[0]) + abs(change[1]) + abs(change[2])
+    way = head.step_size * way
     if b.reach + apart > 0.0:
         turned = head.step_size * max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
         b.turned += turned
         way += b.turned * b.reach + turned * sqrt(apart)
         _, arm = frame_of(f, q)
         centre = add(centre, arm)
-    return way + norm(sub(centre, load(b.mark))) <= b.margin
+        if not same_as_left(head, f.q, 7, f.v, 6):
+            return False
+    left, gone = b.margin - way, sub(centre, load(b.mark))
+    return left >= 0.0 and dot(gone, gone) <= left * left
 
 
 @jit
 def read_free(head, f, known):
     """Where a body is, how it moves, and what moves it besides contacts, at the start of the step.
 
-    known: all are as a step has left them, be it one of other data. One that sleeps is read too: set back, it wakes
-    where all do.
+    known: all are as a step has left them, be it one of other data. One that sleeps is read too, if it is not where it
+    fell asleep: set back, it wakes where all do.
     """
     b = body_at(world_at(head.world, 0).bodies, f.body)
     q, v = coordinates(head, head.start, f)
@@ -71,7 +76,10 @@ def read_free(head, f, known):
     push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
-    if not (known or same_as_left(head, f.q, 7, f.v, 6)):
+    same = same_as_left(head, f.q, 7, f.v, 6)
+    if same and b.asleep != 0:  # where it is known to be
+        return
+    if not (known or same):
         world_at(head.world, 0).stale = 1
         b.placed = 1
         b.held[0] = np.nan  # it wakes

@@ -11,19 +11,19 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from contactlaw.mujoco_plugin import layout, notices
+from contactlaw.mujoco_plugin import config, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD
-from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.mujoco_plugin.members import LIBRARY, instances, members
+from contactlaw.mujoco_plugin.layout import LIBRARY, record_at
+from contactlaw.mujoco_plugin.members import instances, members
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import give_frictions, given_frictions
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import DEEPEST, ContactWarning
 from contactlaw.world.demand import keeps
 
-LIBRARY.mju_malloc.argtypes = [ctypes.c_size_t]
-LIBRARY.mju_malloc.restype = ctypes.c_void_p
-LIBRARY.mju_free.argtypes = [ctypes.c_void_p]
+allocate, free = ctypes.pythonapi.PyMem_RawCalloc, ctypes.pythonapi.PyMem_RawFree
+allocate.argtypes, allocate.restype = [ctypes.c_size_t, ctypes.c_size_t], ctypes.c_void_p
+free.argtypes, free.restype = [ctypes.c_void_p], None
 
 
 def _complain(number: int, error: BaseException) -> None:
@@ -58,6 +58,8 @@ def init(model: int, data: int, number: int) -> int:
             raise ValueError("integrator: implicitfast of MuJoCo 3.7 to 3.10 loses the spin of impacts; take implicit")
         if view.option("disableflags") & layout.NO_PASSIVE == layout.NO_PASSIVE:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
+        if int(mujoco.mjtStage.mjSTAGE_ACC) not in view.sensor_needstage:
+            view.plugin[number] = layout.plugin_of(config.BLIND)[1]
         _place(data, number).value = _block(view, [number] == members(view)[:1])
     except BaseException as error:  # an interrupt too: without a block no step may be taken
         _complain(number, error)
@@ -81,11 +83,9 @@ def _block(view: layout.ModelView, leads: bool) -> int:
     if made:
         made.check()
     size = made.block_size() if made else HEAD.itemsize
-    memory = LIBRARY.mju_malloc(size)
-    here = np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory))
-    here[:] = 0
+    memory = allocate(1, size)
     if made:
-        made.fill(here, _REPORT_ADDRESS)
+        made.fill(np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory)), _REPORT_ADDRESS)
     return int(memory)
 
 
@@ -105,7 +105,7 @@ def _renew(model: int, data: int) -> str:
             at += 8 * count
         return str(error)
     give_frictions(record_at(made, HEAD, 1)[0], given_frictions(old).copy())
-    LIBRARY.mju_free(place.value)
+    free(place.value)
     place.value = made
     return ""
 

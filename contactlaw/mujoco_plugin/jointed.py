@@ -1,11 +1,11 @@
 """Bodies that joints hold: a kinematic tree from mjData to the world, and back.
 
 All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
-springs, actuators, limits and other constraints. They stay what they are within the step, but for what goes with the
-velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator forces, and v_f what
-it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are read and handed back is told
-in `free`; here too the half step is one of what pushes at rest alone: with that of centripetal forces energy would be
-gained, and damping may be stiff.
+springs, actuators, limits and other constraints. They stay what they are within the step, but for limits, equalities
+(see there) and what goes with the velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of
+passive and actuator forces, and v_f what it was last asked for forces at, under Runge-Kutta near the step's end. How
+velocities are read and handed back is told in `free`; here too the half step is one of what pushes at rest alone: with
+that of centripetal forces energy would be gained, and damping may be stiff.
 
 Joint limits that the engine has found reached are soft, and act in the world as they do there. The force of such a
 constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is how far the joint
@@ -26,6 +26,7 @@ from contactlaw.jit import address_of, compiling
 from contactlaw.memory import caller
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, place
+from contactlaw.mujoco_plugin.equalities import hold
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
@@ -149,7 +150,8 @@ def read_jointed(head, j):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
     for k in range(t.v_size):
         axis_at(t.axes, k).side = 0.0
-    t.stale = 1
+    hold(head, j, t)
+    t.stale, t.span = 1, head.step_size
     if d.nl > 0:
         call_with_body(t.settle, body_at(t.bodies, 0))
         hand_over_limits(head, j, t)

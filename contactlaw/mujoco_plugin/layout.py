@@ -66,7 +66,8 @@ DATA = _some(
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
     "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc", "sensordata",
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_id", "efc_type", "efc_pos", "efc_margin",
-    "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl",
+    "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
+    "efc_J_colind",
 )  # fmt: skip
 MODEL = _some(
     structure("mjModel"),
@@ -138,13 +139,30 @@ def record_at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:
 _MODEL = {field.name: field for field in structs.STRUCTS["mjModel"].fields}
 
 
-def library() -> ctypes.CDLL:
-    """The wheel's libmujoco."""
+def _library() -> ctypes.CDLL:
+    """The wheel's libmujoco, with what is called of it from Python."""
     folder = Path(mujoco.__file__).parent
     for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
         for path in sorted(folder.glob(pattern)):
-            return ctypes.CDLL(str(path))
+            library, model, text, number = ctypes.CDLL(str(path)), ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
+            for name, result, *arguments in (
+                ("mj_getPluginConfig", text, model, number, text), ("mj_id2name", text, model, number, number),
+                ("mj_name2id", number, model, number, text),
+                ("mjp_getPlugin", ctypes.c_void_p, text, ctypes.POINTER(number)),
+            ):  # fmt: skip
+                function = getattr(library, name)
+                function.restype, function.argtypes = result, arguments
+            return library
     raise ImportError(f"contactlaw finds no MuJoCo library in {folder}")
+
+
+LIBRARY = _library()
+
+
+def plugin_of(name: str) -> tuple[int | None, int]:
+    """Address of a plugin's struct in MuJoCo's table, None: there is none, and its number there."""
+    slot = ctypes.c_int(-1)
+    return LIBRARY.mjp_getPlugin(name.encode(), ctypes.byref(slot)), slot.value
 
 
 def check() -> None:

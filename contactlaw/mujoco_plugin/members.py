@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
@@ -13,19 +12,11 @@ import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
+from contactlaw.mujoco_plugin.layout import LIBRARY
 from contactlaw.mujoco_plugin.native import Bits, Rules, explicit_pairs, friction_of, touch
 from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, native_margin
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets, groups
-
-LIBRARY = layout.library()
-LIBRARY.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
-LIBRARY.mj_getPluginConfig.restype = ctypes.c_char_p
-LIBRARY.mj_name2id.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
-LIBRARY.mj_id2name.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
-LIBRARY.mj_id2name.restype = ctypes.c_char_p
-LIBRARY.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
-LIBRARY.mjp_getPlugin.restype = ctypes.c_void_p
 
 _GEOM, _PLUGIN = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_PLUGIN)
 
@@ -38,9 +29,8 @@ def contact_of(model: int, number: int) -> config.Contact:
 
 def instances(view: layout.ModelView) -> list[int]:
     """Numbers of this plugin's instances in a model."""
-    slot = ctypes.c_int(-1)
-    LIBRARY.mjp_getPlugin(config.PLUGIN_NAME.encode(), ctypes.byref(slot))
-    return np.flatnonzero(view.plugin == slot.value).tolist()
+    slots = [layout.plugin_of(name)[1] for name in (config.PLUGIN_NAME, config.BLIND)]
+    return np.flatnonzero(np.isin(view.plugin, slots)).tolist()
 
 
 def members(view: layout.ModelView) -> list[int]:

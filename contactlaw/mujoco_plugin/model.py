@@ -276,6 +276,10 @@ class Model:
         free[jointed] &= m.jnt_type[m.body_jntadr[jointed]] == int(mujoco.mjtJoint.mjJNT_FREE)
         dofs = m.body_dofadr[free][:, None] + np.arange(6)
         free[free] = ~((m.dof_armature[dofs] != 0.0) | (m.dof_damping[dofs] != 0.0)).any(1)
+        held = np.isin(m.eq_type, (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)))
+        for ids in (m.eq_obj1id[held], m.eq_obj2id[held]):
+            at_site = m.eq_objtype[held] == int(mujoco.mjtObj.mjOBJ_SITE)
+            free[self._roots[ids[~at_site]]] = free[self._roots[m.site_bodyid[ids[at_site]]]] = False
         return free
 
     def _add_free(self, body: int) -> None:

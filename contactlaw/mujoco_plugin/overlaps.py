@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.members import Member, members
-from contactlaw.mujoco_plugin.shapes import effective_radius
-from contactlaw.pair import DEEPEST, ContactWarning
+from contactlaw.pair import ContactWarning
 
 NAMED = 5  # pairs in a message
-INSIDE = 0.1  # of the smaller bounding sphere's radius, the depth of parts that are built into each other
+INSIDE = 0.1  # of the smaller bounding sphere's radius, a depth that no contact has
 ROUNDS, SWEEPS = 30, 20
 Overlap = tuple[int, int, float]
 
@@ -65,11 +64,10 @@ def warn_of_start(model: mujoco.MjModel, refuse: bool) -> None:
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    known = [Member(layout.ModelView(model._address), n) for n in members(layout.ModelView(model._address))]
     found = [
         f"{_label(model, one)} and {_label(model, two)} by {1e3 * depth:.3g} mm"
         for one, two, depth in overlaps_of(model, data)
-        if depth > DEEPEST * _radius(model, known, one, two)
+        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
     ]
     if not found:
         return
@@ -140,13 +138,6 @@ def _way_out(model: mujoco.MjModel, data: mujoco.MjData, overlaps: list[Overlap]
                 push[i] += more
                 way += more * answer
     return way
-
-
-def _radius(model: mujoco.MjModel, known: list[Member], one: int, two: int) -> float:
-    """Effective radius [m] of two geoms; of shapes that have none, that of the smaller one's bounding sphere."""
-    member = next(member for member in reversed(known) if member.sets.hold(one, two))
-    radius = effective_radius(member.shapes[one], member.shapes[two], member.contact.pair.radius)
-    return radius if radius < np.inf else float(min(r for r in model.geom_rbound[[one, two]] if r > 0.0))
 
 
 def _label(model: mujoco.MjModel, geom: int) -> str:

@@ -157,11 +157,12 @@ class View:
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
     """The arrays of the world of an mjData whose model has the law."""
-    return View(_head(data, members(layout.ModelView(model._address))))
+    return View(world_of(model, data)[1])
 
 
-def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int, Any]:
-    """Which contact of the model an instance is, and the head of the block with the world of an mjData.
+def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = None) -> tuple[int, Any]:
+    """Which contact of the model an instance is, the first where none is named, and the head of the block with the
+    world of an mjData, which is brought to its state.
 
     Raises:
         ValueError: The model has no such contact, or the data is of another model.
@@ -169,22 +170,16 @@ def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[int
     if data.signature != model.signature:
         raise ValueError("data: is of another model")
     known = members(layout.ModelView(model._address))
-    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
+    number = known[0] if name is None else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
-    return known.index(number), _head(data, known)
-
-
-def _head(data: mujoco.MjData, known: list[int]) -> Any:
-    """The head; its world is brought to the state of the mjData."""
     head = record_at(int(data.plugin_data[known[0]]), HEAD, 1)[0]
-    start = int(head["state"])
-    state = data.plugin_state[start : start + int(head["own_size"])]
+    state = data.plugin_state[int(head["state"]) :][: int(head["own_size"])]
     if state[TOKEN] != head["token"]:
         row = state[PUSH + int(head["nv"]) :]  # not what the world's own last step left
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
         head["token"] = state[TOKEN]
-    return head
+    return known.index(number), head
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:

@@ -50,8 +50,8 @@ def _check_version() -> None:
     layout.check()
 
 
-def register() -> _Plugin:
-    """Fill the plugin's struct and register it, or take over what this process has registered before.
+def register() -> None:
+    """Fill the plugins' structs and register them, or take over what this process has registered before.
 
     MuJoCo takes one plugin of a name and ends the process at a second, and mjData that live on call the first one's
     compiled callbacks. These stay, therefore; only what MuJoCo asks of Python goes over to the modules of now.
@@ -60,22 +60,20 @@ def register() -> _Plugin:
         ImportError: Another MuJoCo than this works with, or another version of the plugin is registered already.
     """
     _check_version()
-    library = layout.library()
-    library.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
-    library.mjp_getPlugin.restype = ctypes.c_void_p
-    address = library.mjp_getPlugin(config.PLUGIN_NAME.encode(), ctypes.byref(ctypes.c_int(-1)))
-    plugin = _first(library) if address is None else _again(address)
+    there = [address for name in (config.PLUGIN_NAME, config.BLIND) if (address := layout.plugin_of(name)[0])]
+    plugins = _again(there) if there else _first()
     from contactlaw.mujoco_plugin import instance
 
-    plugin.nstate = ctypes.cast(instance.nstate, ctypes.c_void_p)
-    plugin.init = ctypes.cast(instance.init, ctypes.c_void_p)
-    plugin.nsensordata = ctypes.cast(instance.nsensordata, ctypes.c_void_p)
+    for plugin in plugins:
+        plugin.nstate = ctypes.cast(instance.nstate, ctypes.c_void_p)
+        plugin.init = ctypes.cast(instance.init, ctypes.c_void_p)
+        plugin.nsensordata = ctypes.cast(instance.nsensordata, ctypes.c_void_p)
     _keep(instance.nstate, instance.init, instance.nsensordata, instance.report, *demand.LASTS)
-    if address is None:
-        library.mjp_registerPlugin(ctypes.byref(plugin))
+    if not there:
+        for plugin in plugins:
+            layout.LIBRARY.mjp_registerPlugin(ctypes.byref(plugin))
         sys.modules[REGISTERED] = known = ModuleType(REGISTERED, "What contactlaw has registered with MuJoCo.")
         known.stamp = _stamp()
-    return plugin
 
 
 def _stamp() -> str:
@@ -83,35 +81,36 @@ def _stamp() -> str:
     return jit.SOURCE_STAMP + layout.KEY
 
 
-def _first(library: ctypes.CDLL) -> _Plugin:
-    """The plugin's struct, but for what MuJoCo asks of Python."""
-    for name in ("mjd_smooth_vel", "mju_free", *SENSOR_SYMBOLS):
-        llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
+def _first() -> list[_Plugin]:
+    """The structs of the plugin with sensors and without, but for what MuJoCo asks of Python."""
+    functions = [getattr(layout.LIBRARY, name) for name in ("mjd_smooth_vel", *SENSOR_SYMBOLS)]
+    for function in (*functions, ctypes.pythonapi.PyMem_RawFree):
+        llvmlite.binding.add_symbol(function.__name__, ctypes.cast(function, ctypes.c_void_p).value)
     with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
         from contactlaw.mujoco_plugin import callbacks  # compiled against the symbols just added
 
-    plugin = _Plugin()
-    library.mjp_defaultPlugin(ctypes.byref(plugin))
+    plugins, passive = [_Plugin(), _Plugin()], int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
     keys = (ctypes.c_char_p * len(config.KEYS))(*(key.encode() for key in config.KEYS))
-    plugin.name = config.PLUGIN_NAME.encode()
-    plugin.nattribute, plugin.attributes = len(keys), keys
-    plugin.capabilityflags = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE) | layout.SENSOR
-    plugin.needstage = int(mujoco.mjtStage.mjSTAGE_ACC)
-    plugin.compute, plugin.advance = callbacks.compute, callbacks.advance
-    plugin.reset, plugin.destroy = callbacks.reset, callbacks.destroy
-    _keep(plugin, keys, jit.CALLBACKS)
-    return plugin
+    for plugin, name, sensor in zip(plugins, (config.PLUGIN_NAME, config.BLIND), (layout.SENSOR, 0), strict=True):
+        layout.LIBRARY.mjp_defaultPlugin(ctypes.byref(plugin))
+        plugin.name = name.encode()
+        plugin.nattribute, plugin.attributes = len(keys), keys
+        plugin.capabilityflags, plugin.needstage = passive | sensor, int(mujoco.mjtStage.mjSTAGE_ACC)
+        plugin.compute, plugin.advance = callbacks.compute, callbacks.advance
+        plugin.reset, plugin.destroy = callbacks.reset, callbacks.destroy
+    _keep(plugins, keys, jit.CALLBACKS)
+    return plugins
 
 
-def _again(address: int) -> _Plugin:
-    """The plugin as it stands in MuJoCo's own table."""
+def _again(addresses: list[int]) -> list[_Plugin]:
+    """The plugins as they stand in MuJoCo's own table."""
     known = sys.modules.get(REGISTERED)
     if getattr(known, "stamp", None) != _stamp():
         raise ImportError(
             f"the plugin {config.PLUGIN_NAME} is registered in this process already, by another version of contactlaw; "
             "MuJoCo takes each plugin once: start a new process"
         )
-    return _Plugin.from_address(address)
+    return [_Plugin.from_address(address) for address in addresses]
 
 
 def _keep(*things: object) -> None:

@@ -1,4 +1,4 @@
-"""Geoms as shapes of a world: which can touch, and the radius of curvature there."""
+"""Geoms as shapes of a world: which can touch, and what the engine takes for their bounds."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from math import inf
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-
-from contactlaw.world.shapes import ROUNDING
 
 _TYPE = mujoco.mjtGeom
 SPHERE, CAPSULE, PLANE, BOX, CYLINDER, ELLIPSOID, MESH = (
@@ -30,29 +28,9 @@ class Shape:
     size: NDArray[np.float64]
 
     @property
-    def is_round(self) -> bool:
-        """A ball or a capsule."""
-        return self.is_spherical or self.type == CAPSULE
-
-    @property
     def is_spherical(self) -> bool:
         """A ball, if need be as an ellipsoid."""
         return self.type == SPHERE or (self.type == ELLIPSOID and bool(np.ptp(self.size) == 0.0))
-
-    @property
-    def is_flat(self) -> bool:
-        """A plane, or what meets one with corners or a rim: a box or a cylinder."""
-        return self.type in (PLANE, BOX, CYLINDER)
-
-    @property
-    def is_convex(self) -> bool:
-        """An ellipsoid, or a mesh, which is its convex hull."""
-        return self.type in (MESH, ELLIPSOID) and not self.is_spherical
-
-    @property
-    def curvature(self) -> float:
-        """1/R [1/m] of a ball, a capsule's end or a flat face."""
-        return 1.0 / float(self.size[0]) if self.is_round else 0.0
 
     @property
     def bound(self) -> float:
@@ -86,20 +64,6 @@ class Shape:
 def shape_of(geom: mujoco.MjsGeom) -> Shape:
     """Of a geom of a specification."""
     return Shape(geom.name, int(geom.type), np.array(geom.size))
-
-
-def effective_radius(one: Shape, two: Shape, radius: float | None) -> float:
-    """Effective radius [m] of a contact: as given, or from the shapes; of flat ones that of their edges by default.
-
-    Infinite where it is found at the touch alone.
-    """
-    if radius is not None:
-        return radius
-    if one.is_convex or two.is_convex or (CYLINDER in (one.type, two.type) and (one.is_round or two.is_round)):
-        return inf
-    if one.is_flat and two.is_flat:
-        return ROUNDING * min(float(shape.size[shape.size > 0.0].min()) for shape in (one, two) if shape.type != PLANE)
-    return 1.0 / (one.curvature + two.curvature)
 
 
 def check_served(one: Shape, two: Shape) -> None:

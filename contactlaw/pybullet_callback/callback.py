@@ -48,8 +48,8 @@ class ContactCallback:
     is the one that the body moves with now, zero for a body at rest, which stays where it is to the last bit.
 
     What must hold, and what cannot be known:
-      * numSubSteps must be 0 or 1. The time step and gravity are read at every call, but by `step` while all sleep;
-        they must not change between `contact()` and stepSimulation.
+      * numSubSteps must be 0 or 1. The time step and gravity are read at every call, by `step` only where no body that
+        falls shows them, nor while all sleep; they must not change between `contact()` and stepSimulation.
       * Radii come from spheres, capsules, planes and box faces. With `pair.radius` a sphere may touch any shape, and a
         capsule any if neither is a body of its own without joints; where PyBullet must measure, the tangent plane at
         the nearest point is what is touched in a step. Others, a box on a plane say, are refused: they touch in more

@@ -140,7 +140,9 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
         chosen = [key for key in fitting if key in solid]
         if not chosen:
             why = "has no collision shape to touch with" if fitting else "no link has such a name"
-            raise ValueError(f"{argument} = {text!r}: {why}; {_offer(text, [n for key, n in links if key in solid])}")
+            known = sorted({name for key, name in links if key in solid})
+            rest = f"links with a collision shape are {', '.join(known) or 'none'}"
+            raise ValueError(f"{argument} = {text!r}: {why}; {checks.nearest(text, known, rest)}")
         found.update(dict.fromkeys(chosen))
     return list(found)
 
@@ -167,10 +169,3 @@ def _names(body: int, client: int) -> list[tuple[Key, str]]:
 
 def _are_names(value: Any) -> bool:
     return isinstance(value, str) or (isinstance(value, Sequence) and bool(value) and isinstance(value[0], str))
-
-
-def _offer(text: str, names: list[str]) -> str:
-    """The nearest names, or all."""
-    known = sorted(set(names))
-    rest = f"links with a collision shape are {', '.join(known) or 'none'}"
-    return checks.nearest(text, known, rest)

@@ -23,6 +23,7 @@ from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
 from contactlaw.world.records import VECTOR, record
+from contactlaw.world.sleep import disturbed
 from contactlaw.world.step import PRESSED
 from contactlaw.world.vec import (
     add,
@@ -53,7 +54,6 @@ ROW = record(
     linked="i8",  # of a body with joints, see `linked`
     force=VECTOR, torque=VECTOR,  # mean of what contacts did in the last step [N], [N m]
     pressed="i8",  # a contact was closed at the end of it
-    asleep="i8",
     strange="i8",  # somebody has put it where it is
     other="i8",  # how Bullet's step moved it was not gravity and the push alone; 2: of one that was pushed
 )  # fmt: skip
@@ -65,6 +65,7 @@ HEAD = record(
     plain="i8",  # nobody has joints, or must be measured
     ahead="i8",  # who may touch in the next step must be listed before it
     looked="i8",  # what was asked for in this step has been read
+    unknown="i8",  # nothing has shown that the time step and gravity are those known
     lists="i8",  # of near pairs that there have been
     bad="i8",  # the row whose numbers are not finite
     named="u8", names="i8",  # rows of bodies that are to be pushed, or put elsewhere, and how many
@@ -73,7 +74,7 @@ HEAD = record(
 
 EXACT = 1e-12  # relative difference that is rounding
 NOTED, LISTED, FLAGS = 1, 2, 4
-NOT_FINITE, NO_ROOM, OTHERS = -1, -2, -3
+NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
@@ -106,19 +107,11 @@ def receive(head, w):
             if b.asleep == 0 and r.mass > 0.0:
                 set_out(r, b, head.dt)
             continue
-        x, v = load(r.before.position), load(r.before.velocity)
-        here = axpy(r.ahead, v, load(r.left.position))
-        apart = sub(x, here)
-        own_way = norm(apart) <= EXACT * (norm(x) + norm(sub(x, load(r.left.position))))
-        if r.mass == 0.0:
-            w.stale = 1
-            stir(w)
-            set_out(r, b, head.dt)
-            continue
-        r.strange = 0 if own_way else 1
-        if r.lacks != 0 and (r.strange == 0 or kept_speed(r)):
-            r.strange = 0
-            store(r.before.position, add(x, load(r.shift)))
+        v = load(r.before.velocity)
+        if r.mass > 0.0:
+            r.strange = 0 if went(r, v) or (r.lacks != 0 and went(r, load(r.left.velocity))) else 1
+        if r.lacks != 0 and r.strange == 0:
+            store(r.before.position, add(load(r.before.position), load(r.shift)))
             q = product(load4(r.turn), quaternion_of(r.before))
             one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
             store_quaternion(r.before, (one * q[0], one * q[1], one * q[2], one * q[3]))
@@ -126,8 +119,8 @@ def receive(head, w):
                 store(r.before.velocity, (0.0, 0.0, 0.0))
                 store(r.before.spin, (0.0, 0.0, 0.0))
             name(head, k)
-        if r.strange != 0:
-            strange = 1
+        if r.mass == 0.0 or r.strange != 0:
+            strange |= r.strange
             r.pressed = 0
             w.stale = 1
             stir(w)  # itself, and what it may have held
@@ -156,10 +149,10 @@ def alike(a, b):
 
 
 @jit_inside
-def kept_speed(r):
-    """Whether Bullet has been left to put a body where it is, though its velocity was changed later."""
-    x = sub(load(r.before.position), axpy(r.ahead, load(r.left.velocity), load(r.left.position)))
-    return norm(x) <= EXACT * (norm(load(r.before.position)) + r.ahead * norm(load(r.left.velocity)))
+def went(r, v):
+    """Whether a body is where a velocity takes it in the time that Bullet has stepped since it was left."""
+    x, way = load(r.before.position), scale(r.ahead, v)
+    return norm(sub(sub(x, load(r.left.position)), way)) <= EXACT * (norm(x) + norm(way))
 
 
 @jit_inside
@@ -218,9 +211,10 @@ def steady(place):
 def compare(head, w):
     """After Bullet's step: the accelerations that it gave to bodies besides the steady push; -1: not finite.
 
-    Where that was gravity alone they are left as they are, to the bit. Returns how many had others.
+    Where that was gravity alone they are left as they are, to the bit. Returns how many had others. One that falls free
+    shows that the time step and gravity are those known; where all sleep, held, the step does not matter.
     """
-    others = 0
+    others, falls, sleep = 0, False, head.plain != 0
     for k in range(head.count):
         r = row_at(head.rows, k)
         b = body_at(w.bodies, k + 1)
@@ -232,6 +226,8 @@ def compare(head, w):
         if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
             return -1
+        sleep = sleep and b.asleep != 0 and not disturbed(b)
+        falls = falls or (r.pressed == 0 and b.asleep == 0 and norm(load(head.gravity)) > 0.0)
         known = axpy(1.0 / r.mass, load(r.force), load(head.gravity))
         other = sub(sub(v, old), scale(head.dt, known))
         size = norm(v) + norm(old) + head.dt * (norm(load(head.gravity)) + norm(load(r.force)) / r.mass)
@@ -255,6 +251,7 @@ def compare(head, w):
         if not even:
             store(b.torque, moment(r, b, scale(1.0 / head.dt, twist)))
         set_out(r, b, head.dt)
+    head.unknown = 0 if others == 0 and (sleep or falls) else 1
     return others
 
 

@@ -15,6 +15,7 @@ from contactlaw.pybullet_callback.exchange import (
     NOT_FINITE,
     NOTED,
     OTHERS,
+    UNKNOWN,
     alike,
     compare,
     head_at,
@@ -35,12 +36,10 @@ from contactlaw.world.guards import outgrown, surface_speed
 from contactlaw.world.motion import set_axes, spin_rate
 from contactlaw.world.near import list_near, strayed
 from contactlaw.world.records import CLOSED, FREE, NEVER
-from contactlaw.world.sleep import disturbed
 from contactlaw.world.step import GROWS
 from contactlaw.world.vec import axpy, dot, half_turn, load, load4, norm, product, scale, store, store4, sub
 
 PASSED, LIST = -2, -3  # of `set_off`
-QUIET = 1 << 40  # more than there are bodies
 
 
 @jit
@@ -48,8 +47,8 @@ def set_off(place):
     """The beginning of a step: `receive` and `steady`. Returns how many bodies are pushed; or, where all are so far
     from each other that they cannot touch in this step or the next, PASSED: there is no more to do.
 
-    QUIET more where all that can move sleeps. Or LIST: the list of near pairs must be made anew; LIST less what
-    `receive` found, where somebody must see to it; or NOT_FINITE. Called again it does the same.
+    Or LIST: the list of near pairs must be made anew; LIST less what `receive` found, where somebody must see to it; or
+    NOT_FINITE. Called again it does the same.
     """
     head = head_at(place, 0)
     w = world_at(head.world, 0)
@@ -71,14 +70,8 @@ def set_off(place):
     if w.stale != 0 and apart:
         list_near(w)
         w.stale = 0 if 2 * w.nears <= w.near_room else 1
-    if w.stale != 0:
+    if w.stale != 0 or not (apart and far_apart(w, 2.0 * head.dt)):
         return steady(place)
-    if not (apart and far_apart(w, 2.0 * head.dt)):
-        quiet = head.plain != 0
-        for k in range(head.count):
-            b = body_at(w.bodies, k + 1)
-            quiet = quiet and (row_at(head.rows, k).mass == 0.0 or (b.asleep != 0 and not disturbed(b)))
-        return steady(place) + (QUIET if quiet else 0)
     for k in range(head.count):
         r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
         b.turned += head.dt * norm(load(b.spin))  # Bullet turns it, the world does not
@@ -102,8 +95,8 @@ def far_apart(w, time):
 def complete(place, stepped):
     """The world's step, after `compare` if Bullet has stepped, and `hand_back`, which returns.
 
-    Or NOT_FINITE; or NO_ROOM: there may not be room enough in the world; or OTHERS: the places of bodies that something
-    else moved must be read, and masses of those of them that were pushed.
+    Or NOT_FINITE; or NO_ROOM: there may not be room enough in the world; or UNKNOWN: the time step and gravity must be
+    read; or OTHERS: also the places of bodies that something else moved, and masses of those of them that were pushed.
     """
     head = head_at(place, 0)
     w = world_at(head.world, 0)
@@ -111,9 +104,9 @@ def complete(place, stepped):
         others = compare(head, w)
         if others < 0:
             return NOT_FINITE
-        if others > 0 and head.looked == 0:
+        if (others > 0 or head.unknown != 0) and head.looked == 0:
             head.looked = 1
-            return OTHERS
+            return OTHERS if others > 0 else UNKNOWN
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
         return NO_ROOM
     return hand_back(head, w, stepped)
@@ -181,11 +174,7 @@ def look(head, w):
 @jit_inside
 def keep(r, m, ahead):
     """Note how a body is left, and for how long Bullet will move it yet."""
-    store(r.left.position, load(m.position))
-    for i in range(4):
-        r.left.quaternion[i] = m.quaternion[i]
-    store(r.left.velocity, load(m.velocity))
-    store(r.left.spin, load(m.spin))
+    r.left = m
     r.ahead = ahead
 
 

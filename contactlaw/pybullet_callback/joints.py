@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.shapes import BASE, rotation
-from contactlaw.world.frames import matrix_of, product, quaternion_of
+from contactlaw.pybullet_callback.shapes import BASE, KINDS, rotation
+from contactlaw.world.frames import UNTURNED, matrix_of, product, quaternion_of
 from contactlaw.world.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
-from contactlaw.world.tree_rows import TreeRows
+from contactlaw.world.tree import ZERO
+from contactlaw.world.tree_rows import Q_SIZE, V_SIZE, TreeRows
 
-KINDS = {p.JOINT_REVOLUTE: HINGE, p.JOINT_PRISMATIC: SLIDE, p.JOINT_SPHERICAL: BALL}
-SIZES = {FREE_JOINT: (7, 6), HINGE: (1, 1), SLIDE: (1, 1), BALL: (4, 3)}
-ONE = np.array([1.0, 0.0, 0.0, 0.0])
 LEAST_INERTIA = 1e-12  # [m^2] over the mass
-
-
-def scalar_first(quaternion: Any) -> Array:
-    """PyBullet's quaternions have the scalar last."""
-    x, y, z, w = quaternion
-    return np.array([w, x, y, z])
 
 
 def turned_by(turn: Array) -> Array:
@@ -63,46 +56,42 @@ class Joints:
         self.q_size = self.v_size = 0
         for link, kind in kinds.items():
             self.joints.append((link, kind, self.q_size, self.v_size))
-            self.q_size, self.v_size = self.q_size + SIZES[kind][0], self.v_size + SIZES[kind][1]
+            self.q_size, self.v_size = self.q_size + Q_SIZE[kind], self.v_size + V_SIZE[kind]
         scalars = [joint for joint in self.joints if joint[1] in (HINGE, SLIDE)]
         self._heads = [joint[0] for joint in self.joints if joint[1] != FREE_JOINT]
         self._own = [joint[1:] for joint in self.joints if joint[1] != FREE_JOINT]
         self.scalar_q, self.scalar_v = ([joint[i] for joint in scalars] for i in (2, 3))
         self.driven = np.zeros(len(scalars), bool)
         self._others = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
-        q = self.read()[0]
-        poses = {link: self._pose(link) for link in moves}
-        start = np.concatenate([np.zeros(SIZES[k][1]) if k in (HINGE, SLIDE) else [0.0] * 3 * (k == FREE_JOINT) + [*ONE]
-                                for k in kinds.values()])  # fmt: skip
-        count, places = len(self.links), []
-        joint_at, axes = np.zeros((len(self.joints), 3)), np.zeros((len(self.joints), 3))
-        for number, (link, kind, _, _) in enumerate(self.joints):
-            axes[number] = (0.0, 0.0, 1.0) if kind in (FREE_JOINT, BALL) else infos[link][13]
-            # the inertial frame, in which PyBullet tells poses, as seen from the joint's
-            joint_at[number] = 0.0 if kind == FREE_JOINT else -rotation(dynamics[link][3]).T @ dynamics[link][2]
         index = {joint[0]: number for number, joint in enumerate(self.joints)}
-        for link in self.links:
-            x, turn = np.zeros(3), np.eye(3)
-            if link != BASE:
-                parent = infos[link][16]  # what does not move stands with the base
-                (x0, turn0), (x1, turn1) = poses[parent if parent in self.links else BASE], poses[link]
-                x, turn = turn0.T @ (x1 - x0), turn0.T @ turn1
-                if link in index:
-                    x, turn = self._at_zero(index[link], x, turn, q, joint_at, axes)
-            places.append((x, quaternion_of(turn)))
+        joint_at, axes = np.zeros((len(index), 3)), np.tile((0.0, 0.0, 1.0), (len(index), 1))
+        stands = {BASE: (np.zeros(3), np.eye(3))}  # in the base's inertial frame, what does not move against it
+        places, count = [stands[BASE]] * self.free, len(self.links)
+        for link, info in enumerate(infos):  # the joint is told in its inertial frame, and turns it back
+            at, turn = -rotation(dynamics[link][3]).T @ dynamics[link][2], rotation(info[15]).T
+            origin, frame = stands.get(info[16], stands[BASE])
+            place = origin + frame @ (info[14] - turn @ at), frame @ turn
+            if moves[link]:
+                places.append(place)
+            else:
+                stands[link] = place
+            if link in index:
+                joint_at[index[link]] = at
+                axes[index[link]] = info[13] if kinds[link] in (HINGE, SLIDE) else (0.0, 0.0, 1.0)
         joint_count = [int(link in index) for link in self.links]
         parents = {link: number for number, link in enumerate(self.links)}
         self.rows = TreeRows(
             SimpleNamespace(
                 body_parentid=[-1 if link == BASE else parents.get(infos[link][16], -1) for link in self.links],
                 body_jntnum=joint_count, body_jntadr=np.cumsum([0, *joint_count])[:-1],
-                body_pos=[place[0] for place in places], body_quat=[place[1] for place in places],
-                body_ipos=np.zeros((count, 3)), body_iquat=np.tile(ONE, (count, 1)),
+                body_pos=[place[0] for place in places], body_quat=[quaternion_of(place[1]) for place in places],
+                body_ipos=np.zeros((count, 3)), body_iquat=np.tile(UNTURNED, (count, 1)),
                 body_mass=[dynamics[link][0] for link in self.links],
                 body_inertia=[np.maximum(dynamics[link][1], LEAST_INERTIA * dynamics[link][0]) for link in self.links],
                 jnt_type=[joint[1] for joint in self.joints], jnt_pos=joint_at, jnt_axis=axes,
                 jnt_qposadr=[joint[2] for joint in self.joints], jnt_dofadr=[joint[3] for joint in self.joints],
-                qpos0=start, dof_armature=np.zeros(self.v_size), dof_damping=np.zeros(self.v_size),
+                qpos0=np.concatenate([ZERO[kind] for kind in kinds.values()]),
+                dof_armature=np.zeros(self.v_size), dof_damping=np.zeros(self.v_size),
             ),
             range(count),
         )  # fmt: skip
@@ -112,22 +101,6 @@ class Joints:
         """Masses, moments and where they are, of all links, as PyBullet has them now."""
         dynamics = (p.getDynamicsInfo(self.body, link, self._client) for link in self._all)
         return [(one[0], *one[2:5]) for one in dynamics]
-
-    def _at_zero(self, number: int, x: Array, turn: Array, q: Array, at: Array, axes: Array) -> tuple[Array, Array]:
-        """Where a link is in its parent when its joint is at zero, from where it is now."""
-        _, kind, first, _ = self.joints[number]
-        if kind == SLIDE:
-            return x - turn @ axes[number] * q[first], turn
-        own = matrix_of(q[first : first + 4] if kind == BALL else turned_by(q[first] * axes[number]))
-        turn = turn @ own.T
-        return x - turn @ (at[number] - own @ at[number]), turn
-
-    def _pose(self, link: int) -> tuple[Array, Array]:
-        if link == BASE:
-            x, q = p.getBasePositionAndOrientation(self.body, self._client)
-        else:
-            x, q = p.getLinkState(self.body, link, 0, 1, self._client)[:2]
-        return np.array(x), rotation(q)
 
     def place_of(self, link: int) -> tuple[int, Array, Array]:
         """Member of the tree that a link is part of, and where its inertial frame is in that one's principal axes."""
@@ -152,6 +125,8 @@ class Joints:
                     q += (place[3], *place[:3])
                 v += speed
             self.driven = np.array(driven) != 0.0
+        if not isfinite(sum(q) + sum(v)):
+            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
         return np.array(q), np.array(v)
 
     def write(self, q: Array, v: Array) -> None:

@@ -14,15 +14,12 @@ answer to the push in Bullet's own step shows: one whose motor is at its limit g
 
 from __future__ import annotations
 
-from math import isfinite
-
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.joints import Joints, scalar_first
+from contactlaw.pybullet_callback.joints import Joints
 from contactlaw.pybullet_callback.shapes import Key
 from contactlaw.world import World
-from contactlaw.world.arrays import with_tree
 from contactlaw.world.coordinates import carriers, matrix_of_factor, numbers, settle
 from contactlaw.world.records import AXIS, FREE_JOINT, SLIDE, Array, Arrays
 
@@ -54,14 +51,8 @@ class Linked(Joints):
 
     def add_to(self, world: World) -> None:
         """Make its tree; the bodies of the world stand in a row."""
-        bodies = [world.add_body(1.0, 1.0) for _ in self.rows.links]
+        self.number, bodies = world.add_tree_of(self.rows)
         self.first = bodies[0]
-        world._arrays = with_tree(world.arrays, self.rows.fields() | {"first": self.first + 1})
-        self.number = world.arrays.trees.size - 1
-        self.rows.write(world.arrays, self.number)
-        for row, fields in enumerate(self.rows.bodies(), self.first + 1):
-            for name, value in fields.items():
-                world.arrays.bodies[row][name] = value
 
     def _look_at(self, world: Arrays) -> None:
         """Where its numbers are in a world's arrays."""
@@ -78,9 +69,7 @@ class Linked(Joints):
 
     def look_again(self) -> None:
         """Read it into `now`."""
-        self.now = q, v = self.read()
-        if not isfinite(q.sum() + v.sum()):
-            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
+        self.now = self.read()
 
     def receive(self, world: Arrays, gravity: Array) -> None:
         """Take where it is at the start of a step; what its place lacks is put right."""
@@ -105,8 +94,8 @@ class Linked(Joints):
         tree = world.trees[self.number]
         tree["gravity"] = gravity
         if not self.free:
-            x, turn = p.getBasePositionAndOrientation(self.body, self._client)
-            tree["base"], tree["base_turn"] = x, scalar_first(turn)
+            tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.body, self._client)
+            tree["base_turn"] = w, x, y, z
 
     def _learn(self, gained: Array) -> None:
         """What moved the joints, and which of them a motor held against `push`, from the accelerations of a step."""
@@ -136,8 +125,6 @@ class Linked(Joints):
     def compare(self, world: Arrays, dt: float) -> None:
         """After Bullet's step: what moved the joints in it."""
         self.after = self.read()
-        if not isfinite(self.after[0].sum() + self.after[1].sum()):
-            raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
         self._learn((self.after[1] - self.start[1]) / dt)
         self._place(world, dt)
 

@@ -8,7 +8,7 @@ import pybullet as p
 
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.contact import Contact
-from contactlaw.pybullet_callback.shapes import BASE, Key, Side, check_radius, check_served, coordinates
+from contactlaw.pybullet_callback.shapes import BASE, Key, Side, can_move, check_radius, check_served
 from contactlaw.world.sets import Sets
 
 PARENT = 16  # of what getJointInfo tells
@@ -25,7 +25,7 @@ def sets_of(
     """
     sides = {side.key: side for side in (*a, *b)}
     bodies, single = {side.body for side in sides.values()}, len(a) == 1 and len(b) == 1
-    fixed = {body for body in bodies if not coordinates(client, body)}
+    fixed = {body for body in bodies if not can_move(client, body)}
     free = {body for body in bodies - fixed if p.getNumJoints(body, client) == 0}
     if single and a[0].key == b[0].key:
         raise ValueError(f"body_b = {b[0].body}, link_b = {b[0].link}: the same as a; a contact needs two")

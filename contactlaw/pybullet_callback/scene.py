@@ -15,7 +15,7 @@ from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.meetings import parents_of
-from contactlaw.pybullet_callback.shapes import Key, Side, coordinates
+from contactlaw.pybullet_callback.shapes import Key, Side, can_move
 from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
@@ -88,7 +88,7 @@ class Scene:
     def _add(self, side: Side, bodies: list[Key], linked: dict[int, Linked], there: set[int]) -> None:
         """A shape, and the body that it is on."""
         at, turn, row = np.zeros(3), np.eye(3), -1
-        if side.body in there and p.getNumJoints(side.body, self._client) and coordinates(self._client, side.body):
+        if side.body in there and p.getNumJoints(side.body, self._client) and can_move(self._client, side.body):
             if side.body not in linked:
                 linked[side.body] = Linked(self._client, side.body)
                 linked[side.body].add_to(self.world)

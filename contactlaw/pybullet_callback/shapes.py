@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from contactlaw.pair import ContactPair
 from contactlaw.world import World
 from contactlaw.world.frames import quaternion_of, turn_to
+from contactlaw.world.records import BALL, HINGE, SLIDE
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]
@@ -26,6 +27,7 @@ WHAT_IT_IS = {
     3: "a soft body",
 }
 
+KINDS = {p.JOINT_REVOLUTE: HINGE, p.JOINT_PRISMATIC: SLIDE, p.JOINT_SPHERICAL: BALL}
 SHAPE_NAMES = {
     p.GEOM_SPHERE: "sphere",
     p.GEOM_BOX: "box",
@@ -146,17 +148,13 @@ def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, No
 
 
 def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
-    if name == "sphere":
-        return Side(body, link, name, (size[0],), position, turn)
-    if name == "capsule":  # (length without the caps, radius)
-        return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
-    if name == "cylinder":  # (length, radius)
-        return Side(body, link, name, (size[1], 0.5 * size[0]), position, turn)
+    long = size[1], 0.5 * size[0]  # of (length, radius), a capsule's without its caps; a box's lengths are full
+    sizes = {"sphere": size[:1], "capsule": long, "cylinder": long, "box": tuple(0.5 * np.array(size))}
+    if name in sizes:
+        return Side(body, link, name, sizes[name], position, turn)
     if name == "plane":  # its normal, in the shape's frame
         normal = np.array(size)
         return Side(body, link, name, (), position, turn @ turn_to(normal / np.linalg.norm(normal)))
-    if name == "box":  # full lengths
-        return Side(body, link, name, tuple(0.5 * np.array(size)), position, turn)
     if name == "mesh":
         count, points = p.getMeshData(body, link, physicsClientId=client)
         if count > 0:
@@ -226,13 +224,10 @@ def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
             )
 
 
-def coordinates(client: int, body: int) -> int:
-    """How many coordinates a body with its links has."""
-    count = 6 if p.getDynamicsInfo(body, BASE, client)[0] > 0.0 else 0
-    sizes = {p.JOINT_SPHERICAL: 3, p.JOINT_REVOLUTE: 1, p.JOINT_PRISMATIC: 1}
-    return count + sum(
-        sizes.get(p.getJointInfo(body, joint, client)[2], 0) for joint in range(p.getNumJoints(body, client))
-    )
+def can_move(client: int, body: int) -> bool:
+    """Whether a body has any coordinates: it is free, or has joints that let its links move."""
+    joints = (p.getJointInfo(body, joint, client)[2] for joint in range(p.getNumJoints(body, client)))
+    return p.getDynamicsInfo(body, BASE, client)[0] > 0.0 or any(kind in KINDS for kind in joints)
 
 
 def rotation(quaternion: tuple[float, ...]) -> Array:

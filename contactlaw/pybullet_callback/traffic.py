@@ -15,11 +15,12 @@ from contactlaw.pybullet_callback.exchange import (
     MOTION,
     NO_ROOM,
     NOT_FINITE,
+    OTHERS,
     ROW,
     press,
     steady,
 )
-from contactlaw.pybullet_callback.hand_back import LIST, PASSED, QUIET, complete, set_off
+from contactlaw.pybullet_callback.hand_back import LIST, PASSED, complete, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters
@@ -44,8 +45,8 @@ class Traffic:
     """The bodies of PyBullet that a world holds.
 
     What is read is written into the rows only where it is not what was read before. The time step and gravity are not
-    read while all sleep, unless a body shows that it was not held, and while all are far apart, unless one does not
-    fall as it should; nor, then, velocities of bodies that cannot be moved.
+    read where bodies that fall free show that they are those known, and while all sleep, held; nor, while all are far
+    apart, velocities of bodies that cannot be moved.
 
     Args:
         client: Physics client id.
@@ -71,29 +72,28 @@ class Traffic:
         self._bytes = memoryview(self.rows.view(np.uint8))
         self._named = np.zeros(len(keys), np.int64)
         self._head: Any = np.zeros(1, HEAD)
-        self._head["plain"] = not (linked or measured)
+        self._head["plain"] = self._plain = not (linked or measured)
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed, self._foreseen = 0, [], False
-        self._quiet = self._passed = False
+        self._passed = False
         self.dt, self._fall, self._down = 0.0, 0.0, 0
         self._parameters: tuple[float, ...] = ()
+        self._last: list[Any] = []  # read of each of `_bases`
         for one in linked:
             self.rows["linked"][one.first : one.first + len(one.keys)] = 1
         plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
-        self._bases: list[Any] = [(key[0], k * SIZE) for k, key in plain if key[1] == BASE]
-        self._still = [(key, k * SIZE) for k, key in plain if key[1] != BASE]
         self._masses: dict[int, tuple[float, tuple[float, ...]]] = {}
         self.bind(world.arrays)
         self.weigh(k for k, _ in plain)
         self._heavy = set(np.flatnonzero(self.rows["mass"]).tolist())
-        self._moving = [one for one in self._bases if one[1] // SIZE in self._heavy]
-        self._bases = [(*one, one[1] // SIZE in self._heavy) for one in self._bases]
-        self._first = next((i for i, one in enumerate(self._bases) if one[2]), -1)
+        bases = [(key[0], k * SIZE, k in self._heavy) for k, key in plain if key[1] == BASE]
+        self._bases = sorted(bases, key=lambda one: not one[2])
+        self._moving = [one[:2] for one in self._bases if one[2]]
+        self._still = [(key, k * SIZE) for k, key in plain if key[1] != BASE]
         if not moves:
             self._read()
-            self._bases, self._still, self._first = [one for one in self._bases if one[2]], [], 0
-            self._last = [NOTHING] * len(self._bases)
+            self._bases, self._still = self._bases[: len(self._moving)], []
 
     def tell_lists(self, listed: Callable[[], None]) -> None:
         """Let the list of near pairs be made before Bullet's step, and call this when it is another one."""
@@ -107,8 +107,7 @@ class Traffic:
         head = self._head
         head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._last: list[Any] = [NOTHING] * len(self._bases)
-        self._quiet = self._passed = False
+        self._last, self._passed = [NOTHING] * len(self.keys), False
 
     def weigh(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; what has others than before wakes."""
@@ -134,7 +133,8 @@ class Traffic:
 
     def foresee(self) -> int:
         """The step that Bullet is about to take; returns what `hand_back.look` says of the contacts."""
-        self._found, self._pushed, self._quiet, self._passed = 0, [], False, False
+        self._found, self._pushed, self._passed = 0, [], False
+        self._look_up()
         if self._set_off() != PASSED:
             self._found = self._complete(0)
             self._pushed = [
@@ -152,6 +152,8 @@ class Traffic:
 
     def take_step(self) -> int:
         """A step of PyBullet, then the same one of the world, which is handed back; returns as `foresee`."""
+        if not (self._plain and self._parameters):
+            self._look_up()
         pushed = self._set_off()
         if pushed > 0:
             self._push(pushed)
@@ -178,19 +180,15 @@ class Traffic:
 
     def _set_off(self) -> int:
         """Read all bodies and set the world's out from there; returns how many are to be pushed, or PASSED."""
-        if not (self._quiet or self._passed):
-            self._look_up()
         for one in self.linked:
             one.look_again()
         if not self._read(self._passed) and self._foreseen:
             self._refuse_twice()
         self._foreseen = False
         pushed = set_off(self._head_at)
-        if (self._quiet and pushed < QUIET) or (self._passed and pushed != PASSED):
-            others = self._look_up()
-            if (self._passed and self._read()) or others:
-                pushed = set_off(self._head_at)
-        self._passed, self._quiet = pushed == PASSED, pushed >= QUIET
+        if self._passed and pushed != PASSED and self._read():
+            pushed = set_off(self._head_at)
+        self._passed = pushed == PASSED
         if pushed == NOT_FINITE:
             self._refuse()
         if pushed == LIST:
@@ -207,7 +205,7 @@ class Traffic:
             pushed = steady(self._head_at)
         for one in self._measured:
             one.place(self._client, self.arrays, self.dt)
-        return pushed % QUIET if pushed > 0 else pushed
+        return pushed
 
     def _look_up(self) -> bool:
         """Read the time step and gravity; returns whether they are others."""
@@ -227,8 +225,8 @@ class Traffic:
         """
         if self._fall == 0.0:
             return False
-        i, gained = self._first, p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
-        return abs(gained - self._last[i][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
+        gained = p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
+        return abs(gained - self._last[0][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
 
     def _complete(self, stepped: int) -> int:
         """Move the world and hand it back."""
@@ -238,12 +236,13 @@ class Traffic:
             if done == NO_ROOM and not KEPT:  # or it raises
                 self._make_room()
                 continue
-            if self._quiet and self._look_up():
+            if self._plain and self._look_up():
                 set_off(self._head_at)
-            for body, at in self._moving:
-                x, q = p.getBasePositionAndOrientation(body, self._client)
-                POSE.pack_into(self._bytes, at + AFTER, *x, *q)
-            self.weigh(np.flatnonzero(self.rows["other"] == 2).tolist())
+            if done == OTHERS:
+                for body, at in self._moving:
+                    x, q = p.getBasePositionAndOrientation(body, self._client)
+                    POSE.pack_into(self._bytes, at + AFTER, *x, *q)
+                self.weigh(np.flatnonzero(self.rows["other"] == 2).tolist())
         return done
 
     def _settle(self, found: int) -> None:

@@ -151,14 +151,18 @@ def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
 
 
 def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
-    """The world before its first step, with room for so many near pairs and contacts."""
+    """The world before its first step, with room for so many near pairs and contacts: zeros that take no memory yet."""
     one.world["spares"] = contacts
+
+    def room(kind: Any, *shape: int) -> Array:
+        return np.broadcast_to(np.zeros((), kind), shape)
+
+    memory = room(np.float64, contacts, one.memory.shape[1])
     return one._replace(
-        near=np.zeros(near, NEAR), guards=np.zeros(near if one.shapes["long"].any() else 1, GUARD),
-        island_pairs=np.zeros(near, np.int64), contacts=np.zeros(contacts, CONTACT),
-        memory=np.zeros((contacts, one.memory.shape[1])), spare=np.arange(contacts)[::-1].copy(),
-        rows=np.zeros(near, ROW), contacts_aside=np.zeros(contacts, CONTACT),
-        memory_aside=np.zeros((contacts, one.memory.shape[1])),
+        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["long"].any() else 1),
+        island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
+        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), contacts_aside=room(CONTACT, contacts),
+        memory_aside=memory,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from contactlaw.pair import ContactPair
 from contactlaw.world import shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.coordinates import coordinates, write_coordinates
-from contactlaw.world.frames import UNTURNED, matrix_of, principal, product, turn_to, unit_quaternion
+from contactlaw.world.frames import ORIGIN, UNTURNED, matrix_of, principal, product, turn_to, unit_quaternion
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.tree import Tree
 from contactlaw.world.tree_rows import TreeRows
@@ -71,9 +71,8 @@ class Building:
         return self._arrays
 
     def add_body(
-        self, mass: float, inertia: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0),
-        velocity: ArrayLike = (0.0, 0.0, 0.0), quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
-        spin: ArrayLike = (0.0, 0.0, 0.0),
+        self, mass: float, inertia: ArrayLike, position: ArrayLike = ORIGIN, velocity: ArrayLike = ORIGIN,
+        quaternion: ArrayLike = UNTURNED, spin: ArrayLike = ORIGIN,
     ) -> int:  # fmt: skip
         """Add a body; returns its number.
 
@@ -112,12 +111,12 @@ class Building:
 
     def add_tree_of(self, rows: TreeRows) -> tuple[int, list[int]]:
         """The same of records, which an engine's adapter has; the tree is nowhere until it is placed."""
-        bodies = [self.add_body(float(link["mass"]), link["inertia"]) for link in rows.links]
-        arrays = self._arrays = with_tree(
-            self.arrays, rows.fields() | {"first": bodies[0] + 1, "gravity": self.gravity}
-        )
+        first, count = len(self._frames), rows.links.size
+        self._new_bodies += rows.bodies()
+        self._frames += [UNTURNED] * count
+        arrays = self._arrays = with_tree(self.arrays, rows.fields() | {"first": first + 1, "gravity": self.gravity})
         rows.write(arrays, arrays.trees.size - 1)
-        return arrays.trees.size - 1, bodies
+        return arrays.trees.size - 1, list(range(first, first + count))
 
     def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
         """Give a tree other coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""

@@ -10,11 +10,13 @@ from contactlaw.world.records import Array
 
 ALIKE = 1e-12  # relative difference of moments of inertia that are equal
 
-UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
+ORIGIN, UNTURNED = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def unit_quaternion(name: str, value: ArrayLike) -> Array:
     """A checked unit quaternion, scalar first."""
+    if value is UNTURNED:
+        return UNTURNED
     q = checks.finite_array(name, value)
     if q.shape != (4,) or not np.linalg.norm(q) > 0.0:
         raise ValueError(f"{name} = {q.tolist()}: must be four numbers, scalar first, not all zero")
@@ -33,6 +35,8 @@ def product(p: Array, q: Array) -> Array:
 def matrix_of(q: Array) -> Array:
     """The rotation matrix (3, 3) of a unit quaternion."""
     w, v = q[0], q[1:]
+    if not v.any():
+        return np.eye(3)
     skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     return np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew
 

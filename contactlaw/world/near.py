@@ -46,13 +46,40 @@ def way_of(b, left):
 
 @jit_inside
 def list_near(w):
-    """Make the list of near pairs anew; contacts keep what they remember."""
-    smallest = mark(w)
+    """Make the list of near pairs anew; contacts keep what they remember.
+
+    If there is not room for all that are near within margins for several steps, it lasts one step.
+    """
+    lost, heads = w.lost, w.cells + 2 * w.shape_count
+    wholes = 0
+    for i in range(w.shape_count):
+        wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
+    lasts = LONG if wholes < w.shape_count else STEPS * max(sqrt(wholes) / w.body_count, 1.0)
+    list_within(w, lasts if w.body_count <= MANY else 1.0)
+    if w.lost > lost:
+        w.lost = lost
+        list_within(w, 1.0)
+    keep_contacts(w, heads)
+    sort_near(w, w.cells)
+    for k in range(w.nears):
+        enter(w, k, heads)
+    list_bodies(w)
+    for slot in range(w.slots):
+        c = contact_at(w.contacts, slot)
+        if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.built > 0.0)):
+            release(w, slot)
+    w.lists += 1
+    w.stale = 0
+
+
+@jit_inside
+def list_within(w, steps):
+    """List the shapes that are within margins for so many steps."""
+    smallest = mark(w, steps * w.step)
     shapes = w.shape_count
     cells = w.cells  # first in the grid's room: heads of the cells' lists; of each shape: next, level, contacts, cell
     for i in range(cells):
         set_whole(w.grid, i, -1)
-    keep_contacts(w, cells + 2 * shapes)
     w.nears, w.guard_count, levels = 0, 0, 0
     for i in range(shapes):
         s = shape_at(w.shapes, i)
@@ -84,16 +111,6 @@ def list_near(w):
                 break
             if (levels >> level) & 1:
                 around(w, i, level, smallest * 2.0**level, cells)
-    sort_near(w, cells)
-    for k in range(w.nears):
-        enter(w, k, cells + 2 * shapes)
-    list_bodies(w)
-    for slot in range(w.slots):
-        c = contact_at(w.contacts, slot)
-        if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.built > 0.0)):
-            release(w, slot)
-    w.lists += 1
-    w.stale = 0
 
 
 @jit_inside
@@ -113,17 +130,13 @@ def list_bodies(w):
 
 
 @jit_inside
-def mark(w):
-    """Give all bodies new margins, where they are; returns the width [m] of the smallest shape with its margin.
+def mark(w, time):
+    """Give all bodies new margins for a time [s], where they are; returns the width [m] of the smallest shape with its
+    margin.
 
     A body that is behind in time makes up for it out of its margin, which is for some steps. To move it here would
     make its motion, by rounding, one of margins.
     """
-    wholes = 0
-    for i in range(w.shape_count):
-        wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
-    lasts = LONG if wholes < w.shape_count else STEPS * max(sqrt(wholes) / w.body_count, 1.0)
-    time = (lasts if w.body_count <= MANY else 1.0) * w.step
     total = 0.0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)

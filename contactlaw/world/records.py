@@ -92,6 +92,7 @@ TREE = record(
     # addresses of its numbers
     q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
     f="u8", d="u8", v_f="u8",  # force on them: f - D (v - v_f), all three constant over a step; D as `factor`
+    e="u8",  # inertia by which constraints hold them besides, constant over a step; as `factor`
     x="u8",  # (v_size,), what a function is given, and what it returns
     due="u8", kicked="i8",  # (v_size,), impulses on them since then; whether there are any
     push="u8",  # (v_size,), what these change v by
@@ -112,7 +113,7 @@ TREE = record(
     fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
-    lag="f8",  # [s] that damping comes behind its velocity, see `tree_motion`
+    lag="f8", span="f8",  # [s] that damping comes behind its velocity, see `tree_motion`; length of the step
     passes="i8",  # whether an engine has taken it to the end of the step already, past everything, see `passing`
     disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
@@ -304,7 +305,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     one = dict.fromkeys(("v", "a", "f", "v_f", "x", "due", "push"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    sizes = {"d": v * v, "factor": v * v, "room": q + 3 * v, "kept": q + v, "start": q + v}
+    sizes = {"d": v * v, "e": v * v, "factor": v * v, "room": q + 3 * v, "kept": q + v, "start": q + v}
     return {"q": q} | one | sizes | own
 
 

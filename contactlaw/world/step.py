@@ -191,6 +191,7 @@ def begin(w, dt):
         store(b.shift, (0.0, 0.0, 0.0))
         store(b.twist, (0.0, 0.0, 0.0))
         if b.tree != 0 and b.member == 0 and not passes:
+            tree_at(b.tree, 0).span = dt
             settle(b)
         if b.asleep != 0 and disturbed(b):
             wake_body(b, 0.0)

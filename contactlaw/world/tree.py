@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.world.frames import unit_quaternion
+from contactlaw.world.frames import principal, unit_quaternion
 from contactlaw.world.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
 from contactlaw.world.tree_rows import V_SIZE, Bodies, TreeRows
 
@@ -116,8 +116,8 @@ class Tree:
 
 
 def _moments(inertia: ArrayLike) -> Array:
-    """Three principal moments [kg m^2] of one number or three."""
+    """Three principal moments [kg m^2] of one number or three, such as a body can have."""
     given = checks.finite_array("inertia", inertia)
     if given.shape not in ((), (3,)):
         raise ValueError(f"inertia: shape {given.shape}; must be one number or (3,), about principal axes")
-    return np.broadcast_to(given, 3)
+    return principal(given)[0]

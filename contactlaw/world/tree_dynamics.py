@@ -1,6 +1,6 @@
 """Mass matrix and accelerations of a tree of bodies.
 
-    (M(q) + lag D) a + c(q, v) = f - D (v - v_f)
+    (M(q) + E + lag D) a + c(q, v) = f - D (v - v_f)
 
 M from the inertias of each body with all behind it (composite rigid bodies), c, gravity included, from the forces that
 all bodies need where a = 0 (Featherstone 2008, chapters 5 and 6). The lag is zero but where `tree_motion` says so. With
@@ -8,8 +8,9 @@ L^T D L = M, L has entries only where one degree of freedom carries the other, s
 those that carry it, and its answer all others once.
 
 A row of the factor holds the entries of the axes that carry axis k, the root's first, and its own last: the row of one
-of these is as long as the part of this row up to it, entry by entry of the same axes. D, symmetric, is kept likewise:
-what damps joints of two branches against each other, as a tendon may, is not in it.
+of these is as long as the part of this row up to it, entry by entry of the same axes. D and E, by which
+soft constraints resist acceleration, are symmetric and kept likewise: what damps or holds joints of two branches
+against each other, as a tendon may, is not in them.
 """
 
 from __future__ import annotations
@@ -21,12 +22,15 @@ from contactlaw.world.access import axis_at, body_at, link_at
 from contactlaw.world.tree_kinematics import NONE, vector
 from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub
 
+STIFF = 100.0  # damping times a step over the mass: beyond, it comes a step behind always, as if it were a mass
+
 
 def accelerate(t):
     """Mass matrix and its factor; accelerations at q and v."""
     for i in range(t.count):
         look_at(t, i)
     a, d, m = vector(t.a, t.v_size), vector(t.d, (t.v_size, t.v_size)), vector(t.factor, (t.v_size, t.v_size))
+    held = vector(t.e, (t.v_size, t.v_size))
     push(t, d, a)
     for i in range(t.count - 1, -1, -1):
         link = link_at(t.links, i)
@@ -40,12 +44,14 @@ def accelerate(t):
             angular = add(times(tensor, e), cross(offset, s))
             p = axis.depth
             resistance = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
-            m[k, p] = axis.armature + t.lag * resistance + dot(e, angular) + dot(s, linear)
+            own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
+            lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
+            m[k, p] = own + lag * resistance
             j = axis.before
             while j >= 0:
                 one = axis_at(t.axes, j)
                 p -= 1
-                m[k, p] = t.lag * d[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
+                m[k, p] = t.lag * d[k, p] + held[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
                 j = one.before
         if link.parent >= 0:
             parent = link_at(t.links, link.parent)

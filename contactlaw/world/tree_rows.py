@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.world.coordinates import numbers
-from contactlaw.world.frames import matrix_of, principal, product
+from contactlaw.world.frames import ALIKE, matrix_of, principal, product
 from contactlaw.world.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays
 
 Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
@@ -169,7 +169,8 @@ class TreeRows:
         return [
             {
                 "quaternion": (1.0, 0.0, 0.0, 0.0), "inverse_mass": 1.0 / link["mass"],
-                "inverse_inertia": 1.0 / link["inertia"], "isotropic": int(np.ptp(link["inertia"]) == 0.0),
+                "inverse_inertia": 1.0 / link["inertia"],
+                "isotropic": np.ptp(link["inertia"]) <= ALIKE * link["inertia"].max(),
                 "oriented": 1,
             }
             for link in self.links

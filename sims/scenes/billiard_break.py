@@ -5,8 +5,6 @@ aim is straight, and the rack is its own mirror image, so that the way of each b
 whatever the contacts do, they cannot gain energy. Balls and table as in `billiards`.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -13,8 +13,6 @@ M. Parkin, Proc. IMechE C 224 (2010) 1863. Elastic constants of ball, table and,
 resin, E 5.84 GPa, nu 0.34 (assumed; handbooks differ).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, radians, sin, sqrt
 from typing import Any

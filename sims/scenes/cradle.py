@@ -8,8 +8,6 @@ explanation of a well-known collision experiment, Am. J. Phys. 49 (1981) 761; He
 (1985), section 4.2.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

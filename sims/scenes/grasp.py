@@ -7,8 +7,6 @@ and down by A sin(2 pi f t). The slip is what the ball has gone down against the
 to the last one; on elastic pads it swings meanwhile.
 """
 
-from __future__ import annotations
-
 from math import pi
 from time import perf_counter
 from typing import Any

@@ -4,8 +4,6 @@ What a heap owes to mechanics, whatever its contacts do: floor and walls carry i
 laws), and the energy of all that moves, is lifted or is pressed together never grows.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -9,8 +9,6 @@ Ball as in `table_tennis`; a blade of 90 g; friction 0.8 and restitution 0.8 of 
 layers than Hertz's, under a shell: figures for use measure yours).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

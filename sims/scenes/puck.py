@@ -1,7 +1,5 @@
 """The puck of `sims.puck` as a scene: the same throw, watched on its way to the block and back."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sims.options import Option

@@ -5,8 +5,6 @@ thrown at a first block, from which it comes back with spin, and the impact that
 a fine angle to its path. Source: J. Lubr. Technol. 103 (1981) 74, "Results for Rubber Puck".
 """
 
-from __future__ import annotations
-
 from math import acos, atan, degrees, hypot
 from typing import Any
 

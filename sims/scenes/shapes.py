@@ -10,8 +10,6 @@ such points carry the weight, so that each lies
 deep. A can thrown without spin slides until it rolls, at 2/3 of its speed whatever the friction (I = 1/2 m R^2).
 """
 
-from __future__ import annotations
-
 from math import pi, radians
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A superball thrown with backspin: it comes back, again with backspin, and goes on to and fro."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, ClassVar
 

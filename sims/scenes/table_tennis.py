@@ -14,8 +14,6 @@ nu^2))), E. Reissner, J. Math. Phys. 25 (1946) 279: 0.8 ms. kappa of a shell is 
 0.38 is taken. Air is left out. Reversal: R. L. Garwin, Am. J. Phys. 37 (1969) 88.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi, sqrt
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """A superball thrown under a table: floor, underside, floor, and out again on the side where it came in."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, ClassVar
 

@@ -3,8 +3,6 @@
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 from math import log, pi, sqrt
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A world without an engine: the package's own bodies."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What worlds are made of: bodies, the state of all of them, what an engine is told, and turns."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A world in PyBullet, in a client of its own."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 

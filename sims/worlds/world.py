@@ -1,7 +1,5 @@
 """The one face that both engines, and the world without one, show to a scene."""
 
-from __future__ import annotations
-
 import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence

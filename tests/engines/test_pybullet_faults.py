@@ -151,18 +151,31 @@ def test_a_link_s_mass_changed_in_flight_is_the_one_that_strikes(client: int, ah
     assert velocities(client, body)[0][2] == pytest.approx((1.0 - k) / (1.0 + k), abs=1e-3)
 
 
-def test_a_step_made_longer_far_from_everything_passes_nothing(client: int) -> None:
-    """What flies far from everything is not asked for the step's length; it shows that it has fallen for longer."""
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_step_made_longer_passes_nothing(client: int, beside: bool) -> None:
+    """The step's length is not asked for where what falls shows it: far from everything, or close by another ball."""
     floor, body = plane(client), ball(client, [0, 0, RADIUS + 0.05], [0, 0, -5.0])
     p.setGravity(0, 0, -9.81, client)
     p.setTimeStep(1e-5, client)
     callback = ContactCallback(client)
-    callback.add_contact(body, floor, pair_of(restitution=1.0))
+    others = [ball(client, [2.0 * RADIUS + 1e-6, 0, RADIUS + 0.05], [0, 0, -5.0])] if beside else []
+    callback.add_contact([body, *others], [body, *others, floor], pair_of(restitution=1.0))
     go(client, callback, False, 4)
     p.setTimeStep(1 / 60, client)
     callback.step()
     assert p.getBasePositionAndOrientation(body, client)[0][2] > RADIUS
     assert velocities(client, body)[0][2] == pytest.approx(5.0, abs=0.2)
+
+
+def test_a_step_made_longer_while_a_ball_rolls_is_noticed(client: int) -> None:
+    body, callback, _ = resting(client)
+    p.resetBaseVelocity(body, [1.0, 0, 0], [0, 1.0 / RADIUS, 0], client)
+    go(client, callback, False, 20)
+    dt = 2.0 * p.getPhysicsEngineParameters(client)["fixedTimeStep"]
+    p.setTimeStep(dt, client)
+    before = p.getBasePositionAndOrientation(body, client)[0][0]
+    callback.step()
+    assert p.getBasePositionAndOrientation(body, client)[0][0] - before == pytest.approx(dt, rel=1e-6)
 
 
 @pytest.mark.parametrize("pull", [-20.0, 9.81])

@@ -133,13 +133,6 @@ def test_free_motion_along_a_sampled_impact_agrees_with_impact(restitution):
     assert history.psi[-1] == pytest.approx(expected, abs=2e-4)
 
 
-def test_bad_motions_are_named():
-    with pytest.raises(ValueError, match="time"):
-        annulus.along_motion([0.0, 0.0], [0.0, 1.0], [0.0, 1.0], 1.0, 1.0)
-    with pytest.raises(ValueError, match="normal_force"):
-        annulus.along_motion([0.0, 1.0], [0.0, 1.0], [0.0, -1.0], 1.0, 1.0)
-
-
 # --- normal motion ----------------------------------------------------------------------------------------------------
 
 

@@ -192,14 +192,6 @@ def test_nothing_depends_on_the_axes_and_the_sense_of_spin():
         np.testing.assert_allclose(turned, force @ change, atol=1e-5)
 
 
-def test_scales_of_friction_and_stiffness():
-    kappa, friction = 0.8, 0.3
-    _, moved = along(x=0.5, y=0.2, angle=0.4, samples=4)
-    plain = grid.force_along_path(0.7 * np.ones(4), moved, cells=12)
-    scaled = grid.force_along_path(0.7 * np.ones(4), moved * friction / kappa, kappa=kappa, friction=friction, cells=12)
-    np.testing.assert_allclose(scaled, friction * plain, atol=1e-5)
-
-
 # --- impacts ----------------------------------------------------------------------------------------------------------
 
 

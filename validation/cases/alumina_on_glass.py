@@ -1,7 +1,5 @@
 """Every rung against the impacts of alumina spheres on glass that Kharaz, Gorham & Salman measured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair
@@ -47,18 +45,13 @@ class AluminaOnGlass(Case):
     )
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        pair = PAIR
-        measures: dict[str, dict[str, dict[str, float]]] = {}
-        shown: Data = {}
-        for quantity, (name, column) in told(TABLES.items(), progress):
-            table = load(name)
-            theta, value = table["theta_deg"], table[column]
+        pair, measures, shown = PAIR, {}, {}
+        for quantity in told(TABLES, progress):
+            theta, value = measured(quantity)
             differences = {law: found[quantity] - value for law, found in quantities(pair, theta).items()}
             below = theta < STICKING
-            measures[quantity] = {
-                "below": {law: rms(difference[below]) for law, difference in differences.items()},
-                "all": {law: rms(difference) for law, difference in differences.items()},
-            }
+            measures[quantity] = {part: {law: rms(difference[inside]) for law, difference in differences.items()}
+                                  for part, inside in (("below", below), ("all", theta < 90.0))}  # fmt: skip
             shown[quantity] = {"theta": theta, "value": value, "points": [int(below.sum()), theta.size],
                                "law_minus_data": differences["microslip"]}  # fmt: skip
         grid = np.linspace(0.25, 62.0, 60 if quick else 160)
@@ -73,9 +66,8 @@ class AluminaOnGlass(Case):
             below = measures[quantity]["below"]
             limits.append(Limit(f"rms of microslip in {quantity}, below {STICKING:g} degrees, beside the scatter",
                                 asked, below["microslip"], UNITS[quantity]))  # fmt: skip
-            limits.append(
-                Limit(f"rms of microslip over the next best law's, {quantity}", 1.0, over_the_next_best(below))
-            )
+            over = over_the_next_best(below)
+            limits.append(Limit(f"rms of microslip over the next best law's, {quantity}", 1.0, over))
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
@@ -109,6 +101,13 @@ class AluminaOnGlass(Case):
         legend_below(axes[0], 7)
 
 
+def measured(quantity: str) -> tuple[Array, Array]:
+    """Incidences [deg] and what was measured there."""
+    name, column = TABLES[quantity]
+    table = load(name)
+    return table["theta_deg"], table[column]
+
+
 def quantities(
     pair: ContactPair, theta: Array, speed: float = SPEED, *, with_reference: bool = True
 ) -> dict[str, dict[str, Array]]:
@@ -135,24 +134,18 @@ def consistency() -> dict[str, tuple[float, float]]:
     """How far the measured e_t and spin are from those that follow from the measured rebound angle alone.
 
     A homogeneous sphere without spin before leaves with e_t = e tan(rebound)/tan(theta) and R omega = 2.5 v_t
-    (1 - e_t), whatever the contact does. The angle is interpolated to the other's incidence.
-
-    Returns:
-        rms below 33 degrees and over all, in the quantity's unit.
+    (1 - e_t), whatever the contact does. The angle is interpolated to the other's incidence. rms below 33 degrees and
+    over all, in the quantity's unit.
     """
-    rebound = load("kharaz_rebound_cm_lethe")
+    # The ratio of the angles varies slowly; the first point, at 0.016 degrees, is all reading error.
+    at, rebound = (one[1:] for one in measured("rebound angle"))
     found = {}
     for quantity in ("e_t", "spin"):
-        name, column = TABLES[quantity]
-        table = load(name)
-        theta = table["theta_deg"]
-        # The ratio of the angles varies slowly; the first point, at 0.016 degrees, is all reading error.
-        ratio = rebound["rebound_cm_deg"][1:] / rebound["theta_deg"][1:]
-        angle = np.radians(np.interp(theta, rebound["theta_deg"][1:], ratio) * theta)
+        theta, seen = measured(quantity)
+        angle = np.radians(np.interp(theta, at, rebound / at) * theta)
         e_t = RESTITUTION * np.tan(angle) / np.tan(np.radians(theta))
         value = e_t if quantity == "e_t" else 2.5 * (1.0 - e_t) * SPEED * np.sin(np.radians(theta)) / RADIUS
-        difference, below = value - table[column], theta < STICKING
-        found[quantity] = rms(difference[below]), rms(difference)
+        found[quantity] = rms((value - seen)[theta < STICKING]), rms(value - seen)
     return found
 
 
@@ -161,12 +154,10 @@ def angles_from_others() -> dict[str, tuple[float, float]]:
 
     What is interpolated is their ratio to the law's e_t, which varies slowly.
     """
-    angles = load("kharaz_rebound_cm_lethe")
-    theta, angle = angles["theta_deg"], angles["rebound_cm_deg"]
+    theta, angle = measured("rebound angle")
     found = {}
     for quantity in ("e_t", "spin"):
-        name, column = TABLES[quantity]
-        at, value = load(name)["theta_deg"], load(name)[column]
+        at, value = measured(quantity)
         own = value if quantity == "e_t" else 1.0 - value * RADIUS / (2.5 * SPEED * np.sin(np.radians(at)))
         e_t, law = (quantities(PAIR, x, with_reference=False)["microslip"]["e_t"] for x in (theta, at))
         reflected = e_t * np.interp(theta, at, own / law) * np.tan(np.radians(theta)) / RESTITUTION
@@ -177,7 +168,7 @@ def angles_from_others() -> dict[str, tuple[float, float]]:
 
 def scatter() -> dict[str, float]:
     """What the data leave open below 33 degrees, rms by quantity: of the angle, what the disagreement of e_t makes."""
-    found, theta = consistency(), load("kharaz_rebound_cm_lethe")["theta_deg"]
+    found, theta = consistency(), measured("rebound angle")[0]
     theta = theta[theta < STICKING]
     e_t = quantities(PAIR, theta, with_reference=False)["microslip"]["e_t"]
     reflected = np.tan(np.radians(theta)) / RESTITUTION

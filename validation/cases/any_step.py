@@ -1,7 +1,5 @@
 """The bounce at any engine step: error over the step, and over the time that the law's own substeps take."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -10,7 +8,7 @@ import numpy as np
 from contactlaw import ContactPair
 from contactlaw.laws.microslip import Microslip
 from validation import ball
-from validation.ball import FRICTION, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, in_words, steel_pair
+from validation.ball import FRICTION, INCIDENCES, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, in_words
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.front import largest, rms
 from validation.impacts import judge
@@ -21,12 +19,9 @@ from validation.reference import turning_data
 ASKED = 5e-4
 GROWN = 3e-3  # of the energy, that an impact of few substeps may gain
 RESTITUTIONS = [1.0, RESTITUTION, 0.5]
-INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 LONG = 2e-3  # [s], MuJoCo's own step
-STEPS = {
-    "mujoco": [1.0 / 240.0, LONG, 1e-3, 1e-4, 1e-5, 1e-6],
-    "pybullet": [1.0 / 240.0, 1e-3, 1e-4, 1e-5, 1e-6],
-}  # [s]
+STEPS = {"mujoco": [1.0 / 240.0, LONG, 1e-3, 1e-4, 1e-5, 1e-6],
+         "pybullet": [1.0 / 240.0, 1e-3, 1e-4, 1e-5, 1e-6]}  # [s]  # fmt: skip
 RESOLVED = (50, 100, 200, 400)
 """Steps a contact."""
 COUNTS = [25, 50, 100, 200, 400]  # substeps a contact
@@ -80,7 +75,7 @@ class AnyStep(Case):
             return found[..., 0] - truth.psi_2[:, None]
 
         for e in told(RESTITUTIONS, progress, 0.0, 0.7):
-            pair = steel_pair(restitution=e)
+            pair = ball.steel_pair(restitution=e)
             for engine, steps in STEPS.items():
                 found = [errors(engine, dt, pair) for dt in steps]
                 data["error"][f"{engine}, e = {e:g}"] = [*map(largest, found)]
@@ -89,11 +84,12 @@ class AnyStep(Case):
                 data["integrators"].setdefault(name, []).append(largest(one))
             found = [errors("mujoco", LONG, pair, substeps=n, grown=GROWN if n < 50 else 0.3 * GROWN) for n in COUNTS]
             data["in_substeps"][f"e = {e:g}"] = {"error": [*map(largest, found)], "rms": [*map(rms, found)]}
-        spun = steel_pair(restitution=1.0)
+        spun = ball.steel_pair(restitution=1.0)
         shift = _of_spin(spun, psi_1)
         for engine, steps in STEPS.items():
             data["twirl"][engine] = [largest(errors(engine, dt, spun, twirl=TWIRL) - shift[:, None]) for dt in steps]
-            for words, pair in (("16 nodes", steel_pair()), ("64 nodes", steel_pair(Microslip(node_count=64)))):
+            pairs = {"16 nodes": ball.steel_pair(), "64 nodes": ball.steel_pair(Microslip(node_count=64))}
+            for words, pair in pairs.items():
                 duration = pair.contact_duration(MASS, ball.SPEED)
                 found = [errors(engine, duration / n, pair) for n in RESOLVED]
                 data["resolved"][f"{engine}, {words}"] = [*map(largest, found)]
@@ -107,10 +103,7 @@ class AnyStep(Case):
                  for n, one in zip(data["substeps"], data["microseconds"], strict=True)]  # fmt: skip
         rows = [
             *((key, words[key.split(",")[0]], errors) for key, errors in data["error"].items()),
-            *(
-                (f"{engine}, e = 1, spun about the normal", words[engine], errors)
-                for engine, errors in data["twirl"].items()
-            ),
+            *((f"{key}, e = 1, spun about the normal", words[key], errors) for key, errors in data["twirl"].items()),
             *((f"{key}, e = {RESTITUTION:g}", resolved, errors) for key, errors in data["resolved"].items()),
             *((f"mujoco, 2 ms, {key}", times, found["error"]) for key, found in data["in_substeps"].items()),
         ]
@@ -169,10 +162,10 @@ def _of_spin(pair: ContactPair, psi_1: list[float]) -> np.ndarray:
 
 def _times(repeats: int) -> list[dict[str, float]]:
     """Time of an impact within long steps [us], beyond that of the same steps in free flight, for each of `COUNTS`."""
-    worlds = {str(n): ball.ball_world("mujoco", LONG, steel_pair(), substeps=n) for n in COUNTS}
-    worlds["free"] = ball.ball_world("mujoco", LONG, steel_pair())
-    velocity, spin, _ = ball.launch(1.4 * FRICTION / steel_pair().kappa, 0.0, spinning=False)
-    prepare = {name: partial(world.start, ball.at(1.0 if name == "free" else 0.5 * LONG, velocity, spin))
-               for name, world in worlds.items()}  # fmt: skip
+    worlds = {str(n): ball.ball_world("mujoco", LONG, ball.steel_pair(), substeps=n) for n in COUNTS}
+    worlds["free"] = ball.ball_world("mujoco", LONG, ball.steel_pair())
+    thrown = ball.launch(1.4 * FRICTION / ball.steel_pair().kappa, 0.0, spinning=False)[:2]
+    heights = dict.fromkeys(worlds, 0.5 * LONG) | {"free": 1.0}
+    prepare = {name: partial(world.start, ball.at(heights[name], *thrown)) for name, world in worlds.items()}
     seconds = interleaved({name: partial(world.step, 4) for name, world in worlds.items()}, repeats, prepare)
     return [spread(1e6 * (seconds[str(n)] - seconds["free"])) for n in COUNTS]

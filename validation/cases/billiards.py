@@ -1,7 +1,5 @@
 """Throw and spin transfer of billiard balls, with friction that falls with speed, against the players' formulas."""
 
-from __future__ import annotations
-
 from itertools import product
 from math import atan, cos, degrees, radians, sin
 
@@ -77,12 +75,10 @@ def _shot(speed: float, cut: float, spin: float) -> Data:
     slide = -speed * sin(cut) + spin * speed  # of the cue ball's point over the other's, along `across`
     straight = speed * cos(cut)
     share = min(FRICTION(abs(slide)) * straight / max(abs(slide), 1e-300), 1.0 / 7.0)
-    along, sideways = straight, share * slide  # of the object ball
-    return {
-        "throw": _throw(impact.velocity_b, n, across), "constant": _throw(constant.velocity_b, n, across),
-        "formula": degrees(atan(sideways / along)), "turn": float(impact.spin_b[2]) * RADIUS / speed,
-        "turn_formula": -2.5 * sideways / speed, "slides": share < 1.0 / 7.0,
-    }  # fmt: skip
+    sideways = share * slide  # of the object ball
+    return {"throw": _throw(impact.velocity_b, n, across), "constant": _throw(constant.velocity_b, n, across),
+            "formula": degrees(atan(sideways / straight)), "turn": float(impact.spin_b[2]) * RADIUS / speed,
+            "turn_formula": -2.5 * sideways / speed, "slides": share < 1.0 / 7.0}  # fmt: skip
 
 
 def _throw(velocity: np.ndarray, n: np.ndarray, across: np.ndarray) -> float:

@@ -1,7 +1,5 @@
 """A ball that bounces under gravity: it keeps its energy, or comes to rest at its static overlap and stays."""
 
-from __future__ import annotations
-
 from itertools import groupby, product
 from math import sqrt
 
@@ -52,14 +50,8 @@ class Bouncing(Case):
         for e, (engine, dt, integrator) in product(RESTITUTIONS, kinds):
             rest = _lie(engine, dt, integrator, e, 10.0 if quick else LONG)
             data["rest"].append({"engine": engine, "step": dt, "integrator": integrator, "e": e, **rest})
-        limits = [
-            Limit(
-                f"energy of the elastic ball, {engine}, any step",
-                ENERGY,
-                worst(data["elastic"], "largest", engine=engine),
-            )
-            for engine in ELASTIC
-        ]
+        limits = [Limit(f"energy of the elastic ball, {engine}, any step", ENERGY,
+                        worst(data["elastic"], "largest", engine=engine)) for engine in ELASTIC]  # fmt: skip
         limits += [
             Limit(f"{what}, {engine}", asked, worst(data["rest"], key, engine=engine), unit)
             for engine in RESTS

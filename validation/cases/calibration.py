@@ -1,7 +1,5 @@
 """What tables of impacts as the paper had them, and published ones, tell of friction and stiffness."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -38,8 +36,8 @@ class CalibrationCase(Case):
         for number, table in enumerate((tables.STEEL, tables.RUBBER)):
             pucks[table.name] = _repeated(table, repeats, lambda part, n=number: progress(0.45 * (n + part)))
         kappa = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], tables.KHARAZ_FRICTION).kappa
-        real = {table.name: _as_data(_of(table, kappa), tables.KHARAZ_FRICTION, kappa) for table in tables.alumina()}
-        single = {table.name: _as_data(_of(table, None)) for table in tables.balls()}
+        real = {one.name: _as_data(_of(one, kappa), tables.KHARAZ_FRICTION, kappa) for one in tables.alumina()}
+        single = {one.name: _as_data(_of(one)) for one in tables.balls()}
         data = {"pucks": pucks, "alumina": real, "alumina_kappa": kappa, "balls": single, "repeats": repeats,
                 "impacts": len(tables.STEEL.incidences)}  # fmt: skip
         limits = []
@@ -102,12 +100,11 @@ def _repeated(table: tables.PuckTable, repeats: int, progress: Progress) -> Data
     pulls, shares, sliding = [], [], []
     for seed in range(repeats):
         result = _of(table, seed=seed)
-        estimates = [getattr(result, name) for name in NAMES]
-        known = [one.value is not None and one.uncertainty is not None for one in estimates]
-        pulls.append([(one.value - truth[name]) / one.uncertainty if ok else np.inf
-                      for name, one, ok in zip(NAMES, estimates, known, strict=True)])  # fmt: skip
-        shares.append([one.uncertainty / truth[name] if ok else np.inf
-                       for name, one, ok in zip(NAMES, estimates, known, strict=True)])  # fmt: skip
+        estimates = {name: getattr(result, name) for name in NAMES}
+        known = {name: one for name, one in estimates.items() if None not in (one.value, one.uncertainty)}
+        pulls.append([(known[name].value - truth[name]) / known[name].uncertainty if name in known else np.inf
+                      for name in NAMES])  # fmt: skip
+        shares.append([known[name].uncertainty / truth[name] if name in known else np.inf for name in NAMES])
         sliding.append(result.sliding_friction.uncertainty or np.nan)
         progress((seed + 1) / repeats)
     z1, x1, z2, x2 = table.true()
@@ -120,10 +117,8 @@ def _repeated(table: tables.PuckTable, repeats: int, progress: Progress) -> Data
     return {
         "within": float(np.mean((np.abs(pulls) <= FURTHEST).all(axis=1))),
         "pull": np.std(np.array(pulls)[told], axis=0).tolist(),
-        "relative": {
-            **dict(zip(NAMES, np.median(shares, axis=0).tolist(), strict=True)),
-            "sliding_friction": float(np.nanmedian(sliding)) / table.friction,
-        },
+        "relative": dict(zip(NAMES, np.median(shares, axis=0).tolist(), strict=True))
+        | {"sliding_friction": float(np.nanmedian(sliding)) / table.friction},
         "two": paper / table.friction - 1.0,
         "single_first": float(one[slides][0]) / table.friction,
         "single_last": float(one[slides][-1]) / table.friction,

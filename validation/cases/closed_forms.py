@@ -1,7 +1,5 @@
 """The laws and the annulus solver against every closed form of impact theory that holds exactly."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, Material, collide
@@ -46,24 +44,21 @@ def _sliding() -> list[Limit]:
     from validation.reference import annulus
     from validation.reference.closed_forms import regimes, rigid
 
-    errors: dict[str, list[float]] = {"laws": [], "annulus": []}
+    errors: dict[str, list[float]] = {"laws": [], "annulus": [], "coulomb": []}
     for chi in [*CHIS, 4.5]:
         for e in RESTITUTIONS:
             psi_1 = regimes.slides_throughout_from(chi, e) + np.array([0.0, 1e-6, 0.5, 20.0])
             exact = rigid.gross_slip(psi_1, chi, e)
+            later = regimes.rescaled_spring_slides_throughout_from(chi, e) - psi_1[0]
             for name in (name for name in LAWS if name != "coulomb"):
-                if name == "mindlin_rescaled":
-                    from_here = regimes.rescaled_spring_slides_throughout_from(chi, e) - psi_1[0]
-                else:
-                    from_here = 0.0
+                from_here = later if name == "mindlin_rescaled" else 0.0
                 error = law_rebound(psi_1 + from_here, chi, name, e) - (exact + from_here)
                 errors["laws"].append(float(np.abs(error).max()))
             reached = np.asarray(annulus.rebound(psi_1[1:], chi, 8, restitution=e))
             errors["annulus"].append(float(np.abs(reached - exact[1:]).max()))
             rolls = np.linspace(-9.0, 9.0, 37)
-            errors.setdefault("coulomb", []).append(
-                float(np.abs(law_rebound(rolls, chi, "coulomb", e) - rigid.rebound(rolls, chi, e)).max())
-            )
+            error = law_rebound(rolls, chi, "coulomb", e) - rigid.rebound(rolls, chi, e)
+            errors["coulomb"].append(float(np.abs(error).max()))
     return [
         Limit("sliding throughout, all elastic laws, error in psi_2", EXACT, max(errors["laws"])),
         Limit("sliding throughout, annulus solver, error in psi_2", EXACT, max(errors["annulus"])),
@@ -137,10 +132,8 @@ def _hertz() -> list[Limit]:
         pairs = {law: quiet_pair(a, b, 0.2, radius=radius, law=law) for law in ("microslip", "linear_spring")}
         pair = pairs["microslip"]
         exact = hertz.impact(body.mass, radius, pair.effective_modulus, speed)
-        figures = np.array([exact.duration, exact.overlap, exact.force])
-        own = [
-            figure(body.mass, speed) for figure in (pair.contact_duration, pair.greatest_overlap, pair.greatest_force)
-        ]
+        figures = np.array(exact[:3])  # duration, overlap, force
+        own = [of(body.mass, speed) for of in (pair.contact_duration, pair.greatest_overlap, pair.greatest_force)]
         impact = collide(pair, body)
         run = [impact.time[-1], impact.overlap.max(), impact.normal_force.max()]
         linear = collide(pairs["linear_spring"], body).time[-1]
@@ -170,12 +163,11 @@ def _paths() -> list[Limit]:
     overlap = deepest * np.concatenate([np.linspace(0.0, 1.0, 21), np.linspace(0.95, 0.05, 19)])
     errors: dict[str, list[float]] = {"stick": [], "slip": [], "annulus": []}
     for part in (0.2, 0.7, 0.95, 2.0):  # kappa r/mu
+        kind, way = ("stick", overlap) if part < 1.0 else ("slip", overlap[:21])
         for law in ("linear_spring", "mindlin", "microslip"):
             pair = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction, radius=radius, law=law)
-            way = overlap if part < 1.0 else overlap[:21]
             normal, pull = law_along_path(pair, way, part * friction / pair.kappa * way)
             exact = min(part, 1.0) * friction * normal
-            kind = "stick" if part < 1.0 else "slip"
             errors[kind].append(float(np.abs(pull - exact).max() / exact.max()))
         way = overlap[:21] / radius
         pull = annulus.force_along_path(way, part * friction * way, friction=friction)

@@ -1,7 +1,5 @@
 """Rows of balls in touch, as in Newton's cradle: contacts that share balls are integrated together."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 
@@ -55,12 +53,9 @@ class Cradle(Case):
         table = Table("balls | gap [mm] | engine, step | velocities after [m/s] | error")
         for count, chain in data["chain"].items():
             table.add(f"{count} | 0 | Hertz chain | {_words(chain)}")
-            for run in data["runs"]:
-                if run["balls"] == int(count):
-                    table.add(
-                        f"{count} | {1e3 * run['gap']:g} | {where(run)} | {_words(run['velocity'])} | {{error:.1e}}",
-                        run,
-                    )
+            for run in (run for run in data["runs"] if run["balls"] == int(count)):
+                velocities = _words(run["velocity"])
+                table.add(f"{count} | {1e3 * run['gap']:g} | {where(run)} | {velocities} | {{error:.1e}}", run)
         return table
 
 

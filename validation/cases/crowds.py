@@ -1,7 +1,5 @@
 """Heaps, a tube, slopes: what lasts creeps nowhere, gains nothing, and what it costs beside MuJoCo's own contact."""
 
-from __future__ import annotations
-
 from itertools import product
 from types import SimpleNamespace
 from typing import Any
@@ -84,19 +82,15 @@ class Crowds(Case):
             limits += _limits(what, found, asked, "CG")
         if not quick:
             made_in = heap.build_times(CROWD)
-            limits += [
-                Limit(f"{CROWD} balls added and compiled", 2.0, made_in["model"], "s"),
-                Limit(f"{CROWD} balls, an MjData", 0.1, made_in["data"], "s"),
-            ]
+            limits += [Limit(f"{CROWD} balls added and compiled", 2.0, made_in["model"], "s"),
+                       Limit(f"{CROWD} balls, an MjData", 0.1, made_in["data"], "s")]  # fmt: skip
         grasps: list[Data] = []
         for material, mass in product(("steel", "rubber"), HELD[: 1 if quick else None]):
             held = lasting.grasp(material, mass, 4.0 if quick else LONG)
             what = f"grasp of {mass:g} kg by {material}"
             grasps.append(held | {"what": what})
-            limits += [
-                Limit(f"{what}, slip", 0.05, 1e3 * abs(held["slip"]), "mm"),
-                Limit(f"{what}, over native", 2.0, held["law"] / held["native"]),
-            ]
+            limits += [Limit(f"{what}, slip", 0.05, 1e3 * abs(held["slip"]), "mm"),
+                       Limit(f"{what}, over native", 2.0, held["law"] / held["native"])]  # fmt: skip
         found = lasting.drop(lasting.tube)
         drops.append(found | {"what": "tube of 5"})
         limits += _limits("tube of 5", found, 2.0, "native")
@@ -107,10 +101,8 @@ class Crowds(Case):
             steps["an ant that stands"] = lasting.standing_ant(path)
         if not quick:
             steps[f"{MANY} balls that fall"] = step_costs(MANY, STEPS, 4)
-        limits += [
-            Limit(f"{name}, over native", 1.2 if "slope" in name else 1.5, one["law"] / one["native"])
-            for name, one in steps.items()
-        ]
+        limits += [Limit(f"{name}, over native", 1.2 if "slope" in name else 1.5, one["law"] / one["native"])
+                   for name, one in steps.items()]  # fmt: skip
         data = {"creep": creep, "slip": slip, "kept": kept, "drops": drops, "grasps": grasps, "steps": steps}
         return Outcome(limits, data)
 

@@ -1,7 +1,6 @@
 """Elliptic contacts: the rebound along the longer axis, across it and askew, against the grid."""
 
-from __future__ import annotations
-
+from itertools import product
 from math import cos, exp, radians, sin
 from typing import Any
 
@@ -40,16 +39,14 @@ class Elliptic(Case):
         chi = SPHERE * kappa / 2.0
         bodies: dict[str, Any] = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
         bodies[CROSSED] = (1.0 / 0.03, 1.0 / 0.01)
-        for name, (p, q) in told(bodies.items(), progress):
-            ratio = exp(-elongation(p, q))
-            for way, angle in WAYS.items():
-                along = np.array([cos(radians(angle)), sin(radians(angle))])
-                found, circle = [], []
-                for psi in PSI[1:3] if quick else PSI:
-                    truth = by_grid(psi * along, chi, nu, ratio, quick)
-                    found.append(np.abs(impact(name, psi * along) - truth).max())
-                    circle.append(np.abs(float(rebound(psi, chi)) * along - truth).max())
-                rows.append({"name": name, "way": way, "ratio": ratio, "error": max(found), "circle": max(circle)})
+        for (name, curvatures), (way, angle) in told(product(bodies.items(), WAYS.items()), progress):
+            ratio, found, circle = exp(-elongation(*curvatures)), [], []
+            along = np.array([cos(radians(angle)), sin(radians(angle))])
+            for psi in PSI[1:3] if quick else PSI:
+                truth = by_grid(psi * along, chi, nu, ratio, quick)
+                found.append(np.abs(impact(name, psi * along) - truth).max())
+                circle.append(np.abs(float(rebound(psi, chi)) * along - truth).max())
+            rows.append({"name": name, "way": way, "ratio": ratio, "error": max(found), "circle": max(circle)})
         limits = [Limit(f"psi_2 from the grid, {name}", ASKED, worst(rows, "error", name=name)) for name in bodies]
         return Outcome(limits, {"rows": rows, "kappa": kappa, "chi": chi})
 
@@ -67,10 +64,9 @@ def impact(name: str, psi_1: Array) -> Array:
     """psi_2 along and across the longer axis of a body whose moments of inertia are a ball's, in a world."""
     pair = steel_pair(FRICTION)
     world, unit = World(gravity=0.0, timestep=1e-3), FRICTION / pair.kappa * SPEED
-    below = ELLIPSOIDS[name][2] if name in ELLIPSOIDS else 0.01
-    rest = 0.0 if name in ELLIPSOIDS else 0.03
-    height = below + rest + 1e-9
-    body = world.add_body(MASS, 0.4 * MASS * below**2, (0.0, 0.0, height), (*(unit * psi_1), -SPEED))
+    below, rest = (ELLIPSOIDS[name][2], 0.0) if name in ELLIPSOIDS else (0.01, 0.03)
+    place, velocity = (0.0, 0.0, below + rest + 1e-9), (*(unit * psi_1), -SPEED)
+    body = world.add_body(MASS, 0.4 * MASS * below**2, place, velocity)
     if name in ELLIPSOIDS:
         shapes = world.add_ellipsoid(body, ELLIPSOIDS[name]), world.add_plane(None, *FLOOR)
     else:

@@ -1,9 +1,5 @@
 """No law may create energy: random impacts, and a closed path that would pump it."""
 
-from __future__ import annotations
-
-from itertools import pairwise
-
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
@@ -75,11 +71,9 @@ def pump(law: str) -> Data:
     pair = ContactPair(steel, steel, 0.5, radius=0.01, law=law)
     load = 4.0 / 3.0 * pair.effective_modulus * np.sqrt(0.01) * (deep / 2.0) ** 1.5
     shift = 0.5 * pair.friction * load / (2.0 * pair.effective_shear_modulus * np.sqrt(0.01 * deep))
-    corners = np.array(
-        [(0, 0), (1, 0), (1, 1), (0.5, 1), (0.5, 0), (1, 0), (1, -1), (0.5, -1), (0.5, 0), (1, 0)], dtype=float
-    )
-    fractions = np.arange(1, LEG + 1)[:, None] / LEG
-    path = np.concatenate([corners[:1], *(a + fractions * (b - a) for a, b in pairwise(corners))])
-    _, force = force_along_path(pair, deep * path[:, 0], shift * path[:, 1])
-    work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(shift * path[:, 1]))])
+    corners = [(0, 0), (1, 0), (1, 1), (0.5, 1), (0.5, 0), (1, 0), (1, -1), (0.5, -1), (0.5, 0), (1, 0)]
+    at = np.linspace(0.0, len(corners) - 1.0, LEG * (len(corners) - 1) + 1)
+    overlap, moved = (np.interp(at, np.arange(len(corners)), one) for one in zip(*corners, strict=True))
+    _, force = force_along_path(pair, deep * overlap, shift * moved)
+    work = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(shift * moved)))
     return {"extracted": float(-work[-1] / work[2 * LEG]), "force_left": float(force[-1] / np.abs(force).max())}

@@ -1,7 +1,5 @@
 """Every rung against finite elements of an elastic sphere, computed and published by others."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
@@ -40,33 +38,29 @@ class FiniteElements(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         pair = quiet_pair(STEEL, RIGID, FRICTION)
         kappa, chi = pair.kappa, SPHERE * pair.kappa / 2.0
-        recoil, spin = load("chungooi5_recoil_fem_wu"), load("chungooi5_spin_fem_wu")
+        both = published()
         measures: dict[str, dict[str, dict[str, float]]] = {}
         shown: dict[str, Data] = {}
-        for name, table, column in (("recoil", recoil, "y_recoil"), ("spin", spin, "y_spin")):
-            x, y = table["x_incident"], table[column]
+        for name, (x, y) in both.items():
             after = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
             differences = {law: (v if name == "recoil" else spin_of(x, v)) - y for law, v in after.items()}
             part = x < PARTIAL
-            measures[name] = {
-                "partial slip": {law: rms(difference[part]) for law, difference in differences.items()},
-                "all": {law: rms(difference) for law, difference in differences.items()},
-            }
+            measures[name] = {of: {law: rms(difference[inside]) for law, difference in differences.items()}
+                              for of, inside in (("partial slip", part), ("all", x > 0.0))}  # fmt: skip
             shown[name] = {"x": x, "y": y, "points": {"partial slip": int(part.sum()), "all": x.size}}
             progress(0.4 if name == "recoil" else 0.8)
-        laws = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * recoil["x_incident"], chi).items()}
+        x = both["recoil"][0]
+        laws = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
         data = {
             "nu": STEEL.poissons_ratio, "chi": chi, "kappa": kappa, "below": PARTIAL, "rms": measures, "shown": shown,
-            "curves_disagree": disagreement(
-                (recoil["x_incident"], recoil["y_recoil"]), (spin["x_incident"], spin["y_spin"]), kappa, chi
-            ),
-            "grid": grid, "laws": {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * grid, chi).items()},
+            "curves_disagree": disagreement(both["recoil"], both["spin"], kappa, chi), "grid": grid,
+            "laws": {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * grid, chi).items()},
         }  # fmt: skip
         partial = {name: found["partial slip"] for name, found in measures.items()}
         limits = [
             Limit(f"rms of microslip from the reference in v_out/(mu v_n), x < {PARTIAL}", 4e-3 / kappa,
-                  rms((laws["microslip"] - laws[REFERENCE])[recoil["x_incident"] < PARTIAL])),
+                  rms((laws["microslip"] - laws[REFERENCE])[x < PARTIAL])),
             Limit("rms of microslip over the next best law's, recoil", 1.0, over_the_next_best(partial["recoil"])),
             Limit("rms of microslip over the next best law's, spin", 1.0, over_the_next_best(partial["spin"])),
         ]  # fmt: skip
@@ -96,6 +90,12 @@ class FiniteElements(Case):
                  title=rf"recoil ($\chi$ = {data['chi']:.3f}, e = 1)")  # fmt: skip
         middle.set(ylabel=r"spin after, $R\omega/(\mu v_n)$ [-]", title="spin")
         legend_below(left, 4)
+
+
+def published() -> dict[str, tuple[Array, Array]]:
+    """Incidence, and velocity of the contact point ("recoil") or spin after, of both curves."""
+    tables = {name: load(f"chungooi5_{name}_fem_wu") for name in ("recoil", "spin")}
+    return {name: (table["x_incident"], table[f"y_{name}"]) for name, table in tables.items()}
 
 
 def spin_of(x: Array, after: Array) -> Array:

@@ -1,12 +1,10 @@
 """Error against run time inside the engines: what each way to a bounce costs an impact and a step."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import cycle
+from itertools import cycle, product
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,25 +14,22 @@ from contactlaw.laws.microslip import Microslip
 from sims.panel import ENGINE_NAMES
 from sims.worlds import World
 from validation import ball, front
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.ball import INCIDENCES
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.front import Rung
+from validation.front_ways import ANNULI, CLOSER, DEFAULT, FASTER, SINGLE
 from validation.impacts import judge
 from validation.measure import interleaved
 from validation.picture import legend_below
 from validation.reference import annulus
 
-INCIDENCES = [0.2, 0.6, 1.0, 1.4, 2.0, 2.7, 3.5, 4.2, 5.0, 6.0]
 FINE_BELOW = 2e-5  # [s]: of such steps the phase of the touch hardly matters
 PHASES = {"fine": 3, "coarse": 40}
 RESOLVED = [1000, 300, 100, 30, 10, 1]  # steps a contact, beside the engine's own
 NODES = [4, 8, 12, 16, 24, 32, 64]
 COUNTS = [12, 25, 50, 100, 200, 400]  # substeps a contact
-ANNULI = [5, 10, 20, 40]
-SINGLE = ("linear_spring", "mindlin", "mindlin_rescaled")
 GROWN = 3e-3  # of the energy: beyond, a way is not sane
 PATIENCE = 0.06  # [s]: a ball that has not left by then is judged as it is
-DEFAULT = "microslip, default"
-CLOSER, FASTER = 30.0, 100.0
 OWN_STEPS = {"mujoco": 2e-3, "pybullet": 1.0 / 240.0}  # [s]
 NATIVE_STEPS = [1e-3, 1e-4]  # [s], besides
 SOFT = 0.02  # [s], a native contact that some steps of 2 ms resolve
@@ -45,16 +40,8 @@ DURATION = ball.steel_pair().contact_duration(ball.MASS, ball.SPEED)
 KAPPA = ball.steel_pair().kappa
 
 
-@dataclass(frozen=True)
-class Way:
-    """One way to simulate the bounce.
-
-    Attributes:
-        family: Law, or "native".
-        dt: Engine step [s].
-        make: Gives its world.
-        patience: How long it may stay in contact [s].
-    """
+class Way(NamedTuple):
+    """One way to simulate the bounce: law, or "native"; engine step [s]; its world; how long contact may last [s]."""
 
     family: str
     dt: float
@@ -91,9 +78,8 @@ class FrontEngines(Case):
         data: Data = {}
         problems: list[str] = []
         for number, engine in enumerate(OWN_STEPS):
-            data[engine], wrong = measured(
-                ways(engine, quick), 12 if quick else 50, quick, lambda part, n=number: progress(0.5 * (n + part))
-            )
+            half: Progress = lambda part, n=number: progress(0.5 * (n + part))  # noqa: E731
+            data[engine], wrong = measured(ways(engine, quick), 12 if quick else 50, quick, half)
             problems += [f"{engine}: {one}" for one in wrong]
         limits = [limit for engine, one in data.items() for limit in _limits(one, ENGINE_NAMES[engine])]
         return Outcome(limits, data, problems)
@@ -126,15 +112,11 @@ def ways(engine: str, quick: bool) -> dict[str, Way]:
     if engine == "pybullet":
         kinds, stiff = {"its own": None}, None
     for number in NATIVE_RESOLVED[engine][:: 3 if quick else 1]:
-        dt = DURATION / number
-        found[f"native, {'as stiff' if stiff else 'its own'}, T/{number}"] = Way(
-            "native", dt, partial(_native, engine, dt, stiff)
-        )
-    for dt in [own] if quick else [own, *NATIVE_STEPS]:
-        for kind, spring in kinds.items():
-            found[f"native, {kind}, {ball.in_words(dt)}"] = Way(
-                "native", dt, partial(_native, engine, dt, spring), PATIENCE
-            )
+        name, dt = f"native, {'as stiff' if stiff else 'its own'}, T/{number}", DURATION / number
+        found[name] = Way("native", dt, partial(_native, engine, dt, stiff))
+    for dt, (kind, spring) in product([own] if quick else [own, *NATIVE_STEPS], kinds.items()):
+        name = f"native, {kind}, {ball.in_words(dt)}"
+        found[name] = Way("native", dt, partial(_native, engine, dt, spring), PATIENCE)
     return found
 
 
@@ -150,40 +132,31 @@ def settings(own_step: float, quick: bool) -> dict[str, tuple[str | Law, float, 
     steps = {f"T/{n}" if n > 1 else "T": DURATION / n for n in resolved} | {ball.in_words(own_step): own_step}
     found: dict[str, tuple[str | Law, float, int]] = {
         DEFAULT if name == "microslip" and dt == own_step else f"{name}, {words}": (name, dt, ball.SUBSTEPS)
-        for name in LAWS
-        for words, dt in steps.items()
+        for name, (words, dt) in product(LAWS, steps.items())
     }
     counts, nodes = (COUNTS[1::2], NODES[1::2]) if quick else (COUNTS, NODES)
     found |= {
         f"microslip, {n} nodes, {count} substeps": (Microslip(node_count=n), own_step, count)
-        for n in nodes
-        for count in counts
-        if (n, count) != (16, ball.SUBSTEPS)
-    }
+        for n, count in product(nodes, counts) if (n, count) != (16, ball.SUBSTEPS)
+    }  # fmt: skip
     found |= {f"{name}, {counts[0]} substeps": (name, own_step, counts[0]) for name in LAWS if name != "microslip"}
     fine = f"T/{resolved[0]}"
     return found | {f"microslip, 64 nodes, {fine}": (Microslip(node_count=64), steps[fine], ball.SUBSTEPS)}
 
 
-def measured(
-    ways: Mapping[str, Way], repeats: int, quick: bool, progress: Callable[[float], None]
-) -> tuple[Data, list[str]]:
-    """Errors and times of every way, and of annuli of their own, side by side.
+def measured(ways: Mapping[str, Way], repeats: int, quick: bool, progress: Progress) -> tuple[Data, list[str]]:
+    """Errors and times of every way, and of annuli of their own, side by side; and what makes the default not sane.
 
     Each round is one impact, the same incidence for all; only the engine's steps are timed, from the step of the
     touch's approach to the step after which the ball has left.
-
-    Returns:
-        Data as from `front.weighed`, with what else the table needs, and what makes the default not sane.
     """
     psi_1 = INCIDENCES[::3] if quick else INCIDENCES
     truth = judge([(psi, CHI, ball.RESTITUTION) for psi in psi_1], 20 if quick else 40)
     bounces = {name: _Bounces(way, psi_1, truth.psi_2) for name, way in ways.items()}
-    for number, one in enumerate(bounces.values()):
+    for one in told(bounces.values(), progress, 0.0, 0.5):
         one.throw_all()
-        progress(0.5 * (number + 1) / len(bounces))
-    runs: dict[str, Callable[[], object]] = {name: one.timed for name, one in bounces.items()}
-    prepare: dict[str, Callable[[], object]] = {name: one.next for name, one in bounces.items()}
+    runs: Data = {name: one.timed for name, one in bounces.items()}
+    prepare: Data = {name: one.next for name, one in bounces.items()}
     errors = {}
     for n in ANNULI:
         name, turns = f"annuli, N = {n}", cycle(psi_1)
@@ -191,10 +164,8 @@ def measured(
         found = [annulus.rebound(psi, CHI, n, restitution=ball.RESTITUTION) for psi in psi_1]
         errors[name] = np.array(found) - truth.psi_2
     seconds = interleaved(runs, repeats, prepare, lambda part: progress(0.5 + 0.5 * part))
-    rungs = {
-        name: Rung(ways[name].family, one.errors, seconds[name], one.problem, one.counts_of(repeats))
-        for name, one in bounces.items()
-    }  # fmt: skip
+    rungs = {name: Rung(ways[name].family, one.errors, seconds[name], one.problem, one.counts_of(repeats))
+             for name, one in bounces.items()}  # fmt: skip
     rungs |= {name: Rung("annuli", error, seconds[name]) for name, error in errors.items()}
     data = front.weighed(rungs)
     data |= {"psi_1": psi_1, "chi": CHI, "duration": DURATION, "uncertainty": float(truth.uncertainty.max())}
@@ -222,9 +193,8 @@ class _Bounces:
     def place(self, number: int) -> Array:
         """Start an impact; returns the direction of sliding."""
         i, j = self.launches[number]
-        velocity, spin, along = ball.launch(
-            self.psi_1[i] * ball.FRICTION / KAPPA * ball.SPEED, 2.4 * j, spinning=j % 2 == 1
-        )
+        slide = self.psi_1[i] * ball.FRICTION / KAPPA * ball.SPEED
+        velocity, spin, along = ball.launch(slide, 2.4 * j, spinning=j % 2 == 1)
         self.world.start(ball.at(float(self.way.phases[j]) * self.way.dt * ball.SPEED, velocity, spin))
         return along
 
@@ -245,12 +215,11 @@ class _Bounces:
             psi, grown = sliding * KAPPA / (ball.FRICTION * ball.SPEED), energy / first
             self.errors[number] = psi - self.psi_2[i]
             pushed = 2.0 * CHI * (1.0 + up / ball.SPEED)  # what friction at its limit all along takes from psi
-            if not np.isfinite(psi):
-                self.problem = "not finite"
-            elif grown > 1.0 + GROWN:
-                self.problem = f"energy grown to {grown:.3f}"
-            elif abs(psi - self.psi_1[i]) > pushed * (1.0 + 1e-3):
-                self.problem = "outside the friction cone"
+            outside = abs(psi - self.psi_1[i]) > pushed * (1.0 + 1e-3)
+            self.problem = (
+                "not finite" if not np.isfinite(psi) else f"energy grown to {grown:.3f}" if grown > 1.0 + GROWN else
+                "outside the friction cone" if outside else self.problem
+            )  # fmt: skip
 
     def next(self) -> None:
         """Go on to the next impact, untimed."""
@@ -269,8 +238,6 @@ class _Bounces:
 
 def _limits(data: Data, engine: str) -> list[Limit]:
     """What is asked of the default."""
-    return [
-        Limit(f"ways that beat the default in both, {engine}", 0.0, float(data["rungs"][DEFAULT]["beaten"])),
-        Limit(f"times closer than a single spring as fast, {engine}", CLOSER, data["closer"], at_least=True),
-        Limit(f"times faster than annuli as close, {engine}", FASTER, data["faster"], at_least=True),
-    ]
+    return [Limit(f"ways that beat the default in both, {engine}", 0.0, float(data["rungs"][DEFAULT]["beaten"])),
+            Limit(f"times closer than a single spring as fast, {engine}", CLOSER, data["closer"], at_least=True),
+            Limit(f"times faster than annuli as close, {engine}", FASTER, data["faster"], at_least=True)]  # fmt: skip

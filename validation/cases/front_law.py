@@ -1,7 +1,5 @@
 """Error against run time of the law alone: every law, the annuli and the superposition method, in four uses."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -20,7 +18,6 @@ CHIS = [0.5, 1.0, 1.441, 2.0]
 NODES = [4, 8, 16, 24, 32]
 STEPS = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512]
 FINE = 16000  # steps of the superposition method; with half as many extrapolated to the truth
-CLOSER, FASTER = 30.0, 100.0
 EXACT = 1e-7  # errors below are drawn there
 RATE, RATE_ERROR = 0.8, 7e-3  # million impacts a second on two cores
 QUICK_ENOUGH = {1e-3: 12.0, 7e-3: 2.0}
@@ -64,7 +61,7 @@ class FrontLaw(Case):
         repeats = 3 if quick else 15
         batch, call = _impacts(impacts, truth, quick, repeats)
         progress(0.5)
-        history = front_ways.histories(impacts[:, front_ways.sample(truth.size)], repeats, quick)
+        history = front_ways.histories(impacts[:, front_ways.SOME].copy(), repeats, quick)
         progress(0.6)
         path = front_ways.along_paths(repeats, quick)
         uses = {use: front.weighed(rungs) for use, rungs in zip(USES, (batch, call, history, path), strict=True)}
@@ -111,7 +108,7 @@ def _impacts(impacts: Array, truth: Array, quick: bool, repeats: int) -> tuple[d
     The two references, which know no batches, and `collide` are timed on a part of the impacts.
     """
     psi_1, chi = impacts
-    many, some = np.tile(impacts, 400 // psi_1.size), impacts[:, front_ways.sample(psi_1.size)]
+    many, some = np.tile(impacts, 400 // psi_1.size), impacts[:, front_ways.SOME].copy()
     nodes, steps = (NODES[1::2], STEPS[::3]) if quick else (NODES, STEPS)
     slow: front_ways.Ways = {name: (make, some) for name, make in front_ways.methods(quick).items()}
     batch: front_ways.Ways = {
@@ -122,10 +119,8 @@ def _impacts(impacts: Array, truth: Array, quick: bool, repeats: int) -> tuple[d
         name: (front_ways.one_by_one(rebound, law=law, steps=steps), impacts)
         for name, (law, steps) in front_ways.laws(nodes if quick else nodes[1:], steps if quick else steps[2:]).items()
     }
-    for steps in [
-        front_ways.COLLIDE_STEPS,
-        *(front_ways.ALL_SPRINGS_STEPS[1::2] if quick else front_ways.ALL_SPRINGS_STEPS),
-    ]:
+    springs = front_ways.ALL_SPRINGS_STEPS[1::2] if quick else front_ways.ALL_SPRINGS_STEPS
+    for steps in [front_ways.COLLIDE_STEPS, *springs]:
         name = "collide" if steps == front_ways.COLLIDE_STEPS else f"collide, {steps} steps"
         call[name] = front_ways.by_collide("microslip", steps), some
 
@@ -149,26 +144,19 @@ def _impacts(impacts: Array, truth: Array, quick: bool, repeats: int) -> tuple[d
 
 
 def _limits(data: Data) -> list[Limit]:
-    limits = [
-        Limit(
-            f"ways that beat the default in both, {USES[use]}", 0.0, float(one["rungs"][front_ways.DEFAULT]["beaten"])
-        )
-        for use, one in data["uses"].items()
-    ]
-    for use in ("batch", "call"):
-        limits += [
-            Limit(f"times closer than a single spring as fast, {USES[use]}", CLOSER, data["closer"][use],
-                  at_least=True),
-            Limit(f"times faster than annuli as close, {USES[use]}", FASTER, data["faster"][use],
-                  at_least=True),
-        ]  # fmt: skip
+    limits = [Limit(f"ways that beat the default in both, {USES[use]}", 0.0, one["rungs"][front_ways.DEFAULT]["beaten"])
+              for use, one in data["uses"].items()]  # fmt: skip
+    limits += [
+        Limit(f"times {what}, {USES[use]}", asked, data[key][use], at_least=True)
+        for use in ("batch", "call")
+        for what, key, asked in (("closer than a single spring as fast", "closer", front_ways.CLOSER),
+                                 ("faster than annuli as close", "faster", front_ways.FASTER))
+    ]  # fmt: skip
     rates = {name: one for name, one in data["rates"].items() if one["largest"] <= RATE_ERROR}
     for setting in ("default", f"{million.CHEAP[0]} nodes"):
+        name = f"a million impacts, error <= {RATE_ERROR:g}, {setting}"
         rate = max((one["rate"]["median"] for name, one in rates.items() if name.startswith(setting)), default=0.0)
-        limits.append(
-            Limit(f"a million impacts, error <= {RATE_ERROR:g}, {setting}", RATE, rate, "million a second",
-                  at_least=True)
-        )  # fmt: skip
+        limits.append(Limit(name, RATE, rate, "million a second", at_least=True))
     batch, times = front.of_families(data["uses"]["batch"], ["microslip"])
     limits += [
         Limit(f"fastest microslip with an error <= {1e3 * error:g}e-3", time,

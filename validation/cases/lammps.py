@@ -1,7 +1,5 @@
 """A discrete-element code on the same impacts: LAMMPS's granular wall beside the ladder."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from time import perf_counter
 
@@ -49,10 +47,7 @@ class Lammps(Case):
         problems = [f"{name}: normal restitution off 1 by {error:.6f}" for name, error in off.items() if error > 1e-3]
 
         def errors(psi_2: list[Array]) -> Data:
-            return {
-                "largest": [largest(one - truth.psi_2) for one in psi_2],
-                "rms": [rms(one - truth.psi_2) for one in psi_2],
-            }
+            return {of.__name__: [of(one - truth.psi_2) for one in psi_2] for of in (largest, rms)}
 
         data: Data = {
             "version": runs["mindlin"][0].version, "chi": chi, "psi_1": psi_1, "psi_2": truth.psi_2,
@@ -60,15 +55,13 @@ class Lammps(Case):
             "differs_from_twin": twins,
         }  # fmt: skip
         for name, found in runs.items():
-            data["variants"][name] = errors([one.psi_2 for one in found]) | {
-                "psi_2": found[-1].psi_2,
-                "microseconds": _cost(chi, lambda psi, v=name: impacts(psi, v, DEFAULT).seconds, quick),
-            }
+            cost = _cost(chi, lambda psi, v=name: impacts(psi, v, DEFAULT).seconds, quick)
+            data["variants"][name] = errors([one.psi_2 for one in found]) | {"psi_2": found[-1].psi_2,
+                                                                             "microseconds": cost}  # fmt: skip
         for law, psi_2 in laws.items():
-            data["laws"][law] = {key: values[0] for key, values in errors([psi_2]).items()} | {
-                "psi_2": psi_2,
-                "microseconds": _cost(chi, lambda psi, law=law: timed(psi, chi, law), quick),
-            }
+            cost = _cost(chi, lambda psi, law=law: timed(psi, chi, law), quick)
+            one = {key: values[0] for key, values in errors([psi_2]).items()}
+            data["laws"][law] = one | {"psi_2": psi_2, "microseconds": cost}
         best = min(found["largest"][-1] for found in data["variants"].values())
         limits = [
             *(Limit(f"largest difference of LAMMPS's {variant} from {TWINS[variant]}", 2e-3, difference)

@@ -1,7 +1,5 @@
 """How close each law comes to the converged solution."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import LAWS, rebound
@@ -47,16 +45,14 @@ class LawAccuracy(Case):
             return {name: [float(error[part].max()) for part in of] for name, error in errors.items()}
 
         data = {
-            "impacts": truth.chi.size,
-            "restitutions": restitutions,
-            "chi": chis,
+            "impacts": truth.chi.size, "restitutions": restitutions, "chi": chis,
             "largest_over_chi": largest(np.array([truth.chi == chi for chi in chis])),
             "largest_over_restitution": largest(np.array([common & (truth.restitution == e) for e in restitutions])),
             "rms": {name: rms(error[common]) for name, error in errors.items()},
             "reference_uncertainty": [float(truth.uncertainty[truth.chi == chi].max()) for chi in chis],
             "shown": {"chi": SHOWN, "psi_1": truth.psi_1[shown]},
             "shown_errors": {name: error[shown] for name, error in errors.items()},
-        }
+        }  # fmt: skip
         default = errors["microslip"]
         limits = [
             Limit("largest error of microslip, chi 0.5 to 2", 1e-3, float(default[common].max())),
@@ -80,9 +76,8 @@ class LawAccuracy(Case):
             right.semilogy(data["chi"], data["largest_over_chi"][name], **style, label=name)
         left.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"error in $\psi_2$ [-] (below $10^{-6}$: drawn there)",
                  title=rf"$\chi$ = {data['shown']['chi']}, e = 1")  # fmt: skip
-        right.set(
-            xlabel=r"$\chi$ [-]", ylabel=r"largest error in $\psi_2$ [-]", title="all incidences and restitutions"
-        )
+        right.set(xlabel=r"$\chi$ [-]", ylabel=r"largest error in $\psi_2$ [-]",
+                  title="all incidences and restitutions")  # fmt: skip
         right.plot([0.5, 2.0, 2.0, 4.5], [1e-3, 1e-3, 5e-3, 5e-3], color="black", linewidth=0.8, linestyle=(0, (8, 4)),
                    label="asked of microslip")  # fmt: skip
         legend_below(right, 6)

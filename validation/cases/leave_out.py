@@ -1,7 +1,5 @@
 """Which ingredients of the law each scene can do without, what that changes and what it saves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -42,10 +40,7 @@ def without(whats: Iterable[str]) -> Build:
 def judge(subject: Subject, engine: str, rounds: int) -> Data:
     """One scene in one engine: what it changes by without each ingredient, without all that can go, and as shipped.
 
-    Args:
-        subject: The scene.
-        engine: "mujoco" or "pybullet".
-        rounds: In which every build runs once; `saved` is from the quickest, what disturbs a run only adds to it.
+    In each round every build runs once; `saved` is from the quickest, what disturbs a run only adds to it.
     """
     builds = {"full": FULL, "shipped": SHIPPED} | {what: without([what]) for what in ingredients_of(subject, engine)}
     results = {what: subject.results(run(subject, engine, build)) for what, build in builds.items()}
@@ -125,24 +120,23 @@ def _limits(data: Data) -> list[Limit]:
               if what in INGREDIENTS and can_go(cell["change"])]  # fmt: skip
     return [
         Limit("change by one ingredient that is said to be left out", ALLOWED, max(single, default=0.0)),
-        Limit("change by all of them together", ALLOWED, _largest(cells["together"]["change"] for cells in scenes)),
-        Limit("change by what the scenes as shipped leave out", ALLOWED,
-              _largest(cells["shipped"]["change"] for cells in scenes)),
-        Limit("change by giving the cradle's couples one by one", 0.0, _largest(data["grouping"].values())),
+        *(Limit(f"change by {what}", asked, _largest(changes))
+          for what, asked, changes in (
+              ("all of them together", ALLOWED, [cells["together"]["change"] for cells in scenes]),
+              ("what the scenes as shipped leave out", ALLOWED, [cells["shipped"]["change"] for cells in scenes]),
+              ("giving the cradle's couples one by one", 0.0, data["grouping"].values()))),
     ]  # fmt: skip
 
 
-def _largest(changes: Any) -> float:
+def _largest(changes: Iterable[float | None]) -> float:
     """The largest change; infinite where one made another motion of it."""
-    return max(float("inf") if change is None else change for change in changes)
+    return max(np.inf if change is None else change for change in changes)
 
 
 def _number(change: float | None) -> str:
     """A change in few characters."""
-    if change is None:
-        return "other"
-    if change == 0.0:
-        return "0"
+    if not change:
+        return "other" if change is None else "0"
     if 1e-2 <= change < 100.0:
         return f"{change:.2g}"
     digits = 1 if 1e-4 <= change < 1e-2 else 0  # these stand beside what is allowed

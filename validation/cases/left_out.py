@@ -1,28 +1,22 @@
 """What the theory of oblique impact leaves out, in figures."""
 
-from __future__ import annotations
-
 from math import cos, pi, radians, sqrt, tan
 
 import numpy as np
 
 from contactlaw import MATERIALS, RIGID, Body, Material, collide
 from sims.puck import SURFACES, Puck
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
 from validation.prediction import quiet_pair
 
 STEEL, RUBBER, GLASS, ALUMINA = (MATERIALS[name] for name in ("steel", "rubber", "glass", "alumina"))
 ALUMINIUM, ACETATE = MATERIALS["aluminium"], MATERIALS["cellulose acetate"]
 ZERODUR = Material(9.1e10, 0.24, 2530.0, "Zerodur", "glass ceramic of Schott: encyclopaedia article on Zerodur")
-GRANITE = Material(
-    6.2e10, 0.293, 2700.0, "granite",
-    "from bulk modulus 50 GPa and shear modulus 24 GPa, as tabulated for granite; grades differ by a factor of ten",
-)  # fmt: skip
-GOLF = Material(
-    9.3e7, 0.5, 1100.0, "golf ball",
-    "E: Hertz contact of 0.45 ms under a club head of 0.2 kg at 45 m/s (contact time as quoted since Cochran & Stobbs, "
-    "The Search for the Perfect Swing, 1968); nu: rubber core, assumed",
-)  # fmt: skip
+GRANITE = Material(6.2e10, 0.293, 2700.0, "granite", "from bulk modulus 50 GPa and shear modulus 24 GPa, as tabulated "
+                   "for granite; grades differ by a factor of ten")  # fmt: skip
+GOLF = Material(9.3e7, 0.5, 1100.0, "golf ball", "E: Hertz contact of 0.45 ms under a club head of 0.2 kg at 45 m/s "
+                "(contact time as quoted since Cochran & Stobbs, The Search for the Perfect Swing, 1968); nu: rubber "
+                "core, assumed")  # fmt: skip
 BULK_OF_RUBBER = 2e9
 """Bulk modulus [Pa] that pressure waves in rubber see, where nu is taken as 1/2 otherwise (handbook order of size)."""
 
@@ -91,9 +85,8 @@ class LeftOut(Case):
     def table(self, data: Data) -> Table:
         table = Table("left out | where | figures")
         for nu in (0.28, 0.5):
-            shape = {
-                key: 100 * np.interp(nu, data["shape"]["nu"], data["shape"][key]) for key in ("rim", "rms_x", "rms")
-            }
+            known = data["shape"]
+            shape = {key: 100 * np.interp(nu, known["nu"], known[key]) for key in ("rim", "rms_x", "rms")}
             table.add(f"non-axisymmetric displacement | nu = {nu:g}, gross slip | U_x and U_y {{rim:.1f}} % of the "
                       "mean at the rim; rms {rms_x:.1f} % (U_x), {rms:.1f} % (both)", shape)  # fmt: skip
         for one in data["waves"]:
@@ -101,9 +94,8 @@ class LeftOut(Case):
             table.add("waves | {name}, {speed:.2g} m/s | contact {us:.0f} us = {over_transit:.3g} x 2R/c_d = "
                       "{over_mode:.2g} slowest periods; {radiated} of the energy into the block (e <= {most:.3f}); "
                       "overlap/R {depth:.2g}", one, more)  # fmt: skip
-        travel = {"no spin": data["no_spin"], "straight, back-spin": data["travel"][0]}
-        travel |= {f"{angle} degrees, spin": data["travel"][ANGLES.index(angle)] for angle in (40, 80)}
-        for label, one in travel.items():
+        labels = ("no spin", "straight, back-spin", *(f"{angle} degrees, spin" for angle in ANGLES[1:]))
+        for label, one in zip(labels, [data["no_spin"], *data["travel"]], strict=True):
             table.add(f"travel of the patch | steel puck, {label} | {{block:.2g}} % of the greatest radius over the "
                       "block, {ball:.2g} % over the puck", one)  # fmt: skip
         faster = (PAPERS_TRAVEL / data["no_spin"]["block"]) ** 2.5
@@ -132,17 +124,14 @@ def _shape() -> Data:
     theta = 2.0 * pi * np.arange(64) / 64.0
     found: dict[str, list[float]] = {"rim": [], "rms_x": [], "rms": []}
     for nu in RATIOS:
-        u_x, u_y = gross_slip.displacement(r, theta, contact_radius=1.0, poissons_ratio=float(nu))
+        u_x, u_y = gross_slip.displacement(r, theta, float(nu))
         mean = u_x.mean(axis=1, keepdims=True)
         part_x, part_y = u_x - mean, u_y
 
-        def over_contact(values: Array) -> float:
-            return sqrt(float(area @ np.mean(values[:-1] ** 2, axis=1)))
-
-        whole = over_contact(np.broadcast_to(mean, u_x.shape))
+        whole, x, y = (float(area @ np.mean(one[:-1] ** 2, axis=1)) for one in (mean, part_x, part_y))
         found["rim"].append(float(max(np.abs(part_x / mean).max(), np.abs(part_y / mean).max())))
-        found["rms_x"].append(over_contact(part_x) / whole)
-        found["rms"].append(sqrt(over_contact(part_x) ** 2 + over_contact(part_y) ** 2) / whole)
+        found["rms_x"].append(sqrt(x / whole))
+        found["rms"].append(sqrt((x + y) / whole))
     return {"nu": RATIOS, **found}
 
 
@@ -157,10 +146,8 @@ def _waves(name: str, ball: Material, block: Material, radius: float, mass: floa
     shear = waves.shear_speed(ball.shear_modulus, density)
     pressure = shear / slowness if slowness else sqrt((BULK_OF_RUBBER + 4.0 / 3.0 * ball.shear_modulus) / density)
     period = waves.mode_period(radius, ball.poissons_ratio, ball.shear_modulus, density)
-    share = waves.radiated_share(
-        impact, mass, speed,
-        shear=block.shear_modulus, density=block.density or 0.0, nu=block.poissons_ratio,
-    )  # fmt: skip
+    ground = {"shear": block.shear_modulus, "density": block.density or 0.0, "nu": block.poissons_ratio}
+    share = waves.radiated_share(impact, mass, speed, **ground)
     return {"name": name, "speed": speed, "duration": impact.duration, "period": period,
             "over_transit": impact.duration * pressure / (2.0 * radius),
             "over_mode": impact.duration / period, "share": share, "depth": impact.overlap / radius}  # fmt: skip
@@ -169,11 +156,11 @@ def _waves(name: str, ball: Material, block: Material, radius: float, mass: floa
 def _travel(angle: float | None) -> Data:
     """Way of the patch over block and puck during one impact, over its greatest radius [%].
 
-    Integrals over the impact of the speed of the centre and of the rim, from the forces of `collide`.
-
-    Args:
-        angle: Of the centre's velocity from the normal [degrees], with the spin that keeps psi_1; None: no spin.
+    Integrals over the impact of the speed of the centre and of the rim, from the forces of `collide`. angle: of the
+    centre's velocity from the normal [degrees], with the spin that keeps psi_1; None: no spin.
     """
+    from scipy.integrate import cumulative_trapezoid
+
     puck = Puck("steel", TYPICAL)
     sliding = TYPICAL * puck.pair.friction / puck.pair.kappa * puck.speed
     centre = sliding if angle is None else tan(radians(angle)) * puck.speed
@@ -181,14 +168,10 @@ def _travel(angle: float | None) -> Data:
     body = Body(puck.mass, puck.radius, puck.inertia, (centre, 0.0, -puck.speed), (0.0, spin, 0.0))
     impact = collide(puck.pair, body)
 
-    def integral(values: Array) -> Array:
-        return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(impact.time))])
-
-    gained = integral(impact.tangential_force[:, 0])
-    block = integral(centre + gained / puck.mass)[-1]
-    ball = integral(puck.radius * spin - puck.radius**2 / puck.inertia * gained)[-1]
+    gained = cumulative_trapezoid(impact.tangential_force[:, 0], impact.time, initial=0.0)
+    speeds = {"block": centre + gained / puck.mass, "ball": puck.radius * (spin - puck.radius / puck.inertia * gained)}
     widest = sqrt(puck.radius * float(impact.overlap.max()))
-    return {"block": 100.0 * float(block) / widest, "ball": 100.0 * float(ball) / widest}
+    return {name: 100.0 * float(np.trapezoid(speed, impact.time)) / widest for name, speed in speeds.items()}
 
 
 def _coupling(name: str, a: Material, b: Material, friction: float | None) -> Data:

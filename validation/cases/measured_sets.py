@@ -1,17 +1,13 @@
 """Every measured set in one table: this law unfitted, the best other law unfitted, the scatter of the data."""
 
-from __future__ import annotations
-
-import numpy as np
-
 from contactlaw import LAWS
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.cases import alumina_on_glass as alumina
 from validation.cases import finite_elements as elements
 from validation.cases import rebound_constants as constants
 from validation.cases import superball_and_golf as balls
 from validation.measured import load
-from validation.prediction import SPHERE, quiet_pair, rebounds, rms
+from validation.prediction import rms
 
 LOSSY = constants.LOSSY
 CHART, BALLS = "Louge's chart", "superball and golf ball"
@@ -32,8 +28,9 @@ class MeasuredSets(Case):
     title = "All measured sets"
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        rows = [*_alumina(), *_elements(), *_louge(), _balls()]
-        progress(1.0)
+        kinds = (alumina.AluminaOnGlass, elements.FiniteElements, constants.ReboundConstants)
+        glass, steel, louge = (kind().run(quick, lambda part: None).data for kind in told(kinds, progress))
+        rows = [*_alumina(glass), *_elements(steel), *_louge(louge), _balls()]
         limits = [
             Limit(f"{row['set']}: rms of microslip over the larger of scatter and the best other law's", 1.0,
                   row["law"] / max(row["scatter"], row["peer"]))
@@ -58,55 +55,33 @@ def _row(name: str, quantity: str, points: int, found: dict[str, float], scatter
             "hard": name not in SOFT}  # fmt: skip
 
 
-def _alumina() -> list[Data]:
+def _alumina(data: Data) -> list[Data]:
     """All three digitised figures; where two of them say the same, how far they differ."""
-    scatter, rows = alumina.scatter(), []
-    for quantity, (name, column) in alumina.TABLES.items():
-        table = load(name)
-        theta = table["theta_deg"]
-        below = theta < alumina.STICKING
-        laws = alumina.quantities(alumina.PAIR, theta, with_reference=False)
-        found = {law: rms((values[quantity] - table[column])[below]) for law, values in laws.items()}
-        source = "from that of e_t" if quantity == "rebound angle" else "from that of the rebound angle"
-        rows.append(_row(f"alumina on glass, {quantity}", alumina.UNITS[quantity] or "-", int(below.sum()), found,
-                         scatter[quantity], source))  # fmt: skip
-    return rows
+    scatter = alumina.scatter()
+    return [_row(f"alumina on glass, {quantity}", alumina.UNITS[quantity] or "-", data["shown"][quantity]["points"][0],
+                 found["below"], scatter[quantity],
+                 "from that of e_t" if quantity == "rebound angle" else "from that of the rebound angle")
+            for quantity, found in data["rms"].items()]  # fmt: skip
 
 
-def _elements() -> list[Data]:
+def _elements(data: Data) -> list[Data]:
     """Both curves below x = 5.8, in v_out/(mu v_n)."""
-    pair = quiet_pair(elements.STEEL, elements.RIGID, elements.FRICTION)
-    recoil, spin = load("chungooi5_recoil_fem_wu"), load("chungooi5_spin_fem_wu")
-    x, other = recoil["x_incident"], spin["x_incident"]
-    both = (x, recoil["y_recoil"]), (other, spin["y_spin"])
-    scatter = elements.disagreement(*both, pair.kappa, SPHERE * pair.kappa / 2.0)["partial slip"]
-    rows = []
-    for name, (at, y) in zip(("recoil", "spin"), both, strict=True):
-        part = at < elements.PARTIAL
-        laws = rebounds(pair.kappa * at, SPHERE * pair.kappa / 2.0, with_reference=False)
-        after = {law: psi_2 / pair.kappa for law, psi_2 in laws.items()}
-        wanted = y if name == "recoil" else at + 1.4 * y
-        found = {law: rms((values - wanted)[part]) for law, values in after.items()}
-        rows.append(_row(f"finite elements, {name}", "v_out/(mu v_n)", int(part.sum()), found, scatter,
+    part, rows = "partial slip", []
+    for (name, found), scale in zip(data["rms"].items(), (1.0, 1.4), strict=True):
+        rows.append(_row(f"finite elements, {name}", "v_out/(mu v_n)", data["shown"][name]["points"][part],
+                         {law: scale * one for law, one in found[part].items()}, data["curves_disagree"][part],
                          "from each other"))  # fmt: skip
     return rows
 
 
-def _louge() -> list[Data]:
+def _louge(data: Data) -> list[Data]:
     """Louge's beta_0 as standard errors; all, and without the pair that loses most."""
     rows = []
-    for name, kept in ((CHART, lambda e: True), ("the same, e > 0.7", lambda e: e > 0.7)):
-        found: dict[str, list[float]] = {law: [] for law in [*LAWS, LOSSY]}
-        table = load("louge_impact_table")
-        for number, pair in enumerate(table.words["pair"]):
-            e = float(table["e"][number])
-            if kept(e):
-                a, b, _ = constants.PAIRS[pair]
-                chi = SPHERE * quiet_pair(a, b, 0.1, e).kappa / 2.0
-                for law, slope in constants.slopes(chi, e, 60).items():
-                    found[law].append((slope - float(table["beta0"][number])) / float(table["beta0_err"][number]))
-        rows.append(_row(name, "beta_0 over its error", len(found["microslip"]),
-                         {law: rms(np.array(off)) for law, off in found.items()}, 1.0, "as published"))  # fmt: skip
+    for name, least in ((CHART, 0.0), ("the same, e > 0.7", 0.7)):
+        own = [row for row in data["rows"] if row["e"] > least]
+        found = {law: rms([(row["slope"][law] - row["beta_0"]) / row["error"] for row in own])
+                 for law in own[0]["slope"]}  # fmt: skip
+        rows.append(_row(name, "beta_0 over its error", len(own), found, 1.0, "as published"))
     return rows
 
 
@@ -117,6 +92,6 @@ def _balls() -> Data:
     found = {}
     for law in [*LAWS, LOSSY]:
         ranges = [balls.extremes(kappa, row["tangent"], row["e_n"], law) for row in rows]
-        found[law] = rms(np.array([max(low - row["e_t"], row["e_t"] - high, 0.0)
-                                   for row, (low, high) in zip(rows, ranges, strict=True)]))  # fmt: skip
+        found[law] = rms([max(low - row["e_t"], row["e_t"] - high, 0.0)
+                          for row, (low, high) in zip(rows, ranges, strict=True)])  # fmt: skip
     return _row(BALLS, "e_t", len(rows), found, balls.E_T_ERROR, "as published")

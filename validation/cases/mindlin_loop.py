@@ -1,6 +1,6 @@
 """A tangential load cycle at constant normal force, against the closed form of Mindlin and Deresiewicz."""
 
-from __future__ import annotations
+from itertools import product
 
 import numpy as np
 
@@ -33,16 +33,13 @@ class MindlinLoop(Case):
         amplitudes = [SHOWN] if quick else AMPLITUDES
         nodes = [16, 64] if quick else NODES
         laws: dict[str, Law] = {"default": LAWS["microslip"]} | {str(n): Microslip(node_count=n) for n in nodes}
-        data: Data = {"nodes": nodes, "error": {}, "lost": {}}
-        for name, law in told(laws.items(), progress):
-            data["error"][name], data["lost"][name] = {}, {}
-            for amplitude in amplitudes:
-                exact = mindlin_loop.cycle(amplitude, POINTS)
-                force = _along(law, exact.displacement)
-                data["error"][name][str(amplitude)] = float(np.abs(force - exact.force).max())
-                cycle = slice(POINTS - 1, None)
-                work = float(np.trapezoid(force[cycle], exact.displacement[cycle]))
-                data["lost"][name][str(amplitude)] = work / mindlin_loop.lost_work(amplitude) - 1.0
+        data: Data = {"nodes": nodes, "error": {name: {} for name in laws}, "lost": {name: {} for name in laws}}
+        for (name, law), amplitude in told(product(laws.items(), amplitudes), progress):
+            exact, cycle = mindlin_loop.cycle(amplitude, POINTS), slice(POINTS - 1, None)
+            force = _along(law, exact.displacement)
+            work = float(np.trapezoid(force[cycle], exact.displacement[cycle]))
+            data["error"][name][str(amplitude)] = float(np.abs(force - exact.force).max())
+            data["lost"][name][str(amplitude)] = work / mindlin_loop.lost_work(amplitude) - 1.0
         reference = max(float(np.abs(_superposed(a) - mindlin_loop.cycle(a, POINTS).force).max()) for a in amplitudes)
         data["reference_error"] = reference
         limits = [

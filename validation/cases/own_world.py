@@ -1,9 +1,8 @@
 """The package's own world, without an engine: impacts, energy and momentum at any step."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
+from collections.abc import Iterator
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -32,13 +31,13 @@ class OwnWorld(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         steps = STEPS[:3] if quick else STEPS
-        psi_2: list[Data] = []
-        for dt, e in told(product(steps, RESTITUTIONS), progress, 0.0, 0.6):
-            psi_2.append({"step": dt, "restitution": e, "error": psi_2_error(e, dt)})
-            if e == 1.0:
-                psi_2[-1]["fine"] = psi_2_error(e, dt, *FINE)
+        psi_2: list[Data] = [
+            {"step": dt, "restitution": e, "error": psi_2_error(e, dt)}
+            | ({"fine": psi_2_error(e, dt, *FINE)} if e == 1.0 else {})
+            for dt, e in told(product(steps, RESTITUTIONS), progress, 0.0, 0.6)
+        ]
         gases = [gas(dt) for dt in (4e-3, 2e-4)]
-        kept: list[tuple[str, float, Callable[[], float]]] = [
+        kept: list[tuple[str, float, Any]] = [
             ("energy of elastic bounces, 10 s", 2e-4, lambda: max(map(bounces, steps[:3]))),
             ("momentum of two spinning balls, any step", 1e-14, lambda: max(map(momentum, steps[:4]))),
             ("energy of a gas of 8 elastic balls, 1 s", 2e-3, lambda: max(one[0] for one in gases)),
@@ -86,9 +85,7 @@ def bounces(dt: float) -> float:
 def gas(dt: float) -> tuple[float, float]:
     """Of elastic balls without friction: largest change of energy over the first; speed of a rim by spin [m/s]."""
     rng = np.random.default_rng(5)
-    places = 0.06 * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) + rng.normal(
-        0, 0.005, (8, 3)
-    )
+    places = 0.06 * np.array([*product((-1, 1), repeat=3)]) + rng.normal(0, 0.005, (8, 3))
     made = balls(steel_pair(0.0), places, rng.normal(0.0, 1.0, (8, 3)), planes=box_of_planes(0.12), timestep=dt)
     return _change(made, 1.0), _rim(made)
 
@@ -109,11 +106,8 @@ def broken(dt: float) -> tuple[float, float]:
 def tumble(kind: str, seed: int, dt: float) -> float:
     """What an elastic body between two planes gains of its energy in two seconds, at most."""
     made = tumbler(kind, seed, dt, steel_pair(0.3 if seed % 2 else 0.0))
-    first, gained = made.energy.total, 0.0
-    for _ in range(20):
-        made.step(round(0.1 / dt))
-        gained = max(gained, made.energy.total / first - 1.0)
-    return gained
+    first = made.energy.total
+    return max(0.0, *(energy / first - 1.0 for energy in _watched(made, 2.0)))
 
 
 def momentum(dt: float) -> float:
@@ -133,11 +127,14 @@ def momentum(dt: float) -> float:
 
 def _change(made: World, duration: float, offset: float = 0.0) -> float:
     first = made.energy.total
-    changes = []
+    return float(max(abs(energy - first) for energy in _watched(made, duration)) / (first - offset))
+
+
+def _watched(made: World, duration: float) -> Iterator[float]:
+    """Its energy every tenth of a second [J]."""
     for _ in range(round(10 * duration)):
         made.step(round(0.1 / made.timestep))
-        changes.append(abs(made.energy.total - first))
-    return float(max(changes) / (first - offset))
+        yield made.energy.total
 
 
 def _rim(made: World) -> float:

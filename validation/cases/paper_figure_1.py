@@ -1,7 +1,5 @@
 """Fig. 1 of Maw, Barber & Fawcett (1981): the tangential force during the impact of a steel puck."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sims.puck import Puck
@@ -46,22 +44,16 @@ class PaperFigure1(Case):
                 problems.append(f"psi_1 = {psi_1:g}: the law leaves the friction cone")
             difference = np.interp(reference.time, time, force) - reference.tangential_force
             stuck = np.flatnonzero(reference.stuck.any(axis=1))
-            shown = np.linspace(0.0, 1.0, MARKS + 1)
-            at = np.linspace(0.0, 1.0, 201)
-            curves.append(
-                {
-                    "psi_1": psi_1,
-                    "tau": at,
-                    "reference": np.interp(at, reference.time, reference.tangential_force),
-                    "tau_law": shown,
-                    "law": np.interp(shown, time, force),
-                    "difference": float(np.abs(difference).max()),
-                    "difference_at": float(reference.time[np.abs(difference).argmax()]),
-                    "stick": float(reference.time[stuck[0]]) if stuck.size else None,
-                    "slip_again": float(reference.time[stuck[-1]]) if stuck.size else None,
-                    "least": float(reference.tangential_force.min()),
-                }
-            )
+            shown, at = np.linspace(0.0, 1.0, MARKS + 1), np.linspace(0.0, 1.0, 201)
+            curves.append({
+                "psi_1": psi_1, "tau": at, "reference": np.interp(at, reference.time, reference.tangential_force),
+                "tau_law": shown, "law": np.interp(shown, time, force),
+                "difference": float(np.abs(difference).max()),
+                "difference_at": float(reference.time[np.abs(difference).argmax()]),
+                "stick": float(reference.time[stuck[0]]) if stuck.size else None,
+                "slip_again": float(reference.time[stuck[-1]]) if stuck.size else None,
+                "least": float(reference.tangential_force.min()),
+            })  # fmt: skip
         envelope = np.interp(at, reference.time, reference.normal_force)
         largest_difference = max(curve["difference"] for curve in curves)
         data = {"chi": puck.chi, "annuli": annuli, "tau": at, "envelope": envelope, "curves": curves}

@@ -11,15 +11,13 @@ C is thus the greatest contact radius over R, and mu p_max = 2 G mu C/(pi (1 - n
 the annulus solution gives, times 2/(pi (1 - nu)) is f/(G mu C), whatever mass, size and speed are.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from sims.puck import Puck
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
-from validation.reference.annulus import Impact, impact
+from validation.reference.annulus import History, impact
 
 PSI_1 = 1.2
 ANNULI = 20
@@ -111,17 +109,17 @@ class PaperFigure2(Case):
         axes.legend(loc="upper right")
 
 
-def _tractions(history: Impact) -> np.ndarray:
+def _tractions(history: History) -> np.ndarray:
     """Traction over mu p_max at TIMES, shape (9, annuli)."""
     return np.array([np.interp(TIMES, history.time, column) for column in history.traction.T]).T
 
 
-def _states(history: Impact) -> list[list[bool]]:
+def _states(history: History) -> list[list[bool]]:
     """Whether each annulus is stuck at TIMES."""
     return [history.stuck[np.abs(history.time - tau).argmin()].tolist() for tau in TIMES]
 
 
-def _stuck_part(history: Impact, tau: float) -> float:
+def _stuck_part(history: History, tau: float) -> float:
     """Stuck part of the contact radius at a time."""
     instant = int(np.abs(history.time - tau).argmin())
     return float(history.stuck[instant].sum() / max((history.pressure[instant] > 0.0).sum(), 1))
@@ -132,16 +130,12 @@ def _closing_time(chi: float) -> float:
 
     With the overlap x over its greatest v^2 = 1 - x^(5/2), and dt is proportional to dx/v.
     """
-    from scipy.integrate import quad
+    from scipy.special import betainc
 
     from validation.reference.closed_forms.regimes import closing_velocity_at_first_stick
 
-    def passed(x: float) -> float:
-        # x = sin^(4/5) of an angle up to pi/2 takes the root out of the integral.
-        return quad(lambda angle: 0.8 * np.sin(angle) ** -0.2, 0.0, np.arcsin(x**1.25))[0]
-
-    overlap = (1.0 - closing_velocity_at_first_stick(PSI_1, chi) ** 2) ** 0.4
-    return 0.5 * passed(overlap) / passed(1.0)
+    # Of integral dx/sqrt(1 - x^(5/2)) the part up to x is an incomplete beta function of x^(5/2).
+    return 0.5 * float(betainc(0.4, 0.5, 1.0 - closing_velocity_at_first_stick(PSI_1, chi) ** 2))
 
 
 def _draw_traction(axes: Axes, data: Any, number: int) -> None:
@@ -152,6 +146,5 @@ def _draw_traction(axes: Axes, data: Any, number: int) -> None:
     y = data["scale"] * np.append(np.array(data["traction"][number])[within], 0.0)
     stuck = np.array(data["stuck"][number])[within]
     core = int(np.flatnonzero(stuck)[-1]) + 1 if stuck.any() else 0
-    axes.plot(x[:core], y[:core], color="black", zorder=2)
-    outer = max(core - 1, 0)
-    axes.plot(x[outer:], y[outer:], color="black", linestyle=CHAIN_DASH, zorder=2)
+    for part, dashes in ((slice(core), "-"), (slice(max(core - 1, 0), None), CHAIN_DASH)):
+        axes.plot(x[part], y[part], color="black", linestyle=dashes, zorder=2)

@@ -1,7 +1,5 @@
 """Fig. 3 of Maw, Barber & Fawcett (1981): psi_2 over psi_1 for the steel pucks."""
 
-from __future__ import annotations
-
 from validation.case import register
 from validation.rebound_figure import INCH, ReboundFigure
 
@@ -27,8 +25,4 @@ class PaperFigure3(ReboundFigure):
     diameters = {"3 in": 3.0 * INCH, "4 in": 4.0 * INCH}
     speeds = (0.5, 1.5)
     span = 7.0
-
-    @property
-    def incidences(self) -> list[float]:
-        """psi_1 of the throws."""
-        return [0.25, 0.5, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0]
+    incidences = [0.25, 0.5, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0]

@@ -1,9 +1,5 @@
 """Fig. 4 of Maw, Barber & Fawcett (1981): the apparatus, as the simulated scene has it."""
 
-from __future__ import annotations
-
-from dataclasses import replace
-
 import numpy as np
 
 from contactlaw import rebound
@@ -38,17 +34,13 @@ class PaperFigure4(Case):
             psi = np.linspace(0.0, 6.0, 121)
             e = puck.pair.restitution
             change = np.abs(np.asarray(rebound(psi, round_chi, restitution=e)) - rebound(psi, puck.chi, restitution=e))
-            pucks[name] = {
-                "radius": puck.radius, "mass": puck.mass, "chi": puck.chi, "chi_round": round_chi,
-                "gyration": gyration, "mu": puck.pair.friction, "restitution": e, "kappa": puck.pair.kappa,
-                "contact_duration": puck.contact_duration, "change": float(change.max()),
-                "greatest_overlap": puck.pair.greatest_overlap(puck.mass, puck.speed),
-            }  # fmt: skip
+            pucks[name] = {"radius": puck.radius, "mass": puck.mass, "chi": puck.chi, "chi_round": round_chi,
+                           "gyration": gyration, "mu": puck.pair.friction, "restitution": e, "kappa": puck.pair.kappa,
+                           "contact_duration": puck.contact_duration, "change": float(change.max()),
+                           "greatest_overlap": puck.pair.greatest_overlap(puck.mass, puck.speed)}  # fmt: skip
         progress(1.0)
-        data = {
-            "pucks": pucks, "thickness": Puck.thickness, "speed": Puck().speed,
-            "incidence": SURFACES["steel"].friction / Puck().pair.kappa * replace(Puck(), psi_1=3.0).psi_1,
-        }  # fmt: skip
+        incidence = SURFACES["steel"].friction / Puck().pair.kappa * 3.0  # of psi_1 = 3
+        data = {"pucks": pucks, "thickness": Puck.thickness, "speed": Puck().speed, "incidence": incidence}
         flat = max(abs(puck["chi"] / (1.5 * puck["kappa"]) - 1.0) for puck in pucks.values())  # 1 + 1/K^2 = 3
         return Outcome([Limit("chi of a flat disk from 3/2 kappa, over it", 1e-12, flat)], data)
 

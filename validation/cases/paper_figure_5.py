@@ -1,7 +1,5 @@
 """Fig. 5 of Maw, Barber & Fawcett (1981): psi_2 over psi_1 for the rubber puck."""
 
-from __future__ import annotations
-
 from validation.case import register
 from validation.rebound_figure import INCH, ReboundFigure
 
@@ -26,8 +24,4 @@ class PaperFigure5(ReboundFigure):
     diameters = {"4 in": 4.0 * INCH}
     speeds = (0.3, 0.9)
     span = 6.5
-
-    @property
-    def incidences(self) -> list[float]:
-        """psi_1 of the throws."""
-        return [0.25, 0.5, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0]
+    incidences = [0.25, 0.5, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0]

@@ -3,9 +3,8 @@
 # pyright: reportAttributeAccessIssue=false
 # (pyright cannot see into the mujoco module)
 
-from __future__ import annotations
-
 from math import atan2, degrees, floor, pi
+from typing import Any
 
 import numpy as np
 
@@ -53,10 +52,8 @@ class PaperFigure6(Case):
         marker = centres + puck.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         before = times < touch - STEP
         after = times > touch + 2.0 * STEP
-        flights = [
-            fit_motion(times[part], centres[part], marker[None, part], [puck.radius], ENOUGH)
-            for part in (before, after)
-        ]
+        flights = (fit_motion(times[part], centres[part], marker[None, part], [puck.radius], ENOUGH)
+                   for part in (before, after))  # fmt: skip
         normal, e = puck.normal[:2], puck.pair.restitution
         factor = 1.0 + puck.mass * puck.radius**2 / puck.inertia
         reading = read_impact(*flights, normal=normal, radius=puck.radius, inertia_factor=factor)
@@ -105,28 +102,24 @@ class PaperFigure6(Case):
         axes.fill_between((low, high), 0.0, 14.0, facecolor="#d0d0d0", edgecolor="black", hatch="///", linewidth=0.8)
         axes.annotate("block", (0.5 * (low + high), 7.0), ha="center", va="center",
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
-        for late, dashes, color in ((False, (0, (1, 2)), "#8a8a8a"), (True, "-", "#8a8a8a")):
+        for late, dashes in ((False, (0, (1, 2))), (True, "-")):
+            rim: Any = {"fill": False, "linestyle": dashes, "color": "#8a8a8a", "linewidth": 0.9}
             chosen = (times > data["touch"]) == late
             for centre in (centres[chosen] if late else centres[chosen][::-1])[::RIM_EACH]:
-                axes.add_patch(Circle(tuple(centre), radius, fill=False, linestyle=dashes, color=color, linewidth=0.9))
+                axes.add_patch(Circle(tuple(centre), radius, **rim))
             axes.plot(*marker[chosen].T, "D", markersize=5, markerfacecolor="#c44e00" if late else "white",
                       markeredgecolor="black", label="marker after" if late else "marker before")  # fmt: skip
             axes.plot(*centres[chosen].T, "+" if late else "x", color="black", markersize=6,
                       label="centre after" if late else "centre before")  # fmt: skip
-        axes.set(
-            xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal", title="stroboscopic picture"
-        )
+        axes.set(xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal",
+                 title="stroboscopic picture")  # fmt: skip
         axes.grid(visible=False)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
 
 
 def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
-    """Throw the puck in MuJoCo under the stroboscope.
-
-    Returns:
-        Times of the flashes [s], shape (n,), centres [m], shape (n, 2), angle of the marker [rad], shape (n,), and the
-        motion at the end.
-    """
+    """The puck, thrown in MuJoCo under the stroboscope: times of the flashes [s], shape (n,), centres [m], shape
+    (n, 2), angle of the marker [rad], shape (n,), and the motion at the end."""
     world = build(puck, Settings("mujoco"))
     world.start()
     between = round(1.0 / (FLASHES * puck.step))

@@ -1,23 +1,17 @@
 """The greatest reversal of the contact point, from elastic constants alone, against measured constants of rebound."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, Material, rebound
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.cases.left_out import ZERODUR
 from validation.measured import Array, load
 from validation.prediction import REFERENCE, SPHERE, quiet_pair, reference, rms
 
-DELRIN = Material(
-    3.1e9, 0.35, 1440.0, "delrin", "nu as commonly quoted for acetal homopolymer, assumed; E without effect"
-)
+DELRIN = Material(3.1e9, 0.35, 1440.0, "delrin", "nu as quoted for acetal homopolymer, assumed; E without effect")
 POLYURETHANE = Material(1e7, 0.5, 1200.0, "polyurethane", "nu of incompressible elastomers, assumed; E without effect")
-ZERODUR = Material(
-    9.1e10, 0.24, 2530.0, "Zerodur", "glass ceramic of Schott: E = 91 GPa, nu = 0.24, encyclopaedia article"
-)
 GLASS, STEEL, ACETATE = (MATERIALS[name] for name in ("glass", "steel", "cellulose acetate"))
 ALUMINIUM = MATERIALS["aluminium"]
 
@@ -66,21 +60,14 @@ class ReboundConstants(Case):
             pair = quiet_pair(a, b, friction, restitution)
             chi = SPHERE * pair.kappa / 2.0
             readings = both_readings(chi, restitution, 60 if quick else 200, 16 if quick else 40)
-            rows.append(
-                {"pair": name, "nu": [a.poissons_ratio, b.poissons_ratio], "remark": remark,
-                 "kappa": pair.kappa, "chi": chi, "coupling": pair.coupling, "e": restitution,
-                 "beta_0": float(table["beta0"][number]), "error": float(table["beta0_err"][number]),
-                 "greatest": readings[0], "slope": readings[1]}
-            )  # fmt: skip
-        summary = {
-            reading: {
-                law: {"rms": rms([row[reading][law] - row["beta_0"] for row in rows])} for law in rows[0]["slope"]
-            }
-            for reading in ("greatest", "slope")
-        }
-        squares = {
-            law: sum(((row["slope"][law] - row["beta_0"]) / row["error"]) ** 2 for row in rows) for law in LAWS_HERE
-        }
+            rows.append({"pair": name, "nu": [a.poissons_ratio, b.poissons_ratio], "remark": remark,
+                         "kappa": pair.kappa, "chi": chi, "coupling": pair.coupling, "e": restitution,
+                         "beta_0": float(table["beta0"][number]), "error": float(table["beta0_err"][number]),
+                         "greatest": readings[0], "slope": readings[1]})  # fmt: skip
+        summary = {reading: {law: {"rms": rms([row[reading][law] - row["beta_0"] for row in rows])}
+                             for law in rows[0]["slope"]} for reading in ("greatest", "slope")}  # fmt: skip
+        squares = {law: sum(((row["slope"][law] - row["beta_0"]) / row["error"]) ** 2 for row in rows)
+                   for law in LAWS_HERE}  # fmt: skip
         limits = [
             Limit(f"chi^2 of {len(rows)} slopes with losses in shear, beside its 95 % quantile", CHI_SQUARED,
                   squares[LOSSY]),
@@ -115,20 +102,11 @@ def both_readings(
     for law in [*LAWS_HERE, REFERENCE]:
         number = reference_count if law == REFERENCE else count
         psi_1 = 2.0 * chi * (1.0 + restitution) * (np.arange(number) + 0.5) / number
-        if law == REFERENCE:
-            psi_2 = reference(psi_1, chi, restitution)
-        else:
-            psi_2 = np.asarray(rebound(psi_1, chi, law, restitution))
+        psi_2 = reference(psi_1, chi, restitution) if law == REFERENCE else rebound(psi_1, chi, law, restitution)
+        psi_2 = np.asarray(psi_2)
         greatest[law] = max(0.0, float((-psi_2 / psi_1).max()))
         slope[law] = walton_slope(psi_1, psi_2, chi, restitution)
     return greatest, slope
-
-
-def slopes(chi: float, restitution: float, count: int) -> dict[str, float]:
-    """The slope over the sticking range by every law, of so many incidences."""
-    psi_1 = 2.0 * chi * (1.0 + restitution) * (np.arange(count) + 0.5) / count
-    after = {law: np.asarray(rebound(psi_1, chi, law, restitution)) for law in LAWS_HERE}
-    return {law: walton_slope(psi_1, psi_2, chi, restitution) for law, psi_2 in after.items()}
 
 
 def walton_slope(psi_1: Array, psi_2: Array, chi: float, restitution: float) -> float:

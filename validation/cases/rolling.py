@@ -1,7 +1,6 @@
 """A rolling ball keeps its speed; on an incline it rolls or slides with the closed-form acceleration."""
 
-from __future__ import annotations
-
+from functools import partial
 from math import atan, cos, degrees, radians, sin
 
 import numpy as np
@@ -51,11 +50,9 @@ class Rolling(Case):
         level: list[Data] = []
         slopes: list[Data] = []
         for engine, dt, integrator in told(KINDS, progress):
-            label = {"engine": engine, "step": dt, "integrator": integrator}
-            level.append(label | _level(made(engine, dt, integrator, 0.0), seconds))
-            slopes += [
-                label | {"angle": angle} | _slope(made(engine, dt, integrator, angle), angle) for angle in angles
-            ]
+            label, own = {"engine": engine, "step": dt, "integrator": integrator}, partial(made, engine, dt, integrator)
+            level.append(label | _level(own(0.0), seconds))
+            slopes += [label | {"angle": angle} | _slope(own(angle), angle) for angle in angles]
         limits = [
             Limit(f"{what}, {engine}", asked, worst(runs, key, engine=engine))
             for engine in ("mujoco", "pybullet")

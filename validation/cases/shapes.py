@@ -3,8 +3,6 @@
 # The wheel describes little of what it exports.
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 from functools import partial
 from math import cos, radians, sin, sqrt
 from typing import Any
@@ -19,7 +17,6 @@ from validation.shape_draws import KINDS, draw, draw_heap
 from validation.world_scenes import FLOOR, steel_pair
 
 PLASTIC = Material(3e9, 0.35, 1200.0)
-DURATION = 2.9432752  # of an elastic impact by Hertz, times speed over greatest overlap
 SPEED, MASS = 0.2, 0.3  # [m/s], [kg]
 HALF_AXES = np.array([0.03, 0.02, 0.012])  # [m]
 ANGLES, SECOND = (30.0, 60.0, 90.0), (0.01, 0.03)  # [degrees] between two cylinders; radius of the second [m]
@@ -53,21 +50,20 @@ def elongation(p: float, q: float) -> float:
 
 def box_errors() -> tuple[float, float]:
     """Of a box on a plane, four springs of its edges' radius: depth at rest, and approach of a flat fall."""
-    pair, half, r = ContactPair(PLASTIC, PLASTIC, 0.3, 0.6), np.array([0.03, 0.02, 0.02]), 0.002
-    errors = []
-    for speed in (0.0, SPEED):
-        elastic = pair if speed == 0.0 else ContactPair(PLASTIC, PLASTIC, 0.0)
-        world = World(gravity=9.81 if speed == 0.0 else 0.0, timestep=2e-3 if speed == 0.0 else 1e-4)
+    half, r = np.array([0.03, 0.02, 0.02]), 0.002
+
+    def box(pair: ContactPair, gravity: float, timestep: float, speed: float) -> World:
+        world = World(gravity=gravity, timestep=timestep)
         body = world.add_body(1.0, (half @ half - half * half) / 3.0, (0.0, 0.0, 0.02 + 1e-5), (0.0, 0.0, -speed))
-        world.add_contact(world.add_box(body, half, rounding=r), world.add_plane(None, *FLOOR), elastic)
-        k = 4.0 / 3.0 * pair.effective_modulus * sqrt(r)
-        if speed == 0.0:
-            world.step(1000)
-            found, right = world.contacts["overlap"].mean(), (9.81 / (4.0 * k)) ** (2.0 / 3.0)
-        else:
-            found, right = struck(world)[0], (1.25 * speed**2 / (4.0 * k)) ** 0.4
-        errors.append(abs(found / right - 1.0))
-    return errors[0], errors[1]
+        world.add_contact(world.add_box(body, half, rounding=r), world.add_plane(None, *FLOOR), pair)
+        return world
+
+    lies = box(ContactPair(PLASTIC, PLASTIC, 0.3, 0.6), 9.81, 2e-3, 0.0)
+    lies.step(1000)
+    k = 4.0 * 4.0 / 3.0 * ContactPair(PLASTIC, PLASTIC, 0.0).effective_modulus * sqrt(r)
+    deepest = struck(box(ContactPair(PLASTIC, PLASTIC, 0.0), 0.0, 1e-4, SPEED))[0]
+    return (abs(lies.contacts["overlap"].mean() / (9.81 / k) ** (2.0 / 3.0) - 1.0),
+            abs(deepest / (1.25 * SPEED**2 / k) ** 0.4 - 1.0))  # fmt: skip
 
 
 def struck(world: World) -> tuple[float, float]:
@@ -80,13 +76,15 @@ def struck(world: World) -> tuple[float, float]:
     raise RuntimeError("no impact has come to an end")
 
 
-def hertz_error(world: World, shapes: Any, radius: float) -> float:
-    """Of an elastic impact head on, the larger error of approach and duration."""
+def hertz_error(world: World, shapes: Any, p: float, q: float) -> float:
+    """Of an elastic impact head on, the larger error of approach and duration; p <= q: relative curvatures [1/m]."""
+    from validation.reference.closed_forms import hertz
+
     pair = steel_pair(0.0)
     world.add_contact(shapes[0], shapes[1], pair)
-    deepest = (1.25 * MASS * SPEED**2 / (4.0 / 3.0 * pair.effective_modulus * sqrt(radius))) ** 0.4
+    exact = hertz.impact(MASS, hertz_radius(p, q), pair.effective_modulus, SPEED)
     overlap, duration = struck(world)
-    return max(abs(overlap / deepest - 1.0), abs(duration * SPEED / (DURATION * deepest) - 1.0))
+    return max(abs(overlap / exact.overlap - 1.0), abs(duration / exact.duration - 1.0))
 
 
 def thrown(height: float) -> tuple[World, int]:
@@ -99,25 +97,25 @@ def ellipsoid_error(axis: int) -> float:
     """Of one that strikes a plane along an axis."""
     half = np.roll(HALF_AXES, axis)
     world, body = thrown(half[2])
-    p, q = sorted(half[2] / half[:2] ** 2)
-    return hertz_error(world, [world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR)], hertz_radius(p, q))
+    shapes = world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR)
+    return hertz_error(world, shapes, *sorted(half[2] / half[:2] ** 2))
 
 
 def crossed_error(angle: float, second: float) -> float:
     """Of two cylinders whose sides cross; relative curvatures by Johnson (1985), equation 4.6."""
     world, body = thrown(0.01 + second)
     turn, one, two = radians(angle), 1.0 / 0.01, 1.0 / second
-    pair = [world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0)),
-            world.add_cylinder(None, second, 0.05, axis=(cos(turn), sin(turn), 0.0))]  # fmt: skip
+    shapes = (world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0)),
+              world.add_cylinder(None, second, 0.05, axis=(cos(turn), sin(turn), 0.0)))  # fmt: skip
     differ = sqrt(one**2 + two**2 + 2.0 * one * two * cos(2.0 * turn))
-    return hertz_error(world, pair, hertz_radius(0.5 * (one + two - differ), 0.5 * (one + two + differ)))
+    return hertz_error(world, shapes, 0.5 * (one + two - differ), 0.5 * (one + two + differ))
 
 
 def ball_error(second: float) -> float:
     """Of a ball on the side of a cylinder."""
     world, body = thrown(0.01 + second)
-    pair = [world.add_sphere(body, 0.01), world.add_cylinder(None, second, 0.05, axis=(1.0, 0.0, 0.0))]
-    return hertz_error(world, pair, hertz_radius(1.0 / 0.01, 1.0 / 0.01 + 1.0 / second))
+    shapes = world.add_sphere(body, 0.01), world.add_cylinder(None, second, 0.05, axis=(1.0, 0.0, 0.0))
+    return hertz_error(world, shapes, 1.0 / 0.01, 1.0 / 0.01 + 1.0 / second)
 
 
 def drops(engine: str, seeds: range, make: Any) -> Data:
@@ -125,28 +123,18 @@ def drops(engine: str, seeds: range, make: Any) -> Data:
     from validation.shape_runs import FLIGHT, judge
 
     judge(engine, make(0))  # compiles
-    words, gain, depth, moving, flown, times = [], 0.0, 0.0, 0, 0, []
-    for seed in seeds:
-        drop = make(seed)
+    words, found = [], []
+    for drop in map(make, seeds):
         try:
-            verdict = judge(engine, drop)
+            found.append(judge(engine, drop))
+            words += [f"{drop}: {', '.join(found[-1].wrong)}"] if found[-1].wrong else []
         except Exception as error:
             words.append(f"{drop}: {type(error).__name__}: {error}")
-            continue
-        gain, depth = max(gain, verdict.gain), max(depth, verdict.depth)
-        times.append(verdict.rest)
-        flown += verdict.flight > FLIGHT
-        if verdict.wrong:
-            words.append(f"{drop}: {', '.join(verdict.wrong)}")
-        moving += any("moves" in one for one in verdict.wrong)
-    failed = len(words) - moving
-    return {"engine": engine, "runs": len(seeds), "failed": failed, "moving": moving, "flown": flown, "gain": gain,
-            "depth": depth, "rest": float(np.median(times)), "words": words}  # fmt: skip
-
-
-def dropped(kinds: tuple[str, ...], seed: int) -> Any:
-    """`shape_draws.draw` of kinds."""
-    return draw(seed, kinds)
+    moving = sum(any("moves" in one for one in verdict.wrong) for verdict in found)
+    most = {key: max([0.0, *(getattr(verdict, key) for verdict in found)]) for key in ("gain", "depth")}
+    return {"engine": engine, "runs": len(seeds), "failed": len(words) - moving, "moving": moving,
+            "flown": sum(verdict.flight > FLIGHT for verdict in found), **most,
+            "rest": float(np.median([verdict.rest for verdict in found])), "words": words}  # fmt: skip
 
 
 CRATE = '<geom name="thing" type="box" size=".03 .02 .02" mass="1"/>'
@@ -165,34 +153,25 @@ def costs(rounds: int) -> dict[str, Data]:
 
     from contactlaw.mujoco_plugin import load_model
 
-    rng = np.random.default_rng(3)
-    rock = 0.02 * rng.normal(size=(20, 3))
-    found = {}
-    pair = ContactPair(PLASTIC, PLASTIC, 0.3, 0.6)
+    rock = " ".join(map(str, (0.02 * np.random.default_rng(3).normal(size=(20, 3))).ravel()))
+    found, pair = {}, ContactPair(PLASTIC, PLASTIC, 0.3, 0.6)
     for name, (floor, thing, speed, height) in COSTS.items():
         size = '"5 5 1"' if floor == "plane" else '"5 5 .1" pos="0 0 -.1"'
-        text = (
-            f'<mujoco><option timestep="2e-3"/><asset><mesh name="rock" vertex="{" ".join(map(str, rock.ravel()))}"/>'
-            f'</asset><worldbody><geom name="floor" type="{floor}" size={size}/><body pos="0 0 {height}"><freejoint/>'
-            f"{thing}</body></worldbody></mujoco>"
-        )
+        text = (f'<mujoco><option timestep="2e-3"/><asset><mesh name="rock" vertex="{rock}"/></asset><worldbody>'
+                f'<geom name="floor" type="{floor}" size={size}/><body pos="0 0 {height}"><freejoint/>{thing}</body>'
+                "</worldbody></mujoco>")  # fmt: skip
         models = {"law": load_model(text, [("thing", "floor", pair)]), "native": mujoco.MjModel.from_xml_string(text)}
-        datas = {way: mujoco.MjData(model) for way, model in models.items()}
+        both = {way: (model, mujoco.MjData(model)) for way, model in models.items()}
 
-        def prepare(way: str, models=models, datas=datas, speed=speed, name=name) -> None:
-            mujoco.mj_resetData(models[way], datas[way])
-            mujoco.mj_step(models[way], datas[way], 0 if "tumbling" in name else 300)
-            datas[way].qvel[0] = speed
+        def prepare(model: Any, data: Any, speed=speed, name=name) -> None:
+            mujoco.mj_resetData(model, data)
+            mujoco.mj_step(model, data, 0 if "tumbling" in name else 300)
+            data.qvel[0] = speed
 
-        def step(way: str, models=models, datas=datas) -> None:
-            mujoco.mj_step(models[way], datas[way], 75)
-
-        seconds = interleaved({way: partial(step, way) for way in models}, rounds,
-                              {way: partial(prepare, way) for way in models})  # fmt: skip
-        found[name] = spread(seconds["law"] / seconds["native"]) | {
-            "law": 1e6 / 75 * float(np.median(seconds["law"])),
-            "native": 1e6 / 75 * float(np.median(seconds["native"])),
-        }
+        seconds = interleaved({way: partial(mujoco.mj_step, *one, 75) for way, one in both.items()}, rounds,
+                              {way: partial(prepare, *one) for way, one in both.items()})  # fmt: skip
+        found[name] = spread(seconds["law"] / seconds["native"])
+        found[name] |= {way: 1e6 / 75 * float(np.median(taken)) for way, taken in seconds.items()}
     return found
 
 
@@ -220,21 +199,19 @@ class Shapes(Case):
         }
         ratios = costs(5 if quick else 25)
         progress(0.05)
-        count, sums = 10 if quick else DROPS, []
-        for engine, kinds in told(ENGINES.items(), progress, 0.05, 0.8):
-            sums.append(drops(engine, range(count), partial(dropped, kinds)))
+        seeds = range(10 if quick else DROPS)
+        sums = [drops(engine, seeds, partial(draw, kinds=kinds))
+                for engine, kinds in told(ENGINES.items(), progress, 0.05, 0.8)]  # fmt: skip
         heaps = drops("none", range(2 if quick else HEAPS), draw_heap)
-        memory = endure("none", 10**5 if quick else STEPS)
+        memory = endure(10**5 if quick else STEPS)
         limits = [Limit(name, 1e-2, error) for name, error in forms.items()]
         for one in sums:
-            limits += [
-                Limit(f"drops that gain, sink or fail, {TITLES[one['engine']]}", 0, one["failed"]),
-                Limit(f"drops that still move after 10 s, {TITLES[one['engine']]}", 0, one["moving"]),
-            ]
-        limits += [
-            Limit("heaps that gain, sink or fail", 0, heaps["failed"]),
-            Limit("memory gained by a ball that bounces", 1.0, memory["after"] - memory["before"], "MB"),
-        ]
+            what = TITLES[one["engine"]]
+            limits += [Limit(f"drops that gain, sink or fail, {what}", 0, one["failed"]),
+                       Limit(f"drops that still move after 10 s, {what}", 0, one["moving"])]  # fmt: skip
+        limits += [Limit("heaps that gain, sink or fail", 0, heaps["failed"]),
+                   Limit("memory gained by a ball that bounces", 1.0, memory["after"] - memory["before"],
+                         "MB")]  # fmt: skip
         limits += [Limit(f"{name}, over native", 1.5, one["median"]) for name, one in ratios.items()]
         return Outcome(limits, {"forms": forms, "costs": ratios, "drops": sums, "heaps": heaps, "memory": memory})
 
@@ -250,8 +227,7 @@ class Shapes(Case):
             table.add(f"{{runs}} {name}: that fail; that still move | {{failed}}; {{moving}} | "
                       "greatest gain {gain:.1e} | at rest after {rest:.1f} s, median", one)  # fmt: skip
             if one["flown"]:
-                table.add(
-                    "of these not judged: the engine's own flight changes energy by more than 10 % | {flown}", one
-                )
+                what = "of these not judged: the engine's own flight changes energy by more than 10 %"
+                table.add(f"{what} | {{flown}}", one)
         table.add("memory over {steps:.0e} steps | {before:.1f} MB before | {after:.1f} MB after", data["memory"])
         return table

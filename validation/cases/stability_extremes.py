@@ -1,7 +1,5 @@
 """One thing at a time taken to its ends: Poisson's ratio, friction, inertia, incidence, masses, speed, rest."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import product
 

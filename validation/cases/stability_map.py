@@ -1,7 +1,5 @@
 """Contacts of any stiffness, a thousand times shorter or longer than the engine's step: which ways hold."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import pairwise, product
 from math import pi, sqrt
@@ -21,6 +19,7 @@ MASS_RATIOS = (-6.0, 6.0)  # log10
 SEEDS, SEEDS_OF_DEFAULT = 1, 5  # of a ball, and as many of a ball on a ball
 WIDER = range(100, 120)  # numbers of the trials of a cell that are drawn besides for the default, half of them stacks
 CONSERVED = 1e-3
+Bounds = tuple[float, float]
 
 SWING = HERTZ_DURATION * sqrt(1.875)  # omega T of small motions at the greatest overlap, omega^2 = k_N/m
 STIFFEST_ACROSS = sqrt(3.5)  # omega across over along, sqrt(2 chi), a solid ball with nu = 0
@@ -112,7 +111,7 @@ class StabilityMap(StabilityCase):
         scale_of_gains(mesh, axes)
 
 
-def cell_of(most: int, task: tuple[str, str, tuple[int, int], tuple[float, float], tuple[float, float]]) -> Data:
+def cell_of(most: int, task: tuple[str, str, tuple[int, int], Bounds, Bounds]) -> Data:
     """One cell of one way: balls and balls on balls at random, of the default most; and a lossless ball."""
     engine, way, cell, steps, modulus = task
     seeds = most if way == DEFAULT else SEEDS
@@ -123,24 +122,19 @@ def cell_of(most: int, task: tuple[str, str, tuple[int, int], tuple[float, float
     return both | {"gain": max(found["gain"], alone["gain"]), "kept": alone["kept"]}
 
 
-def more_of(task: tuple[str, tuple[int, int], tuple[float, float], tuple[float, float]]) -> Data:
+def more_of(task: tuple[str, tuple[int, int], Bounds, Bounds]) -> Data:
     """Trials of a cell from the wider draw, by the default."""
     engine, cell, steps, modulus = task
     return tally(engine, DEFAULT, [_drawn(cell, number, steps, modulus) for number in WIDER])
 
 
-def _drawn(
-    cell: tuple[int, int], number: int, steps: tuple[float, float], modulus: tuple[float, float]
-) -> Trial | None:
+def _drawn(cell: tuple[int, int], number: int, steps: Bounds, modulus: Bounds) -> Trial | None:
     """A ball, or for odd numbers a ball on a ball of another mass."""
-    ratio = 0.0
-    if number % 2:
-        ratio = 10.0 ** np.random.default_rng([*cell, number, 1]).uniform(*MASS_RATIOS)
-    return bounces((*cell, number), steps, ratio=ratio, modulus=modulus)
+    exponent = np.random.default_rng([*cell, number, 1]).uniform(*MASS_RATIOS)
+    return bounces((*cell, number), steps, ratio=10.0**exponent if number % 2 else 0.0, modulus=modulus)
 
 
 def _limit_of_theory(axes: Axes, way: str) -> None:
-    turns = {ONCE: (SWING, SWING * STIFFEST_ACROSS), STIFF: (pi,)}.get(way, ())
-    for turn in turns:
+    for turn in {ONCE: (SWING, SWING * STIFFEST_ACROSS), STIFF: (pi,)}.get(way, ()):
         axes.axvline(0.5 * turn, color="white", linewidth=2.2)
         axes.axvline(0.5 * turn, color="#c44e00", linewidth=1.4, linestyle="--" if way == ONCE else ":")

@@ -1,7 +1,5 @@
 """What a step costs with the law, beside the same step with the engine's own contact and without any."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -29,14 +27,11 @@ class Scene:
     Attributes:
         contact: "law", "among": where native contacts may be, "alone": bodies that nothing can push are not read,
             "native", "elastic": native without damping, "none".
-        over: Name of the scene that it is compared with.
-        asked: At most so many times that; None: no limit.
-        dt: Step [s].
-        law, e: Of the contact.
+        over, asked: Name of the scene that it is compared with, and at most so many times that; None: no limit.
+        dt, law, e: Step [s]; of the contact.
         height: Over touching [m]; None: at the static overlap.
         speed, spin: Along the floor [m/s], and of rolling, over it.
         before, steps: Run before the clock, and timed.
-        engine: "mujoco" or "pybullet".
     """
 
     contact: str
@@ -56,11 +51,10 @@ class Scene:
         """Its world."""
         law = self.contact in ("law", "among", "alone")
         collide = self.contact == "among" or (self.engine == "pybullet" and law)
-        tuning: dict[str, Any] = {"fixed_bodies_move": self.contact != "alone", "collide": collide}
+        tuning = {"fixed_bodies_move": self.contact != "alone", "collide": collide}
         gravity = ball.NO if self.dt == RESOLVED else ball.DOWN
-        world = ball.ball_world(
-            self.engine, self.dt, ball.steel_pair(self.law, self.e) if law else None, gravity, **tuning
-        )
+        pair = ball.steel_pair(self.law, self.e) if law else None
+        world = ball.ball_world(self.engine, self.dt, pair, gravity, **tuning)
         if self.contact in ("native", "elastic"):
             world.native(ball.FRICTION, 0.0, ELASTIC_NATIVE if self.contact == "elastic" else None)
         return world

@@ -1,9 +1,6 @@
 """How far a drafting error moves the points of Figs. 3 and 5 of Maw, Barber & Fawcett (1981)."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,30 +34,24 @@ class StroboscopicError(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         draws = 60 if quick else 400
         random = np.random.default_rng(SEED)
-        materials = {}
-        ratios = []
-        exact = 0.0
-        for material, incidences in INCIDENCES.items():
-            rows = []
-            begin = len(materials) / len(INCIDENCES)
-            for psi_1 in told(incidences, progress, begin, begin + 1.0 / len(INCIDENCES)):
-                scene = _scene(material, psi_1)
-                exact = max(exact, float(np.abs(np.array(_psi(scene, _read(scene, None))) - scene.psi).max()))
-                row: dict[str, Any] = {"psi_1": psi_1, "psi_2": scene.psi[1], "flashes": [x.size for x in scene.times]}
-                for drafting in DRAFTING:
-                    error = 1e-3 * drafting / PRINT_SCALE
-                    readings = [_read(scene, error, random) for _ in range(draws)]
-                    found = np.array([_psi(scene, one) for one in readings])
-                    predicted = _read(scene, error).psi(scene.kappa, scene.friction)[1]
-                    row[f"{drafting:g}"] = {
-                        "scatter": found.std(axis=0), "predicted": predicted,
-                        "friction": float(np.std([one.friction for one in readings]) / scene.friction),
-                        "friction_bias": float(np.mean([one.friction for one in readings]) / scene.friction - 1.0),
-                    }  # fmt: skip
-                    if drafting == DRAFTING[0]:
-                        ratios.append(found.std(axis=0) / predicted)
-                rows.append(row)
-            materials[material] = rows
+        materials: dict[str, list[Data]] = {material: [] for material in INCIDENCES}
+        ratios, exact = [], 0.0
+        scenes = [_scene(material, psi_1) for material, incidences in INCIDENCES.items() for psi_1 in incidences]
+        for scene in told(scenes, progress):
+            exact = max(exact, float(np.abs(np.array(_psi(scene, _read(scene, None))) - scene.psi).max()))
+            row: Data = {"psi_1": scene.psi[0], "psi_2": scene.psi[1], "flashes": [x.size for x in scene.times]}
+            for drafting in DRAFTING:
+                error = 1e-3 * drafting / PRINT_SCALE
+                readings = [_read(scene, error, random) for _ in range(draws)]
+                found = np.array([_psi(scene, one) for one in readings])
+                predicted = _read(scene, error).psi(scene.kappa, scene.friction)[1]
+                friction = np.array([one.friction for one in readings]) / scene.friction
+                row[f"{drafting:g}"] = {"scatter": found.std(axis=0), "predicted": predicted,
+                                        "friction": float(friction.std()),
+                                        "friction_bias": float(friction.mean() - 1.0)}  # fmt: skip
+                if drafting == DRAFTING[0]:
+                    ratios.append(found.std(axis=0) / predicted)
+            materials[scene.material].append(row)
         ratio = float(np.sqrt(np.mean(np.square(ratios))))
         data = {
             "materials": materials, "drafting": DRAFTING, "draws": draws, "print_scale": PRINT_SCALE,
@@ -89,10 +80,10 @@ class StroboscopicError(Case):
         return table
 
 
-@dataclass(frozen=True)
-class _Scene:
+class _Scene(NamedTuple):
     """An impact as it is, in the frame of a block whose normal is x: flights (velocity, spin), flash times [s]."""
 
+    material: str
     flights: list[tuple[Array, float]]
     times: list[Array]
     psi: Array
@@ -122,7 +113,7 @@ def _scene(material: str, psi_1: float) -> _Scene:
     counts = [min(max(count, 3), MOST_FLASHES) for count in seen]
     times: list[Array] = [(np.arange(count, dtype=np.float64) + 0.5) / FLASHES for count in counts]
     times[0] = -times[0][::-1]
-    return _Scene(flights, times, np.array([psi_1, psi_2]), kappa, mu, radius)
+    return _Scene(material, flights, times, np.array([psi_1, psi_2]), kappa, mu, radius)
 
 
 def _read(scene: _Scene, error: float | None, random: np.random.Generator | None = None) -> Reading:

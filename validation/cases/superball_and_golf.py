@@ -1,7 +1,5 @@
 """Balls that reverse: superballs and golf balls as Cross measured them, whose friction nobody measured."""
 
-from __future__ import annotations
-
 from math import radians, sin, tan
 
 import numpy as np
@@ -15,7 +13,7 @@ INCIDENCE = 25.0  # [deg] from the normal, of the measurements of 2010
 KAPPAS = {"2/3 (incompressible)": ContactPair(MATERIALS["rubber"], RIGID, 1.0).kappa, "0.60 (comparison)": 0.60}
 """kappa of rubber on anything rigid or of rubber, from nu = 1/2; and the value that superballs are said to need."""
 GRIPPING = (0.5, 1.5)  # friction of dry rubber on clean solids and on rubber: assumed, not measured on these pairs
-E_T_ERROR, SLOPE_ERROR = 0.01, 0.1  # of e_t [-] and of S [rad/m], as published
+E_T_ERROR = 0.01  # as published
 
 
 @register
@@ -38,11 +36,8 @@ class SuperballAndGolf(Case):
         balls, block = load("cross2010_balls"), load("cross2002_superball")
         rows = rows_2010(balls) + [row_2002(block)]
         for row in told(rows, progress):
-            row["laws"] = {}
-            for label, kappa in KAPPAS.items():
-                row["laws"][label] = {
-                    law: list(extremes(kappa, row["tangent"], row["e_n"], law)) for law in [*LAWS, REFERENCE]
-                }
+            row["laws"] = {label: {law: extremes(kappa, row["tangent"], row["e_n"], law) for law in [*LAWS, REFERENCE]}
+                           for label, kappa in KAPPAS.items()}  # fmt: skip
             row["friction_at_least"] = impulse_ratio(row["tangent"], row["e_t"], row["e_n"])
         data = {"kappas": KAPPAS, "gripping": GRIPPING, "rows": rows}
         nearest = [_nearest(row["laws"]["2/3 (incompressible)"], row["e_t"]) == "microslip" for row in rows[:-1]]
@@ -64,7 +59,7 @@ class SuperballAndGolf(Case):
         return table
 
 
-def _nearest(ranges: dict[str, list[float]], measured: float) -> str:
+def _nearest(ranges: dict[str, tuple[float, float]], measured: float) -> str:
     """The law whose range is nearest to a measured value."""
     return min(LAWS, key=lambda law: max(ranges[law][0] - measured, measured - ranges[law][1], 0.0))
 
@@ -98,11 +93,9 @@ def rows_2010(table: Measured) -> list[Data]:
         ball, surface = table.words["ball"][number], table.words["surface"][number]
         measured, e_n, radius = (float(table[name][number]) for name in ("e_t_contact", "e_n", "R_m"))
         spin = (1.0 + measured) * sin(radians(INCIDENCE)) / (1.4 * radius)
-        rows.append(
-            {"year": 2010, "ball": ball, "surface": surface, "name": f"{ball} on {surface.replace('_', ' ')}",
-             "tangent": tan(radians(INCIDENCE)), "e_n": e_n, "e_t": measured, "error": E_T_ERROR,
-             "spin_ratio": float(table["S_rad_per_m"][number]) / spin}
-        )  # fmt: skip
+        rows.append({"year": 2010, "ball": ball, "surface": surface, "name": f"{ball} on {surface.replace('_', ' ')}",
+                     "tangent": tan(radians(INCIDENCE)), "e_n": e_n, "e_t": measured, "error": E_T_ERROR,
+                     "spin_ratio": float(table["S_rad_per_m"][number]) / spin})  # fmt: skip
     return rows
 
 

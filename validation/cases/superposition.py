@@ -1,7 +1,5 @@
 """The source paper's first method beside its second: same answers, and what each pays for the history."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np
@@ -39,19 +37,14 @@ class Superposition(Case):
             impacts = [(psi_1, chi, 1.0) for psi_1 in INCIDENCES]
             truth = judge(impacts, 80 if chi > 3.0 else 40)
             psi_2 = np.atleast_1d(superposition.rebound(INCIDENCES, chi))
-            agreement[str(chi)] = {
-                "superposition": psi_2.tolist(),
-                "annulus": truth.psi_2.tolist(),
-                "difference": np.abs(psi_2 - truth.psi_2).tolist(),
-                "uncertainty": truth.uncertainty.tolist(),
-            }
+            agreement[str(chi)] = {"superposition": psi_2, "annulus": truth.psi_2,
+                                   "difference": np.abs(psi_2 - truth.psi_2),
+                                   "uncertainty": truth.uncertainty}  # fmt: skip
         errors = _errors(STEPS[:-2] if quick else STEPS)
         progress(0.5)
         cost = _cost(TIMED[:-1] if quick else TIMED, 3 if quick else 5, lambda part: progress(0.5 + 0.5 * part))
-        data = {
-            "incidences": INCIDENCES, "agreement": agreement, "steps_default": superposition.STEPS,
-            "errors": errors, "cost": cost
-        }  # fmt: skip
+        data = {"incidences": INCIDENCES, "agreement": agreement, "steps_default": superposition.STEPS,
+                "errors": errors, "cost": cost}  # fmt: skip
         largest = {chi: max(one["difference"]) for chi, one in agreement.items()}
         limits = [
             Limit(f"largest difference in psi_2, chi = {DISK}", 3e-3, largest[str(DISK)]),
@@ -91,12 +84,8 @@ def _errors(counts: list[int]) -> Data:
 
     limit = by_steps(FINE) + (by_steps(FINE) - by_steps(FINE // 2)) / 3.0
     own = np.array([by_steps(steps) - limit for steps in counts])
-    data: Data = {
-        "steps": counts,
-        "order": order_of(np.array(counts), np.sqrt(np.mean(own**2, axis=1))),
-        "superposition": {"steps": counts, "error": np.abs(own).max(axis=1).tolist()},
-        "annuli": {},
-    }
+    data: Data = {"steps": counts, "order": order_of(np.array(counts), np.sqrt(np.mean(own**2, axis=1))),
+                  "superposition": {"steps": counts, "error": np.abs(own).max(axis=1)}, "annuli": {}}  # fmt: skip
     for n in ANNULI:
         runs = [[annulus.impact(psi_1, DISK, n, steps=steps) for psi_1 in INCIDENCES] for steps in counts]
         error = [float(np.abs(np.array([one.psi_2 for one in row]) - limit).max()) for row in runs]
@@ -106,22 +95,15 @@ def _errors(counts: list[int]) -> Data:
 
 def _cost(counts: list[int], repeats: int, progress: Progress) -> Data:
     """Time a step of one impact, interleaved; the normal motion is tabulated in the rounds that do not count."""
-    runs = {}
-    taken = {}
-    for steps in counts:
-        runs["superposition", steps] = partial(superposition.rebound, TIMED_PSI, DISK, steps)
-        taken["superposition", steps] = steps
-        for n in ANNULI:
-            name = f"annulus, N = {n}"
-            runs[name, steps] = partial(annulus.rebound, TIMED_PSI, DISK, n, steps=steps)
-            taken[name, steps] = annulus.impact(TIMED_PSI, DISK, n, steps=steps).steps
-    named = {f"{name}|{steps}": run for (name, steps), run in runs.items()}
-    seconds = interleaved(named, repeats, progress=progress)
-    times: dict[str, list[dict[str, float]]] = {}
-    growth = {}
-    for name in dict.fromkeys(name for name, _ in runs):
-        a_step = [1e6 * seconds[f"{name}|{steps}"] / taken[name, steps] for steps in counts]
-        times[name] = [spread(one) for one in a_step]
-        growth[name] = spread(a_step[-1] / a_step[0])["median"]
-    components = [int(superposition.impact(TIMED_PSI, DISK, steps).components.max()) for steps in counts]
-    return {"steps": counts, "microseconds": times, "growth": growth, "components": components}
+    ways: Data = {"superposition": superposition.rebound}
+    ways |= {f"annulus, N = {n}": partial(annulus.rebound, annuli=n) for n in ANNULI}
+    runs = {f"{name}|{steps}": partial(solve, TIMED_PSI, DISK, steps=steps)
+            for steps in counts for name, solve in ways.items()}  # fmt: skip
+    taken = {f"superposition|{n}": n for n in counts}
+    taken |= {f"annulus, N = {annuli}|{n}": annulus.impact(TIMED_PSI, DISK, annuli, steps=n).steps
+              for annuli in ANNULI for n in counts}  # fmt: skip
+    seconds = interleaved(runs, repeats, progress=progress)
+    steps = {name: [1e6 * seconds[f"{name}|{n}"] / taken[f"{name}|{n}"] for n in counts] for name in ways}
+    return {"steps": counts, "microseconds": {name: [*map(spread, one)] for name, one in steps.items()},
+            "growth": {name: spread(one[-1] / one[0])["median"] for name, one in steps.items()},
+            "components": [int(superposition.impact(TIMED_PSI, DISK, n).components.max()) for n in counts]}  # fmt: skip

@@ -1,7 +1,5 @@
 """Slides that turn: force, loss, rebound and cost of the default law, and whether it can give energy."""
 
-from __future__ import annotations
-
 from functools import partial
 from time import process_time
 from typing import Any
@@ -9,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.turning import MicroslipTurning
-from validation import spinning, turning
+from validation import ledger, spinning, turning
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.measure import spread
 from validation.picture import BROAD, legend_below
@@ -29,7 +27,7 @@ class Turning(Case):
     springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five times the
     price of a straight step; a slide that does not turn pays nothing. An impact that spins about its normal is followed
     by the default law, in sectors, as the grid has it; whatever path it takes, and however large its steps, it gives
-    back nothing. The springs of contacts that hardly spin, or last, give back little.
+    back nothing. Nor do the springs of contacts that hardly spin, or last.
     """
 
     place = 24
@@ -49,21 +47,19 @@ class Turning(Case):
         energy = _energy(1000 if quick else 20_000, lambda part: progress(0.3 + 0.2 * part))
         spun = {way: spinning.most_given(way, 400 if quick else 20_000) for way in spinning.WAYS}
         rng = np.random.default_rng(5)
-        cycles = [
-            spinning.worst_cycle("sectors", rng, *kind, looks=300)
-            for kind in CYCLES for _ in range(2 if quick else 10)
-        ]  # fmt: skip
+        cycles = max(spinning.worst_cycle("sectors", rng, *kind, looks=300)
+                     for kind in CYCLES for _ in range(2 if quick else 10))  # fmt: skip
         cost = _cost(saved["uneven"], 9 if quick else 41)
         spin = {f"{s:g}": _spin(saved["spinning"], s) for s in SPINS}
-        own, load_changes = paths["turning"], max(energy[kind] for kind in turning.KINDS[1:])
+        own, load_changes = paths["turning"], max(energy[kind] for kind in ledger.KINDS[1:])
         data: Data = {
             "paths": paths, "impacts": impacts, "energy": energy, "cost": cost, "spin": spin, "spun": spun,
-            "cycles": max(cycles),
+            "cycles": cycles,
             "shown": {f"{name}, {amplitude}": _shown(saved["forces"], name, amplitude) for name, amplitude in SHOWN},
         }  # fmt: skip
         limits = [
             Limit("force along 36 paths that turn, F/(mu P)", 0.02, max(one["force"] for one in own)),
-            Limit("loss a turn, amplitude from 0.2", 0.03, _worst_loss(own)),
+            Limit("loss a turn, amplitude from 0.2", 0.03, max(abs(one["loss"] or 0.0) for one in own)),
             Limit("psi_2, tangential masses 3:1", 5e-3, impacts["turning"]),
             Limit("psi_2 of impacts with spin about the normal, sigma to 0.3, default law", 5e-3, max(spin.values())),
             Limit("energy given back at constant load, over mu P and path", 1e-12, energy["steady"]),
@@ -71,12 +67,12 @@ class Turning(Case):
             Limit("the same at once, 16 steps a leg, over what the mean of Coulomb's own force misses", 1.0,
                   energy["together"] / energy["coulomb"]),
             Limit("energy given back on 100,000 paths that turn, spin and open, in sectors", 1e-13,
-                  max(spun["sectors"][kind] for kind in turning.KINDS)),
+                  max(spun["sectors"][kind] for kind in ledger.KINDS)),
             Limit("the same, load and place changed at once, 16 steps a leg", 1e-4, spun["sectors"]["together"]),
             Limit("energy given back at constant load, springs with torsion", 1e-13, spun["springs"]["steady"]),
             Limit("the same as the load changes, load and place in turn", 1e-13,
-                  max(spun["springs"][kind] for kind in turning.KINDS[1:])),
-            Limit("energy given back by the most generous cycle found, in sectors", 1e-13, max(cycles)),
+                  max(spun["springs"][kind] for kind in ledger.KINDS[1:])),
+            Limit("energy given back by the most generous cycle found, in sectors", 1e-13, cycles),
             Limit("force over its limit, less 1", 1e-12, max(energy["cone"], *(one["cone"] for one in spun.values()))),
             Limit("time of a contact's substep that turns over a straight one", 6.0, cost["turning"]["median"]),
             Limit("straight substep over one that never looks", 1.02, cost["straight"]["median"]),
@@ -91,22 +87,20 @@ class Turning(Case):
         table.add("psi_2, masses 3:1 | | {springs:.4f} | {turning:.4f}", data["impacts"])
         for sigma, error in data["spin"].items():
             table.add(f"psi_2 with spin, default law | sigma = {sigma} | | {error:.4f}")
-        for kind in (*turning.KINDS, "together"):
-            table.add(
-                f"energy given back, {kind} | with spin | {{springs[{kind}]:.1e}} | {{sectors[{kind}]:.1e}}",
-                data["spun"],
-            )
+        for kind in (*ledger.KINDS, "together"):
+            told = (f"{data['spun'][way][kind]:.1e}" for way in ("springs", "sectors"))
+            table.add(f"energy given back, {kind} | with spin | {' | '.join(told)}")
         table.add("substep in a world, over straight | | 1 | {turning[median]:.1f}", data["cost"])
         table.add("the law's own part of it | | 1 | {law alone[median]:.0f}", data["cost"])
         return table
 
     def draw(self, data: Data, *axes: Axes) -> None:
+        styles = {
+            "rings": BROAD, "springs": {"color": "black", "linestyle": (0, (2, 2)), "linewidth": 1.0},
+            "turning": {"color": "black", "linewidth": 1.0, "marker": "o", "markevery": 4, "markersize": 3.0},
+        }  # fmt: skip
         for one, (name, shown) in zip(axes, data["shown"].items(), strict=True):
-            for label, style in (
-                ("rings", BROAD),
-                ("springs", {"color": "black", "linestyle": (0, (2, 2)), "linewidth": 1.0}),
-                ("turning", {"color": "black", "linewidth": 1.0, "marker": "o", "markevery": 4, "markersize": 3.0}),
-            ):
+            for label, style in styles.items():
                 one.plot(np.arange(len(shown[label])) / MARKS, shown[label], label=label, **style)
             one.set(xlabel="turns [-]", ylabel=r"force along the motion, over $\mu P$ [-]", title=name)
         legend_below(axes[0], 3)
@@ -124,10 +118,6 @@ def _paths(saved: list[Data], law: Any) -> list[Data]:
     return rows
 
 
-def _worst_loss(rows: list[Data]) -> float:
-    return max(abs(one["loss"]) for one in rows if one["loss"] is not None)
-
-
 def _impacts(rows: list[Any], law: Any) -> float:
     """Largest error in psi_2, of both directions."""
     world, bodies = turning.impacts_world(rows, law)
@@ -142,25 +132,25 @@ def _spin(rows: list[Any], sigma: float) -> float:
 
 
 def _energy(count: int, progress: Progress) -> dict[str, float]:
-    """By kind of load, the most energy that a random path gives back; and how far the force passes its limit.
+    """By kind of load, the most energy that a random path gives back by either law; how far forces pass their limit.
 
     Load and place change in turn, in steps of any size, a whole leg too. "together": at once, in 16 a leg, every eighth
     path, and the same of Coulomb's own force ("coulomb"), which stores nothing: what its mean force misses of the work.
     """
     rng, found = np.random.default_rng(17), {"cone": -1.0, "together": 0.0, "coulomb": 0.0}
-    for number, kind in enumerate(turning.KINDS):
+    for number, kind in enumerate(ledger.KINDS):
         found[kind] = 0.0
         for trial in range(count):
             if trial % 8 == 0:
-                path = turning.random_path(rng, kind, 16)
+                path = ledger.random_path(rng, kind, 16)
                 for name, law in (("together", MicroslipTurning()), ("coulomb", "coulomb")):
-                    found[name] = max(found[name], turning.fall(turning.dissipated(law, *path)[0]))
-            overlap, place = turning.in_turn(*turning.random_path(rng, kind, (1, 4, 16)[trial % 3]))
-            lost, force = turning.dissipated(MicroslipTurning(), overlap, place)
-            share = np.hypot(*force.T)[overlap > 0.0] / overlap[overlap > 0.0] ** 1.5
-            found[kind] = max(found[kind], turning.fall(lost))
-            found["cone"] = max(found["cone"], float(share.max(initial=0.0)) - 1.0)
-        progress((number + 1) / len(turning.KINDS))
+                    found[name] = max(found[name], ledger.fall(ledger.dissipated(law, *path)[0]))
+            overlap, place = ledger.in_turn(*ledger.random_path(rng, kind, (1, 4, 16)[trial % 3]))
+            for law in LAWS.values():
+                lost, force = ledger.dissipated(law, overlap, place)
+                found[kind] = max(found[kind], ledger.fall(lost))
+                found["cone"] = max(found["cone"], ledger.over_limit(overlap, force))
+        progress((number + 1) / len(ledger.KINDS))
     return found
 
 
@@ -168,10 +158,8 @@ def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
     """Ratios of processor times, side by side: impacts in a world that turn and that do not, the law with and without
     its look, and the law alone."""
     straight = [[*row[:3], 0.0] for row in rows]
-    scenes = {
-        "turning": (rows, MicroslipTurning()), "straight": (straight, MicroslipTurning()),
-        "never looks": (straight, "microslip"),
-    }  # fmt: skip
+    scenes = {"turning": (rows, LAWS["turning"]), "straight": (straight, LAWS["turning"]),
+              "never looks": (straight, LAWS["springs"])}  # fmt: skip
     angle = np.linspace(0.0, 3.0 * np.pi, 145)
     around = np.tile(0.6 * np.stack([1.0 - np.cos(angle[1:]), np.sin(angle[1:])], 1), (20, 1))
     lines = {"circle": around, "line": around * [0.0, 1.0]}
@@ -183,15 +171,12 @@ def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
                 run = partial(world.step, 3)
                 assert world.arrays
             else:
-                run = partial(turning.dissipated, MicroslipTurning(), np.ones(len(around)), lines[name])
+                run = partial(ledger.dissipated, MicroslipTurning(), np.ones(len(around)), lines[name])
             start = process_time()
             run()
             times[name].append(process_time() - start)
-    pairs = {
-        "turning": ("turning", "straight"),
-        "straight": ("straight", "never looks"),
-        "law alone": ("circle", "line"),
-    }
+    pairs = {"turning": ("turning", "straight"), "straight": ("straight", "never looks"),
+             "law alone": ("circle", "line")}  # fmt: skip
     return {name: spread(np.array(times[one][1:]) / times[other][1:]) for name, (one, other) in pairs.items()}
 
 

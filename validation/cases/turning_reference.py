@@ -1,7 +1,5 @@
 """The solvers that judge slides that turn, and spin, against what is known exactly and against each other."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

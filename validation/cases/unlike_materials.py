@@ -1,14 +1,12 @@
 """Coupling of normal and tangential motion between unlike materials: finite elements have it, alumina on glass not."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from contactlaw import RIGID, ContactPair
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.cases import alumina_on_glass as alumina
 from validation.cases import finite_elements as elements
-from validation.measured import Array, load
+from validation.measured import Array
 from validation.picture import legend_below
 from validation.prediction import SPHERE, quiet_pair, reference, rms
 
@@ -42,18 +40,15 @@ class UnlikeMaterials(Case):
         fine = np.linspace(0.05, 6.5, 60)
         change = coupled_change(pair, pair.friction, PSI, quick)
         progress(0.4)
-        recoil, spin = load("chungooi5_recoil_fem_wu"), load("chungooi5_spin_fem_wu")
+        both = elements.published()
         found: dict[str, list[float]] = {}
-        for name, x, y in (("recoil", recoil["x_incident"], recoil["y_recoil"]),
-                           ("spin", spin["x_incident"], spin["y_spin"])):  # fmt: skip
+        for name, (x, y) in both.items():
             part = x < elements.PARTIAL
             after = [psi / pair.kappa for psi in both_ways(pair, pair.kappa * x[part], change)]
             found[name] = [rms((v if name == "recoil" else elements.spin_of(x[part], v)) - y[part]) for v in after]
-        own = elements.disagreement((recoil["x_incident"], recoil["y_recoil"]), (spin["x_incident"], spin["y_spin"]),
-                                    pair.kappa, SPHERE * pair.kappa / 2.0)["partial slip"]  # fmt: skip
-        glass, table = alumina.PAIR, load("kharaz_et_lethe")
-        below = table["theta_deg"] < alumina.STICKING
-        theta, e_t = table["theta_deg"][below], table["e_t_cm"][below]
+        own = elements.disagreement(both["recoil"], both["spin"], pair.kappa, SPHERE * pair.kappa / 2.0)["partial slip"]
+        glass, (theta, e_t) = alumina.PAIR, alumina.measured("e_t")
+        theta, e_t = theta[theta < alumina.STICKING], e_t[theta < alumina.STICKING]
         psi_1 = glass.kappa / glass.friction * np.tan(np.radians(theta))
         before = both_ways(glass, psi_1, np.zeros(PSI.size))[0]
         held = {0.0: rms(restored(psi_1, before) - e_t)}
@@ -68,7 +63,7 @@ class UnlikeMaterials(Case):
             "scatter": alumina.consistency()["e_t"][0], "gross": alumina.FRICTION,
             "x": fine / pair.kappa, "recoil": dict(zip(WAYS, [v / pair.kappa for v in both_ways(pair, fine, change)],
                                                        strict=True)),
-            "points": [recoil["x_incident"], recoil["y_recoil"]], "measured": [theta, e_t],
+            "points": both["recoil"], "measured": [theta, e_t],
             "theta": np.degrees(np.arctan(fine * glass.friction / glass.kappa)),
             "e_t": dict(zip(WAYS, [restored(fine, v) for v in both_ways(glass, fine, glass_fine)], strict=True)),
         }  # fmt: skip

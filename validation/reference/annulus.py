@@ -18,72 +18,21 @@ Scaled quantities: psi = (kappa/mu) V_x/V_z1, chi = (kappa/2) m_N/m_T; forces F/
 Sources: Maw, Barber & Fawcett, Wear 38 (1976) 101-114; J. Lubr. Tech. 103 (1981) 74-80.
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from validation.reference.normal_motion import Array, impact_motion
 from validation.reference.paths import along_motion, force_along_path
 from validation.reference.response import History, rings, solve
 
-__all__ = ["History", "Impact", "along_motion", "force_along_path", "impact", "rebound", "rebound_extrapolated"]
+__all__ = ["History", "along_motion", "force_along_path", "impact", "rebound", "rebound_extrapolated"]
 
 STEPS_PER_ANNULUS = 16  # with these the error of time stepping is about a tenth of that of the annuli
 ANNULI_TO_EXTRAPOLATE = 40  # the middle one of three resolutions, up to chi = 3
-
-
-@dataclass(frozen=True)
-class Impact:
-    """One impact, from touch to release.
-
-    Attributes:
-        psi_2: Rebound psi = (kappa/mu) V_x2/V_z1.
-        time: tau = t/T, T the duration, shape (n,).
-        overlap: Overlap over its largest value, shape (n,).
-        normal_force: P/P_max, shape (n,).
-        tangential_force: F/(mu P_max), shape (n,); positive where it opposes psi_1 > 0.
-        psi: Tangential velocity, shape (n,).
-        radii: Radii r_j over the largest contact radius, shape (N,).
-        pressure: Hertz pressure at r_j over p_max, its largest value anywhere, shape (n, N); the limit of the traction.
-        traction: Elastic traction q/(mu p_max) at r_j, shape (n, N); damped or not, |q| <= mu p_Hertz.
-        stuck: Whether annulus j is in contact and sticks, shape (n, N).
-        corrections: Corrections of the stick and slip guess at each instant, shape (n,).
-        energy: Tangential energy, kinetic and elastic, over its initial value (over 1/(4 chi) for psi_1 = 0), shape
-            (n,).
-    """
-
-    psi_2: float
-    time: Array
-    overlap: Array
-    normal_force: Array
-    tangential_force: Array
-    psi: Array
-    radii: Array
-    pressure: Array
-    traction: Array
-    stuck: NDArray[np.bool_]
-    corrections: NDArray[np.int64]
-    energy: Array
-
-    @property
-    def steps(self) -> int:
-        """Number of time steps."""
-        return self.time.size - 1
-
-    @property
-    def corrections_mean(self) -> float:
-        """Corrections per step, mean."""
-        return float(self.corrections[1:].mean())
-
-    @property
-    def corrections_max(self) -> int:
-        """Corrections per step, largest."""
-        return int(self.corrections.max())
 
 
 def rebound(
@@ -92,7 +41,7 @@ def rebound(
     """Rebound psi_2 = (kappa/mu) V_x2/V_z1, told as `impact` is: a float for scalars, arrays broadcast."""
 
     def one(psi: float, ratio: float, e: float) -> float:
-        return float(_impact_history(psi, ratio, annuli, e, steps).psi[-1])
+        return _history(psi, ratio, annuli, e, steps).psi_2
 
     result = np.vectorize(one, otypes=[float])(psi_1, chi, restitution)
     return float(result) if result.ndim == 0 else result
@@ -101,17 +50,12 @@ def rebound(
 def rebound_extrapolated(
     psi_1: float, chi: float, restitution: float = 1.0, *, annuli: int | None = None
 ) -> tuple[float, float]:
-    """Rebound psi_2 by Richardson extrapolation, with an estimate of its error.
+    """psi_2 by Richardson extrapolation from N and 2N as of second order, and its change from that with N/2 and N.
 
-    Args:
-        psi_1, chi, restitution: As for `impact`.
-        annuli: Middle one, N, of the resolutions N/2, N and 2N; even. By default 40, above chi = 3 80.
-
-    Returns:
-        psi_2 extrapolated from N and 2N as of second order, and the change from the extrapolation with N/2 and N.
+    annuli: N, by default 40, above chi = 3 80.
 
     Raises:
-        ValueError: An argument is outside its range.
+        ValueError: N cannot be halved.
     """
     if annuli is None:
         annuli = ANNULI_TO_EXTRAPOLATE * (1 if chi <= 3.0 else 2)
@@ -122,42 +66,24 @@ def rebound_extrapolated(
     return fine, abs(fine - coarse)
 
 
-def impact(psi_1: float, chi: float, annuli: int = 20, *, restitution: float = 1.0, steps: int | None = None) -> Impact:
-    """One impact with its whole history.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite.
-        chi: (kappa/2) m_N/m_T > 0.
-        annuli: Number of annuli N >= 2.
-        restitution: Normal speed after over before, in (0, 1].
-        steps: Least number of time steps; by default in step with annuli and chi.
-
-    Returns:
-        The impact, normalised by its duration, largest force and largest pressure.
-    """
-    history = _impact_history(psi_1, chi, annuli, restitution, steps)
-    force_max = history.normal_force.max()
-    pressure_max = history.pressure.max()
-    return Impact(
-        psi_2=float(history.psi[-1]),
-        time=history.time / history.time[-1],
-        overlap=history.overlap / history.overlap.max(),
-        normal_force=history.normal_force / force_max,
-        tangential_force=history.tangential_force / force_max,
-        psi=history.psi,
-        radii=history.radii / history.boundaries[-1],
-        pressure=history.pressure / pressure_max,
-        traction=history.traction / pressure_max,
-        stuck=history.stuck,
-        corrections=history.corrections,
-        energy=history.energy / (history.energy[0] or 0.25 / chi),
-    )
+def impact(
+    psi_1: float, chi: float, annuli: int = 20, *, restitution: float = 1.0, steps: int | None = None
+) -> History:
+    """One impact with its whole history, normalised: by its duration, largest overlap, force, radius and pressure, and
+    initial energy (1/(4 chi) for psi_1 = 0). annuli: N >= 2; steps: at least; None: in step with annuli and chi."""
+    h = _history(psi_1, chi, annuli, restitution, steps)
+    force, pressure = h.normal_force.max(), h.pressure.max()
+    return replace(
+        h, time=h.time / h.time[-1], overlap=h.overlap / h.overlap.max(), normal_force=h.normal_force / force,
+        tangential_force=h.tangential_force / force, radii=h.radii / h.boundaries[-1], pressure=h.pressure / pressure,
+        boundaries=h.boundaries / h.boundaries[-1], traction=h.traction / pressure,
+        energy=h.energy / (h.energy[0] or 0.25 / chi),
+    )  # fmt: skip
 
 
-def _impact_history(psi_1: float, chi: float, annuli: int, restitution: float, steps: int | None) -> History:
+def _history(psi_1: float, chi: float, annuli: int, restitution: float, steps: int | None) -> History:
     if steps is None:
         # The tangential oscillation quickens with sqrt(chi). Rounded up, so that few motions need integrating.
         steps = STEPS_PER_ANNULUS * annuli * math.ceil(2.0 * math.sqrt(max(chi, 1.0))) // 2
     motion = impact_motion(float(restitution), int(annuli), int(steps))
-    boundaries, points = rings(motion.overlap, annuli)
-    return solve(motion, boundaries, points, psi_1=float(psi_1), chi=float(chi))
+    return solve(motion, *rings(motion.overlap, annuli), psi_1=float(psi_1), chi=float(chi))

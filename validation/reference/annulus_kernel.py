@@ -68,7 +68,7 @@ def stored_energy(shares, radii) -> float:
 
 @numba.njit(cache=True)
 def solve_in_place(matrix, rhs) -> None:
-    """Gaussian elimination with row exchange; the solution replaces rhs."""
+    """Gaussian elimination with row exchange; the solution replaces rhs. For so few rows numpy's is slower."""
     n = rhs.size
     for k in range(n):
         pivot = k
@@ -103,17 +103,10 @@ def traction_share(radii, i, r, shares) -> float:
 
 @numba.njit(cache=True)
 def trial_shares(state, radii, points, displacement, locked, free, compliance, shares_out) -> None:
-    """One linear solve for a given guess of stick and slip.
+    """The shares c_j for a guess of stick and slip (STICK, +1 or -1 each), by one linear solve.
 
-    Args:
-        state: Guess per covered annulus: STICK, +1 or -1.
-        radii: Outer radii of the covered annuli, the last one the contact radius.
-        points: Radii where the annuli are watched.
-        displacement: u(radii[j], points[i]).
-        locked: Locked-in displacements S_i.
-        free: Tangential displacement that this instant would have with no force at its end.
-        compliance: Fall of that displacement per unit share mobilised: inertia over the step, zero for a given path.
-        shares_out: The solution c_j.
+    displacement: u(radii[j], points[i]). free: tangential displacement with no force at the end of the step;
+    compliance: its fall per unit share mobilised, inertia over the step; zero for a given path.
     """
     n = radii.size
     edge = radii[n - 1]
@@ -122,23 +115,20 @@ def trial_shares(state, radii, points, displacement, locked, free, compliance, s
     while ring > 0 and state[ring - 1] != STICK and state[ring - 1] == state[n - 1]:
         ring -= 1
     shares_out[ring:n] = 0.0
+    held = 0.0
     if ring < n:
-        shares_out[n - 1] = state[n - 1]
-    matrix = np.empty((ring, ring))
+        shares_out[n - 1] = held = state[n - 1]
+    matrix = np.zeros((ring, ring))
+    scale = 1.0 / (edge * edge + compliance)
     for i in range(ring):
         if state[i] == STICK:
-            scale = 1.0 / (edge * edge + compliance)
             for j in range(ring):
                 matrix[i, j] = scale * (displacement[i, j] + compliance * (radii[j] / edge) ** 3)
-            shares_out[i] = scale * (free - locked[i])
-            if ring < n:
-                shares_out[i] -= scale * shares_out[n - 1] * (displacement[i, n - 1] + compliance)
+            shares_out[i] = scale * (free - locked[i] - held * (displacement[i, n - 1] + compliance))
         else:
-            for j in range(ring):
-                matrix[i, j] = 0.0
             for j in range(i, ring):
                 matrix[i, j] = math.sqrt((radii[j] ** 2 - points[i] ** 2) / (edge * edge - points[i] ** 2))
-            shares_out[i] = state[i] - (shares_out[n - 1] if ring < n else 0.0)
+            shares_out[i] = state[i] - held
     solve_in_place(matrix, shares_out[:ring])
 
 
@@ -171,40 +161,16 @@ def corrected_guess(state, radii, points, displacement, locked, s, shares, slack
 
 @numba.njit(cache=True)
 def march(
-    radius,
-    dt,
-    impulse,
-    displacement_in,
-    prescribed,
-    psi_1,
-    chi,
-    boundaries,
-    points,
-    psi_out,
-    force_share_out,
-    traction_out,
-    stuck_out,
-    corrections_out,
-    energy_out,
-):
-    """Follow a normal motion from instant to instant.
+    radius, dt, impulse, displacement_in, prescribed, psi_1, chi, boundaries, points,
+    psi_out, force_share_out, traction_out, stuck_out, corrections_out, energy_out,
+):  # fmt: skip
+    """Follow a normal motion from instant to instant, along a displacement or with the body's momentum.
 
-    Args:
-        radius: Contact radius a at each instant, shape (n,); zero out of contact.
-        dt: Length of the step that ends at each instant, shape (n,); dt[0] is not used.
-        impulse: Impulse of the whole normal force P over that step, shape (n,).
-        displacement_in: Tangential displacement s, shape (n,); read only if prescribed.
-        prescribed: Whether s is given; otherwise it follows from the body's momentum.
-        psi_1: Tangential velocity at the first instant.
-        chi: Ratio of tangential to normal inertia and stiffness.
-        boundaries: Annulus boundaries b_j, shape (N,).
-        points: Radii r_j where annuli are watched, shape (N,), points[j] < boundaries[j].
-        psi_out: Tangential velocity, shape (n,).
-        force_share_out: Share mobilised, F/(mu P), shape (n,).
-        traction_out: Elastic traction q/mu at the points, shape (n, N).
-        stuck_out: True where an annulus is covered and sticks, shape (n, N).
-        corrections_out: Corrections of the guess, shape (n,); -1 if they did not end.
-        energy_out: Tangential kinetic energy over 2 chi plus elastic energy, shape (n,); for a path the latter alone.
+    Given, shape (n,): contact radius a, zero out of contact; length of the step that ends at each instant, and impulse
+    of the whole normal force P over it; the displacement s, read only if prescribed. psi_1: velocity at first;
+    boundaries b_j and points r_j < b_j, shape (N,). Found: tangential velocity, share mobilised F/(mu P), shape (n,);
+    elastic traction q/mu at the points, and whether an annulus is covered and sticks, shape (n, N); corrections of the
+    guess, -1 if they did not end; tangential kinetic energy over 2 chi plus elastic energy, of a path the latter alone.
     """
     total = points.size
     fixed = np.empty((total, total))
@@ -213,21 +179,13 @@ def march(
             fixed[i, j] = hertz_displacement(boundaries[j], points[i])
     moving = fixed.copy()
     radii = boundaries.copy()
-    shares = np.zeros(total)
-    locked = np.zeros(total)
-    state = np.zeros(total, dtype=np.int64)
-    next_state = np.zeros(total, dtype=np.int64)
+    shares, locked = np.zeros(total), np.zeros(total)
+    state, guess = np.zeros(total, dtype=np.int64), np.zeros(total, dtype=np.int64)
     slack = SLIP_SLACK * boundaries[-1] ** 2
     s = displacement_in[0] if prescribed else 0.0
-    psi = psi_1
-    share = 0.0
-    loaded = False
-    covered = 0
-
+    psi, share, loaded, covered = psi_1, 0.0, False, 0
     for k in range(radius.size):
-        a = radius[k]
-        before = covered
-        covered = 0
+        a, before, covered = radius[k], covered, 0
         while covered < total and a > points[covered] * (1.0 + EDGE):
             covered += 1
         state[covered:] = STICK
@@ -237,21 +195,16 @@ def march(
             state[before:n] = state[before - 1]
         # The share is carried through the step as a straight line between its ends: exact for gross slip. Where there
         # is no contact (first and last instant), the value of the other end holds for the whole step.
-        step_impulse = impulse[k] if k > 0 else 0.0
-        step = dt[k] if k > 0 else 0.0
+        step, step_impulse = (dt[k], impulse[k]) if k > 0 else (0.0, 0.0)
         end_weight = (0.5 if loaded else 1.0) if n > 0 else 0.0
         if prescribed:
             free, compliance = displacement_in[k], 0.0
         else:
             compliance = chi * step_impulse * step * end_weight
             free = s + step * psi - chi * step_impulse * step * (1.0 - end_weight) * share
-
         if before > 0:  # back to the fixed boundary where the contact edge stood
-            radii[before - 1] = boundaries[before - 1]
-            for i in range(total):
-                moving[i, before - 1] = fixed[i, before - 1]
-        corrections = 0
-        new_share = 0.0
+            radii[before - 1], moving[:, before - 1] = boundaries[before - 1], fixed[:, before - 1]
+        corrections, new_share = 0, 0.0
         if n > 0:
             radii[n - 1] = a
             for i in range(total):
@@ -261,20 +214,15 @@ def march(
                 new_share = 0.0
                 for j in range(n):
                     new_share += shares[j] * (radii[j] / a) ** 3
-                one_only = corrections >= JOINT_CORRECTIONS
-                s_end = free - compliance * new_share
-                wrong = corrected_guess(
-                    state, radii[:n], points, moving, locked, s_end, shares[:n], slack, one_only, next_state
-                )
-                if wrong == 0:
+                told = radii[:n], points, moving, locked, free - compliance * new_share, shares[:n], slack
+                if not corrected_guess(state, *told, corrections >= JOINT_CORRECTIONS, guess):
                     break
-                state[:n] = next_state[:n]
+                state[:n] = guess[:n]
                 corrections += 1
                 if corrections > ROUNDS_PER_ANNULUS * n:
                     corrections = -1
                     break
         shares[n:] = 0.0
-
         if prescribed:
             s = displacement_in[k]
         else:
@@ -282,27 +230,17 @@ def march(
             psi_end = psi - 2.0 * chi * step_impulse * mean_share
             s += 0.5 * step * (psi + psi_end)
             psi = psi_end
-        share = new_share
-        loaded = n > 0
-
+        share, loaded = new_share, n > 0
         for i in range(total):
             if i < n:
-                traction_out[k, i] = traction_share(radii[:n], i, points[i], shares[:n])
-                traction_out[k, i] *= 2.0 / math.pi * math.sqrt(a * a - points[i] ** 2)
+                limit = 2.0 / math.pi * math.sqrt(a * a - points[i] ** 2)
+                traction_out[k, i] = traction_share(radii[:n], i, points[i], shares[:n]) * limit
                 stuck_out[k, i] = state[i] == STICK
-            else:
-                traction_out[k, i] = 0.0
-                stuck_out[k, i] = False
             if not stuck_out[k, i]:
-                elastic = 0.0
+                locked[i] = s
                 for j in range(n):
-                    elastic += shares[j] * moving[i, j]
-                locked[i] = s - elastic
-        psi_out[k] = psi
-        force_share_out[k] = share
-        corrections_out[k] = corrections
-        energy_out[k] = stored_energy(shares[:n], radii[:n])
-        if not prescribed:
-            energy_out[k] += psi * psi / (4.0 * chi)
+                    locked[i] -= shares[j] * moving[i, j]
+        psi_out[k], force_share_out[k], corrections_out[k] = psi, share, corrections
+        energy_out[k] = stored_energy(shares[:n], radii[:n]) + (0.0 if prescribed else psi * psi / (4.0 * chi))
         if corrections < 0:
             break

@@ -14,8 +14,6 @@ Sources: Johnson, Contact Mechanics (1985), sections 3.6 (a) and 7.2; integrals:
 Bodies in Rolling Contact (1990), appendix C; FFT: Stanley & Kato, J. Tribology 119 (1997) 481.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 
@@ -29,13 +27,7 @@ from validation.reference.normal_motion import Array
 def square_influence(cells: int, nu: float, height: float = 1.0) -> tuple[Array, Array, Array]:
     """Displacements xx, yy and xy = yx at whole offsets -cells < i, j < cells, of a unit square with unit traction.
 
-    Args:
-        cells: Offsets reach to cells - 1 squares each way.
-        nu: Poisson's ratio.
-        height: Along y, of a rectangle in place of the square.
-
-    Returns:
-        Three arrays, shape (2 cells - 1, 2 cells - 1), first axis x.
+    Shape (2 cells - 1, 2 cells - 1) each, first axis x; height: along y, of a rectangle in place of the square.
     """
     edges = np.arange(-cells, cells, dtype=np.float64) + 0.5
     x, y = np.meshgrid(edges, height * edges, indexing="ij")

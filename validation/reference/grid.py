@@ -23,8 +23,6 @@ chi_s = (kappa/2) m_N a_max^2/I, I the inertia about the normal; forces F/mu, mo
 angles kappa theta/mu. Moments and angles turn x into y.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -33,22 +31,19 @@ from scipy.special import ellipk
 
 from validation.reference.grid_step import Step, cell_pressure
 from validation.reference.normal_motion import Array, impact_motion
+from validation.reference.refinement import sampled
 
 
 def _march(
-    motion: tuple[Array, Array],
-    cells: int,
-    nu: float,
-    path: Array | None,
-    psi_1: Array,
-    chi: Array,
-    coupling: float,
-    ratio: float = 1.0,
-) -> tuple[Array, Array]:
+    motion: tuple[Array, Array], cells: int, nu: float, path: Array | None, psi_1: Array, chi: Array,
+    coupling: float = 0.0, ratio: float = 1.0,
+) -> tuple[Array, Array]:  # fmt: skip
     """Resultant (F_x, F_y, M/a_max) and velocity (psi_x, psi_y, sigma), each (n, 3), for radii and steps (n,).
 
     Along a path (w_x, w_y, theta a_max), shape (n, 3), if there is one, otherwise with momentum: psi' = -2 chi Q.
     """
+    if cells % 2 or cells < 4:
+        raise ValueError(f"cells is {cells!r}; it must be even and at least 4")
     wide = 2.0 / math.pi * float(ellipk(1.0 - ratio**2))
     radius, dt = wide * motion[0], motion[1]
     largest, last = float(radius.max()), radius.size - 1
@@ -89,87 +84,34 @@ def drawn(arms: Array, a: float) -> Array:
     return -4.0 / (3.0 * math.pi) * a**3 * inside / square * np.stack([arms[1], -arms[0]])
 
 
-def force_along_path(
-    approach: ArrayLike,
-    displacement: ArrayLike,
-    *,
-    nu: float = 0.0,
-    kappa: float = 1.0,
-    friction: float = 1.0,
-    cells: int = 32,
-    substeps: int = 1,
-    beta: float = 0.0,
-) -> Array:
-    """Tangential force and moment about the normal along a prescribed quasi-static motion, with E* = R = 1.
+def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, nu: float = 0.0, cells: int = 32) -> Array:
+    """F/mu and moment about the normal along a prescribed quasi-static motion that begins without traction, E* = R = 1.
 
-    A path that begins in contact begins without traction.
-
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Tangential displacement and angle about the normal [rad], shape (n, 3).
-        nu: Poisson's ratio of both bodies, in (-1, 0.5]. It sets how the traction spreads; kappa is apart from it.
-        kappa: Ratio of tangential to normal stiffness, > 0.
-        friction: Coefficient of friction mu, > 0.
-        cells: Number of cells across the largest contact, even.
-        substeps: Steps from sample to sample, on straight lines.
-        beta: Dundurs' second parameter.
-
-    Returns:
-        F_x, F_y and M, shape (n, 3), along a first displacement.
+    Overlap, shape (n,), and kappa s/mu with kappa theta/mu, shape (n, 3); F_x, F_y and M, over mu, shape (n, 3), along
+    a first displacement. nu: Poisson's ratio of both bodies, in (-1, 0.5]: it sets how the traction spreads; kappa is
+    apart from it. cells: across the largest contact, even.
 
     Raises:
-        ValueError: An argument is outside its range, or shapes differ.
+        ValueError: A number of cells that is odd or too small.
         RuntimeError: The iterations of a step do not end.
     """
-    _check_cells(cells)
-    depth = np.array(approach, dtype=float)
-    moved = np.array(displacement, dtype=float)
-    fine = np.linspace(0.0, depth.size - 1.0, (depth.size - 1) * substeps + 1)
-    samples = np.arange(depth.size)
-    radius = np.sqrt(np.maximum(np.interp(fine, samples, depth), 0.0))
+    radius, path = sampled(approach, displacement, 1)
     lengths = np.array([1.0, 1.0, radius.max()])
-    path = np.stack([np.interp(fine, samples, d) for d in moved.T], 1) * lengths * (kappa / friction)
-    forces, _ = _march((radius, np.ones(fine.size)), cells, nu, path, np.zeros(3), np.zeros(3), kappa / friction * beta)
-    return friction * lengths * forces[::substeps]
+    return lengths * _march((radius, np.ones(radius.size)), cells, nu, path * lengths, np.zeros(3), np.zeros(3))[0]
 
 
 def rebound(
-    psi_1: ArrayLike,
-    chi: ArrayLike,
-    *,
-    nu: float = 0.0,
-    cells: int = 32,
-    steps: int = 256,
-    coupling: float = 0.0,
+    psi_1: ArrayLike, chi: ArrayLike, *, nu: float = 0.0, cells: int = 32, steps: int = 256, coupling: float = 0.0,
     ratio: float = 1.0,
-) -> Array:
+) -> Array:  # fmt: skip
     """Rebound of an elastic impact of a body that spins about the normal.
 
-    Args:
-        psi_1: Incidence psi_x and psi_y, and spin sigma, shape (3,).
-        chi: (kappa/2) m_N/m_T > 0 along x and y, and chi_s >= 0, shape (3,). chi_s = 0, a spin that friction does not
-            change, is the limit of a small contact.
-        nu: Poisson's ratio of both bodies, in (-1, 0.5].
-        cells: Number of cells across the largest contact, even.
-        steps: Least number of time steps.
-        coupling: (kappa/mu) beta, of unlike materials, on a circle.
-        ratio: b/a of an elliptic contact, above 1 where its longer axis is along y; kappa is that of a circle.
-
-    Returns:
-        psi_x, psi_y and sigma after the impact, shape (3,).
-
-    Raises:
-        ValueError: An argument is outside its range.
-        RuntimeError: The iterations of a step do not end.
+    psi_x, psi_y and sigma before and, returned, after; chi > 0 along x and y, and chi_s >= 0, shape (3,) each. chi_s =
+    0, a spin that friction does not change, is the limit of a small contact. nu, cells and what is raised as for
+    `force_along_path`; steps: at least. coupling: (kappa/mu) beta, of unlike materials, on a circle. ratio: b/a of an
+    elliptic contact, above 1 where its longer axis is along y; kappa is that of a circle.
     """
-    _check_cells(cells)
     incidence, ratios = np.array(psi_1, dtype=float), np.array(chi, dtype=float)
     motion = impact_motion(1.0, cells // 2, int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])
-    _, velocities = _march((np.sqrt(motion.overlap), dt), cells, nu, None, incidence, ratios, coupling, ratio)
-    return velocities[-1]
-
-
-def _check_cells(cells: int) -> None:
-    if cells % 2 or cells < 4:
-        raise ValueError(f"cells is {cells!r}; it must be even and at least 4")
+    return _march((np.sqrt(motion.overlap), dt), cells, nu, None, incidence, ratios, coupling, ratio)[1][-1]

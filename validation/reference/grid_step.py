@@ -14,8 +14,6 @@ Beck & Teboulle, SIAM J. Imaging Sci. 2 (2009) 183; momentum given up: O'Donoghu
 (2015) 715; for frictional contact: Mazhar, Heyn, Negrut & Tasora, ACM Trans. Graph. 34 (2015) 32.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -64,15 +62,11 @@ class Step:
     """The problem of one step, on a square window of cells around the middle of the contact.
 
     Attributes:
-        h: Width of a cell.
-        nu: Poisson's ratio.
-        radius: Contact radius a at the end of the step.
-        caps: Pressure of the cells, shape (n, n).
-        arms: -y/a_max and x/a_max of the cells' middles, shape (2, n, n).
+        h, height: Width of a cell, and its height along y over that.
+        nu, radius: Poisson's ratio; contact radius a at the end of the step.
+        caps, arms: Pressure of the cells, shape (n, n); -y/a_max and x/a_max of their middles, shape (2, n, n).
         free: w that the step would end with if there were no force at its end: w_x, w_y, theta a_max.
-        compliance: C, shape (3,); zeros for a given path.
-        slipped: S, shape (2, n, n).
-        height: Of a cell along y, over its width.
+        compliance, slipped: C, shape (3,), zeros for a given path; S, shape (2, n, n).
     """
 
     h: float

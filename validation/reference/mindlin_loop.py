@@ -7,9 +7,7 @@ slip of the new sense first has to undo the older one.
 Sources: Mindlin & Deresiewicz, J. Appl. Mech. 20 (1953) 327-344; Johnson, Contact Mechanics (1985), sections 7.2, 7.4.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,14 +15,8 @@ from numpy.typing import ArrayLike
 from validation.reference.normal_motion import Array
 
 
-@dataclass(frozen=True)
-class Loop:
-    """First loading and one whole cycle.
-
-    Attributes:
-        displacement: s, shape (3 n - 2,): from 0 to the turn, back to the opposite turn, and forth again.
-        force: F, shape (3 n - 2,).
-    """
+class Loop(NamedTuple):
+    """First loading and one whole cycle: s and F from 0 to the turn, back to the opposite turn, and forth again."""
 
     displacement: Array
     force: Array
@@ -43,19 +35,12 @@ def turning_displacement(amplitude: float) -> float:
 
 
 def cycle(amplitude: float, points: int = 201) -> Loop:
-    """Load cycle between F = amplitude and F = -amplitude, evenly sampled in s.
-
-    Args:
-        amplitude: Largest F/(mu P), above 0 and at most 1.
-        points: Samples on each of the three branches, at least 2.
-    """
+    """Load cycle between F = amplitude, in (0, 1], and F = -amplitude; so many points on each branch, even in s."""
     turn = turning_displacement(amplitude)
     loading, back = np.linspace(0.0, turn, points), np.linspace(turn, -turn, points)
     unloading = amplitude - 2.0 * first_loading(0.5 * (turn - back))
-    return Loop(
-        displacement=np.concatenate([loading, back[1:], -back[1:]]),
-        force=np.concatenate([first_loading(loading), unloading[1:], -unloading[1:]]),
-    )
+    force = np.concatenate([first_loading(loading), unloading[1:], -unloading[1:]])
+    return Loop(np.concatenate([loading, back[1:], -back[1:]]), force)
 
 
 def lost_work(amplitude: float) -> float:

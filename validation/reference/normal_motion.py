@@ -12,12 +12,12 @@ Sources: Hertz law: Johnson, Contact Mechanics (1985), section 11.4; dashpot: Ts
 71 (1992) 239-250, here cut off at zero force.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,16 +53,9 @@ def damping(restitution: float) -> float:
     return math.sqrt(5.0) * ratio
 
 
-@dataclass(frozen=True)
-class NormalMotion:
-    """Normal motion at a series of instants, in the units above.
-
-    Attributes:
-        time: Instants, shape (n,), rising.
-        overlap: Overlap d, shape (n,); at most zero out of contact.
-        force: Normal force P, shape (n,).
-        impulse: Normal impulse of the step that ends at each instant, shape (n,); the first is zero.
-    """
+class NormalMotion(NamedTuple):
+    """Normal motion in the units above: rising instants, overlap d, at most zero out of contact, normal force P, and
+    its impulse over the step that ends at each instant, shape (n,) each."""
 
     time: Array
     overlap: Array
@@ -113,8 +106,7 @@ def _trajectory(restitution: float) -> _Trajectory:
 
     def rate(_: float, state: Array) -> list[float]:
         overlap = max(state[0], 0.0)
-        force = STIFFNESS * overlap**1.5 + alpha * math.sqrt(STIFFNESS) * overlap**0.25 * state[1]
-        return [state[1], -force]
+        return [state[1], -(STIFFNESS * overlap**1.5 + alpha * math.sqrt(STIFFNESS) * overlap**0.25 * state[1])]
 
     def peak(_: float, state: Array) -> float:
         return state[1]
@@ -127,19 +119,9 @@ def _trajectory(restitution: float) -> _Trajectory:
         return STIFFNESS * overlap**1.25 + alpha * math.sqrt(STIFFNESS) * state[1] if alpha else state[0]
 
     release.terminal = True  # type: ignore[attr-defined]
-    path = solve_ivp(
-        rate,
-        (0.0, 100.0 / restitution),
-        [0.0, 1.0],
-        method="DOP853",
-        events=(peak, release),
-        dense_output=True,
-        rtol=TOLERANCE,
-        atol=1e-14,
-        max_step=0.1,
-    )
-    peak_time = float(path.t_events[0][0])
-    duration = float(path.t_events[1][0])
+    path = solve_ivp(rate, (0.0, 100.0 / restitution), [0.0, 1.0], "DOP853", events=(peak, release), dense_output=True,
+                     rtol=TOLERANCE, atol=1e-14, max_step=0.1)  # fmt: skip
+    peak_time, duration = (float(times[0]) for times in path.t_events)
     return _Trajectory(path.sol, alpha, peak_time, float(path.sol(peak_time)[0]), duration)
 
 
@@ -148,36 +130,24 @@ def impact_motion(restitution: float, annuli: int, steps: int) -> NormalMotion:
     """Normal motion of a whole impact, from touch to release.
 
     Instants fall where the contact edge passes the middle of an annulus (so that every annulus comes into contact at an
-    instant), and between them evenly, no further apart than the duration over `steps`.
-
-    Args:
-        restitution: Speed after over speed before, in (0, 1].
-        annuli: Number N of equal annuli within the largest contact radius.
-        steps: Least number of steps.
+    instant), and between them evenly, no further apart than the duration over `steps`. annuli: equal ones within the
+    largest contact radius.
     """
     path = _trajectory(restitution)
     watched = path.peak_overlap * ((np.arange(1, annuli) + 0.5) / annuli) ** 2
     overlap_left = path.at(np.array([path.duration]))[0][0]
     inward = path.times_of(watched, outward=False)
-    landmarks = np.unique(
-        np.concatenate(
-            [[0.0, path.peak_time, path.duration], inward, path.times_of(watched[watched > overlap_left], outward=True)]
-        )
-    )
+    outward = path.times_of(watched[watched > overlap_left], outward=True)
+    landmarks = np.unique(np.concatenate([[0.0, path.peak_time, path.duration], inward, outward]))
     pieces = np.ceil(np.diff(landmarks) * steps / path.duration).astype(int)
-    time = np.concatenate(
-        [
-            np.linspace(start, end, n, endpoint=False)
-            for start, end, n in zip(landmarks, landmarks[1:], pieces, strict=False)
-        ]
-        + [landmarks[-1:]]
-    )
+    parts = [np.linspace(*ends, n, endpoint=False) for ends, n in zip(pairwise(landmarks), pieces, strict=True)]
+    time = np.concatenate([*parts, landmarks[-1:]])
     overlap, speed = path.at(time)
     force = contact_force(overlap, speed, path.alpha)
     force[0] = force[-1] = 0.0
     if restitution == 1.0:
         overlap[-1] = 0.0
     motion = NormalMotion(time, overlap, force, np.concatenate([[0.0], -np.diff(speed)]))
-    for array in (motion.time, motion.overlap, motion.force, motion.impulse):
+    for array in motion:
         array.setflags(write=False)
     return motion

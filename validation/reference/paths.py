@@ -1,7 +1,5 @@
 """The annulus solver along a path given by samples, with instants added so that every annulus enters at one of them."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np
@@ -15,32 +13,22 @@ MOST_STEPS = 8  # per annulus in all: a stroke this long slides anyhow
 
 
 def _refine(overlap: Array, displacement: Array, points: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Positions along a path, counted in samples, where the solver should stop.
+    """Positions along a path where the solver should stop, and the indices among them of the given samples.
 
-    Args:
-        overlap: Overlap at each sample, shape (n,); straight lines between samples.
-        displacement: Scaled tangential displacement at each sample, shape (n,); zeros if it is not known yet.
-        points: Radii where the annuli are watched, shape (N,), rising from zero.
-
-    Returns:
-        The positions, rising, from 0 to n - 1 (2.25 lies a quarter of the way from sample 2 to 3), and the indices
-        among them of the given samples.
+    Positions count samples, from 0 to n - 1: 2.25 lies a quarter of the way from sample 2 to 3; between samples overlap
+    and scaled displacement (zeros if it is not known yet), shape (n,), run straight. points: radii where the annuli are
+    watched, rising from zero.
     """
-    annuli = points.size
-    width = points[-1] / (annuli - 0.5)
+    width = points[-1] / (points.size - 0.5)
     radius = np.sqrt(np.maximum(overlap, 0.0))
-    stroke = np.abs(np.diff(radius)) / width + np.abs(np.diff(displacement)) / (annuli * width * width)
-    divisions = np.clip(np.ceil(STEPS_PER_ANNULUS * stroke), 1, MOST_STEPS * annuli).astype(int)
+    stroke = np.abs(np.diff(radius)) / width + np.abs(np.diff(displacement)) / (points.size * width * width)
+    divisions = np.clip(np.ceil(STEPS_PER_ANNULUS * stroke), 1, MOST_STEPS * points.size).astype(int)
     pieces = []
-    given = np.zeros(overlap.size, dtype=np.int64)
-    for k, division in enumerate(divisions):
-        fractions = np.arange(division) / division
-        rise = overlap[k + 1] - overlap[k]
-        if rise != 0.0:
-            crossings = (points**2 - overlap[k]) / rise
-            fractions = np.union1d(fractions, crossings[(crossings > 0.0) & (crossings < 1.0)])
-        pieces.append(k + fractions)
-        given[k + 1] = given[k] + fractions.size
+    for k, (division, rise) in enumerate(zip(divisions, np.diff(overlap), strict=True)):
+        crossings = (points**2 - overlap[k]) / rise if rise else np.empty(0)
+        inside = crossings[(crossings > 0.0) & (crossings < 1.0)]
+        pieces.append(k + np.union1d(np.arange(division) / division, inside))
+    given = np.cumsum([0, *(piece.size for piece in pieces)])
     return np.concatenate([*pieces, [overlap.size - 1.0]]), given
 
 
@@ -54,58 +42,28 @@ def along_motion(
 ) -> History:
     """Free tangential motion of a body whose normal motion is given, in units of E* = R = m_N = 1.
 
-    Args:
-        time: Instants, shape (n,), rising.
-        overlap: Overlap, shape (n,); zero or less out of contact.
-        normal_force: Normal force P >= 0, shape (n,), with the damper's part if there is one.
-        psi_1: Tangential velocity at the first instant, scaled by kappa/mu.
-        chi: (kappa/2) m_N/m_T > 0.
-        annuli: Number of annuli N >= 2 within the largest contact radius.
-
-    Returns:
-        The response at the given instants (between them more are added, on straight lines in overlap and P).
-
-    Raises:
-        ValueError: An argument is outside its range, or shapes differ.
+    Rising instants, overlap, zero or less out of contact, and P >= 0 with the damper's part if there is one, shape (n,)
+    each. The response is that at these instants; between them more are added, on straight lines in overlap and P.
     """
-    instants = np.array(time, dtype=float)
-    depth = np.array(overlap, dtype=float)
-    force = np.array(normal_force, dtype=float)
-    if np.any(np.diff(instants) <= 0.0):
-        raise ValueError("time does not rise from instant to instant; it must")
-    if np.any(force < 0.0):
-        raise ValueError(f"normal_force reaches {force.min()}; it must not be negative")
+    instants, depth, force = (np.array(one, dtype=float) for one in (time, overlap, normal_force))
     boundaries, points = rings(depth, annuli)
     positions, given = _refine(depth, np.zeros_like(depth), points)
     fine_time, fine_force = _at(positions, instants), _at(positions, force)
-    impulse = np.zeros_like(fine_time)
-    impulse[1:] = 0.5 * (fine_force[1:] + fine_force[:-1]) * np.diff(fine_time)
+    impulse = np.append(0.0, 0.5 * (fine_force[1:] + fine_force[:-1]) * np.diff(fine_time))
     motion = NormalMotion(fine_time, np.maximum(_at(positions, depth), 0.0), fine_force, impulse)
     history = solve(motion, boundaries, points, psi_1=float(psi_1), chi=float(chi))
-    fixed = {"boundaries", "radii"}
-    chosen = {f.name: getattr(history, f.name)[given] for f in fields(history) if f.name not in fixed}
+    chosen = {f.name: getattr(history, f.name)[given] for f in fields(history) if f.name not in ("boundaries", "radii")}
     return replace(history, **chosen)
 
 
 def force_along_path(
     approach: ArrayLike, displacement: ArrayLike, *, kappa: float = 1.0, friction: float = 1.0, annuli: int = 40
 ) -> Array:
-    """Tangential force along a prescribed quasi-static motion, with E* = R = 1.
+    """Tangential force along a prescribed quasi-static motion that begins without traction, with E* = R = 1.
 
-    A path that begins in contact begins without traction.
-
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Tangential displacement s_x, shape (n,).
-        kappa: Ratio of tangential to normal stiffness, > 0.
-        friction: Coefficient of friction mu, > 0.
-        annuli: Number of annuli N >= 2 within the largest contact radius.
-
-    Returns:
-        Tangential force, shape (n,), positive along a first displacement.
+    Overlap and displacement s_x, shape (n,); the force, shape (n,), is positive along a first displacement.
     """
-    depth = np.array(approach, dtype=float)
-    scaled = np.array(displacement, dtype=float) * (kappa / friction)
+    depth, scaled = np.array(approach, dtype=float), np.array(displacement, dtype=float) * (kappa / friction)
     boundaries, points = rings(depth, annuli)
     positions, given = _refine(depth, scaled, points)
     fine_depth = np.maximum(_at(positions, depth), 0.0)

@@ -53,16 +53,10 @@ def product(row, values, n) -> float:
 
 @numba.njit(cache=True)
 def settle(influence, caps, n, free, compliance, slipped, force) -> int:
-    """Ring forces at the end of a step, shape (2, N), found from those given; returns the sweeps, -1 if too many.
+    """Ring forces f at the end of a step, shape (2, N), found from a first guess; returns the sweeps, -1 if too many.
 
-    Args:
-        influence: A, shape (N, N).
-        caps: P_i, shape (N,).
-        n: Number of covered rings.
-        free: Rigid displacement with no force at the end of the step, shape (2,).
-        compliance: C for the two directions, shape (2,).
-        slipped: S, shape (2, N).
-        force: f, shape (2, N): first guess, then solution.
+    influence A, shape (N, N); caps P_i, of which n are covered; rigid displacement with no force at the end of the step
+    and C, shape (2,); slipped S, shape (2, N).
     """
     total = caps[:n].sum()
     sum_x, sum_y = force[0, :n].sum(), force[1, :n].sum()
@@ -88,28 +82,15 @@ def settle(influence, caps, n, free, compliance, slipped, force) -> int:
 
 @numba.njit(cache=True)
 def march(radius, dt, displacement, prescribed, psi_1, chi, boundaries, influence, force_out, psi_out, sweeps_out):
-    """Follow a normal motion from instant to instant.
+    """Follow a normal motion from instant to instant, along a displacement or with momentum, psi' = -2 chi F.
 
-    Args:
-        radius: Contact radius at each instant, shape (n,); zero out of contact.
-        dt: Length of the step that ends at each instant, shape (n,); dt[0] is not used.
-        displacement: Rigid displacement, shape (n, 2); read only if prescribed.
-        prescribed: Whether it is given; otherwise it follows from momentum, psi' = -2 chi F in each direction.
-        psi_1: Velocity at the first instant, shape (2,).
-        chi: Of the two directions, shape (2,).
-        boundaries: Outer radii of the rings, shape (N,).
-        influence: A, shape (N, N).
-        force_out: Tangential force F/mu, shape (n, 2).
-        psi_out: Velocity, shape (n, 2).
-        sweeps_out: Sweeps at each instant, shape (n,).
+    Given: contact radius, zero out of contact, and length of the step that ends at each instant, shape (n,); the rigid
+    displacement, shape (n, 2), read only if prescribed; velocity at first and chi of the two directions, shape (2,);
+    outer radii of the rings, shape (N,), and A. Found: F/mu and velocity, shape (n, 2); sweeps, shape (n,).
     """
     rings = boundaries.size
-    caps = np.zeros(rings)
-    slipped = np.zeros((2, rings))
-    force = np.zeros((2, rings))
-    before = np.zeros((2, rings))
-    w, psi, total = np.zeros(2), psi_1.copy(), np.zeros(2)
-    free, compliance = np.zeros(2), np.zeros(2)
+    caps, slipped, force, before = np.zeros(rings), np.zeros((2, rings)), np.zeros((2, rings)), np.zeros((2, rings))
+    w, psi, total, free, compliance = np.zeros(2), psi_1.copy(), np.zeros(2), np.zeros(2), np.zeros(2)
     for k in range(radius.size):
         covered = ring_caps(radius[k], boundaries, caps)
         step = dt[k] if k > 0 else 0.0

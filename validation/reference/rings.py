@@ -16,8 +16,6 @@ Sources: Johnson, Contact Mechanics (1985), sections 3.3, 3.4 (a) (uniform press
 7.2; rings with a vector each in the manner of the annuli of Maw, Barber & Fawcett, Wear 38 (1976) 101-114.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 
@@ -26,6 +24,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
 from validation.reference.normal_motion import Array, impact_motion
+from validation.reference.refinement import sampled
 from validation.reference.ring_kernel import march
 
 
@@ -54,76 +53,32 @@ def _march(
     """Force and velocity, each (n, 2), for radii and steps (n,): along a displacement (n, 2), or with momentum."""
     radius, dt = motion
     largest = float(radius.max())
-    boundaries = largest * np.arange(1, rings + 1) / rings
-    force, psi = np.zeros((radius.size, 2)), np.zeros((radius.size, 2))
-    sweeps = np.zeros(radius.size, dtype=np.int64)
-    march(
-        radius,
-        dt,
-        np.zeros((1, 2)) if displacement is None else displacement,
-        displacement is not None,
-        psi_1,
-        chi,
-        boundaries,
-        influence(rings) / largest,
-        force,
-        psi,
-        sweeps,
-    )
+    (force, psi), sweeps = np.zeros((2, radius.size, 2)), np.zeros(radius.size, dtype=np.int64)
+    given = np.zeros((1, 2)) if displacement is None else displacement
+    told = radius, dt, given, displacement is not None, psi_1, chi, largest * np.arange(1, rings + 1) / rings
+    march(*told, influence(rings) / largest, force, psi, sweeps)
     if sweeps.min() < 0:
         raise RuntimeError(f"stick and slip did not settle at instant {int(sweeps.argmin())} of {radius.size}")
     return force, psi
 
 
-def force_along_path(
-    approach: ArrayLike,
-    displacement: ArrayLike,
-    *,
-    kappa: float = 1.0,
-    friction: float = 1.0,
-    rings: int = 64,
-    substeps: int = 1,
-) -> Array:
-    """Tangential force along a prescribed quasi-static motion, with E* = R = 1.
+def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, rings: int = 64, substeps: int = 1) -> Array:
+    """F/mu along a prescribed quasi-static motion that begins without traction, with E* = R = 1.
 
-    A path that begins in contact begins without traction.
-
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Tangential displacement, shape (n, 2).
-        kappa: Ratio of tangential to normal stiffness, > 0.
-        friction: Coefficient of friction mu, > 0.
-        rings: Number of rings N >= 2 within the largest contact radius.
-        substeps: Steps from sample to sample, on straight lines.
-
-    Returns:
-        Tangential force, shape (n, 2), along a first displacement.
+    Overlap, shape (n,), and kappa s/mu, shape (n, 2), in so many straight steps from sample to sample; the force, shape
+    (n, 2), is along a first displacement.
     """
-    depth = np.array(approach, dtype=float)
-    scaled = np.stack([np.array(d, dtype=float) for d in np.array(displacement, dtype=float).T], 1)
-    fine = np.linspace(0.0, depth.size - 1.0, (depth.size - 1) * substeps + 1)
-    samples = np.arange(depth.size)
-    radius = np.sqrt(np.maximum(np.interp(fine, samples, depth), 0.0))
-    path = np.stack([np.interp(fine, samples, d) for d in scaled.T], 1) * (kappa / friction)
-    force, _ = _march((radius, np.ones(fine.size)), rings, path, np.zeros(2), np.zeros(2))
-    return friction * force[::substeps]
+    radius, path = sampled(approach, displacement, substeps)
+    return _march((radius, np.ones(radius.size)), rings, path, np.zeros(2), np.zeros(2))[0][::substeps]
 
 
 def rebound(psi_1: ArrayLike, chi: ArrayLike, *, rings: int = 32, steps: int = 800) -> Array:
     """Rebound psi_2 of an elastic impact of a body whose tangential mass depends on the direction.
 
-    Args:
-        psi_1: Incidence (kappa/mu) V_1/V_z1 along the principal directions of the tangential mass, shape (2,).
-        chi: (kappa/2) m_N/m_T > 0 of these directions, shape (2,), or one number for both.
-        rings: Number of rings N >= 2 within the largest contact radius.
-        steps: Least number of time steps.
-
-    Returns:
-        psi_2 = (kappa/mu) V_2/V_z1, shape (2,).
+    psi_1 and chi along the principal directions of the tangential mass, shape (2,), chi also one number for both; in at
+    least so many steps.
     """
-    incidence = np.array(psi_1, dtype=float)
-    ratios = np.broadcast_to(np.asarray(chi, dtype=float), 2).copy()
     motion = impact_motion(1.0, int(rings), int(steps))
     dt = np.diff(motion.time, prepend=motion.time[0])
-    _, psi = _march((np.sqrt(motion.overlap), dt), rings, None, incidence, ratios)
-    return psi[-1]
+    ratios = np.broadcast_to(np.asarray(chi, dtype=float), 2).copy()
+    return _march((np.sqrt(motion.overlap), dt), rings, None, np.array(psi_1, dtype=float), ratios)[1][-1]

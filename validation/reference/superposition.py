@@ -23,11 +23,9 @@ Sources: Maw, The oblique impact of elastic spheres (1976), as described by Maw,
 (1981) 74-80; Mindlin & Deresiewicz, J. Appl. Mech. 20 (1953) 327-344.
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,18 +39,9 @@ __all__ = ["Impact", "force_along_path", "impact", "rebound", "traction_along_pa
 STEPS = 1000
 
 
-@dataclass(frozen=True)
-class Impact:
-    """One elastic impact, from touch to release.
-
-    Attributes:
-        psi_2: Rebound psi = (kappa/mu) V_x2/V_z1.
-        time: tau = t/T, T the duration, shape (n,).
-        normal_force: P/P_max, shape (n,).
-        tangential_force: F/(mu P_max), shape (n,); positive where it opposes psi_1 > 0.
-        psi: Tangential velocity, shape (n,).
-        components: Number of Hertz-shaped components of the traction, shape (n,).
-    """
+class Impact(NamedTuple):
+    """One elastic impact, from touch to release: psi_2 = (kappa/mu) V_x2/V_z1; then, shape (n,) each, tau = t/T,
+    P/P_max, F/(mu P_max), positive where it opposes psi_1 > 0, tangential velocity psi, and number of components."""
 
     psi_2: float
     time: Array
@@ -73,29 +62,14 @@ def rebound(psi_1: ArrayLike, chi: ArrayLike, steps: int = STEPS) -> float | Arr
 
 
 def impact(psi_1: float, chi: float, steps: int = STEPS) -> Impact:
-    """One elastic impact with its whole history.
-
-    Args:
-        psi_1: Incidence (kappa/mu) V_x1/V_z1, finite.
-        chi: (kappa/2) m_N/m_T > 0.
-        steps: Number of time steps, at least 4.
-
-    Returns:
-        The impact, normalised by its duration and its largest normal force.
-    """
+    """One elastic impact with its whole history, of psi_1 and chi > 0 in at least 4 time steps."""
     time, overlap, speed = _normal_motion(int(steps))
     psi, force = np.empty(time.size), np.empty(time.size)
     components = np.empty(time.size, dtype=np.int64)
     march_impact(time, overlap, speed, float(psi_1), float(chi), psi, force, components)
     deepest = (15.0 / 16.0) ** 0.4
-    return Impact(
-        psi_2=float(psi[-1]),
-        time=time / time[-1],
-        normal_force=(overlap / deepest) ** 1.5,
-        tangential_force=force / (4.0 / 3.0 * deepest**1.5),
-        psi=psi,
-        components=components,
-    )
+    normal, tangential = (overlap / deepest) ** 1.5, force / (4.0 / 3.0 * deepest**1.5)
+    return Impact(float(psi[-1]), time / time[-1], normal, tangential, psi, components)
 
 
 @lru_cache(maxsize=64)
@@ -120,40 +94,20 @@ def _normal_motion(steps: int) -> tuple[Array, Array, Array]:
 def force_along_path(
     approach: ArrayLike, displacement: ArrayLike, *, kappa: float = 1.0, friction: float = 1.0
 ) -> Array:
-    """Tangential force along a prescribed quasi-static motion, with E* = R = 1.
+    """Tangential force along a prescribed quasi-static motion, straight between samples, with E* = R = 1.
 
-    A path that begins in contact begins without traction; between samples it runs straight.
-
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Tangential displacement s_x, shape (n,).
-        kappa: Ratio of tangential to normal stiffness, > 0.
-        friction: Coefficient of friction mu, > 0.
-
-    Returns:
-        Tangential force, shape (n,), positive along a first displacement.
+    Overlap and displacement s_x, shape (n,); the force, shape (n,), is positive along a first displacement.
     """
-    depth = np.array(approach, dtype=float)
-    scaled = np.array(displacement, dtype=float) * (kappa / friction)
+    depth, scaled = np.array(approach, dtype=float), np.array(displacement, dtype=float) * (kappa / friction)
     return friction * _along(depth, scaled, np.empty(0))[0]
 
 
 def traction_along_path(
     approach: ArrayLike, displacement: ArrayLike, radii: ArrayLike
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Traction along a prescribed path, all scaled, with E* = R = 1.
-
-    Args:
-        approach: Overlap, shape (n,).
-        displacement: Scaled tangential displacement kappa s_x/mu, shape (n,).
-        radii: Radii where the traction is wanted, shape (m,), m >= 2.
-
-    Returns:
-        Traction q/mu, shape (n, m), and the number of components, shape (n,).
-    """
-    depth = np.array(approach, dtype=float)
-    _, traction, components = _along(depth, np.array(displacement, dtype=float), np.array(radii, dtype=float))
-    return traction, components
+    """Traction q/mu at radii (m,) along a path of overlap and kappa s_x/mu (n,), shape (n, m), and components, (n,)."""
+    depth, scaled, points = (np.array(one, dtype=float) for one in (approach, displacement, radii))
+    return _along(depth, scaled, points)[1:]
 
 
 def _along(depth: Array, displacement: Array, points: Array) -> tuple[Array, Array, NDArray[np.int64]]:

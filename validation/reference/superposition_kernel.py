@@ -44,8 +44,7 @@ def hertz_force(b: float) -> float:
 @numba.njit(cache=True)
 def resultant(radii, ratios, count) -> float:
     """F/mu: the sum over all components."""
-    total = 0.0
-    inner = 0.0
+    total, inner = 0.0, 0.0
     for i in range(count):
         total += ratios[i] * (radii[i] ** 3 - inner**3)
         inner = radii[i]
@@ -55,8 +54,7 @@ def resultant(radii, ratios, count) -> float:
 @numba.njit(cache=True)
 def traction(radii, ratios, count, r) -> float:
     """q/mu at radius r: the sum over the components that reach it."""
-    total = 0.0
-    inner = 0.0
+    total, inner = 0.0, 0.0
     for i in range(count):
         if radii[i] > r:
             total += ratios[i] * (math.sqrt(radii[i] ** 2 - r * r) - math.sqrt(max(inner * inner - r * r, 0.0)))
@@ -83,13 +81,8 @@ def stick_radius(outer, weight, compliance) -> float:
 
 @numba.njit(cache=True)
 def shrink(radii, ratios, count, edge) -> tuple[int, float, float]:
-    """Drop what lies outside a smaller edge, edge > 0.
-
-    Returns:
-        Components left, and the displacement and force that the lost rim carried.
-    """
-    displacement = 0.0
-    force = 0.0
+    """Drop what lies outside a smaller edge > 0: components left, displacement and force that the lost rim carried."""
+    displacement, force = 0.0, 0.0
     while True:
         outer, ratio = radii[count - 1], ratios[count - 1]
         inner = radii[count - 2] if count > 1 else 0.0
@@ -106,16 +99,9 @@ def shrink(radii, ratios, count, edge) -> tuple[int, float, float]:
 def advance(radii, ratios, count, edge, free, compliance) -> tuple[int, float]:
     """One increment: the contact radius becomes edge, the displacement changes by free - compliance F.
 
-    Args:
-        radii: Radii b_i of the components, rising; changed in place, with room for one component more.
-        ratios: Their ratios t_i; changed in place.
-        count: Number of components.
-        edge: New contact radius; 0 out of contact.
-        free: Increment of displacement without any force at its end.
-        compliance: Fall of that increment per unit of F/mu at its end; 0 for a prescribed displacement.
-
-    Returns:
-        New number of components, and the new F/mu.
+    The first `count` radii b_i, rising, and ratios t_i are changed in place, with room for one component more. edge:
+    new contact radius, 0 out of contact; free: increment of displacement without any force at its end; compliance: its
+    fall per unit of F/mu there, 0 for a prescribed one. Returns the new number of components, and the new F/mu.
     """
     if edge <= 0.0:
         return 0, 0.0
@@ -178,15 +164,8 @@ def march_impact(time, overlap, speed, psi_1, chi, psi_out, force_out, component
     contact (first and last instant) the value of the other end holds for the whole step. The normal force enters by its
     exact moments over the step: its impulse v_0 - v_1, and v_0 dt - (d_1 - d_0) = integral of (t_1 - t) P.
 
-    Args:
-        time: Instants, shape (n,), from touch to release.
-        overlap: d, shape (n,); zero at the ends only.
-        speed: dd/dt, shape (n,).
-        psi_1: Tangential velocity at the first instant.
-        chi: (kappa/2) m_N/m_T.
-        psi_out: Tangential velocity, shape (n,).
-        force_out: F/mu, shape (n,).
-        components_out: Number of components, shape (n,).
+    Shape (n,) each: instants from touch to release, overlap d, zero at the ends only, and dd/dt; found: tangential
+    velocity, F/mu and the number of components. psi_1: velocity at first; chi: (kappa/2) m_N/m_T.
     """
     last = time.size - 1
     radii, ratios = np.empty(last + 2), np.empty(last + 2)
@@ -215,15 +194,10 @@ def march_impact(time, overlap, speed, psi_1, chi, psi_out, force_out, component
 
 @numba.njit(cache=True)
 def march_path(overlap, displacement, points, force_out, traction_out, components_out):
-    """Prescribed path, straight from instant to instant; it begins without traction.
+    """Prescribed path of overlap and scaled displacement, straight from instant to instant; it begins without traction.
 
-    Args:
-        overlap: Overlap, shape (n,); zero or less out of contact, zero where contact begins or ends.
-        displacement: Scaled tangential displacement, shape (n,).
-        points: Radii where the traction is wanted, shape (m,).
-        force_out: F/mu, shape (n,).
-        traction_out: q/mu at the points, shape (n, m).
-        components_out: Number of components, shape (n,).
+    overlap: zero or less out of contact, zero where contact begins or ends, shape (n,). Found: F/mu, shape (n,), q/mu
+    at the points, shape (n, m), and the number of components, shape (n,).
     """
     radii, ratios = np.empty(overlap.size + 1), np.empty(overlap.size + 1)
     count, force = 0, 0.0

@@ -4,8 +4,6 @@ What the ring and grid solvers tend to, each figure with an estimate of its erro
 force over mu P_max; psi, sigma and chi as in rings.py and grid.py.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable
@@ -40,9 +38,10 @@ LEAST_CELLS = 20
 STEPS_PER_CELL = 8
 
 Data = dict[str, Any]
+Estimated = tuple[Array, float]
 
 
-def force(name: str, amplitude: float, least: int = LEAST_RINGS) -> tuple[Array, float]:
+def force(name: str, amplitude: float, least: int = LEAST_RINGS) -> Estimated:
     """Force at the marks of a path, shape (n, 2), and its error."""
 
     def run(count: int) -> Array:
@@ -53,23 +52,16 @@ def force(name: str, amplitude: float, least: int = LEAST_RINGS) -> tuple[Array,
     return extrapolated(run, least)
 
 
-def uneven_rebound(chi: list[float], psi: float, heading: float, least: int = LEAST_RINGS) -> tuple[Array, float]:
+def uneven_rebound(chi: list[float], psi: float, heading: float, least: int = LEAST_RINGS) -> Estimated:
     """psi_2 along both principal directions of the tangential mass, and its error; heading [degrees] from the first."""
-    angle = math.radians(heading)
-    incidence = [psi * math.cos(angle), psi * math.sin(angle)]
+    incidence = psi * np.array([math.cos(math.radians(heading)), math.sin(math.radians(heading))])
     return extrapolated(lambda m: rings.rebound(incidence, chi, rings=m, steps=STEPS_PER_IMPACT * m), least)
 
 
-def spinning_rebound(
-    nu: float, chi_s: float, psi: float, sigma: float, least: int = LEAST_CELLS
-) -> tuple[Array, float]:
+def spinning_rebound(nu: float, chi_s: float, psi: float, sigma: float, least: int = LEAST_CELLS) -> Estimated:
     """psi_2 and sigma_2 of a ball, and their error."""
-    chi = [BALL_CHI, BALL_CHI, chi_s]
-
-    def run(cells: int) -> Array:
-        return grid.rebound([psi, 0.0, sigma], chi, nu=nu, cells=cells, steps=STEPS_PER_CELL * cells)[[0, 2]]
-
-    return extrapolated(run, least)
+    spun, chi = [psi, 0.0, sigma], [BALL_CHI, BALL_CHI, chi_s]
+    return extrapolated(lambda m: grid.rebound(spun, chi, nu=nu, cells=m, steps=STEPS_PER_CELL * m)[[0, 2]], least)
 
 
 def forces() -> list[Data]:
@@ -77,17 +69,15 @@ def forces() -> list[Data]:
     found = []
     for name, amplitude in product(NAMES, AMPLITUDES):
         values, error = force(name, amplitude)
-        entry = {"path": name, "amplitude": amplitude, "error": _short(error), "force": np.round(values, 4).tolist()}
-        found.append(entry)
+        error = float(f"{error:.1e}")
+        found.append({"path": name, "amplitude": amplitude, "error": error, "force": np.round(values, 4).tolist()})
     return found
 
 
 def uneven() -> list[list[float]]:
     """chi_1, chi_2, psi_1, heading [degrees], psi_2 along both directions, error."""
-    return [
-        [*chi, psi, heading, *_row(uneven_rebound(chi, psi, heading))]
-        for chi, psi, heading in product(UNEVEN_CHI, UNEVEN_PSI, HEADINGS)
-    ]
+    return [[*chi, psi, heading, *_row(uneven_rebound(chi, psi, heading))]
+            for chi, psi, heading in product(UNEVEN_CHI, UNEVEN_PSI, HEADINGS)]  # fmt: skip
 
 
 def spinning() -> list[list[float]]:
@@ -97,8 +87,8 @@ def spinning() -> list[list[float]]:
     return [[*given, *_row(spinning_rebound(*given))] for given in chain(heavy, light)]
 
 
-def _row(found: tuple[Array, float]) -> list[float]:
-    return [*np.round(found[0], 5).tolist(), _short(found[1])]
+def _row(found: Estimated) -> list[float]:
+    return [*np.round(found[0], 5).tolist(), float(f"{found[1]:.1e}")]
 
 
 def load() -> Data:
@@ -106,41 +96,26 @@ def load() -> Data:
     return json.loads(FILE.read_text())
 
 
-def _short(error: float) -> float:
-    return float(f"{error:.1e}")
-
-
 def main(say: Callable[[str], None] = print) -> None:
-    """Compute everything, 20 minutes on one core, and write the file."""
-    data: Data = {
-        "what": __doc__.split("\n")[0] if __doc__ else "",
-        "units": "force over mu P_max; displacement over that of full slip; psi, sigma, chi as in validation.reference",
-        "marks": f"turning_paths.path(name, amplitude): {MARKS} marks a turn",
-        "settings": {
-            "rings": f"{LEAST_RINGS}, {2 * LEAST_RINGS}, {4 * LEAST_RINGS}; {STEPS_PER_RING} steps from mark to mark, "
-            f"or {STEPS_PER_IMPACT} an impact, times rings; extrapolated",
-            "grid": f"{LEAST_CELLS}, {2 * LEAST_CELLS}, {4 * LEAST_CELLS} cells across; {STEPS_PER_CELL} steps an "
-            "impact times cells; extrapolated",
-            "chi": BALL_CHI,
-        },
+    """Compute everything, 20 minutes on one core, and write the file: one line for each entry of the lists."""
+    settings = {
+        "rings": f"{LEAST_RINGS}, {2 * LEAST_RINGS}, {4 * LEAST_RINGS}; {STEPS_PER_RING} steps from mark to mark, "
+        f"or {STEPS_PER_IMPACT} an impact, times rings; extrapolated",
+        "grid": f"{LEAST_CELLS}, {2 * LEAST_CELLS}, {4 * LEAST_CELLS} cells across; {STEPS_PER_CELL} steps an "
+        "impact times cells; extrapolated",
+        "chi": BALL_CHI,
     }
+    told = {"what": (__doc__ or "").split("\n")[0],
+            "marks": f"turning_paths.path(name, amplitude): {MARKS} marks a turn",
+            "units": "force over mu P_max; displacement over that of full slip; psi, sigma, chi as in "
+            "validation.reference", "settings": settings}  # fmt: skip
+    parts = [f'"{name}": {json.dumps(value)}' for name, value in told.items()]
     for name, compute in (("forces", forces), ("uneven", uneven), ("spinning", spinning)):
         say(f"{name}: {(compute.__doc__ or '').strip()}")
-        data[name] = compute()
-    FILE.write_text(_text(data))
+        rows = ",\n  ".join(json.dumps(row, separators=(",", ":")) for row in compute())
+        parts.append(f'"{name}": [\n  {rows}\n]')
+    FILE.write_text("{\n" + ",\n".join(parts) + "\n}\n")
     say(f"wrote {FILE}, {FILE.stat().st_size} bytes")
-
-
-def _text(data: Data) -> str:
-    """JSON with one line for each entry of the lists."""
-    parts = []
-    for name, value in data.items():
-        if isinstance(value, list):
-            rows = ",\n  ".join(json.dumps(row, separators=(",", ":")) for row in value)
-            parts.append(f'"{name}": [\n  {rows}\n]')
-        else:
-            parts.append(f'"{name}": {json.dumps(value)}')
-    return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
 if __name__ == "__main__":

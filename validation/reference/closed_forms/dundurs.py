@@ -13,8 +13,6 @@ throughout: Mossakovskii, J. Appl. Math. Mech. 18 (1954) 418; Spence, Proc. R. S
 friction: Spence, J. Elasticity 5 (1975) 297.
 """
 
-from __future__ import annotations
-
 from math import atanh
 from typing import Any
 
@@ -23,14 +21,10 @@ from scipy.special import ellipkm1
 
 
 def beta(compliance_a: float, nu_a: float, compliance_b: float, nu_b: float) -> float:
-    """Dundurs' second parameter, between -1/2 and 1/2 for nu >= 0.
-
-    Args:
-        compliance_a, compliance_b: 1/G of the bodies [1/Pa]; 0: rigid.
-        nu_a, nu_b: Poisson's ratios.
+    """Dundurs' second parameter, between -1/2 and 1/2 for nu >= 0; compliances: 1/G of the bodies [1/Pa], 0: rigid.
 
     Raises:
-        ValueError: A value is outside its range, or both bodies are rigid.
+        ValueError: Both bodies are rigid.
     """
     if compliance_a == compliance_b == 0.0:
         raise ValueError("compliance_a and compliance_b are both 0; at least one body must be elastic")
@@ -58,12 +52,8 @@ def stick_radius(beta: float, friction: float) -> float:
     has chi = (2 mu/pi) t K(sqrt(1 - t^2)), the traction that would undo the radial displacement under the punch, beta
     (1 - sqrt(1 - r^2))/r, has chi = (2 beta/pi) atanh(t), and the traction is continuous at c where the two are equal.
 
-    Args:
-        beta: Dundurs' second parameter, any sign.
-        friction: mu > 0.
-
     Raises:
-        ValueError: A value is outside its range.
+        ValueError: Nothing would stick.
     """
     ratio = abs(beta) / friction
     if ratio > 100.0:

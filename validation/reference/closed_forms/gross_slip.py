@@ -14,56 +14,23 @@ Sources: appendix of Maw, Barber & Fawcett, J. Lubr. Technol. 103 (1981) 74; for
 Contact Mechanics (1985), eq. (3.91), and section 7.2 for its use.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from validation.reference.normal_motion import Array
 
 
-def displacement(
-    r: ArrayLike,
-    theta: ArrayLike,
-    *,
-    contact_radius: float,
-    radius: float = 1.0,
-    friction: float = 1.0,
-    poissons_ratio: float,
-) -> tuple[Array, Array]:
-    """U_x and U_y [m] at points inside the contact.
-
-    Args:
-        r: Distance from the centre of contact [m], from 0 to the contact radius; broadcasts with theta.
-        theta: Angle from the direction of the traction [rad].
-        contact_radius: b [m].
-        radius: Effective radius R [m].
-        friction: mu > 0.
-        poissons_ratio: nu of both bodies, in (-1, 0.5].
+def displacement(r: ArrayLike, theta: ArrayLike, nu: float, contact_radius: float = 1.0) -> tuple[Array, Array]:
+    """U_x and U_y over mu, R = 1, at distances r <= b from the centre and theta [rad] from the traction, broadcast.
 
     Raises:
-        ValueError: An argument is outside its range.
+        ValueError: A point outside the contact.
     """
-    distance, angle, nu = np.asarray(r, dtype=float), np.asarray(theta, dtype=float), poissons_ratio
+    distance, angle = np.asarray(r, dtype=float), np.asarray(theta, dtype=float)
     outside = (distance < 0.0) | (distance > contact_radius)
     if outside.any():
         raise ValueError(f"r has the value {distance[outside].flat[0]}; it must lie in [0, {contact_radius!r}]")
-    scale = friction / (8.0 * radius * (1.0 - nu))
     mean = 2.0 * (2.0 - nu) * (2.0 * contact_radius**2 - distance**2)
     turning = nu * distance**2
+    scale = 1.0 / (8.0 * (1.0 - nu))
     return scale * (mean + turning * np.cos(2.0 * angle)), scale * turning * np.sin(2.0 * angle)
-
-
-def velocity(
-    contact_radius: float, growth: float, *, radius: float = 1.0, friction: float = 1.0, poissons_ratio: float
-) -> float:
-    """V_x = dU_x/dt [m/s], the same at all points of the contact; V_y is zero.
-
-    Args:
-        contact_radius: b [m].
-        growth: db/dt [m/s].
-        radius: Effective radius R [m].
-        friction: mu > 0.
-        poissons_ratio: nu of both bodies, in (-1, 0.5].
-    """
-    return friction * (2.0 - poissons_ratio) / (radius * (1.0 - poissons_ratio)) * contact_radius * growth

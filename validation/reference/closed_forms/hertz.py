@@ -8,10 +8,8 @@ v = V sqrt(1 - (d/d_m)^(5/2)), d_m = [5 m V^2/(4 k)]^(2/5). The time from touch 
 Source: Johnson, Contact Mechanics (1985), section 11.4(a).
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from math import pi, sqrt
+from typing import NamedTuple
 
 from scipy.special import gamma
 
@@ -19,40 +17,17 @@ DURATION = float(0.8 * sqrt(pi) * gamma(0.4) / gamma(0.9))
 """Duration of contact times approach speed over greatest overlap."""
 
 
-@dataclass(frozen=True)
-class HertzImpact:
-    """Figures of one impact.
-
-    Attributes:
-        duration: From touch to release [s].
-        overlap: Greatest approach of the bodies, d_m [m].
-        force: Greatest normal force [N].
-        contact_radius: Greatest radius of the contact circle, sqrt(R d_m) [m].
-        stiffness: k of P = k d^(3/2) [N/m^1.5].
-    """
+class HertzImpact(NamedTuple):
+    """Duration [s], greatest overlap d_m [m] and force [N] of an impact; k of P = k d^(3/2) [N/m^1.5]."""
 
     duration: float
     overlap: float
     force: float
-    contact_radius: float
     stiffness: float
 
 
 def impact(mass: float, radius: float, modulus: float, speed: float) -> HertzImpact:
-    """An elastic impact along the normal.
-
-    Args:
-        mass: Effective mass, 1/m = 1/m_A + 1/m_B [kg].
-        radius: Effective radius, 1/R = 1/R_A + 1/R_B [m].
-        modulus: E*, 1/E* = sum of (1 - nu^2)/E [Pa].
-        speed: Approach speed [m/s].
-    """
+    """Of effective mass [kg], radius [m] and modulus E* [Pa] (1/m = 1/m_A + 1/m_B and so on) at a speed [m/s]."""
     stiffness = 4.0 / 3.0 * modulus * sqrt(radius)
     overlap = (1.25 * mass * speed**2 / stiffness) ** 0.4
-    return HertzImpact(
-        duration=DURATION * overlap / speed,
-        overlap=overlap,
-        force=stiffness * overlap**1.5,
-        contact_radius=sqrt(radius * overlap),
-        stiffness=stiffness,
-    )
+    return HertzImpact(DURATION * overlap / speed, overlap, stiffness * overlap**1.5, stiffness)

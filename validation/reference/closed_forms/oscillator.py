@@ -14,11 +14,8 @@ Sources: Maw, Barber & Fawcett, J. Lubr. Technol. 103 (1981) 74, eqs. (3) to (5)
 chapter 5.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from math import acos, copysign, cos, pi, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,17 +38,9 @@ def full_stick_rebound(psi_1: float, chi: float) -> float:
     return psi_1 * cos(pi * frequency_ratio(chi))
 
 
-@dataclass(frozen=True)
-class Phase:
-    """A time of stick or of slip.
-
-    Attributes:
-        chi: (kappa/2) m_N/m_T.
-        start: [1/omega_N].
-        side: 0 in stick, otherwise the sign of the slip and of the force.
-        force, psi: At the start.
-        end: [1/omega_N].
-    """
+class Phase(NamedTuple):
+    """A time of stick (side 0) or of slip (its sign and that of the force), from start to end [1/omega_N]; force and
+    psi are those at the start."""
 
     chi: float
     start: float

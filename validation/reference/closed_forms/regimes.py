@@ -7,8 +7,6 @@ Source: Maw, Barber & Fawcett, J. Lubr. Technol. 103 (1981) 74, "Solutions" (i) 
 scan of that paper prints 4 lambda and 1 + 1/K; 4 chi and 1 + 1/K^2 are meant (its eqs. (3), (5) and (6) have K^2).
 """
 
-from __future__ import annotations
-
 STARTS_SLIDING = 1.0
 """psi_1 above which the contact slides from the touch on."""
 
@@ -18,10 +16,6 @@ def slides_throughout_from(chi: float, restitution: float = 1.0) -> float:
 
     With e < 1 this supposes a normal force whose damping leaves the closing velocity the measure of sliding, as both
     the annulus solver and `contactlaw` have it.
-
-    Args:
-        chi: (kappa/2) m_N/m_T > 0.
-        restitution: e in (0, 1].
     """
     return max(STARTS_SLIDING, 2.0 * chi * (1.0 + restitution) - restitution)
 
@@ -32,12 +26,7 @@ def rescaled_spring_slides_throughout_from(chi: float, restitution: float = 1.0)
     On its limit F = mu P, with P as delta^(3/2) and a as delta^(1/2), the scaling takes a third of dP by itself; the
     displacement has to follow the other two thirds, so it sticks from psi = 2/3 v on where the bodies part:
     max(1, 2 chi (1 + e) - 2/3 e).
-
-    Args:
-        chi: (kappa/2) m_N/m_T > 0.
-        restitution: e in (0, 1].
     """
-    slides_throughout_from(chi, restitution)
     return max(STARTS_SLIDING, 2.0 * chi * (1.0 + restitution) - 2.0 / 3.0 * restitution)
 
 
@@ -46,13 +35,8 @@ def closing_velocity_at_first_stick(psi_1: float, chi: float, restitution: float
 
     (2 chi - psi_1)/(2 chi - 1), between 1 and -e; psi is the same then.
 
-    Args:
-        psi_1: Incidence, above 1 and below `slides_throughout_from`.
-        chi: (kappa/2) m_N/m_T > 0.
-        restitution: e in (0, 1].
-
     Raises:
-        ValueError: An argument is outside its range.
+        ValueError: psi_1 is not above 1 and below `slides_throughout_from`.
     """
     end = slides_throughout_from(chi, restitution)
     if not STARTS_SLIDING < psi_1 < end:

@@ -12,8 +12,6 @@ Sources: Lubkin, J. Appl. Mech. 18 (1951) 183; Deresiewicz, J. Appl. Mech. 21 (1
 Appl. Phys. 15 (1944) 652.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

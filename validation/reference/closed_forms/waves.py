@@ -9,8 +9,6 @@ Phys. Solids 5 (1957) 162; Johnson, Contact Mechanics (1985), section 11.4; mode
 Soc. 13 (1882) 189.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import pi, sqrt
 
@@ -60,15 +58,8 @@ def radiated_share(impact: HertzImpact, mass: float, speed: float, *, shear: flo
     """Part of the energy of a normal impact that leaves as waves in a half-space.
 
     With P = k d^(3/2), integral (dP/dt)^2 dt = 1.8 Beta(4/5, 3/2) k^2 V d_m^2. First order: the impact itself is taken
-    as that of Hertz.
-
-    Args:
-        impact: The Hertz impact.
-        mass: Effective mass [kg].
-        speed: Approach speed [m/s].
-        shear: G of the half-space [Pa].
-        density: rho of the half-space [kg/m^3].
-        nu: Poisson's ratio of the half-space.
+    as that of Hertz. Effective mass [kg] and approach speed [m/s] of the impact; G [Pa], rho [kg/m^3] and Poisson's
+    ratio of the half-space.
     """
     rate = 1.8 * float(beta(0.8, 1.5)) * impact.stiffness**2 * speed * impact.overlap**2
     admittance = sum(admittance_parts(nu)) / (2.0 * pi * density * shear_speed(shear, density) ** 3)
