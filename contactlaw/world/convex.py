@@ -73,15 +73,19 @@ def ask(sa, a, sb, b, shift):
     return v[0], v[1], v[2], float(count), e[0], e[1], e[2]
 
 
-def part(sa, a, sb, b):
+def part(sa, a, sb, b, n):
     """The normal n of two planes, from B to A, that part a core A from a plane or a core B: of A the lowest place along
-    it, of B the highest, with what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero."""
+    it, of B the highest, with what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero.
+
+    n: that one, or zero, where it is to be found.
+    """
     if sb.kind == PLANE:
         n = to_world(b.axes, load(sb.normal))
         high = dot(n, middle(sb, b))
     else:
-        v, _, _, _ = nearest(sa, a, sb, b, NONE)
-        n = scale(1.0 / max(norm(v), 1e-300), v)
+        if dot(n, n) == 0.0:
+            v, _, _, _ = nearest(sa, a, sb, b, NONE)
+            n = scale(1.0 / max(norm(v), 1e-300), v)
         high = dot(n, support(sb, b, n)) + around(sb)
     low = dot(n, add(sub(load(a.position), load(b.position)), support(sa, a, scale(-1.0, n)))) - around(sa)
     return n[0], n[1], n[2], low, high

@@ -18,8 +18,8 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, guard_at, shape_at
 from contactlaw.world.call import ask_parting
 from contactlaw.world.motion import acceleration_of, greatest_closing, jerk
-from contactlaw.world.records import NEVER
-from contactlaw.world.vec import cross, load, norm, store, sub, to_body
+from contactlaw.world.records import BOX, NEVER
+from contactlaw.world.vec import ZERO, cross, load, norm, store, sub, to_body, to_world
 
 ROUNDING = 1e-15  # of the trace
 SLACK = 0.2  # of both bodies' smallest radii: how near shapes are whose parts are listed, besides
@@ -46,7 +46,8 @@ def new_guard(w, i, j, time):
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
         g.body_a, g.body_b = g.body_b, g.body_a
-    g.limit, g.without = NEVER, 0
+    g.limit, g.without, g.clear, g.apart = NEVER, 0, 0, 0.0
+    store(g.normal, ZERO)
     follow(w, g, time)
     g.moved = g.lag
     return k
@@ -68,7 +69,7 @@ def follow(w, g, left):
     g.time = min(a.time, b.time)
     apart = abs(a.time - b.time)
     g.lag = apart * surface_speed(a if a.time < b.time else b, apart) if apart > 0.0 else 0.0
-    g.speed = 0.0
+    g.speed, g.pace = 0.0, 0.0
     if a.still == 0 or b.still == 0:
         u, spin_a, spin_b = sub(load(a.velocity), load(b.velocity)), load(a.spin), load(b.spin)
         one, two, far = norm(spin_a), norm(spin_b), norm(r)
@@ -77,7 +78,9 @@ def follow(w, g, left):
         turns += left * (turning_a + turning_b)
         gained = norm(acceleration_of(a)) + norm(acceleration_of(b)) + far * turning_b + two * norm(u)
         gained += left * (jerk(a, a.reach) + jerk(b, far + a.reach))
-        g.speed = norm(sub(u, cross(spin_b, r))) + turns * a.reach + left * gained
+        slides = norm(sub(u, cross(spin_b, r)))
+        g.pace = slides + norm(sub(spin_a, spin_b)) * a.reach
+        g.speed = slides + turns * a.reach + left * gained
 
 
 @jit_inside
@@ -93,10 +96,10 @@ def enough(w, g):
 
 
 @jit_inside
-def parted(w, g):
+def parted(w, g, n):
     """What parts the two shapes of a guard, see `convex.part`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
-    x, y, z, low, high = ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body))
+    x, y, z, low, high = ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
     return (x, y, z), low, high
 
 
@@ -124,10 +127,38 @@ def is_outgrown(w, g, left):
     if way_by(g, g.time + left) <= g.limit:
         return False
     if g.without != 0:
-        _, low, high = parted(w, g)
+        _, low, high = parted(w, g, ZERO)
         if low - high > enough(w, g):
             g.limit = low - high + g.moved - g.lag
     return way_by(g, g.time + left) > g.limit
+
+
+@jit_inside
+def part_at_start(w, g):
+    """Find by how much a plane parts two shapes whose parts are listed: the one that did so last, while it does."""
+    g.apart = 0.0
+    if g.without != 0 or shape_at(w.shapes, g.a).kind < BOX:
+        return
+    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
+    n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+    if low <= high:
+        n, low, high = parted(w, g, ZERO)
+    store(g.normal, to_body(b.axes, n))
+    g.apart = low - high
+
+
+@jit_inside
+def parts_through(w, g, before):
+    """Whether that plane, fixed to B, has parted them throughout a step.
+
+    Of each point of A the height over it is, between both ends of the step, by h/8 times the change of its speed at
+    most below the line between them. before: speed [m/s] at the step's start.
+    """
+    if g.apart <= 0.0:
+        return False
+    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
+    _, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+    return min(g.apart, low - high) > 0.125 * w.step * (before + g.pace)
 
 
 @jit_inside

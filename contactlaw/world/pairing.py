@@ -28,7 +28,7 @@ from contactlaw.world.records import (
     SPHERE,
     TANGENT,
 )
-from contactlaw.world.vec import add, dot, load, norm, scale, sub
+from contactlaw.world.vec import ZERO, add, dot, load, norm, scale, sub
 
 
 @jit_inside
@@ -120,7 +120,7 @@ def consider_parts(w, i, j, margin):
     if k < 0:
         return
     g = guard_at(w.guards, k)
-    n, low, high = parted(w, g)
+    n, low, high = parted(w, g, ZERO)
     near = enough(w, g)
     if low - high > margin:
         w.guard_count -= 1

@@ -10,7 +10,7 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, guard_at, near_at, tree_at, world_at
 from contactlaw.world.geometry import meet_near
-from contactlaw.world.guards import fastest, follow, is_guarded, is_outgrown, keep_gap
+from contactlaw.world.guards import fastest, follow, is_guarded, is_outgrown, keep_gap, parts_through
 from contactlaw.world.motion import closing_at
 from contactlaw.world.records import CLEAR, MET, PASSES, STAYS
 from contactlaw.world.vec import load, norm, sub
@@ -35,8 +35,9 @@ def find_passing(world):
                 w.stale = 1
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
-        before = g.speed
+        before, pace = g.speed, g.pace
         follow(w, g, w.step)
+        g.clear = 1 if parts_through(w, g, pace) else 0
         if is_outgrown(w, g, 2.0 * w.step):
             w.stale = 1
         if g.moved + w.step * max(before, g.speed) > g.limit:
@@ -80,6 +81,8 @@ def keeps(b):
 def touches(w, p, a, b):
     """Whether a pair may have touched within the step; the next one is left with its gap."""
     speed = max(p.fastest, fastest(w, p, a, b))  # at both ends
+    if p.guard >= 0 and guard_at(w.guards, p.guard).clear != 0:
+        return False
     if is_guarded(w, p, 0.0, w.step * speed):
         p.gap, p.seen = p.listed - guard_at(w.guards, p.guard).moved, CLEAR
         return False

@@ -222,6 +222,9 @@ GUARD = record(
     place=VECTOR, turn=MATRIX,  # of A in B's frame, centre and principal axes (as columns), at the last look
     limit="f8",  # [m] that A may move there before the list must be made anew
     moved="f8", speed="f8",  # [m] that it has, and [m/s] that it does within the step, at most
+    pace="f8",  # [m/s] at which A moves there now, at most
+    normal=VECTOR, apart="f8",  # in the frame of b's body, of a plane between both shapes; [m] that it parts them
+    clear="i8",  # they have been so through a step, see `passing`
     time="f8", lag="f8",  # [s] of the step when it was seen so; [m] that one body may have been behind the other then
 )  # fmt: skip
 """Between two shapes, see `guards`."""

@@ -16,7 +16,7 @@ from contactlaw.world.access import body_at, contact_at, guard_at, near_at, shap
 from contactlaw.world.call import address, call_on_world, call_step, ready, waits
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet_near
-from contactlaw.world.guards import fastest, is_guarded, outgrown
+from contactlaw.world.guards import fastest, is_guarded, outgrown, part_at_start
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import closing_at, fly, follow, settle
 from contactlaw.world.near import count_slots, list_near, strayed
@@ -77,6 +77,8 @@ def find_pressed(w):
         list_near(w)
     for i in range(w.body_count):
         body_at(w.bodies, i).pressed = 0
+    for k in range(w.guard_count):
+        part_at_start(w, guard_at(w.guards, k))
     for closed in (1, 0):
         for k in range(w.nears):
             p = near_at(w.near, k)
@@ -104,6 +106,9 @@ def is_known(w, p, a, b):
     """Whether the last step has left an open pair with a gap, and with a speed or so far apart that it needs none."""
     if is_guarded(w, p, 0.0, 2.0 * w.step * p.fastest):
         p.gap, p.seen = p.listed - guard_at(w.guards, p.guard).moved, CLEAR
+        return True
+    if p.guard >= 0 and guard_at(w.guards, p.guard).apart > 0.0:
+        p.gap, p.seen = guard_at(w.guards, p.guard).apart, CLEAR
         return True
     if a.placed != 0 or b.placed != 0 or p.seen > CLEAR:
         return False
