@@ -60,6 +60,27 @@ def test_a_pivoting_ball_slows_stops_and_sleeps(tree: bool) -> None:
     assert world.asleep[0] and not world.spin.any() and not world.velocity.any()
 
 
+def test_a_crowd_that_pivots_slows_as_one_contact_does() -> None:
+    """A column of balls, too many for an implicit step, slips on its floor alone: its angular momentum goes as P a."""
+    count, stiffness = 22, 4.0 / 3.0 * steel().effective_modulus
+    world = World(timestep=2e-3)
+    shapes, height = [], 0.0
+    for number in range(count):
+        pressed = (count - number) * MASS * GRAVITY
+        overlap = (pressed / (stiffness * sqrt(RADIUS if number == 0 else 0.5 * RADIUS))) ** (2.0 / 3.0)
+        height += (RADIUS if number == 0 else 2.0 * RADIUS) - overlap
+        shapes.append(world.add_sphere(world.add_body(MASS, INERTIA, (0.0, 0.0, height), spin=(0.0, 0.0, 0.4)), RADIUS))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(shapes, floor, steel(0.1))
+    world.add_contact(shapes, shapes, steel(0.9))
+    world.step(25)
+    before = world.spin[:, 2].sum()
+    world.step(100)
+    expected = slowing() / 3.0 * count ** (4.0 / 3.0)
+    assert (before - world.spin[:, 2].sum()) / 0.2 == pytest.approx(expected, rel=5e-3)
+    assert world.spin[:, 2].min() > 0.0
+
+
 def test_without_friction_a_ball_pivots_for_ever() -> None:
     world = pivoting(0.4, friction=0.0)
     world.step(200)
