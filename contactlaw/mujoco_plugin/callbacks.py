@@ -96,7 +96,8 @@ def go_on(head):
     w = world_at(head.world, 0)
     find_start(head)
     state = take(head)
-    return CALM if w.nears == 0 and w.stale == 0 and all_far(head) else move(head, w, state)
+    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
+    return CALM if far else move(head, w, state)
 
 
 @jit
