@@ -300,7 +300,7 @@ def advance(m, d, instance):
     w = world_at(head.world, 0)
     find_start(head)
     state = take(head)
-    far = w.nears == 0 and w.stale == 0 and all_far(head)
+    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
     head.calm = 1 if far or move(head, w, state) else 0
     note(head, head.left)
     if head.sense != 0:

@@ -16,8 +16,8 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import body_aside, body_at, contact_at, near_at, tree_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import call_with_body
+from contactlaw.world.guards import is_guarded, keep_gap
 from contactlaw.world.motion import fly, lightness
-from contactlaw.world.near import way_of
 from contactlaw.world.pace import closing_speed, contact_time, predict, touch_time
 from contactlaw.world.records import NEVER
 
@@ -46,7 +46,7 @@ def look_ahead(w, now, step):
             shortest = min(shortest, contact_time(w, c, a, b))
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
-            if p.listed > 0.0 and p.listed > way_of(a, step - a.time) + way_of(b, step - b.time):
+            if is_guarded(w, p, step, 0.0):
                 p.toi, p.seen = NEVER, -1.0
             else:
                 look(w, p, now)
@@ -64,6 +64,7 @@ def look(w, p, now):
     Bodies that fly stay behind in time meanwhile, and fly in one piece: who looks at them does not change a bit of it.
     """
     predict(w, p, foreseen(w, p.body_a, now, 0), foreseen(w, p.body_b, now, 1), now, w.step - now)
+    keep_gap(w, p)
 
 
 @jit_inside
@@ -121,7 +122,7 @@ def activate(w, now, until):
                     continue
                 if p.seen != now:
                     kicked = length * MARGIN * (a.delta_v + b.delta_v)
-                    if p.listed > 0.0 and p.listed > way_of(a, until - a.time) + way_of(b, until - b.time) + kicked:
+                    if is_guarded(w, p, until, kicked):
                         continue
                     look(w, p, now)
                 if time_to_close(p.gap, fastest_closing(p, a, b), max(p.acceleration, 0.0)) > length:
