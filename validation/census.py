@@ -131,14 +131,15 @@ def driven(mujoco: Any, models: tuple[Any, Any], seconds: float, budget: float) 
 def fallen(mujoco: Any, model: Any, budget: float) -> dict[str, float]:
     """A passive fall, for how long [s], and its greatest energy over that of the start, over the weight times 1 m.
 
-    Shapes that overlap at the start are taken as pressed together: what they store is energy of the start.
+    Shapes that overlap at the start are taken as pressed together, and joints that are beyond their limits there as
+    springs: what they store is energy of the start.
     """
     data = start(mujoco, model)
     before = model.opt.disableflags, model.opt.enableflags
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     mujoco.mj_forward(model, data)
-    first, greatest = float(data.energy.sum()) + stored(mujoco, model), -float("inf")
+    first, greatest = float(data.energy.sum()) + stored(mujoco, model) + strained(mujoco, data), -float("inf")
     begin = time.thread_time()
     while data.time < FALL and time.thread_time() - begin < budget:
         mujoco.mj_step(model, data)
@@ -158,6 +159,19 @@ def stored(mujoco: Any, model: Any) -> float:
     model.opt.timestep = step
     found = [c for name in instances_of(model) for c in contacts_of(model, data, name)]
     return 0.4 * sum(c.normal_force * c.overlap for c in found)
+
+
+def strained(mujoco: Any, data: Any) -> float:
+    """Elastic energy [J] of joint limits that are passed at the start, w K I r^2/2 each.
+
+    A soft constraint asks for the acceleration -K I r beyond its limit by r, and of a joint of which 1/A is the mass
+    that answers, with nothing in its way, it gives the force w K I r, w = D/(1 + D A) = D (1 - I), as 1/D = (1 - I)/I A
+    (MuJoCo documentation, Computation, "Solver parameters"). What contacts stop it pushes harder.
+    """
+    joints = data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT
+    stiffness, _, impedance, _ = data.efc_KBIP.reshape(-1, 4)[joints].T
+    weight = data.efc_D[joints] * (1.0 - impedance)
+    return float(0.5 * (weight * stiffness * impedance * (data.efc_pos - data.efc_margin)[joints] ** 2).sum())
 
 
 def moving(paths: list[Path]) -> list[Path]:

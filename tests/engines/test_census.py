@@ -23,3 +23,17 @@ def test_what_overlaps_store_at_the_start_is_no_gain():
         heights.append(data.qpos[2])
     assert max(heights) > 0.2
     assert -1.0 < fallen(mujoco, model, 10.0)["gain"] < 0.0
+
+
+def test_what_passed_joint_limits_store_at_the_start_is_no_gain():
+    """A rod half a radian beyond its limit is thrown back, with no more than it stored."""
+    scene = """<mujoco><option timestep="1e-4" gravity="0 0 0"/><compiler angle="radian"/><worldbody><body>
+        <joint axis="0 1 0" limited="true" range=".5 2"/><geom type="capsule" fromto="0 0 0 .2 0 0" size=".01"/>
+        </body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(scene)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    assert data.qvel[0] > 1.0
+    assert -1.0 < fallen(mujoco, model, 10.0)["gain"] < 0.0
