@@ -13,7 +13,7 @@ p = pytest.importorskip("pybullet")
 import pybullet_data  # noqa: E402
 from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, step, velocities  # noqa: E402
 
-from contactlaw import ContactPair, Material  # noqa: E402
+from contactlaw import MATERIALS, ContactPair, Material  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 from contactlaw.pybullet_callback.linked import Linked  # noqa: E402
 from contactlaw.world import World  # noqa: E402
@@ -227,6 +227,39 @@ ROBOTS = {
     "cheetah": ("mini_cheetah/mini_cheetah.urdf", 0.287, UPRIGHT, [0.0, -0.8, 1.6] * 4),
 }
 """File, height of the base [m], how it is turned, angles of the joints [rad]."""
+
+
+def standing(client: int, name: str, lift: float, material: Material, gain: float) -> tuple[int, ContactCallback, int]:
+    """A robot let go by its motors' pose, and the contact of its feet with the floor."""
+    file, height, turn, pose = ROBOTS[name]
+    p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
+    p.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+    p.setTimeStep(0.002, client)
+    floor = p.loadURDF("plane.urdf", physicsClientId=client)
+    robot = p.loadURDF(file, [0.0, 0.0, height + lift], turn, physicsClientId=client)
+    names = {link: p.getJointInfo(robot, link, client) for link in range(p.getNumJoints(robot, client))}
+    joints = [link for link, info in names.items() if info[2] != p.JOINT_FIXED]
+    for link, place in zip(joints, pose, strict=True):
+        p.resetJointState(robot, link, place, physicsClientId=client)
+        p.setJointMotorControl2(
+            robot, link, p.POSITION_CONTROL, place, force=40.0, positionGain=gain, physicsClientId=client
+        )
+        p.changeDynamics(robot, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
+    feet = [(robot, link) for link, info in names.items() if b"toe" in info[12]]
+    contact = ContactCallback(client, fixed_bodies_move=False)
+    pair = ContactPair(material, material, friction=0.8, restitution=0.5, radius=0.02)
+    return robot, contact, contact.add_contact(feet, [floor], pair)
+
+
+@pytest.mark.parametrize("lift", [-0.0075, -0.007])
+def test_a_robot_stands_still_on_steel(client: int, lift: float) -> None:
+    robot, contact, _ = standing(client, "a1", lift, MATERIALS["steel"], 0.1)
+    fastest = 0.0
+    for k in range(1500):
+        contact.step()
+        if k >= 1000:
+            fastest = max(fastest, *np.abs(p.getBaseVelocity(robot, client)[0]))
+    assert fastest < 1e-9
 
 
 @pytest.mark.parametrize("name", ROBOTS)
