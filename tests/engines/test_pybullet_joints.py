@@ -229,7 +229,7 @@ ROBOTS = {
 """File, height of the base [m], how it is turned, angles of the joints [rad]."""
 
 
-def standing(client: int, name: str, lift: float, material: Material, gain: float) -> tuple[int, ContactCallback, int]:
+def standing(client: int, name: str, lift: float, pair: ContactPair) -> tuple[int, ContactCallback, int]:
     """A robot let go by its motors' pose, and the contact of its feet with the floor."""
     file, height, turn, pose = ROBOTS[name]
     p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
@@ -241,19 +241,18 @@ def standing(client: int, name: str, lift: float, material: Material, gain: floa
     joints = [link for link, info in names.items() if info[2] != p.JOINT_FIXED]
     for link, place in zip(joints, pose, strict=True):
         p.resetJointState(robot, link, place, physicsClientId=client)
-        p.setJointMotorControl2(
-            robot, link, p.POSITION_CONTROL, place, force=40.0, positionGain=gain, physicsClientId=client
-        )
+        p.setJointMotorControl2(robot, link, p.POSITION_CONTROL, place, force=40.0, physicsClientId=client)
         p.changeDynamics(robot, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
     feet = [(robot, link) for link, info in names.items() if b"toe" in info[12]]
-    contact = ContactCallback(client, fixed_bodies_move=False)
-    pair = ContactPair(material, material, friction=0.8, restitution=0.5, radius=0.02)
+    contact = ContactCallback(client)
     return robot, contact, contact.add_contact(feet, [floor], pair)
 
 
 @pytest.mark.parametrize("lift", [-0.0075, -0.007])
 def test_a_robot_stands_still_on_steel(client: int, lift: float) -> None:
-    robot, contact, _ = standing(client, "a1", lift, MATERIALS["steel"], 0.1)
+    steel = MATERIALS["steel"]
+    pair = ContactPair(steel, steel, friction=0.8, restitution=0.5, radius=0.02)
+    robot, contact, _ = standing(client, "a1", lift, pair)
     fastest = 0.0
     for k in range(1500):
         contact.step()
@@ -264,27 +263,13 @@ def test_a_robot_stands_still_on_steel(client: int, lift: float) -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str) -> None:
-    file, height, turn, pose = ROBOTS[name]
-    p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
-    p.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-    p.setTimeStep(0.002, client)
-    floor = p.loadURDF("plane.urdf", physicsClientId=client)
-    robot = p.loadURDF(file, [0.0, 0.0, height], turn, physicsClientId=client)
-    names = {link: p.getJointInfo(robot, link, client) for link in range(p.getNumJoints(robot, client))}
-    joints = [link for link, info in names.items() if info[2] != p.JOINT_FIXED]
-    for link, place in zip(joints, pose, strict=True):
-        p.resetJointState(robot, link, place, physicsClientId=client)
-        p.setJointMotorControl2(robot, link, p.POSITION_CONTROL, place, force=40.0, physicsClientId=client)
-        p.changeDynamics(robot, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
-    feet = [(robot, link) for link, info in names.items() if b"toe" in info[12]]
     stiff = Material(1e8, 0.4)
     rubber = ContactPair(stiff, stiff, friction=0.8, restitution=0.5)
-    contact = ContactCallback(client)
-    handle = contact.add_contact(feet, [floor], rubber)
+    robot, contact, handle = standing(client, name, 0.0, rubber)
     heights = []
     for _ in range(1500):
         contact.step()
         heights.append(p.getBasePositionAndOrientation(robot, client)[0][2])
     assert np.ptp(heights[1000:]) < 1e-4
-    weight = 9.81 * sum(p.getDynamicsInfo(robot, link, client)[0] for link in (-1, *names))
+    weight = 9.81 * sum(p.getDynamicsInfo(robot, link, client)[0] for link in range(-1, p.getNumJoints(robot, client)))
     assert sum(state.normal_force for state in contact.states(handle)) == pytest.approx(weight, rel=1e-3)
