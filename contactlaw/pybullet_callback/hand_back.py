@@ -32,9 +32,10 @@ from contactlaw.world.call import address, call_step, ready
 from contactlaw.world.clear import is_clear
 from contactlaw.world.demand import STEP
 from contactlaw.world.geometry import meet
+from contactlaw.world.guards import outgrown, surface_speed
 from contactlaw.world.motion import set_axes, spin_rate
-from contactlaw.world.near import list_near, strayed, surface_speed
-from contactlaw.world.records import CLOSED, FREE
+from contactlaw.world.near import list_near, strayed
+from contactlaw.world.records import CLOSED, FREE, NEVER
 from contactlaw.world.step import GROWS
 from contactlaw.world.vec import axpy, dot, half_turn, load, load4, norm, product, scale, store, store4, sub
 
@@ -62,6 +63,8 @@ def set_off(place):
                 b.still = 1 if b.inverse_mass == 0.0 else 0
             if strayed(b, 2.0 * head.dt):
                 w.stale = 1
+        if outgrown(w, -NEVER, 2.0 * head.dt):
+            w.stale = 1
     if w.stale != 0 and head.ahead != 0:
         return LIST
     if w.stale != 0 and apart:

@@ -14,7 +14,7 @@ from contactlaw.laws.record import CONTACT_SIZE, PAIR_SIZE
 from contactlaw.laws.record import PAIR as LAW
 from contactlaw.laws.torsion import TORSION
 from contactlaw.memory import doubles_at, element
-from contactlaw.world.records import AXIS, BODY, CONTACT, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
+from contactlaw.world.records import AXIS, BODY, CONTACT, GUARD, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
 
 KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # what laws know of a contact, its first numbers
 BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
@@ -22,6 +22,7 @@ BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
 body_at: Any = element(BODY)
 shape_at: Any = element(SHAPE)
 pair_at: Any = element(PAIR)
+guard_at: Any = element(GUARD)
 near_at: Any = element(NEAR)
 contact_at: Any = element(CONTACT)
 law_at: Any = element(LAW)

@@ -16,6 +16,7 @@ from contactlaw.world.records import (
     CONTACT,
     CYLINDER,
     ELLIPSOID,
+    GUARD,
     NEAR,
     PAIR,
     PLANE,
@@ -45,7 +46,8 @@ def empty() -> Arrays:
         bodies=np.zeros(1, BODY), shapes=np.zeros(0, SHAPE), pairs=np.zeros(0, PAIR), near=np.zeros(LEAST, NEAR),
         contacts=np.zeros(LEAST, CONTACT), memory=np.zeros((LEAST, 0)), numbers=np.zeros(0), points=np.zeros((0, 3)),
         groups=np.full((1, 1), -1),
-        spare=np.arange(LEAST)[::-1].copy(), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
+        spare=np.arange(LEAST)[::-1].copy(),
+        guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
         island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
         joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
         memory_aside=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
@@ -157,7 +159,8 @@ def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
 
     memory = room(np.float64, contacts, one.memory.shape[1])
     return one._replace(
-        near=room(NEAR, near), island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
+        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["long"].any() else 1),
+        island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
         spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), contacts_aside=room(CONTACT, contacts),
         memory_aside=memory,
     )  # fmt: skip
@@ -172,7 +175,8 @@ def with_more_room(one: Arrays) -> Arrays:
     one.world["lost"] = 0
     one.world["stale"] = 1
     return one._replace(
-        near=longer(one.near, one.near.size), island_pairs=np.zeros(2 * one.near.size, np.int64),
+        near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
+        island_pairs=np.zeros(2 * one.near.size, np.int64),
         contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
         contacts_aside=np.zeros(2 * more, CONTACT), memory_aside=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),

@@ -360,6 +360,10 @@ class Building:
         sets = [self._memberships[owner] for owner in self._owners]
         kinds = {kind: number for number, kind in enumerate(dict.fromkeys(sets))}
         self._arrays.shapes["group"] = [kinds[kind] for kind in sets]
+        owners = np.array(self._owners, np.int64)
+        order = np.argsort(owners, kind="stable")  # each owner, which comes first, and its parts
+        same = np.append(owners[order[1:]] == owners[order[:-1]], False)
+        self._arrays.shapes["next"][order] = np.where(same, np.roll(order, -1), 0)
         table, rules = np.full((len(kinds), len(kinds)), -1), [*self._rules, -1]
         for first, i in kinds.items():
             for second, j in kinds.items():

@@ -13,7 +13,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
-from contactlaw.laws.record import LASTING, SPRUNG
+from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
 from contactlaw.world.force import calms, drag_across
@@ -22,7 +22,7 @@ from contactlaw.world.pace import closing_speed
 from contactlaw.world.touch import turn_frame
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
-CHANGE = 0.25  # of its overlap, or of its greatest friction, by which a contact may change
+CHANGE = 0.5  # of its overlap, or of its greatest friction, by which a contact may change
 LOW, HIGH = 0.6, 1.6  # of the overlap that a run began with, the range beyond which it ends
 BENT = 0.02  # of its overlap, what the normal's turning may make of it
 FULL = 0.98  # of mu P, a friction force that is all of it: that may slide
@@ -53,7 +53,7 @@ def coasts(w, p, time):
     """Whether a closed contact hardly changes in a time [s]: of two round bodies, or of one and what stands."""
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
-    if t.state != SPRUNG or t.course != LASTING or t.overlap <= 0.0:
+    if not (t.state == SPRUNG or t.state == UNSHEARED) or t.course != LASTING or t.overlap <= 0.0:
         return False
     if law.sectors == 0.0 or law.rolling != 0.0 or t.skew != 0.0:
         return False

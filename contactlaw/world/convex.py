@@ -10,15 +10,16 @@ from __future__ import annotations
 from functools import lru_cache
 from math import sqrt
 
-from contactlaw.jit import address_of
-from contactlaw.world.call import MEETING, NEAREST, RADIUS, ask_deepest
+from contactlaw.jit import address_of, jit_inside
+from contactlaw.world.call import MEETING, NEAREST, PARTING, RADIUS, ask_deepest
 from contactlaw.world.core import CROWN, deepest_on_line
 from contactlaw.world.curvature import feature, radius_between, rim, side_at
-from contactlaw.world.gjk import NONE, middle, nearest
-from contactlaw.world.records import BOX, DISC, EDGE, SEGMENT
-from contactlaw.world.vec import add, axpy, load, norm, scale, sub, to_world
+from contactlaw.world.gjk import NONE, middle, nearest, support
+from contactlaw.world.records import BOX, CYLINDER, DISC, EDGE, PLANE, SEGMENT
+from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
+PRISM = 0.003  # of its radius, by which a cylinder may be wider than the prism of `gjk.STAVE`
 DEEP = 1e-6  # of both radii: a distance of cores that is none
 
 
@@ -72,8 +73,38 @@ def ask(sa, a, sb, b, shift):
     return v[0], v[1], v[2], float(count), e[0], e[1], e[2]
 
 
+def part(sa, a, sb, b, n):
+    """The normal n of two planes, from B to A, that part a core A from a plane or a core B: of A the lowest place along
+    it, of B the highest, with what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero.
+
+    n: that one, or zero, where it is to be found.
+    """
+    if sb.kind == PLANE:
+        n = to_world(b.axes, load(sb.normal))
+        high = dot(n, middle(sb, b))
+    else:
+        if dot(n, n) == 0.0:
+            v, _, _, _ = nearest(sa, a, sb, b, NONE)
+            n = scale(1.0 / max(norm(v), 1e-300), v)
+        high = dot(n, support(sb, b, n)) + around(sb)
+    low = dot(n, add(sub(load(a.position), load(b.position)), support(sa, a, scale(-1.0, n)))) - around(sa)
+    return n[0], n[1], n[2], low, high
+
+
+@jit_inside
+def around(s):
+    """What a core is swept by [m], and of a cylinder what the prism that it counts as lacks."""
+    return s.radius + (PRISM * s.half[0] if s.kind == CYLINDER else 0.0)
+
+
+@lru_cache
+def parting() -> dict[str, int]:
+    """Of what parts them, compiled where there are boxes, cylinders or hulls."""
+    return {"parting": address_of(part, PARTING)}
+
+
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of all three, compiled where there are hulls."""
+    """Of the other three, compiled where there are hulls."""
     known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
     return known | {"nearest": address_of(ask, NEAREST)}

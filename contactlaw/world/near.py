@@ -15,33 +15,17 @@ from numba import types
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import body_at, contact_at, near_at, shape_at
-from contactlaw.world.call import ask_over_face
-from contactlaw.world.geometry import OF_FACE, asked_of, centre, half_axis, meet
-from contactlaw.world.motion import jerk
+from contactlaw.world.geometry import centre
+from contactlaw.world.guards import SLACK, surface_speed
 from contactlaw.world.order import sort_near
-from contactlaw.world.records import (
-    BOX,
-    CLOSED,
-    CYLINDER,
-    DISC,
-    EDGE,
-    ELLIPSOID,
-    FREE,
-    HULL,
-    NEVER,
-    PARTED,
-    PLANE,
-    SEGMENT,
-    SIDE,
-    SPHERE,
-    TANGENT,
-)
+from contactlaw.world.pairing import consider, enter, is_part, size
+from contactlaw.world.records import CLOSED, FREE, NEVER, PARTED, PLANE, TANGENT
 from contactlaw.world.touch import release
-from contactlaw.world.vec import add, dot, load, norm, store, sub, to_body
+from contactlaw.world.vec import add, load, norm, store, sub
 
-SLACK = 0.2  # of a body's smallest radius: its margin besides what its speed asks for
 STEPS = 4.0  # steps that the margin is to last at the speed there is; longer where few bodies have many shapes, for it
 # is these that a list costs, and bodies that are near are looked at in each window
+LONG = 16.0  # the same where there are parts: guards see who of them is near, and what is near costs little then
 MANY = 256  # bodies: among more it lasts one step, for in each step many windows go through the list, but impacts too
 
 
@@ -61,20 +45,17 @@ def way_of(b, left):
 
 
 @jit_inside
-def surface_speed(b, time):
-    """Speed [m/s] of a body's shapes within a time [s], at most."""
-    gained = time * (norm(load(b.acceleration)) + b.reach * norm(load(b.turning)) + time * jerk(b, b.reach))
-    return norm(load(b.velocity)) + norm(load(b.spin)) * b.reach + gained
-
-
-@jit_inside
 def list_near(w):
     """Make the list of near pairs anew; contacts keep what they remember.
 
     If there is not room for all that are near within margins for several steps, it lasts one step.
     """
     lost, heads = w.lost, w.cells + 2 * w.shape_count
-    list_within(w, STEPS * max(sqrt(w.shape_count) / w.body_count, 1.0) if w.body_count <= MANY else 1.0)
+    wholes = 0
+    for i in range(w.shape_count):
+        wholes += 0 if is_part(shape_at(w.shapes, i)) else 1
+    lasts = LONG if wholes < w.shape_count else STEPS * max(sqrt(wholes) / w.body_count, 1.0)
+    list_within(w, lasts if w.body_count <= MANY else 1.0)
     if w.lost > lost:
         w.lost = lost
         list_within(w, 1.0)
@@ -99,10 +80,10 @@ def list_within(w, steps):
     cells = w.cells  # first in the grid's room: heads of the cells' lists; of each shape: next, level, contacts, cell
     for i in range(cells):
         set_whole(w.grid, i, -1)
-    w.nears = 0
-    levels = 0
+    w.nears, w.guard_count, levels = 0, 0, 0
     for i in range(shapes):
-        if shape_at(w.shapes, i).kind < PLANE:
+        s = shape_at(w.shapes, i)
+        if s.kind < PLANE and not is_part(s):
             level = level_of(w, i, smallest)
             levels |= 1 << level
             set_whole(w.grid, cells + shapes + i, level)
@@ -114,12 +95,14 @@ def list_within(w, steps):
             set_whole(w.grid, cell, i)
     for i in range(shapes):
         s = shape_at(w.shapes, i)
+        if is_part(s):
+            continue
         if s.kind == TANGENT:
             consider(w, s.partner, i)
             continue
         if s.kind == PLANE:
             for j in range(shapes):
-                if shape_at(w.shapes, j).kind <= ELLIPSOID:
+                if shape_at(w.shapes, j).kind < PLANE and not is_part(shape_at(w.shapes, j)):
                     consider(w, j, i)
             continue
         own = whole_at(w.grid, cells + shapes + i)
@@ -168,17 +151,9 @@ def mark(w, time):
     smallest = NEVER
     for i in range(w.shape_count):
         s = shape_at(w.shapes, i)
-        if s.kind < PLANE:
+        if s.kind < PLANE and not is_part(s):
             smallest = min(smallest, 2.0 * (size(s) + body_at(w.bodies, s.body).margin))
     return smallest
-
-
-@jit_inside
-def size(s):
-    """Radius [m] of the sphere around a shape that is not a plane."""
-    if s.kind < SEGMENT:
-        return s.radius
-    return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
 
 
 @jit_inside
@@ -241,106 +216,3 @@ def around(w, i, level, width, cells):
             if whole_at(w.grid, cells + 3 * shapes + j) == key and (j < i or n != 13 or not same):
                 consider(w, max(i, j), min(i, j))
             j = whole_at(w.grid, cells + j)
-
-
-@jit_inside
-def meets(kind_a, kind_b):
-    """Whether shapes of two kinds can touch; kind_a <= kind_b."""
-    if kind_a == SPHERE:
-        return kind_b in (SPHERE, SEGMENT) or kind_b >= ELLIPSOID
-    if kind_a < SEGMENT:
-        return kind_b >= BOX
-    if kind_a == SEGMENT:
-        return kind_b == SEGMENT or ELLIPSOID <= kind_b <= HULL
-    if kind_a == EDGE:
-        return BOX <= kind_b <= HULL
-    if kind_a == DISC:
-        return BOX <= kind_b <= PLANE
-    if kind_a == SIDE:
-        return kind_b == CYLINDER
-    if kind_a == ELLIPSOID:
-        return kind_b <= PLANE
-    return kind_b == HULL and kind_a != CYLINDER
-
-
-@jit_inside
-def pair_of(w, i, j):
-    """Number of the pair that shape i as A makes with shape j as B, or -1."""
-    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
-    if sa.kind > sb.kind or not meets(sa.kind, sb.kind) or (sb.kind == TANGENT and sb.partner != i):
-        return -1
-    still = body_at(w.bodies, sa.body).inverse_mass == 0.0 and body_at(w.bodies, sb.body).inverse_mass == 0.0
-    if sa.body == sb.body or still or (sa.kind == SIDE and sa.body < sb.body):  # two sides meet once
-        return -1
-    return whole_at(w.groups, sa.group * w.group_count + sb.group)
-
-
-@jit_inside
-def consider(w, i, j):
-    """List two shapes if they make a pair and are near."""
-    if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
-        i, j = j, i
-    if pair_of(w, i, j) < 0:
-        return
-    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
-    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
-    margin = a.margin + b.margin
-    if sb.kind < PLANE:
-        d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-        far = margin + size(sa) + size(sb)
-        if dot(d, d) > far * far:
-            return
-        if sb.kind == HULL and beside(d, sa, a, sb, b, margin):
-            return
-        over = asked_of(sa, sb, OF_FACE) if sa.kind == EDGE and sb.kind == BOX else types.uint64(0)
-        if over != 0 and ask_over_face(over, d, half_axis(sa, a), margin, sb, b):
-            return
-    overlap = 0.0
-    if sb.kind != SPHERE and sb.kind != TANGENT:
-        overlap, _, _, _ = meet(sa, a, sb, b)
-        if overlap < -margin:
-            return
-    if w.nears == w.near_room:
-        w.lost += 1
-        return
-    p = near_at(w.near, w.nears)
-    p.a, p.b = i, j
-    p.listed = -overlap if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL else 0.0
-    w.nears += 1
-
-
-@jit_inside
-def beside(d, sa, a, sb, b, margin):
-    """Whether a shape is further than a margin [m] from the box around a hull B, along one of that one's axes.
-
-    d: from B's centre to A's. Hulls have hundreds of parts, of which most are told apart so, without a search.
-    """
-    p, u, reach = to_body(b.axes, d), (0.0, 0.0, 0.0), size(sa)
-    if sa.kind == EDGE or sa.kind == SEGMENT:
-        u, reach = to_body(b.axes, half_axis(sa, a)), sa.radius
-    most = 0.0
-    for i in range(3):
-        most = max(most, abs(p[i]) - abs(u[i]) - sb.axes[i])
-    return most > reach + margin
-
-
-@jit_inside
-def enter(w, k, heads):
-    """Begin the record of a near pair that knows its shapes, and hook it to its contact, if there is one."""
-    p = near_at(w.near, k)
-    p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
-    p.pair = pair_of(w, p.a, p.b)
-    p.slot = -1
-    p.built = 0.0
-    p.closed = 0
-    p.active = 0
-    p.toi = 0.0
-    p.seen = -1.0
-    slot = whole_at(w.grid, heads + p.a)
-    while slot >= 0:
-        c = contact_at(w.contacts, slot)
-        if c.shape_b == p.b:
-            p.slot, p.built = slot, c.built
-            p.closed = 1 if c.phase == CLOSED else 0
-            c.near = k
-        slot = c.link

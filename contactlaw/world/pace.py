@@ -166,7 +166,8 @@ def substep(w, c, a, b, substeps):
     if t.overlap > 0.0 and law.vectors > 0.0 and hardly_moves(c, STEADY):
         substeps = FEWEST  # but where friction is rigid: what drives it then creeps by what it gains in a substep
     elif t.overlap > 0.0 and hardly_moves(c, 1.0):
-        substeps = min(substeps, max(substeps / FEW, 20.0))
+        calm = substeps if substeps > w.crowd_substeps else 0.5 * substeps  # as it is in a crowd
+        substeps = max(substeps / FEW, min(calm, 20.0))
     longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
     slowing = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
     return longest if slowing * longest <= SLOWED else max(SLOWED / slowing, longest / FOLLOWED)

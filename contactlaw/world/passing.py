@@ -8,9 +8,10 @@ may be in between is some part of what the speeds change by.
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, near_at, tree_at, world_at
+from contactlaw.world.access import body_at, guard_at, near_at, tree_at, world_at
 from contactlaw.world.geometry import meet_near
-from contactlaw.world.motion import closing_at, greatest_closing
+from contactlaw.world.guards import fastest, follow, is_guarded, is_outgrown, keep_gap, parts_through
+from contactlaw.world.motion import closing_at
 from contactlaw.world.records import CLEAR, MET, PASSES, STAYS
 from contactlaw.world.vec import load, norm, sub
 
@@ -32,6 +33,17 @@ def find_passing(world):
                 tree_at(b.tree, 0).passes = STAYS
             if way + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
+    for k in range(w.guard_count):
+        g = guard_at(w.guards, k)
+        before, pace = g.speed, g.pace
+        follow(w, g, w.step)
+        g.clear = 1 if parts_through(w, g, pace) else 0
+        if is_outgrown(w, g, 2.0 * w.step):
+            w.stale = 1
+        if g.moved + w.step * max(before, g.speed) > g.limit:
+            for one in (body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)):
+                if passes(one):
+                    tree_at(one.tree, 0).passes = STAYS
     found = True
     first = True
     while found:
@@ -68,15 +80,21 @@ def keeps(b):
 @jit_inside
 def touches(w, p, a, b):
     """Whether a pair may have touched within the step; the next one is left with its gap."""
-    fastest = max(p.fastest, greatest_closing(a, b))  # at both ends
-    if p.gap > 2.0 * w.step * fastest:
-        p.gap -= w.step * fastest
+    speed = max(p.fastest, fastest(w, p, a, b))  # at both ends
+    if p.guard >= 0 and guard_at(w.guards, p.guard).clear != 0:
+        return False
+    if is_guarded(w, p, 0.0, w.step * speed):
+        p.gap, p.seen = p.listed - guard_at(w.guards, p.guard).moved, CLEAR
+        return False
+    if p.gap > 2.0 * w.step * speed:
+        p.gap -= w.step * speed
         p.seen = CLEAR
         return False
-    before, began = p.gap, p.closing if p.seen == MET else fastest
+    before, began = p.gap, p.closing if p.seen == MET else speed
     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
     p.gap, p.closing, p.seen = -overlap, now, MET
+    keep_gap(w, p)
     change = abs(now - began)
     closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
     dip = DOUBT * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)

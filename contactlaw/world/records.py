@@ -114,6 +114,7 @@ TREE = record(
     pull="f8",  # [m/s^2] the greatest acceleration of its bodies
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8", span="f8",  # [s] that damping comes behind its velocity, see `tree_motion`; length of the step
+    midway="i8",  # the velocities that this is behind of are those that a group of substeps began with, in `room`
     passes="i8",  # whether an engine has taken it to the end of the step already, past everything, see `passing`
     disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
@@ -164,15 +165,16 @@ SHAPE = record(
     normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
     half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, cylinder or ellipsoid: half its
     # lengths; of a disc: from its middle to a point of its border; of a hull: as long as it reaches
-    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones, the third along a
-    # cylinder; of a hull first half the lengths of the box around it, along the principal axes
+    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones, the third along a cylinder
     partner="i8",  # of a tangent plane: the only shape that it meets
+    next="i8",  # part of a box, cylinder or hull, or of the one that it is itself a part of; 0: there is none
     deepest="u8",  # address of what finds the deepest point of a disc
     first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
     points="u8",  # address of the first of them
     # addresses of what finds where a hull or an ellipsoid meets others, and the radius there, of a cylinder too; and
     # where a hull is nearest to a point
     meet="u8", curve="u8", nearest="u8",
+    parting="u8",  # address of what parts a box, cylinder or hull from a plane or another one, see `convex`
     long="u8",  # address of the table of `long`, of all but spheres and planes
 )  # fmt: skip
 """A shape fixed to a body.
@@ -210,9 +212,23 @@ NEAR = record(
     gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
     built="f8",  # [m] of overlap that counts as none, that of its contact
     fastest="f8",  # [m/s] at which any points of both come nearer as a step begins, see `passing`
-    listed="f8",  # gap [m] when it was listed, of what is not looked at as fast as balls are; else zero
+    guard="i8",  # between its bodies, of what is not looked at as fast as balls are; else -1
+    listed="f8",  # gap [m] when it was listed, at least, if it has one
 )  # fmt: skip
 """Two shapes that may come to touch; A is round."""
+
+GUARD = record(
+    a="i8", b="i8", body_a="i8", body_b="i8",  # shapes; bodies, maybe the other way round
+    without="i8",  # none of their parts is listed
+    place=VECTOR, turn=MATRIX,  # of A in B's frame, centre and principal axes (as columns), at the last look
+    limit="f8",  # [m] that A may move there before the list must be made anew
+    moved="f8", speed="f8",  # [m] that it has, and [m/s] that it does within the step, at most
+    pace="f8",  # [m/s] at which A moves there now, at most
+    normal=VECTOR, apart="f8",  # in the frame of b's body, of a plane between both shapes; [m] that it parts them
+    clear="i8",  # they have been so through a step, see `passing`
+    time="f8", lag="f8",  # [s] of the step when it was seen so; [m] that one body may have been behind the other then
+)  # fmt: skip
+"""Between two shapes, see `guards`."""
 
 CONTACT = record(
     touch=TOUCH,  # what its law knows of it
@@ -259,17 +275,17 @@ ROW = record(
 WORLD = record(
     # addresses of the arrays, see `Arrays`, and how many of each there are
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
-    points="u8",
+    points="u8", guards="u8",
     near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
     rows="u8", contacts_aside="u8", memory_aside="u8", equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
-    group_count="i8",
+    group_count="i8", guard_room="i8",
     cells="i8",  # of the grid's table, a power of two
     step="f8",  # length of the step [s]
     substeps="f8",  # of an impact between few bodies
     crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than this
     stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
-    nears="i8", spares="i8", islands="i8",  # how many of each there are
+    nears="i8", guard_count="i8", spares="i8", islands="i8",  # how many of each there are
     near_body_count="i8",  # in `near_bodies`
     slots="i8",  # of contacts that have ever been in use: the first so many
     rested="i8",  # in the last step nobody moved
@@ -308,6 +324,7 @@ class Arrays(NamedTuple):
         points: Vertices of the cores of hulls [m], shape (points, 3).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
+        guards: Records, room as well.
         near_bodies: Numbers of the bodies that are near something, or of a tree, in their order.
         roots: Room for the islands of a window.
         island_bodies, island_pairs: Room for what is in one.
@@ -331,6 +348,7 @@ class Arrays(NamedTuple):
     points: Array
     groups: Array
     spare: Array
+    guards: Array
     near_bodies: Array
     roots: Array
     island_bodies: Array
@@ -351,6 +369,7 @@ class Arrays(NamedTuple):
         for name, array in zip(self._fields[:-1], self[:-1], strict=True):
             one[name] = array.ctypes.data
         one["body_count"], one["shape_count"], one["pair_count"] = self.bodies.size, self.shapes.size, self.pairs.size
+        one["guard_room"] = self.guards.size
         one["near_room"], one["contact_room"] = self.near.size, self.contacts.size
         one["memory_size"], one["group_count"] = self.memory.shape[1], self.groups.shape[0]
         one["unknown_room"] = self.equations.shape[1]

@@ -55,7 +55,7 @@ def box(row: int, turn: Array, half_lengths: Array, at: Array, axes: Array, roun
     if radius > 0.5 * least:
         raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
     return {"kind": BOX, "body": row, "half": half_lengths, "at": turn @ at, "axes": (turn @ axes).ravel(),
-            "radius": radius}  # fmt: skip
+            "radius": radius} | convex.parting()  # fmt: skip
 
 
 def cylinder(row: int, turn: Array, sizes: Array, at: Array, axes: Array, rounding: float | None) -> Fields:
@@ -118,9 +118,8 @@ def hull(row: int, turn: Array, points: Array, at: Array, axes: Array, rounding:
     middle = 0.5 * (own.max(0) + own.min(0))
     own -= middle
     reach = float(np.linalg.norm(own, axis=1).max()) + radius
-    around = np.concatenate([np.abs(own).max(0) + radius, np.zeros(6)])  # the box around it
     return {"kind": HULL, "body": row, "radius": radius, "at": turn @ at + middle, "half": np.array([reach, 0.0, 0.0]),
-            "axes": around, "vertices": own, "edges": edges} | convex.addresses()  # fmt: skip
+            "vertices": own, "edges": edges} | convex.addresses() | convex.parting()  # fmt: skip
 
 
 def plane(row: int, turn: Array, point: Array, normal: Array) -> Fields:

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.access import body_at, contact_at, near_at, shape_at, tree_at
+from contactlaw.world.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
 from contactlaw.world.call import address, call_on_world, call_step, ready, waits
 from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet_near
+from contactlaw.world.guards import fastest, is_guarded, outgrown, part_at_start
 from contactlaw.world.island import integrate
-from contactlaw.world.motion import closing_at, fly, follow, greatest_closing, settle
+from contactlaw.world.motion import closing_at, fly, follow, settle
 from contactlaw.world.near import count_slots, list_near, strayed
 from contactlaw.world.pace import LONG, loaded, rests
 from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
@@ -58,7 +59,8 @@ def step_once(w, dt, what):
         find_pressed(w)
         return True
     begin(w, dt)
-    if what == GROWS and (2 * w.nears > w.near_room or 2 * w.spares < w.contact_room or w.lost > 0):
+    full = 2 * w.nears > w.near_room or 2 * w.guard_count > w.guard_room or 2 * w.spares < w.contact_room
+    if what == GROWS and (full or w.lost > 0):
         w.stale = 1
         return False
     finish(w, dt)
@@ -71,10 +73,12 @@ def find_pressed(w):
 
     Before a step, open pairs of trees that may pass by come to know their gap and how fast it closes.
     """
-    if w.stale != 0:
+    if w.stale != 0 or outgrown(w, -NEVER, 2.0 * w.step):
         list_near(w)
     for i in range(w.body_count):
         body_at(w.bodies, i).pressed = 0
+    for k in range(w.guard_count):
+        part_at_start(w, guard_at(w.guards, k))
     for closed in (1, 0):
         for k in range(w.nears):
             p = near_at(w.near, k)
@@ -84,7 +88,7 @@ def find_pressed(w):
                 continue
             known = True
             if not pressed and (asked(a) or asked(b)):
-                p.fastest = greatest_closing(a, b)
+                p.fastest = fastest(w, p, a, b)
                 known = is_known(w, p, a, b)
             if not known:
                 overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
@@ -100,6 +104,12 @@ def find_pressed(w):
 @jit_inside
 def is_known(w, p, a, b):
     """Whether the last step has left an open pair with a gap, and with a speed or so far apart that it needs none."""
+    if is_guarded(w, p, 0.0, 2.0 * w.step * p.fastest):
+        p.gap, p.seen = p.listed - guard_at(w.guards, p.guard).moved, CLEAR
+        return True
+    if p.guard >= 0 and guard_at(w.guards, p.guard).apart > 0.0:
+        p.gap, p.seen = guard_at(w.guards, p.guard).apart, CLEAR
+        return True
     if a.placed != 0 or b.placed != 0 or p.seen > CLEAR:
         return False
     return p.seen == MET or p.gap > 2.0 * w.step * p.fastest
@@ -197,6 +207,8 @@ def begin(w, dt):
         w.rested = min(w.rested, b.still)
         if strayed(b, dt - b.time):
             w.stale = 1
+    if outgrown(w, dt, 0.0):
+        w.stale = 1
     count_slots(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
@@ -235,3 +247,5 @@ def watch(w, left):
         b = body_at(w.bodies, whole_at(w.near_bodies, n))
         if b.changed != 0 and strayed(b, left):
             w.stale = 1
+    if outgrown(w, w.step, 0.0):
+        w.stale = 1

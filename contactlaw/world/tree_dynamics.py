@@ -43,7 +43,7 @@ def accelerate(t):
             linear = add(scale(link.total, s), cross(e, offset))
             angular = add(times(tensor, e), cross(offset, s))
             p = axis.depth
-            resistance = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
+            resistance = d[k, p] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
             own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
             lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
             m[k, p] = own + lag * resistance
@@ -70,13 +70,14 @@ def accelerate(t):
 @jit_inside
 def push(t, d, a):
     """a <- f - D (v - v_f), and what limits add."""
-    f, v, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
+    f, now, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
+    v = vector(t.room + 8 * t.q_size, t.v_size) if t.midway != 0 else now
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
         j, p, own = axis.before, axis.depth, v[k] - v_f[k]
         a[k] = f[k] - d[k, p] * own
         if axis.side != 0.0:
-            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], v[k]), 0.0)
+            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], now[k]), 0.0)
         while j >= 0:
             p -= 1
             a[k] -= d[k, p] * (v[j] - v_f[j])

@@ -5,8 +5,10 @@
 
 Damping that would slow a velocity faster than the steps of a flight can follow comes behind it by half a step:
 M + h/2 D takes the place of M, as in linearly implicit methods; all velocities still go where the forces send them.
-In the leapfrog it comes behind by as much as lets no velocity lose more than half of it in a substep: with M + s D a
-rate r becomes r/(1 + s r).
+In the leapfrog a group of T seconds begins with v0 and damps by the implicit midpoint rule, contacts included: with
+M + T/2 D for M all of it gives v1 - v0 = M^-1 (T (f - D (v0 + v1)/2) + p). Where it is so stiff that this would swing,
+it comes behind by as much as lets no velocity lose more than half of it in a substep: with M + s D a rate r becomes
+r/(1 + s r).
 
 In the leapfrog the mass matrix M and a are held for a few substeps, as they are in the middle of the kicks that end
 these: what is left out is of second order in how far the tree goes in this time. The drift between two such groups has
@@ -30,6 +32,7 @@ HOLD = 4
 LONGEST_HOLD, HELD_TURN = 2e-3, 0.02  # [s], or [rad] where the tree turns slowly
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a Runge-Kutta step; how many steps a flight has, at most
 LARGEST_DECAY = 0.5  # of a velocity by damping, in such a step
+LARGEST_LAG = 2.0  # of a velocity, by damping that does not lag, in a group of substeps
 STIFF = 4.0  # steps that damping may ask of a flight; then it lags
 
 
@@ -144,9 +147,11 @@ def drift(b, h):
 def foresee(t, h):
     """Find mass matrix and accelerations for the next substeps of h [s], as they are amid the kicks that end these."""
     n = t.v_size
-    longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.fold, 1e-9)), LARGEST_DECAY / max(t.decay, 1e-9))
+    longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.fold, 1e-9)), LARGEST_LAG / max(t.decay, 1e-9))
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
     t.held = h
+    stiff = h * t.decay > LARGEST_LAG
+    t.lag = h / LARGEST_DECAY - 1.0 / t.decay if stiff else 0.5 * h * t.hold
     half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
     push, q0, v0 = vector(t.push, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
@@ -157,9 +162,8 @@ def foresee(t, h):
         x[k] = half * (v[k] + 0.5 * change)
         v[k] += change
     place(t)
-    if h * t.decay > LARGEST_DECAY:
-        t.lag = h / LARGEST_DECAY - 1.0 / t.decay
+    t.midway = 0 if stiff else 1
     accelerate(t)
-    t.lag = 0.0
+    t.lag, t.midway = 0.0, 0
     copy(q0, q)
     copy(v0, v)

@@ -67,15 +67,17 @@ def settle(b):
     t = tree_at(b.tree, 0)
     if b.asleep != 0:
         t.disturbed = 1 if moved(t) else 0
-    elif t.stale != 0:
+        return
+    if t.stale != 0:
         take_up(t)
         clear(vector(t.x, t.v_size))
         place(t)
         accelerate(t)
-        t.decay = decay(t)
         t.stale = 0
         t.hold = 0
         t.held = 0.0
+    if b.time == 0.0:  # D is constant over a step, and M nearly so
+        t.decay = decay(t)
 
 
 def kick(b, arm, impulse):

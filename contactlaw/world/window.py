@@ -1,6 +1,7 @@
 """Which contacts are stepped in a window of time, and which bodies they join into islands.
 
-A window is as long as the shortest impact that is going on, so that hardly anything else happens in it. Contacts are
+A window is as long as the shortest impact that is going on, so that hardly anything else happens in it. Where a crowd
+of contacts lasts something always does: there it is longer, as its beginning and its end ask every law. Contacts are
 taken in that are closed, or that can close within the window: by the motion there is, and by what impacts may make of
 it. All other bodies fly, in closed form, when something asks for them next.
 """
@@ -15,14 +16,13 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import body_aside, body_at, contact_at, near_at, tree_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import call_with_body
-from contactlaw.world.force import hardly_moves
+from contactlaw.world.guards import is_guarded, keep_gap
 from contactlaw.world.motion import fly, lightness
-from contactlaw.world.near import way_of
 from contactlaw.world.pace import closing_speed, contact_time, predict, touch_time
 from contactlaw.world.records import NEVER
 
 MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
-LONGER = 4.0  # durations of an impact that a window has where contacts last and hardly move
+LONGER = 8.0  # durations of an impact that a window has where a crowd of contacts lasts
 GROWN = 1.1  # a bound that has grown by less is not handed on
 FAR = 40.0  # margins of a body; what can go so far within a window meets all that is near, which lies within four
 
@@ -32,23 +32,21 @@ def look_ahead(w, now, step):
     """Look at all open pairs whose bodies have changed course or that could close now.
 
     Returns when the next one could close [s], the duration [s] of the shortest impact that is going on, and how long
-    the next window is to be [s]: the same, but in a crowd.
+    the next window is to be [s].
     """
-    first, shortest, window, closed = NEVER, NEVER, NEVER, 0
+    first, shortest, lasting = NEVER, NEVER, 0
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
             continue
         if p.closed != 0:
-            closed += 1
             c = contact_at(w.contacts, p.slot)
-            time = contact_time(w, c, a, b)
-            shortest = min(shortest, time)
-            window = min(window, time * (LONGER if c.touch.course == LASTING and hardly_moves(c, 1.0) else 1.0))
+            lasting += 1 if c.touch.course == LASTING else 0
+            shortest = min(shortest, contact_time(w, c, a, b))
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
-            if p.listed > 0.0 and p.listed > way_of(a, step - a.time) + way_of(b, step - b.time):
+            if is_guarded(w, p, step, 0.0):
                 p.toi, p.seen = NEVER, -1.0
             else:
                 look(w, p, now)
@@ -56,7 +54,7 @@ def look_ahead(w, now, step):
             first = min(first, p.toi)
     for n in range(w.near_body_count):
         body_at(w.bodies, whole_at(w.near_bodies, n)).changed = 0
-    return first, shortest, window if closed > w.crowd else shortest
+    return first, shortest, LONGER * shortest if lasting > w.crowd else shortest
 
 
 @jit_inside
@@ -66,6 +64,7 @@ def look(w, p, now):
     Bodies that fly stay behind in time meanwhile, and fly in one piece: who looks at them does not change a bit of it.
     """
     predict(w, p, foreseen(w, p.body_a, now, 0), foreseen(w, p.body_b, now, 1), now, w.step - now)
+    keep_gap(w, p)
 
 
 @jit_inside
@@ -123,7 +122,7 @@ def activate(w, now, until):
                     continue
                 if p.seen != now:
                     kicked = length * MARGIN * (a.delta_v + b.delta_v)
-                    if p.listed > 0.0 and p.listed > way_of(a, until - a.time) + way_of(b, until - b.time) + kicked:
+                    if is_guarded(w, p, until, kicked):
                         continue
                     look(w, p, now)
                 if time_to_close(p.gap, fastest_closing(p, a, b), max(p.acceleration, 0.0)) > length:

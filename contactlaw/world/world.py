@@ -40,7 +40,7 @@ class World(Building):
         timestep: [s] of `step`.
         substeps: Of an impact between few bodies; with 100, psi_2 is right to 5e-4.
         crowd_substeps: Of a damped impact in an island of more than `crowd` closed contacts: 10 are enough for a heap,
-            20 for a billiard break. An elastic one has 60 at least.
+            20 for a billiard break; half of it while it hardly moves. An elastic one has 60 at least.
         crowd: How many closed contacts are few.
         stillness: Share of its overlap that a contact may move in an impact's time and still fall asleep; 0: never.
 

@@ -1,0 +1,181 @@
+"""How much nearer two bodies can have come to each other since the list of near pairs was made.
+
+Bodies may move fast and yet hardly against each other, as those of an arm do. A guard stands between two bodies that
+have shapes which cost more to look at than balls: it adds up how A moves in B's frame, from look to look no point by
+more than
+
+    |p - p0| + 2 sin(theta/2) L          2 sin^2(theta/2) = (3 - tr M0^T M)/2
+
+of the centre of mass at p, the angle theta between the turns M and M0, and A's reach L; and until a time to come by
+no more than the greatest speed lets it. A pair whose gap is wider is not looked at: that is one comparison a step.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import body_at, guard_at, shape_at
+from contactlaw.world.call import ask_parting
+from contactlaw.world.motion import acceleration_of, greatest_closing, jerk
+from contactlaw.world.records import BOX, NEVER
+from contactlaw.world.vec import ZERO, cross, load, norm, store, sub, to_body, to_world
+
+ROUNDING = 1e-15  # of the trace
+SLACK = 0.2  # of both bodies' smallest radii: how near shapes are whose parts are listed, besides
+LASTS = 4.0  # steps at the speed there is
+
+
+@jit_inside
+def surface_speed(b, time):
+    """Speed [m/s] of a body's shapes within a time [s], at most."""
+    gained = time * (norm(load(b.acceleration)) + b.reach * norm(load(b.turning)) + time * jerk(b, b.reach))
+    return norm(load(b.velocity)) + norm(load(b.spin)) * b.reach + gained
+
+
+@jit_inside
+def new_guard(w, i, j, time):
+    """Number of a new guard between two shapes, -1: there is no room for it; it knows speeds within a time [s]."""
+    if w.guard_count == w.guard_room:
+        w.lost += 1
+        return -1
+    k = w.guard_count
+    w.guard_count += 1
+    g = guard_at(w.guards, k)
+    g.a, g.b, g.body_a, g.body_b = i, j, shape_at(w.shapes, i).body, shape_at(w.shapes, j).body
+    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
+        g.body_a, g.body_b = g.body_b, g.body_a
+    g.limit, g.without, g.clear, g.apart = NEVER, 0, 0, 0.0
+    store(g.normal, ZERO)
+    follow(w, g, time)
+    g.moved = g.lag
+    return k
+
+
+@jit_inside
+def follow(w, g, left):
+    """See how A has moved against B, and how fast it can within a time [s]."""
+    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    r = sub(load(a.position), load(b.position))
+    place, trace = to_body(b.axes, r), 0.0
+    for m in range(3):
+        column = to_body(b.axes, (a.axes[m], a.axes[3 + m], a.axes[6 + m]))
+        for n in range(3):
+            trace += g.turn[3 * m + n] * column[n]
+            g.turn[3 * m + n] = column[n]
+    g.moved += norm(sub(place, load(g.place))) + sqrt(max(3.0 - trace, 0.0) + ROUNDING) * a.reach
+    store(g.place, place)
+    g.time = min(a.time, b.time)
+    apart = abs(a.time - b.time)
+    g.lag = apart * surface_speed(a if a.time < b.time else b, apart) if apart > 0.0 else 0.0
+    g.speed, g.pace = 0.0, 0.0
+    if a.still == 0 or b.still == 0:
+        u, spin_a, spin_b = sub(load(a.velocity), load(b.velocity)), load(a.spin), load(b.spin)
+        one, two, far = norm(spin_a), norm(spin_b), norm(r)
+        turning_a, turning_b = norm(load(a.turning)), norm(load(b.turning))
+        turns = min(norm(sub(spin_a, spin_b)) + left * (one * one + two * two), one + two)
+        turns += left * (turning_a + turning_b)
+        gained = norm(acceleration_of(a)) + norm(acceleration_of(b)) + far * turning_b + two * norm(u)
+        gained += left * (jerk(a, a.reach) + jerk(b, far + a.reach))
+        slides = norm(sub(u, cross(spin_b, r)))
+        g.pace = slides + norm(sub(spin_a, spin_b)) * a.reach
+        g.speed = slides + turns * a.reach + left * gained
+
+
+@jit_inside
+def way_by(g, time):
+    """How far [m] a point of A has moved against B by a time of the step [s], at most."""
+    return g.moved + g.lag + max(time - g.time, 0.0) * g.speed
+
+
+@jit_inside
+def enough(w, g):
+    """How near each other [m] two shapes are whose parts are to be listed."""
+    return SLACK * (body_at(w.bodies, g.body_a).size + body_at(w.bodies, g.body_b).size) + LASTS * w.step * g.speed
+
+
+@jit_inside
+def parted(w, g, n):
+    """What parts the two shapes of a guard, see `convex.part`."""
+    sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
+    x, y, z, low, high = ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
+    return (x, y, z), low, high
+
+
+@jit_inside
+def outgrown(w, until, least):
+    """Whether two bodies can meet by parts that are not listed, until a time of the step or within one at least [s].
+
+    Bodies that have not changed course are where they are thought to be. Where none of the parts is listed one look at
+    both whole shapes may do for longer.
+    """
+    out = False
+    for k in range(w.guard_count):
+        g = guard_at(w.guards, k)
+        a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+        if least > 0.0 or a.changed != 0 or b.changed != 0:
+            left = max(until - min(a.time, b.time), least)
+            follow(w, g, left)
+            out = is_outgrown(w, g, left) or out
+    return out
+
+
+@jit_inside
+def is_outgrown(w, g, left):
+    """The same of one guard, for a time to come [s]."""
+    if way_by(g, g.time + left) <= g.limit:
+        return False
+    if g.without != 0:
+        _, low, high = parted(w, g, ZERO)
+        if low - high > enough(w, g):
+            g.limit = low - high + g.moved - g.lag
+    return way_by(g, g.time + left) > g.limit
+
+
+@jit_inside
+def part_at_start(w, g):
+    """Find by how much a plane parts two shapes whose parts are listed: the one that did so last, while it does."""
+    g.apart = 0.0
+    if g.without != 0 or shape_at(w.shapes, g.a).kind < BOX:
+        return
+    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
+    n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+    if low <= high:
+        n, low, high = parted(w, g, ZERO)
+    store(g.normal, to_body(b.axes, n))
+    g.apart = low - high
+
+
+@jit_inside
+def parts_through(w, g, before):
+    """Whether that plane, fixed to B, has parted them throughout a step.
+
+    Of each point of A the height over it is, between both ends of the step, by h/8 times the change of its speed at
+    most below the line between them. before: speed [m/s] at the step's start.
+    """
+    if g.apart <= 0.0:
+        return False
+    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
+    _, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+    return min(g.apart, low - high) > 0.125 * w.step * (before + g.pace)
+
+
+@jit_inside
+def is_guarded(w, p, time, more):
+    """Whether a near pair is kept apart by its guard until a time of the step, even if it closes by `more` [m]."""
+    return p.guard >= 0 and p.listed > way_by(guard_at(w.guards, p.guard), time) + more
+
+
+@jit_inside
+def keep_gap(w, p):
+    """Remember the gap of a pair that has been looked at."""
+    if p.guard >= 0:
+        g = guard_at(w.guards, p.guard)
+        p.listed = max(p.listed, p.gap + g.moved - g.lag)
+
+
+@jit_inside
+def fastest(w, p, a, b):
+    """Speed [m/s] at which two shapes come nearer, at most."""
+    return guard_at(w.guards, p.guard).speed if p.guard >= 0 else greatest_closing(a, b)
