@@ -61,7 +61,7 @@ class Joints:
         self._heads = [joint[0] for joint in self.joints if joint[1] != FREE_JOINT]
         self._own = [joint[1:] for joint in self.joints if joint[1] != FREE_JOINT]
         self.scalar_q, self.scalar_v = ([joint[i] for joint in scalars] for i in (2, 3))
-        self.driven = np.zeros(len(scalars), bool)
+        self.torque = np.zeros(len(scalars))
         self._others = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
         index = {joint[0]: number for number, joint in enumerate(self.joints)}
         joint_at, axes = np.zeros((len(index), 3)), np.tile((0.0, 0.0, 1.0), (len(index), 1))
@@ -108,7 +108,7 @@ class Joints:
         return int(self.rows.row[i]), self.rows.at[i], matrix_of(self.rows.quaternion[i])
 
     def read(self) -> tuple[Array, Array]:
-        """Coordinates and velocities as PyBullet has them; `driven`: which hinges and slides motors drive."""
+        """Coordinates and velocities as PyBullet has them; `torque`: of motors, of hinges and slides."""
         q: list[float] = []
         v: list[float] = []
         if self.free:
@@ -116,15 +116,15 @@ class Joints:
             velocity, spin = p.getBaseVelocity(self.body, self._client)
             q, v = [*x, turn[3], *turn[:3]], [*velocity, *(rotation(turn).T @ spin).tolist()]
         if self._heads:
-            driven = []
+            torques = []
             for place, speed, _, torque in p.getJointStatesMultiDof(self.body, self._heads, self._client):
                 if len(place) == 1:
                     q.append(place[0])
-                    driven.append(torque[0])
+                    torques.append(torque[0])
                 else:
                     q += (place[3], *place[:3])
                 v += speed
-            self.driven = np.array(driven) != 0.0
+            self.torque = np.array(torques)
         if not isfinite(sum(q) + sum(v)):
             raise ValueError(f"body {self.body}: its joints' positions or velocities are not finite")
         return np.array(q), np.array(v)

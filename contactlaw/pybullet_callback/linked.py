@@ -9,7 +9,8 @@ joint is a couple, or a pair of forces, on both bodies that it holds together, t
 A motor of PyBullet is a constraint: with all the force that it may use it keeps its joint's speed. A contact that is
 met within a step meets it so: as an armature that is heavy against what the joint carries. (As a constant force over
 the step, which comes a step late, it would shake a robot off the feet that it stands on.) Which joints are held, their
-answer to the push in Bullet's own step shows: one whose motor is at its limit gains as much speed as a free one.
+answer to the push in Bullet's own step shows: one whose motor is at its limit gains as much speed as a free one. One
+whose motor's torque hardly moves it is held too, pushed or not: a foot that is just lifted is as heavy when it lands.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from contactlaw.world.records import AXIS, FREE_JOINT, SLIDE, Array, Arrays
 
 EXACT = 1e-9  # of a coordinate, a difference that is rounding
 STRAIGHT = {FREE_JOINT: np.arange(3), SLIDE: np.arange(1)}  # the axes of a joint that do not turn
+CARRIES = 0.01  # of a motor's torque, what moves its joint where it carries loads, in contact or not
 HELD = 1e3  # times what it carries: the armature of a joint that a motor holds
 
 
@@ -101,8 +103,9 @@ class Linked(Joints):
         """What moved the joints, and which of them a motor held against `push`, from the accelerations of a step."""
         known, i = self.matrix @ self.own, self.scalar_v
         armature, inertia = self._axes["armature"][i], self.matrix[i, i]
-        held = np.abs(gained[i]) * (inertia - armature) < np.abs(self.push[i])
-        self._axes["armature"][i] = np.where(held & self.driven, HELD * (inertia - armature), 0.0)
+        torque = np.abs(self.torque)
+        held = np.abs(gained[i]) * (inertia - armature) < np.maximum(np.abs(self.push[i]), CARRIES * torque)
+        self._axes["armature"][i] = np.where(held & (torque > 0.0), HELD * (inertia - armature), 0.0)
         self.matrix[i, i] += self._axes["armature"][i] - armature
         self.force += self.matrix @ gained - known - self.push
 

@@ -13,7 +13,7 @@ p = pytest.importorskip("pybullet")
 import pybullet_data  # noqa: E402
 from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, step, velocities  # noqa: E402
 
-from contactlaw import ContactPair, Material  # noqa: E402
+from contactlaw import MATERIALS, ContactPair, Material  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 from contactlaw.pybullet_callback.linked import Linked  # noqa: E402
 from contactlaw.world import World  # noqa: E402
@@ -229,14 +229,14 @@ ROBOTS = {
 """File, height of the base [m], how it is turned, angles of the joints [rad]."""
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str) -> None:
+def standing(client: int, name: str, lift: float, pair: ContactPair) -> tuple[int, ContactCallback, int]:
+    """A robot let go by its motors' pose, and the contact of its feet with the floor."""
     file, height, turn, pose = ROBOTS[name]
     p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
     p.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
     p.setTimeStep(0.002, client)
     floor = p.loadURDF("plane.urdf", physicsClientId=client)
-    robot = p.loadURDF(file, [0.0, 0.0, height], turn, physicsClientId=client)
+    robot = p.loadURDF(file, [0.0, 0.0, height + lift], turn, physicsClientId=client)
     names = {link: p.getJointInfo(robot, link, client) for link in range(p.getNumJoints(robot, client))}
     joints = [link for link, info in names.items() if info[2] != p.JOINT_FIXED]
     for link, place in zip(joints, pose, strict=True):
@@ -244,14 +244,32 @@ def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str)
         p.setJointMotorControl2(robot, link, p.POSITION_CONTROL, place, force=40.0, physicsClientId=client)
         p.changeDynamics(robot, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=client)
     feet = [(robot, link) for link, info in names.items() if b"toe" in info[12]]
+    contact = ContactCallback(client)
+    return robot, contact, contact.add_contact(feet, [floor], pair)
+
+
+@pytest.mark.parametrize("lift", [-0.0075, -0.007])
+def test_a_robot_stands_still_on_steel(client: int, lift: float) -> None:
+    steel = MATERIALS["steel"]
+    pair = ContactPair(steel, steel, friction=0.8, restitution=0.5, radius=0.02)
+    robot, contact, _ = standing(client, "a1", lift, pair)
+    fastest = 0.0
+    for k in range(1500):
+        contact.step()
+        if k >= 1000:
+            fastest = max(fastest, *np.abs(p.getBaseVelocity(robot, client)[0]))
+    assert fastest < 1e-9
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str) -> None:
     stiff = Material(1e8, 0.4)
     rubber = ContactPair(stiff, stiff, friction=0.8, restitution=0.5)
-    contact = ContactCallback(client)
-    handle = contact.add_contact(feet, [floor], rubber)
+    robot, contact, handle = standing(client, name, 0.0, rubber)
     heights = []
     for _ in range(1500):
         contact.step()
         heights.append(p.getBasePositionAndOrientation(robot, client)[0][2])
     assert np.ptp(heights[1000:]) < 1e-4
-    weight = 9.81 * sum(p.getDynamicsInfo(robot, link, client)[0] for link in (-1, *names))
+    weight = 9.81 * sum(p.getDynamicsInfo(robot, link, client)[0] for link in range(-1, p.getNumJoints(robot, client)))
     assert sum(state.normal_force for state in contact.states(handle)) == pytest.approx(weight, rel=1e-3)
