@@ -13,7 +13,7 @@ from contactlaw import LAWS, MATERIALS, ContactPair, rebound
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.laws.microslip import Microslip
-from contactlaw.laws.record import OPEN, PAIR_SIZE, ask_stiffness, contact_of, pair_of
+from contactlaw.laws.record import OPEN, PAIR_SIZE, SPRUNG, UNSHEARED, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import advance, know
 
 STEEL = MATERIALS["steel"]
@@ -256,3 +256,20 @@ def test_damped_contact_in_a_driven_cycle_gives_no_energy() -> None:
     normal, f = np.array(forces).T
     work = 0.5 * (normal[1:] + normal[:-1]) * np.diff(overlap) + 0.5 * (f[1:] + f[:-1]) * np.diff(place)
     assert work[2 * n :].sum() > -1e-4 * 0.25 * 0.3 * normal.max() * one.slip
+
+
+@pytest.mark.parametrize("law", ["microslip", "microslip shear_loss=1"])
+@pytest.mark.parametrize("pressed", [1, 7, 40])
+def test_nodes_rest_until_a_contact_is_sheared(law: str, pressed: int) -> None:
+    """To the last bit as if they had run from the touch on, while it outgrows them and after."""
+    idle, running, before = Contact(law, 0.9), Contact(law, 0.9), -1e-9
+    for k in range(60):
+        overlap = OVERLAP * (1.0 + 3.0 * np.sin(0.05 * k))
+        moved = (1e-9 * np.sin(k), 5e-10, 1e-7) if k >= pressed else (0.0, 0.0, 1e-7)
+        forces = idle.take(overlap, before, *moved)
+        assert forces == running.take(overlap, before, *moved)
+        assert np.array_equal(idle.memory, running.memory) and idle.now.scale == running.now.scale
+        assert (idle.now.state == UNSHEARED and forces[1:] == (0.0, 0.0)) if k < pressed else idle.now.state == SPRUNG
+        running.now.state = SPRUNG
+        before = overlap
+    assert np.any(idle.memory)

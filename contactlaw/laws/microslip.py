@@ -26,7 +26,7 @@ from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.nodes import follow, levers, step_of
-from contactlaw.laws.record import SLIDING, SPRUNG
+from contactlaw.laws.record import OPEN, SLIDING, SPRUNG, UNSHEARED
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
@@ -91,7 +91,7 @@ class Microslip(Law):
     @staticmethod
     def energy(contact, law, memory):
         """Integral of q^2/G* over half the line; q = mu p all along a line that slides."""
-        if contact.overlap <= 0.0:
+        if contact.overlap <= 0.0 or contact.state == UNSHEARED:
             return 0.0
         if contact.state == SLIDING:
             limit = contact.friction * contact.elastic
@@ -165,9 +165,13 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
 
 @jit_inline
 def keeps_sliding(contact, law, memory, du, dv):
-    """Whether the contact slides on as a whole; else its nodes span it, and hold what they slid with."""
+    """Whether all slides on, or was never sheared; else the nodes span the contact, and hold what they slid with."""
     follow(contact, law, memory)
-    if contact.state != SPRUNG and slides_on(contact, du, dv, 0.0):
+    if du == 0.0 == dv and (contact.state == OPEN or contact.state == UNSHEARED):
+        contact.state = UNSHEARED
+        contact.f, contact.g = 0.0, 0.0
+        return True
+    if contact.state < SPRUNG and slides_on(contact, du, dv, 0.0):
         return True
     if contact.state == SLIDING:
         x, y = sliding_direction(contact)

@@ -25,14 +25,14 @@ CONTACT = record(
 )  # fmt: skip
 """One contact.
 
-state: OPEN, SLIDING (as a whole since the touch), SPRUNG, or SPUN, where `laws.sectors` stand for the law. course: of
-the damped normal motion, PRESSED, then EXPANDING, then, if the bodies do not part, LASTING. overlap [m]: now; before:
-at the start of the step, below zero apart. closing: mean closing speed over the step [m/s]. force: P [N]; elastic:
-without the damper. ratio: of the tangential force to that of the
-springs alone, see `slip.carried`. f, g: tangential force along both tangents [N], as of the last step until the law
-gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's own use. mass,
-tangential_mass: effective, at the touch [kg]; infinite where the motion is prescribed. stiffness: k of P = k
-delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m]: of the pair. mu, zeta: friction
+state: OPEN, SLIDING (as a whole since the touch), SPRUNG, SPUN, where `laws.sectors` stand for the law, or UNSHEARED:
+never displaced sideways since the touch, as `microslip` says it. course: of the damped normal motion, PRESSED, then
+EXPANDING, then, if the bodies do not part, LASTING. overlap [m]: now; before: at the start of the step, below zero
+apart. closing: mean closing speed over the step [m/s]. force: P [N]; elastic: without the damper. ratio: of the
+tangential force to that of the springs alone, see `slip.carried`. f, g: tangential force along both tangents [N], as of
+the last step until the law gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's
+own use. mass, tangential_mass: effective, at the touch [kg]; infinite where the motion is prescribed. stiffness: k of P
+= k delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m]: of the pair. mu, zeta: friction
 coefficient and damping ratio, as of the touch. friction: what spin leaves of mu. skew: how much more an elliptic
 contact gives way along the first tangent, its longer axis, see `laws.ellipse`, which stands for the law there; zero: it
 is a circle, or taken as one.
@@ -51,7 +51,7 @@ same at any speed. linear: 1 where the normal spring is linear. vectors: how man
 stiffness_at, energy_at: addresses of the law's functions, whole numbers below 2^53. The law's own numbers follow.
 """
 
-OPEN, SLIDING, SPRUNG, SPUN = 0.0, 1.0, 2.0, 3.0
+OPEN, SLIDING, SPRUNG, SPUN, UNSHEARED = 0.0, 1.0, 2.0, 3.0, 4.0
 PRESSED, EXPANDING, LASTING = 0.0, 1.0, 2.0
 
 CONTACT_SIZE, PAIR_SIZE = len(CONTACT.names or ()), len(PAIR.names or ())

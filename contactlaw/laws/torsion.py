@@ -90,7 +90,7 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
     left = limits(state, contact, *moved)
     own, twists, span = memory[: 2 * int(pair.vectors)], state.twists[:], state.span
     was, turned, f, g, m, gain = own, twists, contact.f, contact.g, state.moment, 0.0
-    lowered = left[0] * left[1] < 1.0 and contact.state == SPRUNG and contact.skew == 0.0
+    lowered = left[0] * left[1] < 1.0 and contact.state >= SPRUNG and contact.skew == 0.0
     if lowered and contact.overlap >= contact.before:
         was, turned = own.copy(), twists.copy()
         gain = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
@@ -99,7 +99,7 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
     before, contact.before = contact.before, since
     twist(state, contact, pair.g_t, moved[2], left[1] * contact.mu)
     contact.before = before
-    if lowered and contact.overlap >= before and contact.state == SPRUNG and state.span == span:
+    if lowered and contact.overlap >= before and contact.state >= SPRUNG and state.span == span:
         gain -= ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
         gain += 0.5 * ((f + contact.f) * moved[0] + (g + contact.g) * moved[1] + (m + state.moment) * moved[2])
         if gain < 0.0:  # back, towards those of the start turned round

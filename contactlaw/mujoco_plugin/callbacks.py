@@ -43,6 +43,7 @@ from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import load, scale, store
 
 LARGEST = 1e100  # [N], a force that can be computed with
+CHANGED, MOVED, CALM = -1, 0, 1  # how a step went, see `move`
 GOLDEN, HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)  # 2^64 over the golden ratio; bits of half a number
 
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
@@ -56,7 +57,8 @@ def block_of(d, instance):
 
 @jit
 def move(head, w, state):
-    """Take the step of the world; returns whether all lies as it did."""
+    """Take the step of the world; returns CALM where all lies as it did, CHANGED, and takes none, where calm ends and
+    the model is another than the world was made of."""
     w.step = head.step_size
     known = head.placed_count == 0 and w.stale != 0
     known = known and state[LEFT] == left_of(head, place(head.start, 1), place(head.start, 1 + head.nq))
@@ -68,10 +70,12 @@ def move(head, w, state):
     if head.tree_count == 0 and head.placed_count == 0 and lies(w):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i))
-        return True
+        return CALM
+    if head.calm != 0 and edited(head):
+        return CHANGED
     call_step(address(w, STEP), w, head.step_size, PRESSED)
     if trees(head, READ) and head.free_count == 0 and head.idle != 0:
-        return False
+        return MOVED
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED)
@@ -83,7 +87,17 @@ def move(head, w, state):
     trees(head, WRITE)
     look_over(head, w)
     leave(head, w, state)
-    return False
+    return MOVED
+
+
+@jit
+def go_on(head):
+    """The same, if anything is near; CALM too where all fly far from each other."""
+    w = world_at(head.world, 0)
+    find_start(head)
+    state = take(head)
+    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
+    return CALM if far else move(head, w, state)
 
 
 @jit
@@ -297,11 +311,12 @@ def advance(m, d, instance):
     if model_at(m, 0).disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
         notice(head, SWITCHED_OFF, 0.0)
         return
-    w = world_at(head.world, 0)
-    find_start(head)
-    state = take(head)
-    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
-    head.calm = 1 if far or move(head, w, state) else 0
+    done = go_on(head)
+    if done == CHANGED:
+        tell_of(head, EDITED, 0.0)
+        head = begin(m, d, instance)
+        done = go_on(head)
+    head.calm = 1 if done == CALM else 0
     note(head, head.left)
     if head.sense != 0:
         head.averages = 1

@@ -53,17 +53,21 @@ def read_row(head, j, t, number):
     """Write a row of the engine's Jacobian into x; returns the last axis of it, -1: not all carry that, or are here."""
     d, x = data_at(head.data, 0), vector(t.x, t.v_size)
     sparse = d.nJ != d.nefc * head.nv  # if all entries are kept, they are in the order of a dense one
-    first = entry(d.efc_J_rowadr, number) if sparse else number * head.nv
-    values = floats(d.efc_J, first, entry(d.efc_J_rownnz, number) if sparse else head.nv)
+    first = entry(d.efc_J_rowadr, number) if sparse else number * head.nv + j.v
+    values = floats(d.efc_J, first, entry(d.efc_J_rownnz, number) if sparse else t.v_size)
     clear(x)
     last, left = -1, 0
     for i in range(values.size):
-        k = (entry(d.efc_J_colind, first + i) if sparse else i) - j.v
+        k = entry(d.efc_J_colind, first + i) - j.v if sparse else i
         if values[i] != 0.0:
             if k < 0 or k >= t.v_size:
                 return -1
             x[k] = values[i]
             last, left = max(last, k), left + 1
+    if last >= 0 and not sparse:
+        left = 0
+        for value in floats(d.efc_J, number * head.nv, head.nv):
+            left += 1 if value != 0.0 else 0
     k = last
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0

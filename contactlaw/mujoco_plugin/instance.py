@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout, notices
-from contactlaw.mujoco_plugin.block import HEAD
+from contactlaw.mujoco_plugin.block import HEAD, STARTS
 from contactlaw.mujoco_plugin.layout import LIBRARY, record_at
 from contactlaw.mujoco_plugin.members import instances, members
 from contactlaw.mujoco_plugin.model import Model
@@ -104,7 +104,12 @@ def _renew(model: int, data: int) -> str:
             ctypes.memmove(at, start + 8 * first, 8 * count)
             at += 8 * count
         return str(error)
-    give_frictions(record_at(made, HEAD, 1)[0], given_frictions(old).copy())
+    new = record_at(made, HEAD, 1)[0]
+    give_frictions(new, given_frictions(old).copy())
+    new["turn"] = old["turn"]  # and what is known of the step that is under way
+    nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
+    for name, count in (("starts", states), ("given", nv)):
+        ctypes.memmove(int(new[name]), int(old[name]), 8 * count)
     free(place.value)
     place.value = made
     return ""

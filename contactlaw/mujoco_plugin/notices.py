@@ -1,7 +1,8 @@
 """What the compiled callbacks notice is told to Python, once for each contact of a model and mjData.
 
 Whether a user has changed the model since the law read it, too: masses, inertia, armature, sizes, places, friction. All
-that an mjData has been made of is kept and compared bit by bit in each step, each fourth while all fly apart or sleep.
+that an mjData has been made of is kept and compared bit by bit in each step; while all fly apart or sleep in each
+fourth, and as that ends.
 """
 
 from __future__ import annotations
@@ -26,7 +27,6 @@ OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "b
 OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
 BETWEEN = 32  # numbers between two runs, in less time than another run takes
-LANES = 32  # that are compared at once; so many follow in a model, where its names are
 
 
 @jit
@@ -98,8 +98,6 @@ def seen(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) ->
             else:
                 rows.append([places[name][1] // 8, first, end - first])
             last = start + end
-    for row in rows:
-        row[2] += -row[2] % LANES
     for pointer, first, count in rows:
         start = int(layout.record_at(view.address + 8 * pointer, np.dtype(np.int64), 1)[0])
         values.append(layout.record_at(start + 8 * first, np.dtype(float), count).copy())
@@ -119,8 +117,8 @@ def edited(head):
     differ, kept = 0, head.seen
     for i in range(head.watch_count):
         start = place(whole_at(head.model, whole_at(head.watch, 3 * i)), whole_at(head.watch, 3 * i + 1))
-        lanes = whole_at(head.watch, 3 * i + 2) // LANES
-        for k in range(LANES * lanes):
+        count = whole_at(head.watch, 3 * i + 2)
+        for k in range(count):
             differ |= whole_at(start, k) ^ whole_at(kept, k)
-        kept = place(kept, LANES * lanes)
+        kept = place(kept, count)
     return differ != 0

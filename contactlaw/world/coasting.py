@@ -13,7 +13,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import damping_of, hertz_stiffness
-from contactlaw.laws.record import LASTING, SPRUNG
+from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
 from contactlaw.world.force import calms, drag_across
@@ -53,7 +53,7 @@ def coasts(w, p, time):
     """Whether a closed contact hardly changes in a time [s]: of two round bodies, or of one and what stands."""
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
-    if t.state != SPRUNG or t.course != LASTING or t.overlap <= 0.0:
+    if not (t.state == SPRUNG or t.state == UNSHEARED) or t.course != LASTING or t.overlap <= 0.0:
         return False
     if law.sectors == 0.0 or law.rolling != 0.0 or t.skew != 0.0:
         return False

@@ -17,7 +17,7 @@ from math import sqrt
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
-from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN
+from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
 from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
 from contactlaw.world.near import count_slots
@@ -238,7 +238,7 @@ def admit(w, c, a, b):
 def sound_touch(t):
     """Whether what the law knows of a contact can be true."""
     strongest = STRONGEST * t.e_star * t.radius * t.radius
-    phases = (t.state == OPEN or 1.0 <= t.state <= SPUN) and PRESSED <= t.course <= LASTING
+    phases = OPEN <= t.state <= UNSHEARED and PRESSED <= t.course <= LASTING
     overlaps = 0.0 <= t.overlap <= DEEPEST * t.radius and abs(t.before) <= DEEPEST * t.radius and t.reach >= 0.0
     forces = 0.0 <= t.force <= strongest and t.f * t.f + t.g * t.g <= strongest * strongest
     least = min(min(t.mass, t.tangential_mass), min(t.stiffness, t.radius))

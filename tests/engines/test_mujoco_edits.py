@@ -109,6 +109,28 @@ def test_a_model_that_was_changed_is_read_again(change):
     assert np.array_equal(*after)
 
 
+TWO = """<mujoco><option timestep=".001" gravity="0 0 0" integrator="{}"/><worldbody>
+<body name="a"><freejoint/><geom name="a" size=".02"/></body>
+<body name="b" pos=".129 0 0"><freejoint/><geom name="b" size=".02"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+@pytest.mark.parametrize("steps", [0, 1, 2, 3])
+def test_a_mass_that_is_changed_in_flight_counts_in_the_next_impact(integrator, steps):
+    """Three times as heavy a few steps before it strikes, a ball passes on 3/2 of its speed: collinear, elastic."""
+    model = load_model(TWO.format(integrator), [("a", "b", steel_pair(restitution=1.0))])
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    data.qvel[0] = 10.0
+    mujoco.mj_step(model, data, 8 - steps)
+    model.body_mass[1] *= 3.0
+    model.body_inertia[1] *= 3.0
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    assert data.qvel[6] == 0.0
+    mujoco.mj_step(model, data, steps + 5)
+    assert data.qvel[[0, 6]] == pytest.approx([5.0, 15.0], abs=1e-3)
+
+
 def test_a_contact_goes_on_when_the_model_is_read_again():
     model = load_model(BALL, [("ball", "floor", ContactPair(RUBBER, RUBBER, 0.8, 0.5))])
     data = mujoco.MjData(model)

@@ -95,3 +95,26 @@ def test_a_weld_gives_nothing_to_what_strikes_a_light_hand(joints, material, sol
         left.append(data.qvel[-6])
     if solref == "0.02 1":  # the other is not shorter than two steps
         assert left == pytest.approx([left[0]] * 3, abs=0.05)
+
+
+def test_a_weld_that_is_switched_off_is_gone_and_jacobians_kept_whole_say_the_same():
+    """Beside another tree that is held; 5 kg at 1 m/s meet 0.2 kg whose weld is off: momentum is kept."""
+    speeds = []
+    for jacobian in ("dense", "sparse"):
+        xml = f"""<mujoco><option timestep=".002" jacobian="{jacobian}" gravity="0 0 0"/><worldbody>
+            <body name="other" pos="1 0 0">{SLIDES}<geom name="o" size=".03" mass="1"/></body>
+            <body name="hand">{SLIDES}<geom name="h" size=".03" mass=".2"/></body>
+            <body name="ball" pos=".2 0 0"><freejoint/><geom name="b" size=".03" mass="5"/></body></worldbody><equality>
+            <connect body1="other" anchor="0 0 0"/><weld body1="hand"/></equality></mujoco>"""
+        model = load_model(xml, [("b", ["h", "o"], ContactPair(MATERIALS["rubber"], MATERIALS["rubber"], 0.3, 0.8))])
+        for off in (False, True):
+            data = mujoco.MjData(model)
+            data.qvel[4] = -1.0
+            mujoco.mj_step(model, data, 50)
+            data.eq_active[1] = not off
+            mujoco.mj_step(model, data, 100)
+            speeds.append(data.qvel[[2, 4]].copy())
+    assert speeds[0] == pytest.approx(speeds[2], abs=1e-9)
+    assert speeds[1] == pytest.approx(speeds[3], abs=1e-9)
+    assert 0.2 * speeds[1][0] + 5.0 * speeds[1][1] == pytest.approx(-5.0, rel=1e-6)
+    assert speeds[1][1] < -0.9 < -0.5 < speeds[0][1]

@@ -93,6 +93,25 @@ def test_a_branching_tree_keeps_its_energy_between_two_planes(timestep: float) -
 
 
 @pytest.mark.heavy
+def test_a_fast_limb_that_all_but_grazes_a_plane_keeps_its_energy() -> None:
+    """So slowly does it come near that conservative advancement does not get there, and it is stepped towards."""
+    world = creature(1e-6)
+    at = [-0.381877, -1.11354, 0.090226, 0.63157, -0.138391, 0.187442, -0.739481]
+    numbers(world.arrays, 0, "q")[:] = [*at, 0.854678, 0.492602, -0.157961, -0.043783, -27.174298, -4.857173, 6.458794]
+    numbers(world.arrays, 0, "v")[:] = [
+        -0.302273, -0.490711, 0.672507, 14.101544, 25.421195, 18.556549, -16.891523, -43.924928, 31.613276, 31.728013,
+        33.980693, 0.388652,
+    ]  # fmt: skip
+    world.arrays.trees["stale"] = 1
+    world.step()
+    energy = world.energy.total
+    world.timestep = 5e-3
+    world.step()
+    assert world.arrays.world["kicks"][0] > 0
+    assert world.energy.total == pytest.approx(energy, rel=1e-5)
+
+
+@pytest.mark.heavy
 def test_an_arm_that_lies_sleeps_until_it_is_pulled_or_hit() -> None:
     world = arm_over_floor(0.03, 0.1, timestep=2e-3)
     mass = mass_of(RADIUS)
