@@ -93,8 +93,13 @@ def part(sa, a, sb, b, n):
 
 @jit_inside
 def around(s):
-    """What a core is swept by [m], and of a cylinder what the prism that it counts as lacks."""
-    return s.radius + (PRISM * s.half[0] if s.kind == CYLINDER else 0.0)
+    """What a core is swept by [m], and of a cylinder what the prism that it counts as lacks.
+
+    Corners and balls meet a box or a cylinder without its rounding: as far as its sharp corner or rim.
+    """
+    if s.kind == CYLINDER:
+        return sqrt(2.0) * s.radius + PRISM * s.half[0]
+    return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
 
 
 @lru_cache

@@ -1,0 +1,123 @@
+"""Guards: no pair is ever nearer than its guard promises, whatever way two bodies move; nobody passes through."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contactlaw.jit import INTERPRETED, jit
+
+if INTERPRETED:
+    pytest.skip("a world is moved by compiled code alone", allow_module_level=True)
+
+from contactlaw.world import World
+from contactlaw.world.access import body_at, guard_at, near_at
+from contactlaw.world.arrays import with_more_room
+from contactlaw.world.geometry import meet_near
+from contactlaw.world.guards import follow, way_by
+from contactlaw.world.motion import fly
+from contactlaw.world.near import list_near
+from contactlaw.world.step import begin
+from tests.world.test_hulls import CUBE, rock
+from validation.world_scenes import steel_pair
+
+STEP = 0.01
+ROUNDING = 1e-9  # [m]
+SOLIDS = ["box", "hull", "cylinder"]
+
+
+@jit
+def fly_on(world, times, look, promised, gaps):
+    """Fly to times of a step; what is promised there of all near pairs, before a look, and their gaps.
+
+    look: every how many times the guards see how far bodies are.
+    """
+    w = world[0]
+    begin(w, STEP)
+    list_near(w)
+    for m in range(times.size):
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            promised[m, k] = p.listed - way_by(guard_at(w.guards, p.guard), times[m])
+        for i in range(w.body_count):
+            fly(body_at(w.bodies, i), times[m])
+        for k in range(w.nears):
+            p = near_at(w.near, k)
+            overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
+            gaps[m, k] = -overlap
+        if (m + 1) % look == 0:
+            for k in range(w.guard_count):
+                follow(w, guard_at(w.guards, k), STEP - times[m])
+    return w.nears
+
+
+def solid(world: World, kind: str, rng: np.random.Generator, place, speed: float, turn: float) -> int:
+    """A body of one shape that is not round; its shape."""
+    velocity, inertia = speed * rng.normal(size=3), np.array([3.0, 4.0, 5.0]) * 1e-5 * rng.uniform(0.9, 1.1, 3)
+    if kind == "hull":
+        return rock(world, rng, place, velocity, 0.03, turn)
+    body = world.add_body(0.1, inertia, place, velocity, rng.normal(size=4), turn * rng.normal(size=3))
+    if kind == "box":
+        return world.add_box(body, rng.uniform(0.01, 0.03, 3), 0.01 * rng.normal(size=3), rng.normal(size=4))
+    return world.add_cylinder(body, rng.uniform(0.01, 0.02), rng.uniform(0.01, 0.03), 0.01 * rng.normal(size=3))
+
+
+@pytest.mark.parametrize("look", [1, 5, 1000])
+@pytest.mark.parametrize(("speed", "turn", "push"), [(3.0, 0.0, 0.0), (0.1, 60.0, 0.0), (1.0, 10.0, 300.0)])
+def test_no_pair_is_nearer_than_its_guard_promises(speed: float, turn: float, push: float, look: int) -> None:
+    rng, least, seen = np.random.default_rng(7), np.inf, 0
+    for n in range(27):
+        world = World(gravity=0.0, timestep=STEP)
+        one = solid(world, SOLIDS[n % 3], rng, (0, 0, 0), speed, turn)
+        two = solid(world, SOLIDS[n // 3 % 3], rng, 0.06 * rng.normal(size=3) + (0.08, 0, 0), speed, turn)
+        world.add_contact(one, two, steel_pair(0.3))
+        while world.arrays.near.size < 4000:
+            world._arrays = with_more_room(world.arrays)
+        bodies = world.arrays.bodies[1:]
+        bodies["acceleration"], bodies["torque"] = push * rng.normal(size=(2, 2, 3)) * [[[1.0]], [[1e-4]]]
+        promised, gaps = np.full((40, 4000), -np.inf), np.zeros((40, 4000))
+        count = fly_on(world.arrays.bound().world, np.linspace(0.0, STEP, 41)[1:], look, promised, gaps)
+        assert count <= 4000
+        kept = promised > 0.0  # a pair is not looked at while this is so
+        least, seen = min(least, float((gaps - promised)[kept].min(initial=np.inf))), seen + int(kept.sum())
+    assert seen > 100  # some are kept apart by what is promised
+    assert least >= -ROUNDING
+
+
+@pytest.mark.parametrize("timestep", [1e-4, 0.01])
+@pytest.mark.parametrize("kind", ["box", "hull"])
+def test_two_that_spin_fast_meet_at_their_edges_within_a_long_step(kind: str, timestep: float) -> None:
+    """They stand beside each other: without a spin 4 mm are between them, but their corners reach 8 mm further."""
+    world, half = World(gravity=0.0, timestep=timestep), 0.02
+    shapes = []
+    for x, spin in ((0.0, 100.0), (0.044, 100.0)):
+        body = world.add_body(0.5, 0.5 * 2.0 / 3.0 * half**2, (x, 0, 0), spin=(0, 0, spin))
+        shapes.append(world.add_box(body, [half] * 3) if kind == "box" else world.add_hull(body, half * CUBE))
+    world.add_contact(shapes[0], shapes[1], steel_pair(0.0, restitution=1.0))
+    start = world.energy.kinetic
+    world.step(round(0.01 / timestep))
+    assert np.abs(world.velocity[:, 0]).min() > 0.1  # they have met
+    assert world.velocity[1, 0] > 0.0 > world.velocity[0, 0]
+    assert world.energy.kinetic == pytest.approx(start, rel=1e-3)
+    np.testing.assert_allclose(world.velocity.sum(0), 0.0, atol=1e-9)
+
+
+def test_parts_that_were_away_are_met_when_they_are_back() -> None:
+    """A cube is taken a metre off its plate and put back elsewhere and turned: its parts are listed as at first."""
+    world, half = World(gravity=0.0, timestep=1e-3), 0.02
+    plate = world.add_box(None, (0.5, 0.5, 0.05), (0, 0, -0.05))
+    body = world.add_body(0.5, 0.5 * 2.0 / 3.0 * half**2, (0, 0, half + 2e-4))
+    world.add_contact(world.add_hull(body, half * CUBE), plate, steel_pair(0.3))
+    counts, lists = [], []
+    for place in ((0.0, 0.0, half + 2e-4), (0.0, 0.0, 1.0), (0.2, 0.1, half + 2e-4)):
+        world.place(body, place)
+        world.step()
+        counts.append(int(world.arrays.world["nears"][0]))
+        lists.append(int(world.arrays.world["lists"][0]))
+    assert counts[0] > 4
+    assert counts[1] == 0
+    assert counts[2] == counts[0]
+    assert lists[0] < lists[1] < lists[2]
+    world.place(body, velocity=(0.0, 0.0, -1.0))
+    world.step(3)
+    assert world.velocity[0, 2] > 0.0
