@@ -72,8 +72,8 @@ ROWS = (
         "turning", "^force along"),
     Row("A bouncing ball that spins about the normal: largest error in psi_2, against a grid with local friction",
         "any_step", "^error of psi_2 in .* spun"),
-    Row("A substep of one contact with 16 nodes, the law alone",
-        "front_law", data=("substeps", "microslip, 16 nodes", "median"), unit="ns"),
+    Row("A substep of one contact with 24 nodes, the law alone",
+        "front_law", data=("substeps", "microslip, 24 nodes", "median"), unit="ns"),
     Row("A million impacts by `rebound` on two cores at most, error within 0.007",
         "front_law", "^a million impacts, error .*, default"),
 )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw import ContactPair
-from contactlaw.laws.microslip import Microslip
+from contactlaw.laws.microslip import NODES, Microslip
 from validation import ball
 from validation.ball import FRICTION, INCIDENCES, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, in_words
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
@@ -88,7 +88,7 @@ class AnyStep(Case):
         shift = _of_spin(spun, psi_1)
         for engine, steps in STEPS.items():
             data["twirl"][engine] = [largest(errors(engine, dt, spun, twirl=TWIRL) - shift[:, None]) for dt in steps]
-            pairs = {"16 nodes": ball.steel_pair(), "64 nodes": ball.steel_pair(Microslip(node_count=64))}
+            pairs = {f"{NODES} nodes": ball.steel_pair(), "64 nodes": ball.steel_pair(Microslip(node_count=64))}
             for words, pair in pairs.items():
                 duration = pair.contact_duration(MASS, ball.SPEED)
                 found = [errors(engine, duration / n, pair) for n in RESOLVED]
@@ -142,7 +142,7 @@ def _limits(data: Data) -> list[Limit]:
         *(Limit(f"error of psi_2 in {engine}, spun at {TWIRL:g} rad/s about the normal, against the grid", OF_SPIN,
                 max(data["twirl"][engine])) for engine in STEPS),
         *(Limit(f"error in {engine}, {n} steps a contact", ASKED, reached) for engine in STEPS
-          for n, reached in zip(RESOLVED, data["resolved"][f"{engine}, 16 nodes"], strict=True)),
+          for n, reached in zip(RESOLVED, data["resolved"][f"{engine}, {NODES} nodes"], strict=True)),
     ]  # fmt: skip
 
 

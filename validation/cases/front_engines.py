@@ -10,6 +10,7 @@ import numpy as np
 
 from contactlaw import LAWS
 from contactlaw.laws import Law
+from contactlaw.laws.microslip import NODES as OF_THE_LAW
 from contactlaw.laws.microslip import Microslip
 from sims.panel import ENGINE_NAMES
 from sims.worlds import World
@@ -137,7 +138,7 @@ def settings(own_step: float, quick: bool) -> dict[str, tuple[str | Law, float, 
     counts, nodes = (COUNTS[1::2], NODES[1::2]) if quick else (COUNTS, NODES)
     found |= {
         f"microslip, {n} nodes, {count} substeps": (Microslip(node_count=n), own_step, count)
-        for n, count in product(nodes, counts) if (n, count) != (16, ball.SUBSTEPS)
+        for n, count in product(nodes, counts) if (n, count) != (OF_THE_LAW, ball.SUBSTEPS)
     }  # fmt: skip
     found |= {f"{name}, {counts[0]} substeps": (name, own_step, counts[0]) for name in LAWS if name != "microslip"}
     fine = f"T/{resolved[0]}"

@@ -23,7 +23,7 @@ ROUNDING = 1e-12
 class MindlinLoop(Case):
     """Under constant normal force P the law follows the closed form of first loading, unloading and reloading: to
     rounding with all springs at once, as `force_along_path` takes them by default; within 1 % of mu P with 16 nodes,
-    the engines' default, within 0.1 % with 64.
+    within 0.1 % with 64.
     """
 
     place = 22
