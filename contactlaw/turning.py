@@ -239,6 +239,7 @@ class MicroslipTurning(Microslip):
 
     name = "microslip_turning"
     source = "rings with local Coulomb friction by Abel's transform, see `contactlaw.turning`"
+    nodes = 16  # the time of a sweep grows with their square
 
     def __post_init__(self) -> None:
         super().__post_init__()

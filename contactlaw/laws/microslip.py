@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
 from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,7 @@ class Microslip(Law):
     name = "microslip"
     source = "method of dimensionality reduction: Popov & Hess (2015); Lyashenko & Popov, Tech. Phys. Lett. 41 (2015)"
     rung = 4
+    nodes: ClassVar[int] = NODES
     node_count: int | None = None
     shear_loss: bool = False
 
@@ -60,7 +61,7 @@ class Microslip(Law):
     @property
     def memory(self) -> int:
         """A traction for each node."""
-        return self.node_count or NODES
+        return self.node_count or self.nodes
 
     @property
     def sectors(self) -> bool:
@@ -69,7 +70,7 @@ class Microslip(Law):
 
     def with_nodes(self, suggested: int | None) -> Microslip:
         """As many as it says, else as suggested."""
-        return replace(self, node_count=self.node_count or suggested or NODES)
+        return replace(self, node_count=self.node_count or suggested or self.nodes)
 
     def numbers(self) -> NDArray[Any]:
         """The nodes' places on [0, 1], their squares, and their weights."""
