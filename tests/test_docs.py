@@ -40,7 +40,6 @@ PROMISES = [
     ),
     ("numbers.md", "for chi from 0.5 to 2, within {:g} up to 4.5", "law_accuracy", "chi 4.5$"),
     ("theory_impact.md", "Errors of the rebound are below {:g} in $\\psi_2$ at any step", "any_step", "at any step"),
-    ("limits.md", "can return up to {:g} of mu P", "turning", "^the same as the load changes"),
 ]
 """Sentences with a figure that a case of validation keeps, and its limit."""
 BLOCK = re.compile(r"^```python\n(.*?)^```$(?:\n+^```text\n(.*?)^```$)?", re.M | re.S)

@@ -90,7 +90,7 @@ def test_a_straight_slide_is_that_of_the_springs(angle: float) -> None:
     for seed in range(20):
         overlap, place = ledger.random_path(np.random.default_rng(seed), "opening", 16)
         along = np.outer(place[:, 0], [np.cos(angle), np.sin(angle)])
-        (_, force), (_, known) = (ledger.dissipated(law, overlap, along) for law in (MicroslipTurning(), Springs()))
+        (_, force), (_, known) = (ledger.dissipated(law, overlap, along) for law in (MicroslipTurning(16), Springs(16)))
         np.testing.assert_allclose(force, known, rtol=0.0, atol=1e-15)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from contactlaw.laws.microslip import Microslip
 from contactlaw.turning import MicroslipTurning
 from validation import ledger, spinning, turning
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
@@ -159,7 +160,7 @@ def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
     its look, and the law alone."""
     straight = [[*row[:3], 0.0] for row in rows]
     scenes = {"turning": (rows, LAWS["turning"]), "straight": (straight, LAWS["turning"]),
-              "never looks": (straight, LAWS["springs"])}  # fmt: skip
+              "never looks": (straight, Microslip(MicroslipTurning.nodes))}  # fmt: skip
     angle = np.linspace(0.0, 3.0 * np.pi, 145)
     around = np.tile(0.6 * np.stack([1.0 - np.cos(angle[1:]), np.sin(angle[1:])], 1), (20, 1))
     lines = {"circle": around, "line": around * [0.0, 1.0]}
