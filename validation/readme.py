@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from contactlaw.ending import whole
+from contactlaw.laws.microslip import NODES
 from validation.case import Table
 from validation.store import Result, load
 from validation.words import asked, kept, markdown, with_unit
@@ -72,8 +73,8 @@ ROWS = (
         "turning", "^force along"),
     Row("A bouncing ball that spins about the normal: largest error in psi_2, against a grid with local friction",
         "any_step", "^error of psi_2 in .* spun"),
-    Row("A substep of one contact with 24 nodes, the law alone",
-        "front_law", data=("substeps", "microslip, 24 nodes", "median"), unit="ns"),
+    Row(f"A substep of one contact with {NODES} nodes, the law alone",
+        "front_law", data=("substeps", f"microslip, {NODES} nodes", "median"), unit="ns"),
     Row("A million impacts by `rebound` on two cores at most, error within 0.007",
         "front_law", "^a million impacts, error .*, default"),
 )  # fmt: skip
