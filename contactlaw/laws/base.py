@@ -70,7 +70,8 @@ class Law:
     energy: ClassVar[Callable[..., float]] = staticmethod(energy_of_force)
 
     def __init_subclass__(cls) -> None:
-        KNOWN[cls.name] = cls
+        if hasattr(cls, "name"):  # or it is what some laws share
+            KNOWN[cls.name] = cls
 
     def __post_init__(self) -> None:
         for field in fields(self):

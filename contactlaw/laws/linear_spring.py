@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from contactlaw.laws.base import Impacts, Law
-from contactlaw.laws.single_spring import impacts, spring_energy, spring_force
+from contactlaw.laws.single_spring import SingleSpring, spring_energy, spring_force
 
 
 @dataclass(frozen=True)
-class LinearSpring(Law):
+class LinearSpring(SingleSpring):
     """Linear normal and tangential springs, k_T = kappa k_N, k_N = m_N (pi/T_Hertz)^2 at the touching speed."""
 
     name = "linear_spring"
@@ -31,7 +30,3 @@ class LinearSpring(Law):
     def energy(contact, law, memory):
         """F^2/(2 kappa k_N)."""
         return spring_energy(contact, memory, contact.g_star / contact.e_star * contact.stiffness)
-
-    def impacts(self, zeta: float, steps: int) -> Impacts:
-        """The same spring in scaled variables."""
-        return impacts(self, zeta, steps)

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from math import acos, acosh, cos, cosh, exp, pi, sin, sinh, sqrt
 
-import numpy as np
-
 from contactlaw.jit import jit
 
 
@@ -82,12 +80,3 @@ def phase_of_velocity(v, zeta):
             return following
         theta = following
     return theta
-
-
-@jit
-def velocities(theta, zeta):
-    """Scaled v at many phases (n,)."""
-    out = np.empty(theta.size)
-    for k in range(theta.size):
-        _, out[k] = phase_point(theta[k], zeta)
-    return out

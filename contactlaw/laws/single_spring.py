@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from math import sqrt
+from typing import ClassVar
 
 from contactlaw.jit import jit, jit_of_sums
 from contactlaw.laws.base import Impacts, Law
@@ -55,9 +56,20 @@ def spring_energy(contact, memory, stiffness):
     return 0.5 * square / stiffness if contact.overlap > 0.0 else 0.0
 
 
-def impacts(law: Law, zeta: float, steps: int, rescaled: bool = False) -> Impacts:
-    """The whole impacts of a law of one spring."""
-    return partial(rebound_single_spring, tuple(normal_motion(zeta, steps, law.linear)), zeta, law.linear, rescaled)
+class SingleSpring(Law):
+    """A law of one spring."""
+
+    rescaled: ClassVar[bool] = False
+
+    @staticmethod
+    def energy(contact, law, memory):
+        """F^2/(4 G* a)."""
+        return spring_energy(contact, memory, 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap))
+
+    def impacts(self, zeta: float, steps: int) -> Impacts:
+        """The same spring in scaled variables."""
+        motion = tuple(normal_motion(zeta, steps, self.linear))
+        return partial(rebound_single_spring, motion, zeta, self.linear, self.rescaled)
 
 
 @jit_of_sums

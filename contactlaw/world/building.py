@@ -102,7 +102,7 @@ class Building:
         """Add bodies that joints hold together; returns the tree's number, and those of its bodies.
 
         Args:
-            tree: Its bodies and joints; a `Chain` is one.
+            tree: Its bodies and joints.
             q, v: Its coordinates and velocities, see `Tree`; None: `Tree.start`, and zeros.
         """
         number, bodies = self.add_tree_of(tree.rows)

@@ -17,16 +17,19 @@ from contactlaw.world.vec import (
     axpy,
     cross,
     dot,
-    half_turn,
     load,
+    load4,
     norm,
+    product,
     rotate,
+    rotation,
     scale,
     store,
+    store4,
     sub,
-    tangent,
     to_body,
     to_world,
+    unit,
 )
 
 LARGEST_TURN, MOST = 0.1, 1e4  # [rad] a step of the rotation of a body that is not isotropic; such steps, at most
@@ -86,18 +89,7 @@ def settle(b):
     t2 = dot(t, t)
     if t2 == 0.0:
         return
-    c, s = half_turn(t2)
-    x, y, z = s * t[0], s * t[1], s * t[2]
-    q0, q1, q2, q3 = b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3]
-    p0 = c * q0 - x * q1 - y * q2 - z * q3
-    p1 = c * q1 + x * q0 + y * q3 - z * q2
-    p2 = c * q2 + y * q0 + z * q1 - x * q3
-    p3 = c * q3 + z * q0 + x * q2 - y * q1
-    one = 1.0 / sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
-    b.quaternion[0] = one * p0
-    b.quaternion[1] = one * p1
-    b.quaternion[2] = one * p2
-    b.quaternion[3] = one * p3
+    store4(b.quaternion, unit(product(rotation(t), load4(b.quaternion))))
     b.turned += sqrt(t2)
     store(b.turn, (0.0, 0.0, 0.0))
     set_axes(b)
@@ -224,35 +216,17 @@ def moved_at(b, arm):
 
 
 @jit_inside
-def kick(b, arm, impulse):
-    """Give a body an impulse [N s] at an arm [m] from its centre of mass."""
+def kick(b, impulse, moment):
+    """Give a body an impulse [N s] and an angular one about its centre of mass [N m s]."""
     if b.tree != 0:
-        call_with_vectors(tree_at(b.tree, 0).kick, b, arm, impulse)
+        call_with_vectors(tree_at(b.tree, 0).kick, b, impulse, moment)
         return
     if b.inverse_mass == 0.0:
         return
     store(b.velocity, axpy(b.inverse_mass, impulse, load(b.velocity)))
-    moment = cross(arm, impulse)
     if b.isotropic != 0:
         store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
     else:
-        store(b.momentum, add(load(b.momentum), moment))
-        store(b.spin, give(b, load(b.momentum)))
-
-
-@jit_inside
-def turn(b, moment):
-    """Give a body an angular impulse [N m s]: two opposite impulses, half a metre from its centre of mass."""
-    size = norm(moment)
-    if b.tree != 0:
-        across = tangent(scale(1.0 / size, moment))
-        impulse = cross(moment, across)
-        arm = scale(0.5, across)
-        kick(b, arm, impulse)
-        kick(b, scale(-1.0, arm), scale(-1.0, impulse))
-    elif b.isotropic != 0:
-        store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
-    elif b.inverse_mass != 0.0:
         store(b.momentum, add(load(b.momentum), moment))
         store(b.spin, give(b, load(b.momentum)))
 

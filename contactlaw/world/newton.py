@@ -33,7 +33,7 @@ from contactlaw.world.records import NEVER
 from contactlaw.world.rolling import advance_rolling, drag_of, moment_of, rolling_axes
 from contactlaw.world.touch import close, force_of, look
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import add, cross, dot, load, scale, store, sub
+from contactlaw.world.vec import ZERO, add, cross, dot, load, scale, store, sub
 
 FOUND = 1e-9  # of its overlap, and across of its slide too, that a contact may still move
 SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
@@ -144,18 +144,14 @@ def look_at(w, r, stage):
     if t.overlap <= 0.0:  # a contact that has just come open in the search is none that has been found
         t.force, t.f, t.g = 0.0, 0.0, 0.0
         return along > rounding - FOUND * t.overlap, NEVER
-    _, _, moment = ask_at(w, c, r.slot, load(c.moved), slide)
-    push(a, arm_a, scale(stage, force_of(c)), part(w, RIGHT))
-    push(b, arm_b, scale(-stage, force_of(c)), part(w, RIGHT))
-    if moment != 0.0:
-        twist(a, scale(-stage * moment, n), e, part(w, RIGHT))
-        twist(b, scale(stage * moment, n), e, part(w, RIGHT))
+    ask_at(w, c, r.slot, load(c.moved), slide)
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         turning = sub(load(a.spin), load(b.spin))
         advance_rolling(w, c, law.rolling, (dot(turning, e), dot(turning, f)))
-        twist(a, scale(-stage, moment_of(c)), n, part(w, RIGHT))
-        twist(b, scale(stage, moment_of(c)), n, part(w, RIGHT))
+    impulse, moment = scale(stage, force_of(c)), scale(stage, moment_of(c))
+    push(a, impulse, sub(cross(arm_a, impulse), moment), part(w, RIGHT))
+    push(b, scale(-1.0, impulse), sub(moment, cross(arm_b, impulse)), part(w, RIGHT))
     pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
     least = FOUND * pace * t.overlap + rounding
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
@@ -178,13 +174,12 @@ def enter(w, r, stage):
     count_b = freedoms(b) if a.unknown != b.unknown else 0  # they may be of one tree
     for number, direction in ((NORMAL, n), (SIDE_U, e), (SIDE_V, f), (TURN, n)):
         row = empty_row(w, number, a, b)
-        if number == TURN:
-            if k[7] != 0.0:
-                twist(a, n, e, row)
-                twist(b, scale(-1.0, n), e, row)
-            continue
-        push(a, load(c.arm_a), direction, row)
-        push(b, load(c.arm_b), scale(-1.0, direction), row)
+        if number != TURN:
+            push(a, direction, cross(load(c.arm_a), direction), row)
+            push(b, scale(-1.0, direction), cross(direction, load(c.arm_b)), row)
+        elif k[7] != 0.0:
+            push(a, ZERO, n, row)
+            push(b, ZERO, scale(-1.0, n), row)
     h, first = matrix(w), part(w, FIRST)
     jn, ju, jv, js = part(w, NORMAL), part(w, SIDE_U), part(w, SIDE_V), part(w, TURN)
     square = stage * stage
@@ -204,8 +199,8 @@ def enter(w, r, stage):
         k = square * stiffness(c.touch, law.rolling) + stage * drag_of(w, c, law.rolling)
         left = c.rolled[2]
         along, across = rolling_axes(c)
-        enter_rolling(w, a, b, along, n, k if left == 1.0 else 0.0)
-        enter_rolling(w, a, b, across, n, k * left)
+        enter_rolling(w, a, b, along, k if left == 1.0 else 0.0)
+        enter_rolling(w, a, b, across, k * left)
 
 
 @jit_inside
@@ -219,15 +214,15 @@ def empty_row(w, number, a, b):
 
 
 @jit_inside
-def enter_rolling(w, a, b, axis, n, k):
+def enter_rolling(w, a, b, axis, k):
     """Enter by how much a moment changes with the angle about an axis across the normal; k: times b^2."""
     if k == 0.0:
         return
     h, row = matrix(w), empty_row(w, TURN, a, b)
     count_a = freedoms(a)
     count_b = freedoms(b) if a.unknown != b.unknown else 0
-    twist(a, axis, n, row)
-    twist(b, scale(-1.0, axis), n, row)
+    push(a, ZERO, axis, row)
+    push(b, ZERO, scale(-1.0, axis), row)
     for p in range(count_a + count_b):
         i = a.unknown + p if p < count_a else b.unknown + p - count_a
         for q in range(count_a + count_b):
@@ -236,16 +231,8 @@ def enter_rolling(w, a, b, axis, n, k):
 
 
 @jit_inside
-def twist(b, moment, across, row):
-    """The same of a moment: two opposite forces, at half a unit vector across it."""
-    force = cross(moment, across)
-    push(b, scale(0.5, across), force, row)
-    push(b, scale(-0.5, across), scale(-1.0, force), row)
-
-
-@jit_inside
-def push(b, arm, direction, row):
-    """Add J^T p to a row: a point's velocity along a direction by those of its body or tree, or what p gives these."""
+def push(b, force, moment, row):
+    """Add J^T (p, m) to a row, of a force on a body and a moment about its centre of mass."""
     o = b.unknown
     if o < 0:
         return
@@ -254,9 +241,9 @@ def push(b, arm, direction, row):
         x = vector(t.x, t.v_size)
         for i in range(t.v_size):
             x[i] = 0.0
-        call_with_vectors(t.carry, b, arm, direction)
+        call_with_vectors(t.carry, b, force, moment)
         for i in range(t.v_size):
             row[o + i] += x[i]
         return
-    store(row[o:], add(load(row[o:]), direction))
-    store(row[o + 3 :], add(load(row[o + 3 :]), cross(arm, direction)))
+    store(row[o:], add(load(row[o:]), force))
+    store(row[o + 3 :], add(load(row[o + 3 :]), moment))

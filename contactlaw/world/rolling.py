@@ -9,8 +9,8 @@ from contactlaw.laws import rolling
 from contactlaw.laws.record import LASTING
 from contactlaw.world.access import body_at
 from contactlaw.world.force import hardly_moves
-from contactlaw.world.motion import give, turn
-from contactlaw.world.vec import axpy, cross, dot, load, norm, scale, sub
+from contactlaw.world.motion import give
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub
 
 
 @jit_inside
@@ -44,8 +44,8 @@ def drag_of(w, c, resistance):
 
 
 @jit_inside
-def moment_of(c):
-    """Moment on B [N m] of a contact's resistance; on A it is the opposite."""
+def bending_of(c):
+    """Moment on B [N m] of a contact's resistance to rolling; on A it is the opposite."""
     e = load(c.tangent)
     return axpy(c.bending[0], e, scale(c.bending[1], cross(load(c.normal), e)))
 
@@ -53,15 +53,14 @@ def moment_of(c):
 @jit_inside
 def rolling_axes(c):
     """Unit vectors along the moment, and across it and the normal."""
-    moment = moment_of(c)
+    moment = bending_of(c)
     size = norm(moment)
     along = scale(1.0 / size, moment) if size > 0.0 else load(c.tangent)
     return along, cross(load(c.normal), along)
 
 
 @jit_inside
-def apply_rolling(c, a, b, time):
-    """Turn both bodies with it for a time [s]."""
-    moment = scale(time, moment_of(c))
-    turn(a, scale(-1.0, moment))
-    turn(b, moment)
+def moment_of(c):
+    """Moment on B [N m] of a contact: about its normal, and across it."""
+    about = scale(c.torsion.moment, load(c.normal))
+    return add(bending_of(c), about) if c.bending[0] != 0.0 or c.bending[1] != 0.0 else about

@@ -39,16 +39,9 @@ def settle_down(w, bodies, pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
-            press(body_at(w.bodies, p.body_a), load(c.arm_a), load(c.force))
-            press(body_at(w.bodies, p.body_b), load(c.arm_b), scale(-1.0, load(c.force)))
-            if c.torsion.moment != 0.0:
-                e = load(c.tangent)
-                couple(body_at(w.bodies, p.body_a), e, scale(-c.torsion.moment, cross(load(c.normal), e)))
-                couple(body_at(w.bodies, p.body_b), e, scale(c.torsion.moment, cross(load(c.normal), e)))
-            if c.bending[0] != 0.0 or c.bending[1] != 0.0:
-                n, moment = load(c.normal), moment_of(c)
-                couple(body_at(w.bodies, p.body_a), n, cross(n, moment))
-                couple(body_at(w.bodies, p.body_b), n, cross(moment, n))
+            force, moment = load(c.force), moment_of(c)
+            press(body_at(w.bodies, p.body_a), force, sub(cross(load(c.arm_a), force), moment))
+            press(body_at(w.bodies, p.body_b), scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
     if not hardly(w, pairs, w.stillness, 2):
         return
     for i in range(bodies):
@@ -113,21 +106,14 @@ def least_move(c, a, b, part):
 
 
 @jit_inside
-def press(b, arm, force):
-    """Count a force towards a body's accelerations."""
+def press(b, force, moment):
+    """Count a force and a moment towards a body's accelerations."""
     if b.still == 0 and b.tree != 0:
-        call_with_vectors(tree_at(b.tree, 0).press, b, arm, force)
+        call_with_vectors(tree_at(b.tree, 0).press, b, force, moment)
     elif b.still == 0:
         store(b.shift, axpy(b.inverse_mass, force, load(b.shift)))
-        store(b.twist, add(load(b.twist), give(b, cross(arm, force))))
+        store(b.twist, add(load(b.twist), give(b, moment)))
         b.active = 1
-
-
-@jit_inside
-def couple(b, arm, force):
-    """The same of a force at half an arm and its opposite at the opposite half."""
-    press(b, scale(0.5, arm), force)
-    press(b, scale(-0.5, arm), scale(-1.0, force))
 
 
 @jit_inside

@@ -16,10 +16,10 @@ from contactlaw.world.call import address, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import meet, meet_near
-from contactlaw.world.motion import kick, moved_at, turn, velocity_at
+from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
 from contactlaw.world.records import CLOSED, DISC, FREE, PARTED
-from contactlaw.world.rolling import apply_rolling, rolled
+from contactlaw.world.rolling import moment_of, rolled
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
 NONE = (0.0, 0.0, 0.0)
@@ -303,12 +303,7 @@ def apply_force(c, a, b, time):
     impulse = scale(time, load(c.force))
     a.touched = 1
     b.touched = 1
-    kick(a, load(c.arm_a), impulse)
-    kick(b, load(c.arm_b), scale(-1.0, impulse))
+    moment = scale(time, moment_of(c))
+    kick(a, impulse, sub(cross(load(c.arm_a), impulse), moment))
+    kick(b, scale(-1.0, impulse), sub(moment, cross(load(c.arm_b), impulse)))
     store(c.impulse, add(load(c.impulse), impulse))
-    if time * c.torsion.moment != 0.0:
-        moment = scale(time * c.torsion.moment, load(c.normal))
-        turn(a, scale(-1.0, moment))
-        turn(b, moment)
-    if time != 0.0 and (c.bending[0] != 0.0 or c.bending[1] != 0.0):
-        apply_rolling(c, a, b, time)

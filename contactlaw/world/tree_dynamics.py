@@ -309,11 +309,14 @@ def spread_acceleration(t):
 
 
 @jit_inside
-def load_axes(t, b, arm, impulse, x, left):
-    """x <- left x + J^T p of an impulse [N s] on a body, for the axes that carry it; returns the last of these."""
+def load_axes(t, b, impulse, moment, x, left):
+    """x <- left x + J^T (p, m), an impulse [N s] on a body's centre of mass and an angular one [N m s].
+
+    For the axes that carry the body; returns the last of these.
+    """
     link = link_at(t.links, b.member)
     last = link.first_axis + link.axes - 1
-    moment = cross(add(sub(load(b.position), load(t.origin)), arm), impulse)
+    moment = add(cross(sub(load(b.position), load(t.origin)), impulse), moment)
     k = last
     while k >= 0:
         axis = axis_at(t.axes, k)
@@ -323,8 +326,8 @@ def load_axes(t, b, arm, impulse, x, left):
 
 
 @jit_inside
-def project(t, b, arm, impulse, x):
-    """x <- L^-T J^T p of an impulse [N s] on a body, for the axes that carry it; returns the last of these."""
-    last = load_axes(t, b, arm, impulse, x, 0.0)
+def project(t, b, impulse, moment, x):
+    """x <- L^-T J^T (p, m), see `load_axes`; returns the last axis that carries the body."""
+    last = load_axes(t, b, impulse, moment, x, 0.0)
     descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
     return last

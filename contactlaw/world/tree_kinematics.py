@@ -11,7 +11,7 @@ Algorithms, 2008, chapters 2 and 3).
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import cos, sin
 
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
@@ -24,16 +24,15 @@ from contactlaw.world.vec import (
     add,
     axpy,
     cross,
-    dot,
-    half_turn,
     load,
     load4,
     product,
-    scale,
+    rotation,
     store,
     store4,
     sub,
     turn_by,
+    unit,
 )
 
 NONE = (0.0, 0.0, 0.0)
@@ -99,14 +98,14 @@ def joined(t, joint, place, turn, q, x):
         set_axis(t, m + 1, NONE, (0.0, 1.0, 0.0))
         set_axis(t, m + 2, NONE, (0.0, 0.0, 1.0))
         k, m = k + 3, m + 3
-    own = turned((q[k], q[k + 1], q[k + 2], q[k + 3]), (x[m], x[m + 1], x[m + 2]))
+    own = unit(product((q[k], q[k + 1], q[k + 2], q[k + 3]), rotation((x[m], x[m + 1], x[m + 2]))))
     for i in range(4):
         q[k + i] = own[i]
     turn = product(turn, own)
     arm = sub(anchor, load(t.origin))
     for i in range(3):
-        unit = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
-        axis = turn_by(turn, unit)
+        one = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
+        axis = turn_by(turn, one)
         set_axis(t, m + i, axis, cross(arm, axis))
     if joint.kind == BALL:
         place = sub(anchor, turn_by(turn, load(joint.at)))
@@ -119,16 +118,6 @@ def set_axis(t, k, spin, velocity):
     axis = axis_at(t.axes, k)
     store(axis.spin, spin)
     store(axis.velocity, velocity)
-
-
-@jit_inside
-def turned(q, turn):
-    """The quaternion of a body that has turned by a rotation vector along its axes [rad]."""
-    c, s = half_turn(dot(turn, turn))
-    p = scale(s, turn)
-    w, x, y, z = product(q, (c, p[0], p[1], p[2]))
-    one = 1.0 / sqrt(w * w + x * x + y * y + z * z)
-    return one * w, one * x, one * y, one * z
 
 
 @jit_inside

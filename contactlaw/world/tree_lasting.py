@@ -60,7 +60,7 @@ def resist(b):
                 out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
 
 
-def carry(b, arm, direction):
-    """Add to x the velocity of a point along a direction, by the tree's velocities."""
+def carry(b, force, moment):
+    """Add to x what a force on a body and a moment do along the tree's velocities."""
     t = tree_at(b.tree, 0)
-    load_axes(t, b, arm, direction, vector(t.x, t.v_size), 1.0)
+    load_axes(t, b, force, moment, vector(t.x, t.v_size), 1.0)

@@ -2,7 +2,7 @@
 
 With q the generalised coordinates, v the velocities, M(q) = L^T D L the mass matrix, J_b the Jacobian of a body:
 
-    kick       v <- v + M^-1 J_b^T (p, r x p), an impulse p at an arm r of a body; all velocities J v anew
+    kick       v <- v + M^-1 J_b^T (p, m), an impulse and an angular one on a body; all velocities J v anew
     mobility   d . J M^-1 J^T d = y . D^-1 y, y = L^-T J^T d
 
 `motion` calls these functions by their addresses, for bodies that joints hold; and those of `tree_motion`.
@@ -80,10 +80,10 @@ def settle(b):
         t.decay = decay(t)
 
 
-def kick(b, arm, impulse):
-    """Give a body of a tree an impulse [N s] at an arm [m] from its centre of mass: its velocities follow later."""
+def kick(b, impulse, moment):
+    """Give a body of a tree an impulse [N s] and an angular one [N m s]: its velocities follow later."""
     t = tree_at(b.tree, 0)
-    load_axes(t, b, arm, impulse, vector(t.due, t.v_size), 1.0)
+    load_axes(t, b, impulse, moment, vector(t.due, t.v_size), 1.0)
     t.kicked = 1
     t.stale = 1
 
@@ -130,8 +130,8 @@ def mobility(a, arm_a, b, arm_b, direction):
     out = 0.0
     if not same:
         clear(y)
-        project(t, b, arm_b, direction, y)
-    k = project(t, a, arm_a, direction, x)
+        project(t, b, direction, cross(arm_b, direction), y)
+    k = project(t, a, direction, cross(arm_a, direction), x)
     while k >= 0:
         axis = axis_at(t.axes, k)
         out += x[k] * axis.inverse * (x[k] if same else y[k])
@@ -139,13 +139,13 @@ def mobility(a, arm_a, b, arm_b, direction):
     return max(out, LEAST_MOBILITY * a.inverse_mass) if same else out
 
 
-def press(b, arm, force):
-    """Add what a force [N] on a body gives to the accelerations of all, in `shift` and `twist` (`sleep`)."""
+def press(b, force, moment):
+    """Add what a force [N] and a moment [N m] give to the accelerations of all, in `shift` and `twist` (`sleep`)."""
     t = tree_at(b.tree, 0)
     n = t.v_size
     x, origin = vector(t.x, n), load(t.origin)
     clear(x)
-    project(t, b, arm, force, x)
+    project(t, b, force, moment, x)
     ascend(t, vector(t.factor, (n, n)), x)
     for i in range(t.count):
         one = body_at(t.bodies, i)

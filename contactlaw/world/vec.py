@@ -107,6 +107,20 @@ def rotate(turn, a):
 
 
 @jit_inside
+def rotation(turn):
+    """The quaternion of a rotation vector [rad]."""
+    c, s = half_turn(dot(turn, turn))
+    return c, s * turn[0], s * turn[1], s * turn[2]
+
+
+@jit_inside
+def unit(q):
+    """A quaternion made of length one."""
+    one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return one * q[0], one * q[1], one * q[2], one * q[3]
+
+
+@jit_inside
 def product(p, q):
     """The product p q of two quaternions, scalar first: turned by q, then by p."""
     return (

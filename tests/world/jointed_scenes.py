@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw.world import World
-from contactlaw.world.chain import Chain, Link
+from tests.world.chains import Chain, Link
 from validation.world_scenes import mass_of, steel_pair
 
 TIP = 0.01  # [m] radius of the ball at a tip

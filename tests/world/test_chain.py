@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from contactlaw.world.chain import Chain, Link
 from contactlaw.world.coordinates import mass_matrix, numbers
+from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import UPPER, pendulum
 
 

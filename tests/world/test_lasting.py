@@ -10,9 +10,9 @@ import pytest
 
 from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.world import World
-from contactlaw.world.chain import Chain, Link
 from contactlaw.world.equations import room_for
 from sims.contact_point import static_overlap
+from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod
 from validation.world_scenes import mass_of
 

@@ -13,7 +13,7 @@ from contactlaw.laws import rolling
 from contactlaw.laws.record import contact_of
 from contactlaw.losses import FallingFriction, Viscoelastic
 from contactlaw.world import World
-from contactlaw.world.chain import Chain, Link
+from tests.world.chains import Chain, Link
 
 STEEL = MATERIALS["steel"]
 RADIUS, GRAVITY, DENSITY, RESISTANCE = 0.01, 9.81, 7833.0, 0.01

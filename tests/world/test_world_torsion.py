@@ -9,7 +9,7 @@ import pytest
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.world import World
-from contactlaw.world.chain import Chain, Link
+from tests.world.chains import Chain, Link
 
 STEEL = MATERIALS["steel"]
 RADIUS, GRAVITY, DENSITY = 0.01, 9.81, 7833.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from contactlaw.world.chain import Chain, Link
+from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, pendulum, pendulum_between_walls
 from validation.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
 
