@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 from contactlaw.impact import check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
-from contactlaw.laws.normal_motion import SCALED_DEEPEST
+from contactlaw.laws.normal_motion import SCALED_DEEPEST, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
 from contactlaw.single import paths
-from contactlaw.single.ledger import TRACK, Motion, Scale, ledger, motion_of
+from contactlaw.single.ledger import TRACK, Scale, ledger
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -189,7 +189,7 @@ def _normal_motion(
 ) -> tuple[Motion, float, float]:
     """The scaled motion, its length [m], and the greatest overlap that the law is told of [m]."""
     linear = pair.rule.linear
-    motion = motion_of(pair.damping_ratio, steps, linear)
+    motion = normal_motion(pair.damping_ratio, steps, linear)
     k = 4.0 / 3.0 * pair.effective_modulus * sqrt(radius)
     deepest = (1.25 * mass * approach * approach / k) ** 0.4  # without damping
     if linear:

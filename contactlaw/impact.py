@@ -15,10 +15,10 @@ from contactlaw import checks
 from contactlaw.laws import Law, law_of, oscillator
 from contactlaw.laws.base import Array, Impacts
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
+from contactlaw.laws.normal_motion import normal_motion
 from contactlaw.laws.record import PAIR
 from contactlaw.pair import ContactPair, warn_of_depth
 from contactlaw.single import paths
-from contactlaw.single.ledger import motion_of
 
 # Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
 # the finer its traces across the contact.
@@ -124,7 +124,7 @@ def _impacts(law: Law, zeta: float, steps: int) -> Impacts:
 
 def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Array) -> None:
     """Whole impacts in steps, scaled so that m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
-    motion = motion_of(zeta, steps, law.linear)
+    motion = normal_motion(zeta, steps, law.linear)
     deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # the former: P = delta
     paths.impacts_by_steps(
         law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0), *law.new_contact(), motion, deepest, psi, chi, out

@@ -167,7 +167,7 @@ class ContactPair:
 
     def greatest_force(self, mass: float, speed: float) -> float:
         """Greatest normal force [N] of an impact; where the damper dominates this may be at the touch."""
-        force = normal_motion.normal_table(self.at(speed).damping_ratio, 2000, False)[2]
+        force = normal_motion.normal_motion(self.at(speed).damping_ratio, 2000, False).force
         return float(
             self._stiffness() * (self._deepest(mass, speed) / normal_motion.SCALED_DEEPEST) ** 1.5 * force.max()
         )

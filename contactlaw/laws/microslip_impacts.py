@@ -46,7 +46,8 @@ def impacts(zeta: float, steps: int, x: Array, w: Array) -> Impacts:
     motion = normal_motion(zeta, steps, False)
     span = sqrt(float(motion.delta.max()))
     nodes = node_table(motion.delta, Nodes((span * x) ** 2, 1.5 * span * w))
-    return partial(rebound, tuple(motion), tuple(nodes), zeta)  # plain ones: a call looks their types up faster
+    known = motion.theta, motion.delta, motion.v_mid, motion.step
+    return partial(rebound, known, tuple(nodes), zeta)  # plain ones: a call looks their types up faster
 
 
 @jit
@@ -70,8 +71,8 @@ def node_table(delta, nodes):
 
 @jit_of_sums
 def rebound(motion, nodes, zeta, psi_1, chi, psi_2_out):
-    """psi_2 of each impact (flat arrays). motion, nodes: `NormalMotion`, `NodeTable`."""
-    (theta, _, v_mid, _), steps, many = motion, motion[3].size, psi_1.size
+    """psi_2 of each impact (flat arrays). motion, nodes: of `Motion` theta, delta, v_mid and step; `NodeTable`."""
+    (theta, _, v_mid, _), steps, many = motion, motion[2].size, psi_1.size
     _, v_end = phase_point(theta[steps], zeta)
     join, stick = np.zeros(many, np.int64), np.empty((many, 3))
     count = np.zeros(steps + 2, np.int64)  # how many impacts join in each step; then where they stand in order

@@ -51,29 +51,55 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 GAUSS_5 = np.column_stack([0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS])
 
 
+class Motion(NamedTuple):
+    """A scaled normal motion at steps + 1 instants, (steps + 1,) each, but for v_mid, (steps,).
+
+    Phase; overlap and its root; force, and its ratio to the undamped one; closing speed in the middle of each step; its
+    drop from half a step before the instant to half a step after; closing speed; elastic energy; the instant, and the
+    time to the next. With linear normal springs delta is y and time is phase.
+    """
+
+    theta: Array
+    delta: Array
+    root: Array
+    force: Array
+    ratio: Array
+    v_mid: Array
+    drop: Array
+    speed: Array
+    energy: Array
+    instant: Array
+    step: Array
+
+
 @jit
 def normal_table(zeta, steps, linear):
-    """The normal motion at equal phases.
-
-    Returns theta, delta, force, ratio (force over the undamped one) at steps + 1 phases; v_mid, dt of the steps
-    between. With linear normal springs delta is y and time is phase.
-    """
-    end = end_phase(zeta)
-    theta = np.linspace(0.0, end, steps + 1)
-    delta, force, ratio = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps + 1)
-    v_mid, dt = np.empty(steps), np.empty(steps)
-    for k in range(steps):
-        middle = 0.5 * (theta[k] + theta[k + 1])
-        y, v_mid[k] = phase_point(middle, zeta)
-        dt[k] = theta[k + 1] - theta[k] if linear else time_of_phases(theta[k], theta[k + 1], zeta)
-    for k in range(1, steps + 1):
-        y, v = phase_point(theta[k], zeta)
-        y = max(y, 0.0)
-        delta[k] = y if linear else (SQRT_5_4 * y) ** 0.8
-        if k < steps:
-            ratio[k] = max(y + 2.0 * zeta * v, 0.0) / y
+    """The `Motion` of a whole impact."""
+    end, before = end_phase(zeta), 1.0
+    theta, v_mid = np.linspace(0.0, end, steps + 1), np.empty(steps)
+    delta, force, ratio, energy = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps + 1)
+    drop, speed, instant, step = np.empty(steps + 1), np.empty(steps + 1), np.zeros(steps + 1), np.zeros(steps + 1)
+    for k in range(steps + 1):
+        y, speed[k] = phase_point(theta[k], zeta)
+        y, after = max(y, 0.0), speed[k]
+        if k > 0:
+            delta[k] = y if linear else (SQRT_5_4 * y) ** 0.8
+        if 0 < k < steps:
+            ratio[k] = max(y + 2.0 * zeta * speed[k], 0.0) / y
             force[k] = ratio[k] * (y if linear else delta[k] ** 1.5)
-    return theta, delta, force, ratio, v_mid, dt
+        # With a damper the last overlap is elastic energy too, but no force is left to return it to the motion.
+        if zeta == 0.0 or k < steps:
+            energy[k] = 0.5 * delta[k] ** 2 if linear else 0.4 * delta[k] ** 2.5
+        if k < steps:
+            _, v_mid[k] = phase_point(0.5 * (theta[k] + theta[k + 1]), zeta)
+            step[k] = theta[k + 1] - theta[k] if linear else time_of_phases(theta[k], theta[k + 1], zeta)
+            instant[k + 1] = instant[k] + step[k]
+            after = v_mid[k]
+        drop[k], before = before - after, after
+    return Motion(theta, delta, np.sqrt(delta), force, ratio, v_mid, drop, speed, energy, instant, step)
+
+
+normal_motion = lru_cache(maxsize=64)(normal_table)
 
 
 @lru_cache(maxsize=64)
@@ -88,22 +114,6 @@ def duration(zeta: float) -> float:
         y = np.exp(-zeta * theta) * np.real(np.sin(omega * theta) / omega)
         total += weights @ (1.25 * end * s**4 * y**-0.2)
     return float(TIME_PER_PHASE * total)
-
-
-class NormalMotion(NamedTuple):
-    """Phases and overlaps (steps + 1,); closing speeds midway and times of the steps between (steps,)."""
-
-    theta: Array
-    delta: Array
-    v_mid: Array
-    dt: Array
-
-
-@lru_cache(maxsize=64)
-def normal_motion(zeta: float, steps: int, linear: bool) -> NormalMotion:
-    """What of `normal_table` a whole impact needs, kept."""
-    theta, delta, _, _, v_mid, dt = normal_table(zeta, steps, linear)
-    return NormalMotion(theta, delta, v_mid, dt)
 
 
 @jit

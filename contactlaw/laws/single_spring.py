@@ -68,15 +68,16 @@ class SingleSpring(Law):
 
     def impacts(self, zeta: float, steps: int) -> Impacts:
         """The same spring in scaled variables."""
-        motion = tuple(normal_motion(zeta, steps, self.linear))
-        return partial(rebound_single_spring, motion, zeta, self.linear, self.rescaled)
+        motion = normal_motion(zeta, steps, self.linear)
+        known = motion.theta, motion.delta, motion.v_mid, motion.step
+        return partial(rebound_single_spring, known, zeta, self.linear, self.rescaled)
 
 
 @jit_of_sums
 def rebound_single_spring(motion, zeta, linear, rescaled, psi_1, chi, psi_2_out):
-    """psi_2 of each impact (flat arrays). motion: `NormalMotion`."""
+    """psi_2 of each impact (flat arrays). motion: of `Motion` theta, delta, v_mid and step."""
     theta, delta, v_mid, dt = motion
-    steps = dt.size
+    steps = v_mid.size
     _, v_end = phase_point(theta[steps], zeta)
     held = 1.0 - RESCALED if rescaled else 1.0
     for j in range(psi_1.size):

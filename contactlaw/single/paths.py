@@ -11,9 +11,10 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import elastic_force
+from contactlaw.laws.normal_motion import Motion
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
-from contactlaw.single.ledger import Motion, Scale, note
+from contactlaw.single.ledger import Scale, note
 
 SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
 MOST_SUBSTEPS = 4096  # per segment of the path

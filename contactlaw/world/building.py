@@ -1,4 +1,4 @@
-"""What a world is built of: bodies, shapes and contacts, from Python."""
+"""What a world is built of, from Python: bodies, trees and contacts; shapes are in `shapes`."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair
-from contactlaw.world import shapes
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
 from contactlaw.world.coordinates import coordinates, write_coordinates
-from contactlaw.world.frames import ORIGIN, UNTURNED, matrix_of, principal, product, turn_to, unit_quaternion
+from contactlaw.world.frames import ORIGIN, UNTURNED, matrix_of, principal, product, unit_quaternion
 from contactlaw.world.records import Array, Arrays
+from contactlaw.world.shapes import Shapes
 from contactlaw.world.tree import Tree
 from contactlaw.world.tree_rows import TreeRows
 
 NEAR_PART = 8  # of all other solids and planes, that a corner, an edge or a rim may be near to, in the mean
 
 
-class Building:
-    """The part of `World` that bodies, shapes and contacts are added to; arguments and errors as there."""
+class Building(Shapes):
+    """The part of `World` that bodies and contacts are added to; arguments and errors as there."""
 
     def __init__(
         self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
@@ -32,6 +32,7 @@ class Building:
     ) -> None:  # fmt: skip
         if INTERPRETED:
             raise RuntimeError("a world is moved by compiled code alone, and NUMBA_DISABLE_JIT is set: unset it")
+        super().__init__()
         pull = [0.0, 0.0, -checks.not_negative("gravity", gravity)] if np.ndim(gravity) == 0 else gravity
         self.gravity = checks.vector("gravity", pull)
         self.timestep = checks.positive("timestep", timestep)
@@ -41,16 +42,8 @@ class Building:
         state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "at least 10", low=10.0, high=1e6)
         state["crowd"] = checks.count("crowd", crowd, 0)
         state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
-        self._frames: list[Array] = []  # of the principal axes, in that of each body
-        self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
-        self._kinds: list[int] = []  # of each shape
-        self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
-        self._solids: dict[int, shapes.Fields] = {}  # boxes, cylinders and hulls
-        self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
         self._rules: list[int] = []  # the pair that the shapes of two sets make; -1: they do not touch
         self._new_bodies: list[dict[str, Any]] = []
-        self._new_shapes: list[dict[str, Any]] = []
-        self._regroup = False
 
     @property
     def arrays(self) -> Arrays:
@@ -149,143 +142,6 @@ class Building:
         b["held"] = np.nan  # differs from any acceleration: it wakes
         self.arrays.world["stale"] = 1
 
-    def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
-        """Fix a sphere to a body; returns the shape's number.
-
-        Args:
-            body: Number of the body.
-            radius: [m].
-            at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
-        """
-        return self._shape(shapes.sphere(*self._turn(body), checks.positive("radius", radius), checks.vector("at", at)))
-
-    def add_capsule(
-        self, body: int, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
-        axis: ArrayLike = (0.0, 0.0, 1.0),
-    ) -> tuple[int, int, int]:  # fmt: skip
-        """Fix a capsule to a body; returns the numbers of its three shapes: its side, and both ends.
-
-        Args:
-            body: Number of the body.
-            radius: [m].
-            half_length: From its middle to the centre of an end [m].
-            at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
-            axis: Of its middle line, a unit vector along the same axes.
-        """
-        half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
-        fields = shapes.capsule(*self._turn(body), checks.positive("radius", radius), checks.vector("at", at), half)
-        return self._shape(fields[0]), self._shape(fields[1]), self._shape(fields[2])
-
-    def add_box(
-        self, body: int | None, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
-        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0), rounding: float | None = None,
-    ) -> int:  # fmt: skip
-        """Fix a box to a body, or to the world: None; returns the shape's number.
-
-        Args:
-            body: Number of the body.
-            half_lengths: Half of its lengths [m], shape (3,).
-            at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
-            quaternion: Of its own axes in the body's, scalar first, shape (4,).
-            rounding: Radius of its edges [m], and so of its contacts with what is flat, see docs/shapes.md; None: a
-                tenth of the smallest half length.
-        """
-        half = checks.vector("half_lengths", half_lengths)
-        if not half.min() > 0.0:
-            raise ValueError(f"half_lengths = {half.tolist()}: must be > 0")
-        axes = matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._solid(shapes.box(*self._turn(body), half, checks.vector("at", at), axes, rounding))
-
-    def add_cylinder(
-        self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
-        axis: ArrayLike = (0.0, 0.0, 1.0), rounding: float | None = None,
-    ) -> int:  # fmt: skip
-        """Fix a cylinder to a body, or to the world: None; returns the shape's number.
-
-        Args:
-            body: Number of the body.
-            radius: [m].
-            half_length: From its middle to an end [m].
-            at, rounding: As for a box.
-            axis: A unit vector along the same axes.
-        """
-        axes = turn_to(checks.unit_vector("axis", axis))
-        sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
-        return self._solid(shapes.cylinder(*self._turn(body), sizes, checks.vector("at", at), axes, rounding))
-
-    def add_ellipsoid(
-        self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
-        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
-    ) -> int:  # fmt: skip
-        """Fix an ellipsoid to a body, or to the world: None; returns the shape's number.
-
-        Args:
-            body: Number of the body.
-            half_axes: Half of its lengths [m], shape (3,).
-            at, quaternion: As for a box.
-        """
-        half = checks.vector("half_axes", half_axes)
-        if not half.min() > 0.0:
-            raise ValueError(f"half_axes = {half.tolist()}: must be > 0")
-        axes = matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._shape(shapes.ellipsoid_of(*self._turn(body), half, checks.vector("at", at), axes))
-
-    def add_hull(
-        self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
-        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
-    ) -> int:  # fmt: skip
-        """Fix the convex hull of points to a body, or to the world: None; returns the shape's number.
-
-        Points that change it by less than 5 thousandths of its size are left out, and all but a hundred of them.
-
-        Args:
-            body: Number of the body.
-            points: [m], shape (n, 3), along their own axes.
-            rounding: Radius of its edges [m]; None: a tenth of the least distance of a face from its middle.
-            at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
-            quaternion: Of their axes in the body's, scalar first, shape (4,).
-        """
-        own = checks.finite_array("points", points)
-        if own.ndim != 2 or own.shape[1] != 3:
-            raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
-        radius = None if rounding is None else checks.positive("rounding", rounding)
-        axes = matrix_of(unit_quaternion("quaternion", quaternion))
-        return self._solid(shapes.hull(*self._turn(body), own, checks.vector("at", at), axes, radius))
-
-    def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
-        """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
-
-        Args:
-            body: Number of the body.
-            point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
-            normal: Out of the half space, a unit vector along the same axes.
-        """
-        p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
-        return self._shape(shapes.plane(*self._turn(body), p, n))
-
-    def add_shape(
-        self, kind: str, body: int, sizes: Array, at: Array, quaternion: Array, rounding: float | None = None,
-        points: Array | None = None,
-    ) -> list[int]:  # fmt: skip
-        """Fix a shape as engines name it, and have its sizes, to a body; returns the numbers of what it makes.
-
-        sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
-        """
-        axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
-        if kind == "capsule":
-            return list(self.add_capsule(body, first, second, at, axis))
-        if kind == "sphere":
-            return [self.add_sphere(body, first, at)]
-        if kind == "plane":
-            return [self.add_plane(body, at, axis)]
-        if kind == "box":
-            return [self.add_box(body, sizes, at, quaternion, rounding)]
-        if kind == "cylinder":
-            return [self.add_cylinder(body, first, second, at, axis, rounding)]
-        if kind == "ellipsoid":
-            return [self.add_ellipsoid(body, sizes, at, quaternion)]
-        return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
-
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
         """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
 
@@ -316,44 +172,10 @@ class Building:
             self._give_parts(*sets[::-1])
         self._regroup = True
 
-    def _body(self, body: int) -> int:
-        """Row of a body."""
-        if checks.count("body", body, 0) >= len(self._frames):
-            raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
-        return body + 1
-
     def _tree(self, tree: int) -> int:
         if checks.count("tree", tree, 0) >= self.arrays.trees.size:
             raise ValueError(f"tree = {tree}: there are {self.arrays.trees.size} trees, counted from 0")
         return tree
-
-    def _turn(self, body: int | None) -> tuple[int, Array]:
-        """Row of a body, and the matrix from its axes to the principal ones; of the world: None."""
-        return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
-
-    def _shape(self, fields: shapes.Fields, owner: int | None = None) -> int:
-        number = len(self._kinds)
-        self._new_shapes.append(fields)
-        self._kinds.append(fields["kind"])
-        self._owners.append(number if owner is None else owner)
-        self._memberships.append(())
-        self._regroup = True
-        return number
-
-    def _solid(self, fields: shapes.Fields) -> int:
-        """A box, a cylinder or a hull."""
-        number = self._shape(fields)
-        self._solids[number], self._met[number] = fields, set()
-        return number
-
-    def _give_parts(self, ones: list[int], others: list[int]) -> None:
-        """Give boxes, cylinders and hulls of one set the parts by which they meet the other."""
-        kinds = {self._kinds[number] for number in others} if self._solids else set()
-        for number in sorted(self._solids.keys() & set(ones)):
-            had = shapes.parts_of(self._solids[number], self._met[number])
-            self._met[number] |= kinds
-            for part in shapes.parts_of(self._solids[number], self._met[number])[len(had) :]:
-                self._shape(part, number)
 
     def _groups(self) -> Array:
         """Sort the shapes into groups that are in the same sets; the table of which pair each two groups make."""

@@ -1,130 +1,229 @@
-"""The records of shapes, field by field, from what describes them: what engines and `World` fill `records.SHAPE` with.
-
-Each function takes the body's row, and the matrix (3, 3) from the axes that places are given in to its principal ones.
-"""
+"""The shapes of a world, from Python: what describes them becomes a record, `records.SHAPE`, field by field."""
 
 from __future__ import annotations
 
-from itertools import product
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.world import convex, disc, ellipsoid
-from contactlaw.world.core import CROWN
+from contactlaw.world.frames import matrix_of, turn_to, unit_quaternion
 from contactlaw.world.hulls import core_of
-from contactlaw.world.records import (
-    BOX,
-    CORNER,
-    CYLINDER,
-    DISC,
-    EDGE,
-    ELLIPSOID,
-    END,
-    HULL,
-    PLANE,
-    SEGMENT,
-    SIDE,
-    SPHERE,
-    TANGENT,
-    Array,
-)
-
-Fields = dict[str, Any]
+from contactlaw.world.parts import Fields, parts_of
+from contactlaw.world.records import BOX, CYLINDER, ELLIPSOID, END, HULL, PLANE, SEGMENT, SPHERE, TANGENT, Array
 
 ROUNDING = 0.1  # of the smallest half length of a box or a cylinder, the radius of its edges unless told otherwise
-FEET = 0.7  # of the radius of a rim, where the feet of a cylinder's end are
 
 
-def sphere(row: int, turn: Array, radius: float, at: Array) -> Fields:
-    """Radius and centre [m]."""
-    return {"kind": SPHERE, "body": row, "radius": radius, "at": turn @ at}
+class Shapes:
+    """The part of `World` that shapes are added to; arguments and errors as there."""
+
+    def __init__(self) -> None:
+        self._frames: list[Array] = []  # of the principal axes, in that of each body
+        self._new_shapes: list[Fields] = []
+        self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
+        self._kinds: list[int] = []  # of each shape
+        self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
+        self._solids: dict[int, Fields] = {}  # boxes, cylinders and hulls
+        self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
+        self._regroup = False
+
+    def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
+        """Fix a sphere to a body; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
+        """
+        return self._shape(self._placed(SPHERE, body, at) | {"radius": checks.positive("radius", radius)})
+
+    def add_capsule(
+        self, body: int, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0),
+    ) -> tuple[int, int, int]:  # fmt: skip
+        """Fix a capsule to a body; returns the numbers of its three shapes: its side, and both ends.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to the centre of an end [m].
+            at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
+            axis: Of its middle line, a unit vector along the same axes.
+        """
+        half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
+        own, middle = {"radius": checks.positive("radius", radius)}, checks.vector("at", at)
+        side = self._shape(self._placed(SEGMENT, body, middle) | own | {"half": self._turn(body)[1] @ half})
+        one, other = (self._shape(self._placed(END, body, middle + s * half) | own) for s in (1.0, -1.0))
+        return side, one, other
+
+    def add_box(
+        self, body: int | None, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0), rounding: float | None = None,
+    ) -> int:  # fmt: skip
+        """Fix a box to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            half_lengths: Half of its lengths [m], shape (3,).
+            at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of its own axes in the body's, scalar first, shape (4,).
+            rounding: Radius of its edges [m], and so of its contacts with what is flat, see docs/shapes.md; None: a
+                tenth of the smallest half length.
+        """
+        half, axes = _sizes("half_lengths", half_lengths), matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._solid(self._placed(BOX, body, at, axes) | _rounded(half, rounding))
+
+    def add_cylinder(
+        self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0), rounding: float | None = None,
+    ) -> int:  # fmt: skip
+        """Fix a cylinder to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to an end [m].
+            at, rounding: As for a box.
+            axis: A unit vector along the same axes.
+        """
+        axes = turn_to(checks.unit_vector("axis", axis))
+        sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
+        own = _rounded(sizes[[0, 0, 1]], rounding) | {"curve": disc.addresses()["curve"]}
+        return self._solid(self._placed(CYLINDER, body, at, axes) | own)
+
+    def add_ellipsoid(
+        self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix an ellipsoid to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            half_axes: Half of its lengths [m], shape (3,).
+            at, quaternion: As for a box.
+        """
+        half, axes = _sizes("half_axes", half_axes), matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._shape(self._placed(ELLIPSOID, body, at, axes) | {"half": half} | ellipsoid.addresses())
+
+    def add_hull(
+        self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix the convex hull of points to a body, or to the world: None; returns the shape's number.
+
+        Points that change it by less than 5 thousandths of its size are left out, and all but a hundred of them.
+
+        Args:
+            body: Number of the body.
+            points: [m], shape (n, 3), along their own axes.
+            rounding: Radius of its edges [m]; None: a tenth of the least distance of a face from its middle.
+            at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of their axes in the body's, scalar first, shape (4,).
+        """
+        own = checks.finite_array("points", points)
+        if own.ndim != 2 or own.shape[1] != 3:
+            raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
+        radius = None if rounding is None else checks.positive("rounding", rounding)
+        made = self._placed(HULL, body, at, matrix_of(unit_quaternion("quaternion", quaternion)))
+        vertices, edges, radius = core_of(own, radius)
+        own = vertices @ made.pop("axes").reshape(3, 3).T
+        middle = 0.5 * (own.max(0) + own.min(0))
+        own -= middle
+        reach = float(np.linalg.norm(own, axis=1).max()) + radius
+        made |= {"radius": radius, "at": made["at"] + middle, "half": np.array([reach, 0.0, 0.0]), "vertices": own}
+        return self._solid(made | {"edges": edges} | convex.addresses() | convex.parting())
+
+    def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
+        """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            normal: Out of the half space, a unit vector along the same axes.
+        """
+        p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
+        return self._shape(self._placed(PLANE, body, p) | {"normal": self._turn(body)[1] @ n})
+
+    def add_shape(
+        self, kind: str, body: int, sizes: Array, at: Array, quaternion: Array, rounding: float | None = None,
+        points: Array | None = None,
+    ) -> list[int]:  # fmt: skip
+        """Fix a shape as engines name it, and have its sizes, to a body; returns the numbers of what it makes.
+
+        sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
+        """
+        axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
+        if kind == "capsule":
+            return list(self.add_capsule(body, first, second, at, axis))
+        if kind == "sphere":
+            return [self.add_sphere(body, first, at)]
+        if kind == "plane":
+            return [self.add_plane(body, at, axis)]
+        if kind == "box":
+            return [self.add_box(body, sizes, at, quaternion, rounding)]
+        if kind == "cylinder":
+            return [self.add_cylinder(body, first, second, at, axis, rounding)]
+        if kind == "ellipsoid":
+            return [self.add_ellipsoid(body, sizes, at, quaternion)]
+        return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
+
+    def _body(self, body: int) -> int:
+        """Row of a body."""
+        if checks.count("body", body, 0) >= len(self._frames):
+            raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
+        return body + 1
+
+    def _turn(self, body: int | None) -> tuple[int, Array]:
+        """Row of a body, and the matrix from its axes to the principal ones; of the world: None."""
+        return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
+
+    def _placed(self, kind: int, body: int | None, at: ArrayLike, axes: Array | None = None) -> Fields:
+        """Fields that say where a shape is: along the principal axes."""
+        row, turn = self._turn(body)
+        own = {} if axes is None else {"axes": (turn @ axes).ravel()}
+        return {"kind": kind, "body": row, "at": turn @ checks.vector("at", at)} | own
+
+    def _shape(self, fields: Fields, owner: int | None = None) -> int:
+        number = len(self._kinds)
+        self._new_shapes.append(fields)
+        self._kinds.append(fields["kind"])
+        self._owners.append(number if owner is None else owner)
+        self._memberships.append(())
+        self._regroup = True
+        return number
+
+    def _solid(self, fields: Fields) -> int:
+        """A box, a cylinder or a hull."""
+        number = self._shape(fields)
+        self._solids[number], self._met[number] = fields, set()
+        return number
+
+    def _give_parts(self, ones: list[int], others: list[int]) -> None:
+        """Give boxes, cylinders and hulls of one set the parts by which they meet the other."""
+        kinds = {self._kinds[number] for number in others} if self._solids else set()
+        for number in sorted(self._solids.keys() & set(ones)):
+            had = parts_of(self._solids[number], self._met[number])
+            self._met[number] |= kinds
+            for part in parts_of(self._solids[number], self._met[number])[len(had) :]:
+                self._shape(part, number)
 
 
-def capsule(row: int, turn: Array, radius: float, at: Array, half: Array) -> list[Fields]:
-    """Radius, middle, and the vector from there to an end of the middle line [m]; three shapes: side and both ends."""
-    side = {"kind": SEGMENT, "body": row, "radius": radius, "at": turn @ at, "half": turn @ half}
-    return [side, *(sphere(row, turn, radius, at + s * half) | {"kind": END} for s in (1.0, -1.0))]
+def _sizes(name: str, value: ArrayLike) -> Array:
+    """Three lengths [m] that are > 0."""
+    half = checks.vector(name, value)
+    if not half.min() > 0.0:
+        raise ValueError(f"{name} = {half.tolist()}: must be > 0")
+    return half
 
 
-def box(row: int, turn: Array, half_lengths: Array, at: Array, axes: Array, rounding: float | None) -> Fields:
-    """Half lengths and centre [m]; axes: the box's own as columns (3, 3); rounding: see `ROUNDING`."""
-    least = float(half_lengths.min())
+def _rounded(half: Array, rounding: float | None) -> Fields:
+    """Fields of a box or cylinder of these half lengths, whose edges are rounded."""
+    least = float(half.min())
     radius = ROUNDING * least if rounding is None else checks.positive("rounding", rounding)
     if radius > 0.5 * least:
         raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
-    return {"kind": BOX, "body": row, "half": half_lengths, "at": turn @ at, "axes": (turn @ axes).ravel(),
-            "radius": radius} | convex.parting()  # fmt: skip
-
-
-def cylinder(row: int, turn: Array, sizes: Array, at: Array, axes: Array, rounding: float | None) -> Fields:
-    """Radius and half length, and centre [m]; axes: its own as columns (3, 3), the third along it."""
-    curve = disc.addresses()["curve"]
-    return box(row, turn, sizes[[0, 0, 1]], at, axes, rounding) | {"kind": CYLINDER, "curve": curve}
-
-
-def parts_of(core: Fields, others: set[int]) -> list[Fields]:
-    """The round parts by which a box, cylinder or hull meets flat things; others: kinds of shapes that it may meet.
-
-    Edges are rounded with the core's radius r, and all parts lie within the core. On a plane a box stands on its
-    CORNERs alone, spheres that touch its faces from within. With other cores its EDGEs are needed too: they are
-    crowned, and set back by a hundredth of r where corners carry. A cylinder lies on its rims, DISCs whose border
-    reaches to its side, and stands on four small feet, off the ground once the rim is lower by some hundredths of r.
-    Those of a hull are the same as those of a box.
-    """
-    flat, cores = others & {PLANE, BOX, CYLINDER, HULL}, others & {BOX, CYLINDER, HULL}
-    if not flat:
-        return []
-    base, r = {"body": core["body"], "radius": core["radius"]}, core["radius"]
-    if core["kind"] == HULL:
-        own = core["at"] + core["vertices"]
-        out = [base | {"kind": CORNER, "at": corner} for corner in own]
-        for i, j in core["edges"] if cores else ():
-            out.append(base | {"kind": EDGE, "at": 0.5 * (own[i] + own[j]), "half": 0.5 * (own[j] - own[i])})
-        return out
-    half, own = core["half"], core["axes"].reshape(3, 3)
-    if core["kind"] == BOX:
-        h = half - r
-        ends = np.array(list(product((-1.0, 1.0), repeat=3)))
-        out = [base | {"kind": CORNER, "at": core["at"] + own @ (h * end)} for end in ends]
-        for i in range(3 if cores else 0):
-            along = own[:, i] * h[i]
-            middles = ends[ends[:, i] < 0.0] * (np.arange(3) != i)
-            out += [base | {"kind": EDGE, "at": core["at"] + own @ (h * m), "half": along} for m in middles]
-        return out
-    radius, up, axis = half[0] - r * (1.0 - 2.0 * CROWN), (half[2] - r) * own[:, 2], own[:, 2]
-    round_ = base | {"normal": axis, "deepest": disc.addresses()["deepest"]}
-    out = []
-    for one in (up, -up):
-        out.append(round_ | {"kind": DISC, "at": core["at"] + one, "half": radius * own[:, 0]})
-        feet = (x * own[:, i] for i in (0, 1) for x in (FEET * radius, -FEET * radius))
-        out += [base | {"kind": CORNER, "at": core["at"] + one + foot} for foot in feet]
-    if CYLINDER in cores:
-        out.append(round_ | {"kind": SIDE, "at": core["at"], "half": radius * own[:, 0] + up})
-    return out
-
-
-def ellipsoid_of(row: int, turn: Array, half_axes: Array, at: Array, axes: Array) -> Fields:
-    """Half axes and centre [m]; axes: its own as columns (3, 3)."""
-    own = {"kind": ELLIPSOID, "body": row, "half": half_axes, "at": turn @ at, "axes": (turn @ axes).ravel()}
-    return own | ellipsoid.addresses()
-
-
-def hull(row: int, turn: Array, points: Array, at: Array, axes: Array, rounding: float | None) -> Fields:
-    """Points (n, 3) [m] along axes, as columns (3, 3), from a place; rounding: radius of its edges, see `hulls`."""
-    vertices, edges, radius = core_of(points, rounding)
-    own = vertices @ (turn @ axes).T
-    middle = 0.5 * (own.max(0) + own.min(0))
-    own -= middle
-    reach = float(np.linalg.norm(own, axis=1).max()) + radius
-    return {"kind": HULL, "body": row, "radius": radius, "at": turn @ at + middle, "half": np.array([reach, 0.0, 0.0]),
-            "vertices": own, "edges": edges} | convex.addresses() | convex.parting()  # fmt: skip
-
-
-def plane(row: int, turn: Array, point: Array, normal: Array) -> Fields:
-    """A point [m] and the unit normal, out of the half space."""
-    return {"kind": PLANE, "body": row, "at": turn @ point, "normal": turn @ normal}
+    return {"half": half, "radius": radius} | convex.parting()
 
 
 def tangent(row: int, partner: int, reach: float) -> Fields:
