@@ -17,7 +17,7 @@ from types import ModuleType
 import pytest
 
 from contactlaw import ContactWarning
-from contactlaw.world import World, equations, hulls, segments, shapes
+from contactlaw.world import World, equations, hulls, parts, segments
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -26,7 +26,7 @@ FIGURES = [
     ("shapes.md", f"at most {hulls.MOST} vertices"),
     ("limits.md", f"turn by less than {degrees(acos(hulls.SHARP)):.0f} degrees"),
     ("limits.md", f"is {100.0 * segments.CROWN:g} % thinner at its ends"),
-    ("shapes.md", f"four small feet, at {shapes.FEET:g} of its radius"),
+    ("shapes.md", f"four small feet, at {parts.FEET:g} of its radius"),
     ("world.md", f"at most {equations.LARGEST} unknowns, which are {equations.LARGEST // 6} free bodies"),
     ("steps.md", f"an island of more than {equations.LARGEST // 6} bodies"),
 ]

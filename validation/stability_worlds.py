@@ -10,7 +10,7 @@ import numpy as np
 from contactlaw import LAWS
 from contactlaw.jit import jit_for
 from contactlaw.laws.record import CONTACT_SIZE, OPEN, PAIR_SIZE, contact_of, pair_of
-from contactlaw.laws.step import advance, know
+from contactlaw.laws.step import ask, know, press
 from sims.panel import ENGINE_NAMES
 from sims.scene import Settings
 from sims.worlds import State, new_world
@@ -135,7 +135,8 @@ def _push(scene, p, contacts, frames, places, velocities, spins, out):
         contact.overlap, contact.before = overlap, overlap if before == -np.inf else before
         contact.closing = -np.sum(velocity * normal)
         slide, aside = dt * np.sum(velocity * first), dt * np.sum(velocity * second)
-        advance(contact, pair, p[PAIR_SIZE:], memory, free, slide, aside, dt)
+        press(contact, pair, free, dt)
+        ask(contact, pair, p[PAIR_SIZE:], memory, slide, aside, dt)
         total = contact.force * normal - contact.f * first - contact.g * second
         torque = -arm * np.cross(normal, total)
         out[a, :3] += total

@@ -1,7 +1,7 @@
 """What a substep of one contact costs by law, without any engine.
 
-A substep is `laws.step.advance`. Its impact goes from overlap 0 over D to 0 as a half sine, while the slide swings
-back; it starts stuck (psi_1 = 1/2), so that every node of the microslip law is at work in every step.
+A substep is `laws.step.press` and `ask`. Its impact goes from overlap 0 over D to 0 as a half sine, while the slide
+swings back; it starts stuck (psi_1 = 1/2), so that every node of the microslip law is at work in every step.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from contactlaw import LAWS, MATERIALS, ContactPair
 from contactlaw.jit import jit_for
 from contactlaw.laws.microslip import NODES
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
-from contactlaw.laws.step import advance, know
+from contactlaw.laws.step import ask, know, press
 from validation.case import Array
 from validation.measure import Spread, interleaved, spread
 
@@ -58,6 +58,7 @@ def _impacts(p, header, memory, overlap, slide, dt, mass, impacts, force_out):
         for i in range(slide.size):
             contact.before, contact.overlap = overlap[i], overlap[i + 1]
             contact.closing = (overlap[i + 1] - overlap[i]) / dt
-            advance(contact, pair, law, memory, 0.0, slide[i], 0.0, dt)
+            press(contact, pair, 0.0, dt)
+            ask(contact, pair, law, memory, slide[i], 0.0, dt)
             force_out[i, 0], force_out[i, 1] = contact.force, contact.f
     return force_out

@@ -69,10 +69,3 @@ def press(contact, pair, free, dt):
         contact.course = EXPANDING
     elif contact.course == EXPANDING and contact.ratio >= 1.0:
         contact.course = LASTING
-
-
-@jit
-def advance(contact, pair, law, memory, free, du, dv, dt):
-    """Advance a contact, `press`, and ask its law."""
-    press(contact, pair, free, dt)
-    ask(contact, pair, law, memory, du, dv, dt)

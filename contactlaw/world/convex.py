@@ -14,9 +14,10 @@ from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import MEETING, NEAREST, PARTING, RADIUS, ask_deepest
 from contactlaw.world.core import CROWN, deepest_on_line
 from contactlaw.world.curvature import feature, radius_between, rim, side_at
-from contactlaw.world.gjk import NONE, middle, nearest, support
+from contactlaw.world.geometry import centre
+from contactlaw.world.gjk import nearest, support
 from contactlaw.world.records import BOX, CYLINDER, DISC, EDGE, PLANE, SEGMENT
-from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 
 BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
 PRISM = 0.003  # of its radius, by which a cylinder may be wider than the prism of `gjk.STAVE`
@@ -30,10 +31,10 @@ def radius(sa, a, sb, b):
     if sa.kind == DISC:
         r, along = rim(sa, a)
         return r, along[0], along[1], along[2]
-    at, u = 0.0, NONE
+    at, u = 0.0, ZERO
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, _ = deepest_on_line(NONE, u, 0.0, (sa, a, sb, b))
+        at, _ = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
     _, _, count, e = nearest(sa, a, sb, b, scale(at, u))
     r, along = radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
     return r, along[0], along[1], along[2]
@@ -41,23 +42,23 @@ def radius(sa, a, sb, b):
 
 def meet(sa, a, sb, b):
     """`geometry.meet` of two shapes of which one is convex without a closed form."""
-    radius_a, radius_b, from_a = sa.radius, sb.radius, middle(sa, a)
+    radius_a, radius_b, from_a = sa.radius, sb.radius, centre(sa, a)
     if sa.kind == DISC:
-        p, q, r, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, NONE)
+        p, q, r, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
         from_a = add(from_a, (p, q, r))
         v, y, _, _ = nearest(sa, a, sb, b, (p, q, r))
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, radius_a = deepest_on_line(NONE, u, 0.0, (sa, a, sb, b))
+        at, radius_a = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
         v, y, _, _ = nearest(sa, a, sb, b, scale(at, u))
     else:
-        v, y, _, _ = nearest(sa, a, sb, b, NONE)
+        v, y, _, _ = nearest(sa, a, sb, b, ZERO)
     both = radius_a + radius_b
     far = norm(v)
     if far > DEEP * both:
         n = scale(1.0 / far, v)
     else:  # as between two balls
-        n = sub(add(load(a.position), from_a), add(load(b.position), middle(sb, b)))
+        n = sub(add(load(a.position), from_a), add(load(b.position), centre(sb, b)))
         n = scale(1.0 / max(norm(n), 1e-300), n)
     overlap = both - far
     if sa.kind >= BOX:
@@ -81,10 +82,10 @@ def part(sa, a, sb, b, n):
     """
     if sb.kind == PLANE:
         n = to_world(b.axes, load(sb.normal))
-        high = dot(n, middle(sb, b))
+        high = dot(n, centre(sb, b))
     else:
         if dot(n, n) == 0.0:
-            v, _, _, _ = nearest(sa, a, sb, b, NONE)
+            v, _, _, _ = nearest(sa, a, sb, b, ZERO)
             n = scale(1.0 / max(norm(v), 1e-300), v)
         high = dot(n, support(sb, b, n)) + around(sb)
     low = dot(n, add(sub(load(a.position), load(b.position)), support(sa, a, scale(-1.0, n)))) - around(sa)

@@ -11,7 +11,7 @@ import numpy as np
 from contactlaw.jit import address_of
 from contactlaw.world import tree_dynamics, tree_kinematics, tree_lasting, tree_motion, trees
 from contactlaw.world.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
-from contactlaw.world.records import AXIS, Array, Arrays, numbers_of
+from contactlaw.world.records import Array, Arrays, numbers_of
 
 
 @lru_cache
@@ -64,12 +64,6 @@ def settle(world: Arrays, number: int) -> None:
 def _called(address: int) -> Any:
     """What stands there, as Python calls it."""
     return CFUNCTYPE(None, c_uint64)(address)
-
-
-def mass_matrix(world: Arrays, number: int) -> Array:
-    """Of a tree, at the coordinates that its accelerations were last found for; shape (v_size, v_size)."""
-    axes = numbers(world, number, "axes").view(AXIS)
-    return matrix_of_factor(axes, numbers(world, number, "factor"), carriers(axes))
 
 
 def carriers(axes: Array) -> tuple[list[int], list[int]]:

@@ -22,9 +22,10 @@ from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import MEETING, RADIUS
 from contactlaw.world.core import excess_of, local
 from contactlaw.world.curvature import feature, radius_between
-from contactlaw.world.gjk import NONE, middle, nearest, support
+from contactlaw.world.geometry import centre
+from contactlaw.world.gjk import nearest, support
 from contactlaw.world.records import CYLINDER, ELLIPSOID, NEVER, PLANE
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
+from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 
 STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron's features, mostly one or two
 WIDEST = 0.5  # [rad] of a step
@@ -51,7 +52,7 @@ def shrink(s, b, n):
 def facing(s, b, n):
     """The point of an ellipsoid that is furthest along n: from its body's centre of mass [m]."""
     q = swell(s, b, n)
-    return axpy(1.0 / sqrt(dot(n, q)), q, middle(s, b))
+    return axpy(1.0 / sqrt(dot(n, q)), q, centre(s, b))
 
 
 @jit_inside
@@ -72,7 +73,7 @@ def on_rim(s, b, n, up):
     out = max(sqrt(m[0] * m[0] + m[1] * m[1]), 1e-300)
     r, z = (h[0] - s.radius) / out, copysign(h[2] - s.radius, up)
     along = to_world(b.axes, to_world(s.axes, (-m[1] / out, m[0] / out, 0.0)))
-    return add(middle(s, b), to_world(b.axes, to_world(s.axes, (r * m[0], r * m[1], z)))), r, along
+    return add(centre(s, b), to_world(b.axes, to_world(s.axes, (r * m[0], r * m[1], z)))), r, along
 
 
 @jit_inside
@@ -86,8 +87,8 @@ def climb(sa, a, sb, b, y, edge, n):
     d = sub(load(a.position), load(b.position))
     two, along = sb.kind == ELLIPSOID, norm(edge)
     rim = sb.kind == CYLINDER and along == 0.0
-    up = local(sub(y, middle(sb, b)), sb, b)[2]
-    was, best, step = n, -NEVER, NONE
+    up = local(sub(y, centre(sb, b)), sb, b)[2]
+    was, best, step = n, -NEVER, ZERO
     for _ in range(STEPS):
         rate, e = 0.0, n
         if two:
@@ -135,8 +136,8 @@ def feature_at(sa, a, sb, b, shift):
     if sb.kind != CYLINDER:
         v, y, count, e = nearest(sa, a, sb, b, shift)
         return v, y, count, e, sb.radius
-    d = add(sub(load(a.position), load(b.position)), add(middle(sa, a), shift))
-    p = to_body(sb.axes, to_body(b.axes, sub(d, middle(sb, b))))
+    d = add(sub(load(a.position), load(b.position)), add(centre(sa, a), shift))
+    p = to_body(sb.axes, to_body(b.axes, sub(d, centre(sb, b))))
     e = excess_of(p, sb, sb.radius)
     out, around = sqrt(e[0] * e[0] + e[1] * e[1]), sb.radius
     edge = (0.0, 0.0, 1.0) if e[2] == 0.0 else (-e[1], e[0], 0.0)
@@ -174,20 +175,20 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     that parted them furthest.
     """
     between = sub(load(a.position), load(b.position))
-    to_b = sub(middle(sb, b), add(between, middle(sa, a)))  # from A's middle to B's
+    to_b = sub(centre(sb, b), add(between, centre(sa, a)))  # from A's middle to B's
     if sb.kind == ELLIPSOID:
         n = add(shrink(sa, a, to_b), shrink(sb, b, to_b))
-        n, gap, y = climb(sa, a, sb, b, NONE, NONE, scale(-1.0 / max(norm(n), 1e-300), n))
-        return n, gap, y, 3, NONE, 0.0
+        n, gap, y = climb(sa, a, sb, b, ZERO, ZERO, scale(-1.0 / max(norm(n), 1e-300), n))
+        return n, gap, y, 3, ZERO, 0.0
     h = sa.half
     ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
-    v, y, count, e, around = feature_at(sa, a, sb, b, NONE)
+    v, y, count, e, around = feature_at(sa, a, sb, b, ZERO)
     n = shrink(sa, a, v if norm(v) > 0.0 else scale(-1.0, to_b))
     n = scale(1.0 / norm(n), n) if norm(n) > 0.0 else (0.0, 0.0, 1.0)
     best, kept = -NEVER, n
     for _ in range(TRIES):
         x = facing(sa, a, scale(-1.0, n))
-        inside = sub(axpy(ball, n, x), middle(sa, a))
+        inside = sub(axpy(ball, n, x), centre(sa, a))
         v, y, count, e, around = feature_at(sa, a, sb, b, inside)
         far = norm(v)
         if far == 0.0:
@@ -197,7 +198,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
             return n, dot(sub(add(between, x), y), n), y, count, e, around
         n = m
         if count < 3:
-            edge = NONE if count == 1 or (sb.kind == CYLINDER and around == sb.radius) else e
+            edge = ZERO if count == 1 or (sb.kind == CYLINDER and around == sb.radius) else e
             n, _, _ = climb(sa, a, sb, b, y, edge, m)
         parted = plane_gap(sa, a, sb, b, n)
         if parted > best:
@@ -205,7 +206,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
         else:
             n = leave(sa, a, inside, m)
     gap = plane_gap(sa, a, sb, b, kept)
-    return kept, gap, axpy(-gap, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, NONE, sb.radius
+    return kept, gap, axpy(-gap, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, ZERO, sb.radius
 
 
 def meet(sa, a, sb, b):
@@ -215,7 +216,7 @@ def meet(sa, a, sb, b):
         n = to_world(b.axes, load(sb.normal))
         arm_a = facing(sa, a, scale(-1.0, n))
         arm_b = add(arm_a, d)
-        overlap = dot(sub(middle(sb, b), arm_b), n)
+        overlap = dot(sub(centre(sb, b), arm_b), n)
     elif sa.kind == ELLIPSOID:
         n, gap, y, _, _, around = nearest_to_ellipsoid(sa, a, sb, b)
         overlap = around - gap
@@ -243,7 +244,7 @@ def curved(s, b, n):
 
 def radius(sa, a, sb, b):
     """`geometry.effective_radius` of the same."""
-    two = feature(0.0, 3, NONE)
+    two = feature(0.0, 3, ZERO)
     if sb.kind == PLANE:
         one = curved(sa, a, to_world(b.axes, load(sb.normal)))
     elif sa.kind != ELLIPSOID:

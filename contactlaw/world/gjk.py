@@ -12,18 +12,12 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
+from contactlaw.world.geometry import centre
 from contactlaw.world.records import BOX, CYLINDER, HULL, SEGMENT
-from contactlaw.world.vec import add, axpy, dot, load, scale, sub, to_body, to_world
+from contactlaw.world.vec import ZERO, add, axpy, dot, load, scale, sub, to_body, to_world
 
 STEPS = 100  # which none needs
 STAVE = pi / 16.0  # [rad] of a cylinder, which counts as a prism: what is smooth has no last step
-NONE = (0.0, 0.0, 0.0)
-
-
-@jit_inside
-def middle(s, b):
-    """Of a core: from its body's centre of mass [m]."""
-    return to_world(b.axes, load(s.at)) if b.oriented != 0 else NONE
 
 
 @jit_inside
@@ -51,7 +45,7 @@ def support(s, b, d):
         angle = floor(atan2(own[1], own[0]) / STAVE + 0.5) * STAVE
         out = (h[0] - r) * (0.5 + 0.5 / cos(0.5 * STAVE))
         at = add(at, to_world(s.axes, (out * cos(angle), out * sin(angle), copysign(h[2] - r, own[2]))))
-    return to_world(b.axes, at) if b.oriented != 0 else NONE
+    return to_world(b.axes, at) if b.oriented != 0 else ZERO
 
 
 @jit_inside
@@ -105,10 +99,10 @@ def nearest(sa, a, sb, b, shift):
     the place, on B where A is a point, and the last one the edge where they are two. Cores that overlap are zero apart.
     """
     d = add(sub(load(a.position), load(b.position)), shift)
-    to_a = middle(sa, a)
-    v = add(d, sub(to_a, middle(sb, b)))
-    p, q, r, x, y, z = NONE, NONE, NONE, NONE, NONE, NONE  # vertices of the simplex, and their points on B
-    count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), NONE
+    to_a = centre(sa, a)
+    v = add(d, sub(to_a, centre(sb, b)))
+    p, q, r, x, y, z = ZERO, ZERO, ZERO, ZERO, ZERO, ZERO  # vertices of the simplex, and their points on B
+    count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), ZERO
     for _ in range(STEPS):
         to_b = support(sb, b, v)
         if sa.kind >= BOX:
@@ -148,5 +142,5 @@ def nearest(sa, a, sb, b, shift):
         if square == 0.0:
             break
     if dot(v, new) <= 0.0:
-        v = NONE
+        v = ZERO
     return v, mean(k, x, y, z), count, sub(x, y)

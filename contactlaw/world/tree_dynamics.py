@@ -19,8 +19,8 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import axis_at, body_at, link_at
-from contactlaw.world.tree_kinematics import NONE, vector
-from contactlaw.world.vec import add, axpy, cross, dot, load, scale, store, sub
+from contactlaw.world.tree_kinematics import vector
+from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 
 STIFF = 100.0  # damping times a step over the mass: beyond, it comes a step behind always, as if it were a mass
 
@@ -114,7 +114,7 @@ def look_at(t, i):
     was before the joint.
     """
     link, b, v = link_at(t.links, i), body_at(t.bodies, i), vector(t.v, t.v_size)
-    w, u, turning, gain = NONE, NONE, NONE, NONE
+    w, u, turning, gain = ZERO, ZERO, ZERO, ZERO
     if link.parent >= 0:
         parent = link_at(t.links, link.parent)
         w, u = load(body_at(t.bodies, link.parent).spin), load(parent.velocity)
@@ -281,7 +281,7 @@ def mobility_along(t, last):
 def answered(t, i, a):
     """What accelerations a give to a link: to its spin, and to its material at the origin; kept for those behind."""
     link = link_at(t.links, i)
-    turning, gain = NONE, NONE
+    turning, gain = ZERO, ZERO
     if link.parent >= 0:
         parent = link_at(t.links, link.parent)
         turning, gain = load(parent.answer_turning), load(parent.answer)

@@ -21,6 +21,7 @@ from contactlaw.world.access import axis_at, body_at, joint_at, link_at
 from contactlaw.world.motion import set_axes
 from contactlaw.world.records import BALL, FREE_JOINT, SLIDE
 from contactlaw.world.vec import (
+    ZERO,
     add,
     axpy,
     cross,
@@ -34,8 +35,6 @@ from contactlaw.world.vec import (
     turn_by,
     unit,
 )
-
-NONE = (0.0, 0.0, 0.0)
 
 
 @jit_inside
@@ -81,7 +80,7 @@ def joined(t, joint, place, turn, q, x):
         q[k] += x[m]
         angle, axis = q[k] - joint.reference, turn_by(turn, load(joint.axis))
         if joint.kind == SLIDE:
-            set_axis(t, m, NONE, axis)
+            set_axis(t, m, ZERO, axis)
             return axpy(angle, axis, place), turn
         anchor = add(place, turn_by(turn, load(joint.at)))
         set_axis(t, m, axis, cross(sub(anchor, load(t.origin)), axis))
@@ -94,9 +93,9 @@ def joined(t, joint, place, turn, q, x):
         anchor = add(place, turn_by(turn, load(joint.at)))
     else:
         turn = (1.0, 0.0, 0.0, 0.0)
-        set_axis(t, m, NONE, (1.0, 0.0, 0.0))
-        set_axis(t, m + 1, NONE, (0.0, 1.0, 0.0))
-        set_axis(t, m + 2, NONE, (0.0, 0.0, 1.0))
+        set_axis(t, m, ZERO, (1.0, 0.0, 0.0))
+        set_axis(t, m + 1, ZERO, (0.0, 1.0, 0.0))
+        set_axis(t, m + 2, ZERO, (0.0, 0.0, 1.0))
         k, m = k + 3, m + 3
     own = unit(product((q[k], q[k + 1], q[k + 2], q[k + 3]), rotation((x[m], x[m + 1], x[m + 2]))))
     for i in range(4):
@@ -126,7 +125,7 @@ def spread_velocity(t):
     v, origin = vector(t.v, t.v_size), load(t.origin)
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
-        spin, velocity = NONE, NONE
+        spin, velocity = ZERO, ZERO
         if link.parent >= 0:
             spin = load(body_at(t.bodies, link.parent).spin)
             velocity = load(link_at(t.links, link.parent).velocity)

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw.world import World
+from contactlaw.world.coordinates import carriers, matrix_of_factor, numbers
+from contactlaw.world.records import AXIS, Arrays
 from tests.world.chains import Chain, Link
 from validation.world_scenes import mass_of, steel_pair
 
@@ -53,3 +55,9 @@ def arm_over_floor(height: float, restitution: float, **more: Any) -> World:
     floor = world.add_plane(None, (0.0, 0.0, -TIP), (0.0, 0.0, 1.0))
     world.add_contact(world.add_sphere(body, TIP, (length - far, 0.0, 0.0)), floor, steel_pair(0.3, restitution))
     return world
+
+
+def mass_matrix(world: Arrays, number: int) -> np.ndarray:
+    """Of a tree, at the coordinates that its accelerations were last found for; shape (v_size, v_size)."""
+    axes = numbers(world, number, "axes").view(AXIS)
+    return matrix_of_factor(axes, numbers(world, number, "factor"), carriers(axes))

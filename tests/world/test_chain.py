@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from contactlaw.world.coordinates import mass_matrix, numbers
+from contactlaw.world.coordinates import numbers
 from tests.world.chains import Chain, Link
-from tests.world.jointed_scenes import UPPER, pendulum
+from tests.world.jointed_scenes import UPPER, mass_matrix, pendulum
 
 
 @pytest.mark.heavy

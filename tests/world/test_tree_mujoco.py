@@ -6,11 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from contactlaw.world.coordinates import coordinates, mass_matrix, numbers
+from contactlaw.world.coordinates import coordinates, numbers
 from contactlaw.world.frames import matrix_of
 from contactlaw.world.records import AXIS, LINK, Array, Arrays
 from contactlaw.world.step import step
 from tests.world.jointed_models import made_of, random_model, random_state, tree_of
+from tests.world.jointed_scenes import mass_matrix
 
 pytestmark = pytest.mark.heavy
 SEEDS = range(40)
