@@ -27,26 +27,24 @@ DEEP = 1e-6  # of both radii: a distance of cores that is none
 def radius(sa, a, sb, b):
     """`geometry.effective_radius` of the same. Of two edges the angle is taken for a right one."""
     if sa.kind >= BOX:
-        return sqrt(sa.radius * sb.radius), 0.0, 0.0, 0.0
+        return sqrt(sa.radius * sb.radius), ZERO
     if sa.kind == DISC:
-        r, along = rim(sa, a)
-        return r, along[0], along[1], along[2]
+        return rim(sa, a)
     at, u = 0.0, ZERO
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
         at, _ = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
     _, _, count, e = nearest(sa, a, sb, b, scale(at, u))
-    r, along = radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
-    return r, along[0], along[1], along[2]
+    return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
 
 
 def meet(sa, a, sb, b):
     """`geometry.meet` of two shapes of which one is convex without a closed form."""
     radius_a, radius_b, from_a = sa.radius, sb.radius, centre(sa, a)
     if sa.kind == DISC:
-        p, q, r, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
-        from_a = add(from_a, (p, q, r))
-        v, y, _, _ = nearest(sa, a, sb, b, (p, q, r))
+        way, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
+        from_a = add(from_a, way)
+        v, y, _, _ = nearest(sa, a, sb, b, way)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
         at, radius_a = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
@@ -65,13 +63,13 @@ def meet(sa, a, sb, b):
         overlap -= BACK * both
     arm_b = axpy(far / both * radius_b, n, y)
     arm_a = add(arm_b, sub(load(b.position), load(a.position)))
-    return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
+    return overlap, n, arm_a, arm_b
 
 
 def ask(sa, a, sb, b, shift):
-    """`nearest` of a point and a hull as numbers: from there on B, how many vertices span the place, and their edge."""
+    """`nearest` of a point and a hull: from there on B, how many vertices span the place, and their edge."""
     v, _, count, e = nearest(sa, a, sb, b, shift)
-    return v[0], v[1], v[2], float(count), e[0], e[1], e[2]
+    return v, float(count), e
 
 
 def part(sa, a, sb, b, n):
@@ -89,7 +87,7 @@ def part(sa, a, sb, b, n):
             n = scale(1.0 / max(norm(v), 1e-300), v)
         high = dot(n, support(sb, b, n)) + around(sb)
     low = dot(n, add(sub(load(a.position), load(b.position)), support(sa, a, scale(-1.0, n)))) - around(sa)
-    return n[0], n[1], n[2], low, high
+    return n, low, high
 
 
 @jit_inside

@@ -66,8 +66,7 @@ def excess_at(m, way, less, one):
     """
     sa, a, sb, b = one
     if sb.kind == HULL:
-        x, y, z, count, i, j, k = ask_nearest(sb.nearest, sa, a, sb, b, way)
-        return (x, y, z), count, (i, j, k)
+        return ask_nearest(sb.nearest, sa, a, sb, b, way)
     x = add(m, way)
     return excess_of(x, sb, less), 0.0, x
 

@@ -117,8 +117,7 @@ def deepest(sa, a, sb, b, d):
         share = t * far
         if share > 1.0:
             t, share = 1.0 / far, 1.0
-        y = scale(-t * radius, across)
-        return y[0], y[1], y[2], r * (1.0 - CROWN * (1.0 + share * share))
+        return scale(-t * radius, across), r * (1.0 - CROWN * (1.0 + share * share))
     side, one = to_world(a.axes, side), (sa, a, sb, b)
     m, e1, u = d, side, axis
     if sb.kind != HULL:
@@ -132,7 +131,7 @@ def deepest(sa, a, sb, b, d):
         s, y = along_axis(m, e1, e2, (along, crown, radius), one)
     offset = axpy(s * length, axis, axpy(y[0], side, scale(y[1], cross(axis, side))))
     square = (y[0] * y[0] + y[1] * y[1]) / (radius * radius)
-    return offset[0], offset[1], offset[2], r * (1.0 - CROWN * (1.0 + s * s + square))
+    return offset, r * (1.0 - CROWN * (1.0 + s * s + square))
 
 
 @jit_inside
@@ -188,8 +187,7 @@ def radius(sa, a, sb, b):
     out = e[0] != 0.0 or e[1] != 0.0
     around = (sb.half[0] if e[2] == 0.0 else rounding) if out else 0.0
     edge = axis if e[2] == 0.0 else to_world(b.axes, to_world(sb.axes, (-e[1], e[0], 0.0)))
-    r, way = radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
-    return r, way[0], way[1], way[2]
+    return radius_between(side_at(sa, u, at, crown), feature(around, 2 if out and around > 0.0 else 3, edge))
 
 
 @lru_cache

@@ -227,7 +227,7 @@ def meet(sa, a, sb, b):
         overlap = around - gap
         arm_a = axpy(0.5 * (around + gap), n, y)
         arm_b, n = add(arm_a, d), scale(-1.0, n)
-    return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
+    return overlap, n, arm_a, arm_b
 
 
 @jit_inside
@@ -253,8 +253,7 @@ def radius(sa, a, sb, b):
     else:
         n, _, _, count, e, around = nearest_to_ellipsoid(sa, a, sb, b)
         one, two = curved(sa, a, n), curved(sb, b, n) if sb.kind == ELLIPSOID else feature(around, count, e)
-    r, along = radius_between(one, two)
-    return r, along[0], along[1], along[2]
+    return radius_between(one, two)
 
 
 @lru_cache

@@ -42,16 +42,15 @@ def meet(sa, a, sb, b):
     if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
         where = asked_of(sa, sb, OF_MEETING)
     if where != 0:
-        o = ask_meeting(where, sa, a, sb, b)
-        return o[0], (o[1], o[2], o[3]), (o[4], o[5], o[6]), (o[7], o[8], o[9])
+        return ask_meeting(where, sa, a, sb, b)
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SPHERE:
         return round_on_round(sa.radius, from_a, sb.radius, from_b, d)
     n, radius = to_world(b.axes, load(sb.normal)), sa.radius
     if sa.kind == DISC:
-        x, y, z, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
-        d, from_a = add(d, (x, y, z)), add(from_a, (x, y, z))
+        way, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, way), add(from_a, way)
     arm = axpy(-radius, n, from_a)
     return radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
@@ -93,6 +92,5 @@ def effective_radius(sa, a, sb, b):
     elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
         where = asked_of(sa, sb, OF_RADIUS)
     if where != 0:
-        o = ask_radius(where, sa, a, sb, b)
-        return o[0], (o[1], o[2], o[3])
+        return ask_radius(where, sa, a, sb, b)
     return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)

@@ -99,8 +99,7 @@ def enough(w, g):
 def parted(w, g, n):
     """What parts the two shapes of a guard, see `convex.part`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
-    x, y, z, low, high = ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
-    return (x, y, z), low, high
+    return ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
 
 
 @jit_inside

@@ -11,7 +11,7 @@ from math import sqrt
 
 import numpy as np
 
-from contactlaw.jit import address_of, jit_inside
+from contactlaw.jit import address_of
 from contactlaw.world.call import FACE, MEETING, RADIUS, TIME, ask_deepest
 from contactlaw.world.core import deepest_on_line, lies_over_face, nearest_on_core
 from contactlaw.world.curvature import radius_between, rim, side_at
@@ -27,18 +27,6 @@ TABLE = np.zeros(4, np.uint64)
 
 def meet(sa, a, sb, b):
     """`geometry.meet` of a shape with a segment or a core."""
-    return flat(*nearest(sa, a, sb, b))
-
-
-@jit_inside
-def flat(overlap, n, arm_a, arm_b):
-    """Ten numbers."""
-    return overlap, n[0], n[1], n[2], arm_a[0], arm_a[1], arm_a[2], arm_b[0], arm_b[1], arm_b[2]
-
-
-@jit_inside
-def nearest(sa, a, sb, b):
-    """The same as `geometry.meet` has it."""
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SEGMENT:
@@ -53,8 +41,8 @@ def nearest(sa, a, sb, b):
         s, radius = deepest_on_line(d, u, rounding, (sa, a, sb, b))
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
-        x, y, z, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
-        d, from_a = add(d, (x, y, z)), add(from_a, (x, y, z))
+        way, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, way), add(from_a, way)
     far, n = nearest_on_core(d, sb, b, rounding)
     arm = axpy(-radius, n, from_a)
     return radius - far, n, arm, add(arm, sub(load(a.position), load(b.position)))
@@ -62,13 +50,6 @@ def nearest(sa, a, sb, b):
 
 def radius(sa, a, sb, b):
     """`geometry.effective_radius` of two segments or a sphere and one, or of a cylinder's rim or side."""
-    r, along = curved(sa, a, sb, b)
-    return r, along[0], along[1], along[2]
-
-
-@jit_inside
-def curved(sa, a, sb, b):
-    """The same as `geometry.effective_radius` has it."""
     if sa.kind == DISC:
         return rim(sa, a)
     if sa.kind == SIDE:
