@@ -19,6 +19,7 @@ from contactlaw.material import Material, material_of
 
 COUPLING_TO_MENTION = 0.2
 DEEPEST = 0.1  # overlap over radius up to which a Hertz contact is small
+TOO_DEEP = f"overlap over radius is {{:.2g}}: beyond {DEEPEST} Hertz contact is no longer right"
 
 
 class ContactWarning(UserWarning):
@@ -222,11 +223,7 @@ def warn_of_depth(overlap: float, radius: float) -> bool:
     """Say so where an overlap [m] is too deep for the radius [m] to be a Hertz contact. Returns whether it was said."""
     deep = overlap > DEEPEST * radius
     if deep:
-        warnings.warn(
-            f"overlap over radius is {overlap / radius:.2g}: beyond {DEEPEST} Hertz contact is no longer right",
-            ContactWarning,
-            stacklevel=3,
-        )
+        warnings.warn(TOO_DEEP.format(overlap / radius), ContactWarning, stacklevel=3)
     return deep
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import mujoco
 
-from contactlaw import checks
 from contactlaw.material import Material
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.config import Contact
@@ -77,12 +76,11 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
     unknown = set(own) - {"as_native", "others", "substeps", "rounding", "frictions", "overlaps"}
     if unknown:
         raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
-    at = f"contacts[{number}]: "
-    own["substeps"] = checks.count(f"{at}substeps", own.get("substeps", config.SUBSTEPS), config.LEAST_SUBSTEPS)
-    if own.get("rounding") is not None:
-        own["rounding"] = checks.positive(f"{at}rounding", own["rounding"])
     own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
-    return Contact(ones, twos, entry[2], number=number, **own)
+    try:
+        return Contact(ones, twos, entry[2], number=number, **own)
+    except ValueError as error:
+        raise ValueError(f"contacts[{number}]: {error}") from None
 
 
 def _of_materials(

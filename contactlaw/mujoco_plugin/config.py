@@ -77,6 +77,13 @@ class Contact:
     others: bool = True
     number: int = 0
 
+    def __post_init__(self) -> None:
+        """Raises ValueError where a setting is not allowed."""
+        checks.count("substeps", self.substeps, LEAST_SUBSTEPS)
+        checks.one_of("overlaps", self.overlaps, OVERLAPS)
+        if self.rounding is not None:
+            checks.positive("rounding", self.rounding)
+
 
 def write(contact: Contact) -> dict[str, str]:
     """The configuration that `read` turns back into this contact, digit for digit."""
@@ -97,7 +104,7 @@ def write(contact: Contact) -> dict[str, str]:
         "radius": pair.radius, "stiffness_ratio": pair.stiffness_ratio, "rounding": contact.rounding,
         "rolling_resistance": pair.rolling_resistance or None,
     }  # fmt: skip
-    config |= {key: repr(number) for key, number in numbers.items() if number is not None}
+    config |= {key: repr(float(number)) for key, number in numbers.items() if number is not None}
     if contact.native:
         runs = ((f"{bits[0]}/{bits[1]}", len(list(run))) for bits, run in groupby(contact.native))
         config["native"] = " ".join(f"{bits}x{count}" for bits, count in runs)
@@ -126,6 +133,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
             raise ValueError(f"{key}: missing in the configuration of {PLUGIN_NAME}")
 
     of_geoms = re.fullmatch(r"geoms(?: (\d+))?", config["friction"])
+    substeps: Any = config.get("substeps", str(SUBSTEPS))
 
     def optional(key: str) -> float | None:
         return _float(key, config[key]) if key in config else None
@@ -142,10 +150,10 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
     )
     return Contact(
         (config["geom1"],), (config["geom2"],), pair,
-        _count("substeps", config.get("substeps", str(SUBSTEPS)), LEAST_SUBSTEPS),
+        int(substeps) if substeps.strip().isdecimal() else substeps,
         optional("rounding"),
         int(of_geoms[1] or FRICTIONS) if of_geoms else 0,
-        checks.one_of("overlaps", config.get("overlaps", "relax"), OVERLAPS),
+        config.get("overlaps", "relax"),
         tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
         config.get("name", ""),
     )  # fmt: skip
@@ -175,7 +183,3 @@ def _float(key: str, text: str) -> float:
     if not losses.NUMBER.fullmatch(text.strip()):
         raise ValueError(f"{key} = {text!r}: must be a number")
     return float(text)
-
-
-def _count(key: str, text: str, least: int) -> int:
-    return checks.count(key, int(text) if text.strip().isdecimal() else text, least)

@@ -38,7 +38,7 @@ from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
 from contactlaw.mujoco_plugin.overlaps import part_joined, warn_of_start
 from contactlaw.mujoco_plugin.selection import give_names, label
-from contactlaw.mujoco_plugin.spec import add_contact
+from contactlaw.mujoco_plugin.spec import take
 from contactlaw.mujoco_plugin.whole import put_natives
 from contactlaw.pair import ContactWarning
 from contactlaw.world.sets import groups
@@ -169,10 +169,10 @@ def _read(
     give_names(spec.geoms, [geom for entry in every for geom in (*entry.ones, *entry.twos)])
     if len(some) < len(every):
         put_natives(spec, plain, [*(entry for entry in every if entry.as_native), *left])
+    known = list(spec.geoms) if some else []
     for one in some:
-        names = "pair", "others", "substeps", "rounding", "overlaps"
         try:
-            add_contact(spec, one.ones, one.twos, **{name: getattr(one, name) for name in names})
+            take(spec, known, one)
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)

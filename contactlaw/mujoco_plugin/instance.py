@@ -13,12 +13,13 @@ import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD, STARTS
-from contactlaw.mujoco_plugin.layout import LIBRARY, record_at
+from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.members import instances, members
 from contactlaw.mujoco_plugin.model import Model
-from contactlaw.mujoco_plugin.readout import give_frictions, given_frictions
+from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
-from contactlaw.pair import DEEPEST, ContactWarning
+from contactlaw.pair import TOO_DEEP, ContactWarning
+from contactlaw.world.clear import UNCLEAR
 from contactlaw.world.demand import keeps
 
 allocate, free = ctypes.pythonapi.PyMem_RawCalloc, ctypes.pythonapi.PyMem_RawFree
@@ -105,7 +106,7 @@ def _renew(model: int, data: int) -> str:
             at += 8 * count
         return str(error)
     new = record_at(made, HEAD, 1)[0]
-    give_frictions(new, given_frictions(old).copy())
+    View(new).give_frictions(View(old).frictions)
     new["turn"] = old["turn"]  # and what is known of the step that is under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
     for name, count in (("starts", states), ("given", nv)):
@@ -117,11 +118,10 @@ def _renew(model: int, data: int) -> str:
 
 _TEXTS = {
     notices.EDITED: "the model has been changed, and the law goes on with what it was: ",
-    notices.DEEP: "overlap over radius is {:.2g}: beyond {} Hertz contact is no longer right",
+    notices.DEEP: TOO_DEEP,
     notices.BUILT: "found in each other by {:.2g} of the radius: that depth counts as none as long as it lasts; "
     "overlaps='keep' takes it as given",
-    notices.UNCLEAR_RADIUS: "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; "
-    "give the pair its radius",
+    notices.UNCLEAR_RADIUS: UNCLEAR,
     notices.DAMAGED: "the part of plugin_state that is the law's is not what a step of this model leaves: it is of "
     "another model, or damaged; contacts start anew",
     notices.SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
@@ -135,7 +135,7 @@ _TEXTS = {
 @keeps
 def report(address: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
-    text = _TEXTS[code].format(value, DEEPEST)
+    text = _TEXTS[code].format(value)
     if code == notices.EDITED:
         head = record_at(address, HEAD, 1)[0]
         why = _renew(int(head["model"]), int(head["data"]))
@@ -152,13 +152,12 @@ def _whereabouts(address: int) -> str:
     view = layout.ModelView(int(head["model"]))
     geoms = [int(head[name]) for name in ("told_a", "told_b") if head[name] >= 0]
     bodies = view.geom_bodyid
-    named = [f"{_name(view, _GEOM, geom)} of body {_name(view, _BODY, int(bodies[geom]))}" for geom in geoms]
+
+    def name(kind: int, number: int) -> str:
+        return repr(view.name(kind, number) or number)
+
+    named = [f"{name(_GEOM, geom)} of body {name(_BODY, int(bodies[geom]))}" for geom in geoms]
     return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"
-
-
-def _name(view: layout.ModelView, kind: int, number: int) -> str:
-    name = (LIBRARY.mj_id2name(view.address, kind, number) or b"").decode()
-    return repr(name) if name else str(number)
 
 
 _GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)

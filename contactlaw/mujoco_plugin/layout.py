@@ -112,6 +112,10 @@ class ModelView:
         self.__dict__[name] = array.reshape(shape)
         return self.__dict__[name]
 
+    def name(self, kind: int, number: int) -> str:
+        """Of a geom, a body, a plugin instance; empty: it has none."""
+        return (LIBRARY.mj_id2name(self.address, kind, number) or b"").decode()
+
     def option(self, field: str) -> int:
         """An integer option, such as disableflags."""
         return int(self._struct["opt"][field])

@@ -14,17 +14,17 @@ import numpy as np
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import LIBRARY
 from contactlaw.mujoco_plugin.native import Bits, Rules, explicit_pairs, friction_of, touch
-from contactlaw.mujoco_plugin.shapes import Shape, check_measurable, check_served, native_margin
+from contactlaw.mujoco_plugin.shapes import Shape, check_served, native_margin
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets, groups
 
 _GEOM, _PLUGIN = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_PLUGIN)
 
 
-def contact_of(model: int, number: int) -> config.Contact:
-    """The contact that a plugin instance of the model at this address is configured for."""
-    items = ((key, LIBRARY.mj_getPluginConfig(model, number, key.encode())) for key in config.KEYS)
-    return config.read(tuple((key, value.decode()) for key, value in items if value))
+def configured(view: layout.ModelView, number: int) -> Iterator[tuple[str, str]]:
+    """Keys and values of a plugin instance, those that have any."""
+    items = ((key, LIBRARY.mj_getPluginConfig(view.address, number, key.encode())) for key in config.KEYS)
+    return ((key, value.decode()) for key, value in items if value)
 
 
 def instances(view: layout.ModelView) -> list[int]:
@@ -35,10 +35,7 @@ def instances(view: layout.ModelView) -> list[int]:
 
 def members(view: layout.ModelView) -> list[int]:
     """Those of them that are contacts; what is not configured at all is a sensor of all contacts."""
-    return [
-        number for number in instances(view)
-        if any(LIBRARY.mj_getPluginConfig(view.address, number, key.encode()) for key in config.KEYS)
-    ]  # fmt: skip
+    return [number for number in instances(view) if any(configured(view, number))]
 
 
 class Member:
@@ -47,7 +44,7 @@ class Member:
     def __init__(self, view: layout.ModelView, number: int) -> None:
         self.view = view
         self.number = number
-        self.contact = contact_of(view.address, number)
+        self.contact = config.read(tuple(configured(view, number)))
         self._ids = self._geoms()
         self.geoms = list(dict.fromkeys(self._ids[0] + self._ids[1]))
         if self.contact.native and len(self.contact.native) != len(self.geoms):
@@ -56,7 +53,7 @@ class Member:
 
     def _geoms(self) -> list[list[int]]:
         """Ids of geoms, by names that have what stands before and behind the instance's own name."""
-        own = (LIBRARY.mj_id2name(self.view.address, _PLUGIN, self.number) or b"").decode()
+        own = self.view.name(_PLUGIN, self.number)
         name = self.contact.name
         start, _, end = own.partition(name) if name and name in own else ("", "", "")
         out = []
@@ -115,12 +112,8 @@ class Member:
     @cached_property
     def shapes(self) -> dict[int, Shape]:
         """All geoms of the instance."""
-        address, sizes, types = self.view.address, self.view.geom_size, self.view.geom_type
-
-        def name(geom: int) -> str:
-            return (LIBRARY.mj_id2name(address, _GEOM, geom) or b"").decode()
-
-        return {geom: Shape(name(geom), int(types[geom]), sizes[geom].copy()) for geom in self.geoms}
+        sizes, types, name = self.view.geom_size, self.view.geom_type, self.view.name
+        return {geom: Shape(name(_GEOM, geom), int(types[geom]), sizes[geom].copy()) for geom in self.geoms}
 
 
 def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bool]) -> None:
@@ -142,10 +135,7 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
             twice = None if other.native else member.sets.common(other.sets)
             if twice:
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
-        for shape in shapes.values():
-            check_measurable(shape)
-        for one, two in member.sets.by_kinds(lambda geom: shapes[geom].kind):  # noqa: B023  (used at once)
-            check_served(shapes[one], shapes[two])
+        check_served(member.sets, shapes)
         on = natively_on(member.sets)
         if on:
             one, two = (shapes[geom] for geom in on)

@@ -62,17 +62,10 @@ def warn_of_start(model: mujoco.MjModel, refuse: bool) -> None:
     Raises:
         ValueError: Such there are, and `refuse` says so.
     """
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    found = [
-        f"{_label(model, one)} and {_label(model, two)} by {1e3 * depth:.3g} mm"
-        for one, two, depth in overlaps_of(model, data)
-        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
-    ]
+    found = _deep(model)
     if not found:
         return
-    more = f" and {len(found) - NAMED} more pairs" if len(found) > NAMED else ""
-    text = f"geoms lie in each other where the model begins: {', '.join(found[:NAMED])}{more}"
+    text = f"geoms lie in each other where the model begins: {_named([*found.values()])}"
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
     warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)
@@ -84,17 +77,15 @@ def part_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     A finger whose root is in the palm cannot leave it, and has no normal there: it would be pressed and rubbed for
     good. A mechanism is a tree of bodies, with the world where it stands on this without a free joint. Planes divide.
     """
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
     root, weld = model.body_rootid, model.body_weldid
     free = set(model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist())
     said: dict[tuple[int, int], str] = {}
-    for one, two, depth in overlaps_of(model, data):
-        bodies = (int(model.geom_bodyid[one]), int(model.geom_bodyid[two]))
+    for geoms, text in _deep(model).items():
+        bodies = (int(model.geom_bodyid[geoms[0]]), int(model.geom_bodyid[geoms[1]]))
         loose = {int(root[body]) for body in bodies} & free
         joined = root[bodies[0]] == root[bodies[1]] or (0 in weld[[*bodies]] and not loose)
-        if joined and depth > INSIDE * model.geom_rbound[[one, two]].min() > 0.0:
-            said.setdefault(bodies, f"{_label(model, one)} and {_label(model, two)} by {1e3 * depth:.3g} mm")
+        if joined and model.geom_rbound[[*geoms]].min() > 0.0:
+            said.setdefault(bodies, text)
     every = list(spec.bodies) if said else []
     for bodies in said:
         ends = [next(body for body in every if body.id == number) for number in bodies]
@@ -102,10 +93,26 @@ def part_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
             body.name = body.name or f"body{body.id}"
         spec.add_exclude(bodyname1=ends[0].name, bodyname2=ends[1].name)
     if said:
-        text = f"parts are built into each other: {', '.join([*said.values()][:NAMED])}"
-        more = f" and {len(said) - NAMED} more pairs" if len(said) > NAMED else ""
-        warnings.warn(f"{text}{more}; their bodies do not touch", ContactWarning, stacklevel=4)
+        text = f"parts are built into each other: {_named([*said.values()])}; their bodies do not touch"
+        warnings.warn(text, ContactWarning, stacklevel=4)
     return bool(said)
+
+
+def _deep(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
+    """Geoms of the law that lie in each other too deep where the model begins, and the words for that."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return {
+        (one, two): f"{_label(model, one)} and {_label(model, two)} by {1e3 * depth:.3g} mm"
+        for one, two, depth in overlaps_of(model, data)
+        if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
+    }
+
+
+def _named(found: list[str]) -> str:
+    """The first few."""
+    more = f" and {len(found) - NAMED} more pairs" if len(found) > NAMED else ""
+    return ", ".join(found[:NAMED]) + more
 
 
 def _close(model: mujoco.MjModel, data: mujoco.MjData, member: Member) -> Iterator[tuple[int, int]]:

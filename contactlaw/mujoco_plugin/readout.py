@@ -80,7 +80,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     out = []
     rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
     rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]
-    for row, force in zip(rows, world.mean_forces(rows, dt), strict=True):
+    for row, force, point in zip(rows, world.mean_forces(rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
         sign, normal = 1.0, row["normal"].copy()
         if sets.reversed(one, two):
@@ -92,7 +92,7 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
             ContactState(
                 one, two, touching, float(row["touch"]["overlap"]), sign * normal,
                 float(row["touch"]["force"]), sign * across, dt * force, force,
-                world.positions[row["body_a"]] + row["arm_a"], *_patch(row["touch"], float(np.linalg.norm(across))),
+                point, *_patch(row["touch"], float(np.linalg.norm(across))),
             )
         )  # fmt: skip
     return out
@@ -126,7 +126,7 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         return out
     world = view_of(model, data)
     rows = world.contacts[world.contacts["phase"] != FREE]
-    points = world.positions[rows["body_a"]] + rows["arm_a"]
+    points = world.points(rows)
     forces = world.mean_forces(rows, float(model.opt.timestep))
     moments = -rows["torsion"]["moment"][:, None] * rows["normal"]
     for shape, sign in (("shape_a", 1.0), ("shape_b", -1.0)):
@@ -138,21 +138,40 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 class View:
-    """The world of an mjData: its arrays."""
+    """The world of an mjData: its arrays, and of each pair its instance and the friction it was given, NaN: none."""
 
     def __init__(self, head: Any) -> None:
         world = record_at(int(head["world"]), WORLD, 1)[0]
-        self.contacts = record_at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
-        bodies = record_at(int(world["bodies"]), BODY, int(world["body_count"]))
-        self.asleep, self.positions = bodies["asleep"], bodies["position"]
-        self.pairs = record_at(int(world["pairs"]), PAIR, int(world["pair_count"]))
-        self.instances = record_at(int(head["instances"]), np.dtype(np.int64), self.pairs.size)
-        self.geoms = record_at(int(head["geoms"]), np.dtype(np.int64), int(world["shape_count"]))
+
+        def own(place: Any, kind: Any, count: Any) -> NDArray[Any]:
+            return record_at(int(place), np.dtype(kind), int(count))
+
+        self.contacts = own(world["contacts"], CONTACT, world["contact_room"])
+        self.bodies = own(world["bodies"], BODY, world["body_count"])
+        self.pairs = own(world["pairs"], PAIR, world["pair_count"])
+        self.numbers = int(world["numbers"])
+        self.instances = own(head["instances"], np.int64, self.pairs.size)
+        self.frictions = own(head["frictions"], np.float64, self.pairs.size)
+        self.geoms = own(head["geoms"], np.int64, world["shape_count"])
+
+    def points(self, rows: NDArray[Any]) -> Array:
+        """Where contacts touch [m]."""
+        return self.bodies["position"][rows["body_a"]] + rows["arm_a"]
 
     def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:
         """On A over the last step [N]; those of contacts that sleep are what they were."""
-        sleeps = (self.asleep[rows["body_a"]] != 0) | (self.asleep[rows["body_b"]] != 0)
+        asleep = self.bodies["asleep"]
+        sleeps = (asleep[rows["body_a"]] != 0) | (asleep[rows["body_b"]] != 0)
         return np.where(sleeps[:, None], rows["force"], (rows["impulse"] - rows["earlier"]) / dt)
+
+    def give_frictions(self, frictions: Array) -> None:
+        """Give the pairs these coefficients, but for NaN."""
+        self.frictions[:] = frictions
+        for pair in np.flatnonzero(~np.isnan(frictions)):
+            record_at(self.numbers + 8 * int(self.pairs["numbers"][pair]), LAW_PAIR, 1)["friction"] = frictions[pair]
+        own, touch = frictions[self.contacts["pair"]], self.contacts["touch"]
+        touch["friction"] = np.where(np.isnan(own), touch["friction"], own)
+        self.bodies["held"] = np.nan  # who sleeps looks again
 
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
@@ -197,25 +216,5 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
     """
     mu = checks.not_negative("friction", friction)
     number, head = world_of(model, data, name)
-    frictions = given_frictions(head)
-    frictions[record_at(int(head["instances"]), np.dtype(np.int64), frictions.size) == number] = mu
-    give_frictions(head, frictions)
-
-
-def given_frictions(head: Any) -> NDArray[np.float64]:
-    """Coefficients that pairs of the world of a block have been given, a view; NaN: that of the model."""
-    world = record_at(int(head["world"]), WORLD, 1)[0]
-    return record_at(int(head["frictions"]), np.dtype(np.float64), int(world["pair_count"]))
-
-
-def give_frictions(head: Any, frictions: NDArray[np.float64]) -> None:
-    """Give the pairs of the world of a block these coefficients, but for NaN."""
-    world = record_at(int(head["world"]), WORLD, 1)[0]
-    pairs = record_at(int(world["pairs"]), PAIR, frictions.size)
-    given_frictions(head)[:] = frictions
-    for pair in np.flatnonzero(~np.isnan(frictions)):
-        record_at(int(world["numbers"]) + 8 * int(pairs["numbers"][pair]), LAW_PAIR, 1)["friction"] = frictions[pair]
-    contacts = record_at(int(world["contacts"]), CONTACT, int(world["contact_room"]))
-    own = frictions[contacts["pair"]]
-    contacts["touch"]["friction"] = np.where(np.isnan(own), contacts["touch"]["friction"], own)
-    record_at(int(world["bodies"]), BODY, int(world["body_count"]))["held"] = np.nan  # who sleeps looks again
+    world = View(head)
+    world.give_frictions(np.where(world.instances == number, mu, world.frictions))

@@ -40,8 +40,17 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
         ValueError: Nothing is meant; the message has the nearest names.
     """
     every = list(spec.geoms) if known is None else known
-    named, there = {geom.name: geom for geom in every if geom.name}, set(every)
-    found = [geom for item in checks.flat(what, mujoco.MjsGeom) for geom in _chosen(spec, named, there, argument, item)]
+    named, ids = {geom.name: geom for geom in every if geom.name}, {geom.id: geom for geom in every}
+    there, found = set(every), []
+    for item in checks.flat(what, mujoco.MjsGeom):
+        try:
+            if isinstance(item, str):
+                found += _by_name(spec, named, len(there), item)
+            else:
+                found.append(item if isinstance(item, mujoco.MjsGeom) and item in there else _by_id(ids, item))
+        except ValueError as error:
+            shown = f"geom {item.name!r}" if isinstance(item, mujoco.MjsGeom) else repr(item)
+            raise ValueError(f"{argument} = {shown}: {error}") from None
     if not found:
         raise ValueError(f"{argument}: holds no geoms; must hold one or more")
     return list(dict.fromkeys(found))
@@ -64,66 +73,56 @@ def give_names(every: Iterable[Any], geoms: Iterable[Any]) -> None:
         geom.name = geom.name or next(name for name in names if name not in taken)
 
 
-def _chosen(spec: mujoco.MjSpec, named: dict[str, Any], there: set[Any], argument: str, item: Any) -> list[Any]:
-    if isinstance(item, mujoco.MjsGeom):
-        if item not in there:
-            raise ValueError(f"{argument} = geom {item.name!r}: must be a geom of this model")
-        return [item]
-    if isinstance(item, str):
-        return _by_name(spec, named, len(there), argument, item)
-    return [_by_id(there, argument, item)]
-
-
-def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, argument: str, text: str) -> list[Any]:
+def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) -> list[Any]:
+    """Geoms that a text means, of so many, and those with a name among them."""
     if text in named:
         return [named[text]]
     if text.startswith(BODY):
-        return _of_bodies(spec, argument, text)
-    fitting = [geom for name, geom in named.items() if fnmatchcase(name, text)] if checks.is_wild(text) else []
+        return _touchable(_of_bodies(spec, text.removeprefix(BODY)))
+    wild = checks.is_wild(text)
+    fitting = [geom for name, geom in named.items() if wild and fnmatchcase(name, text)]
     if not fitting:
         without = count - len(named)
         rest = f"; {without} geoms have no name, say 'body:NAME' or their id" if without else ""
-        raise ValueError(
-            f"{argument} = {text!r}: {'fits' if checks.is_wild(text) else 'is'} the name of no geom of the model; "
-            f"{_offer(text, named)}{rest}"
-        )
-    return _touchable(argument, text, fitting)
+        what = "fits" if wild else "is"
+        raise ValueError(f"{what} the name of no geom of the model; {_offer(text, named)}{rest}")
+    return _touchable(fitting)
 
 
-def _of_bodies(spec: mujoco.MjSpec, argument: str, text: str) -> list[Any]:
-    wanted = text.removeprefix(BODY)
+def _of_bodies(spec: mujoco.MjSpec, wanted: str) -> list[Any]:
     bodies = [body for body in spec.bodies if body.name == wanted]
     if not bodies and checks.is_wild(wanted):  # a pattern means what moves, not the world
         bodies = [body for body in spec.bodies if body.id != spec.worldbody.id and fnmatchcase(body.name, wanted)]
     if not bodies:
         names = [body.name for body in spec.bodies if body.name]
-        raise ValueError(f"{argument} = {text!r}: no body of the model has such a name; {_offer(wanted, names)}")
+        raise ValueError(f"no body of the model has such a name; {_offer(wanted, names)}")
     geoms = [geom for body in bodies for geom in body.geoms]
     if not geoms:
-        raise ValueError(f"{argument} = {text!r}: has no geoms of its own; give the body that has them")
-    return _touchable(argument, text, geoms)
+        raise ValueError("has no geoms of its own; give the body that has them")
+    return geoms
 
 
-def _touchable(argument: str, text: str, geoms: list[Any]) -> list[Any]:
+def _touchable(geoms: list[Any]) -> list[Any]:
     """Without those that are there to be looked at only."""
     solid = [geom for geom in geoms if geom.contype or geom.conaffinity]
     if not solid:
         raise ValueError(
-            f"{argument} = {text!r}: means {', '.join(label(geom) for geom in geoms[:MOST_NAMES])}, and the engine "
+            f"means {', '.join(label(geom) for geom in geoms[:MOST_NAMES])}, and the engine "
             "lets none of them touch anything (contype = conaffinity = 0); if one is wanted, give its own name or id"
         )
     return solid
 
 
-def _by_id(every: Iterable[Any], argument: str, value: Any) -> Any:
-    ids = {geom.id: geom for geom in every}
+def _by_id(ids: dict[int, Any], value: Any) -> Any:
+    if isinstance(value, mujoco.MjsGeom):
+        raise ValueError("must be a geom of this model")
     try:
-        number = None if isinstance(value, bool) else operator.index(value)
+        number = -1 if isinstance(value, bool) else operator.index(value)
     except TypeError:
-        number = None
-    if number is None or number < 0 or number not in ids:
+        number = -1
+    if number < 0 or number not in ids:
         raise ValueError(
-            f"{argument} = {value!r}: must be a geom's name, a pattern for names, 'body:NAME', or the id of a geom "
+            "must be a geom's name, a pattern for names, 'body:NAME', or the id of a geom "
             f"(0 to {max(ids, default=-1)}) of the compiled model"
         )
     return ids[number]

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from contactlaw.world.sets import Sets
 
 _TYPE = mujoco.mjtGeom
 SPHERE, CAPSULE, PLANE, BOX, CYLINDER, ELLIPSOID, MESH = (
@@ -66,38 +70,29 @@ def shape_of(geom: mujoco.MjsGeom) -> Shape:
     return Shape(geom.name, int(geom.type), np.array(geom.size))
 
 
-def check_served(one: Shape, two: Shape) -> None:
-    """Refuse two planes, which have nothing round to meet by.
-
-    Raises:
-        ValueError: They are such.
-    """
-    if one.type == two.type == PLANE:
-        raise ValueError(f"{one.label} on {two.label}: planes do not touch each other; a box will do for one of them")
-
-
-def check_measurable(shape: Shape) -> None:
-    """Refuse what MuJoCo tells no distance to.
-
-    Raises:
-        ValueError: A height field or a signed distance field.
-    """
-    if shape.type in UNMEASURED:
-        raise ValueError(
-            f"{shape.label}: MuJoCo computes no reliable distance to it, and bodies would fall through; a plane, "
-            "sphere, capsule, ellipsoid, cylinder, box or convex mesh will do"
-        )
-
-
 def why_not_served(one: Shape, two: Shape) -> str | None:
     """Why the law cannot have the contact of two shapes; None: it can."""
-    try:
-        check_measurable(one)
-        check_measurable(two)
-        check_served(one, two)
-    except ValueError as error:
-        return str(error)
+    for shape in (one, two):
+        if shape.type in UNMEASURED:
+            return (
+                f"{shape.label}: MuJoCo computes no reliable distance to it, and bodies would fall through; a plane, "
+                "sphere, capsule, ellipsoid, cylinder, box or convex mesh will do"
+            )
+    if one.type == two.type == PLANE:  # nothing round to meet by
+        return f"{one.label} on {two.label}: planes do not touch each other; a box will do for one of them"
     return None
+
+
+def check_served(sets: Sets, shapes: Mapping[Any, Shape]) -> None:
+    """Refuse geoms whose contacts the law cannot have.
+
+    Raises:
+        ValueError: There are such; the message names them.
+    """
+    for one, two in sets.by_kinds(lambda geom: shapes[geom].kind):
+        why = why_not_served(shapes[one], shapes[two])
+        if why:
+            raise ValueError(why)
 
 
 def native_margin(one: Shape, two: Shape) -> tuple[float, float]:

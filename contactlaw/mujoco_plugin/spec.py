@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
+from typing import Any
 
 import mujoco
 
-from contactlaw import checks
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.native import silence
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of, give_names
-from contactlaw.mujoco_plugin.shapes import check_measurable, check_served, shape_of
+from contactlaw.mujoco_plugin.shapes import check_served, shape_of
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets
 
@@ -67,26 +67,28 @@ def add_contact(
         raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
     if not isinstance(pair, ContactPair):
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
-    substeps = checks.count("substeps", substeps, config.LEAST_SUBSTEPS)
-    rounding = None if rounding is None else checks.positive("rounding", rounding)
-    overlaps = checks.one_of("overlaps", overlaps, config.OVERLAPS)
     known = list(spec.geoms)  # which takes MuJoCo a time that grows with their square
     ones, twos = (geoms_of(spec, one, argument=name, known=known) for name, one in (("geom1", geom1), ("geom2", geom2)))
+    return take(spec, known, config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps, others=others))
+
+
+def take(spec: mujoco.MjSpec, known: list[Any], contact: config.Contact) -> str:
+    """Take the native contact of two sets of geoms, put that of the law in its place; known: all geoms there are."""
     parents = {geom: geom.parent for geom in known}
-    sets = Sets(ones, twos, parents.__getitem__)
+    sets = Sets(contact.ones, contact.twos, parents.__getitem__)
     _check(sets)
     taken = {plugin.name for plugin in spec.plugins}
-    names = [tuple(geom.name for geom in geoms) for geoms in (ones, twos)]
+    names = [tuple(geom.name for geom in geoms) for geoms in (contact.ones, contact.twos)]
     if taken & {config.instance_name(*names), config.instance_name(*names[::-1])}:
         raise ValueError(f"geom1 = {names[0]}, geom2 = {names[1]}: these have been added before")
 
     give_names(known, sets.geoms)
-    if others:
+    if contact.others:
         silence(spec, known, sets)
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
-    return put(spec, config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps))
+    return put(spec, contact)
 
 
 def put(spec: mujoco.MjSpec, contact: config.Contact) -> str:
@@ -106,14 +108,10 @@ def put(spec: mujoco.MjSpec, contact: config.Contact) -> str:
 
 def _check(sets: Sets) -> None:
     """See that there are geoms that may touch, and that the law can serve them."""
-    shapes = {geom: shape_of(geom) for geom in sets.geoms}
-    for shape in shapes.values():
-        check_measurable(shape)
     if len(sets.ones) == len(sets.twos) == 1 and (
         sets.ones == sets.twos or (sets.ones[0].name and sets.ones[0].name == sets.twos[0].name)
     ):
         raise ValueError(f"geom2 = {sets.twos[0].name!r}: must be another geom than geom1")
     if sets.example(sets.ones, sets.twos) is None:
         raise ValueError("geom1, geom2: hold no two geoms of different bodies")
-    for one, two in sets.by_kinds(lambda geom: shapes[geom].kind):
-        check_served(shapes[one], shapes[two])
+    check_served(sets, {geom: shape_of(geom) for geom in sets.geoms})

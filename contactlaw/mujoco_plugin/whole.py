@@ -130,9 +130,5 @@ def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -
     """Whether any two of these geoms move against each other and are no neighbours in a chain."""
     weld, parent = model.body_weldid, model.body_parentid
     first, second = (dict.fromkeys(int(weld[model.geom_bodyid[geom.id]]) for geom in own) for own in (ones, twos))
-
-    def apart(a: int, b: int) -> bool:
-        above = [int(weld[parent[body]]) for body in (a, b)]
-        return a != b and not (a and b and (above[0] == b or above[1] == a))
-
-    return any(apart(a, b) for a in first for b in second)
+    chained = {(body, int(weld[parent[body]])) for body in {*first, *second} if body and weld[parent[body]]}
+    return any(a != b and (a, b) not in chained and (b, a) not in chained for a in first for b in second)

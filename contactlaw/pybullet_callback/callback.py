@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from itertools import count, islice
 from typing import Any
@@ -200,11 +200,7 @@ class ContactCallback:
             raise ValueError("inside `stepping` each stepSimulation is a step of this callback: do not call it as well")
         scene = self._begin()
         if scene is not None:
-            try:
-                said = scene.traffic.foresee()
-            except p.error:
-                self._marks.check()
-                raise
+            said = self._checked(scene.traffic.foresee)
             if said:
                 self._look_over(scene, said)
             scene.traffic.push()
@@ -215,11 +211,7 @@ class ContactCallback:
         if scene is None:
             STEP_BULLET(self._client)
             return
-        try:
-            said = scene.traffic.take_step()
-        except p.error:  # which does not say whose it is
-            self._marks.check()
-            raise
+        said = self._checked(scene.traffic.take_step)
         if said & (FLAGS - 1):
             self._look_over(scene, said)
 
@@ -246,6 +238,13 @@ class ContactCallback:
             self._marks.check()
             self._body_count = count
         return self._made or self._scene
+
+    def _checked(self, take: Callable[[], int]) -> int:
+        try:
+            return take()
+        except p.error:  # which does not say whose it is
+            self._marks.check()
+            raise
 
     @property
     def _scene(self) -> Scene:

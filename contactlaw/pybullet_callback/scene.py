@@ -10,7 +10,7 @@ import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
-from contactlaw.pair import DEEPEST
+from contactlaw.pair import DEEPEST, TOO_DEEP
 from contactlaw.pybullet_callback.contact import Contact, ContactState
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
@@ -19,6 +19,7 @@ from contactlaw.pybullet_callback.shapes import Key, Side, can_move
 from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
+from contactlaw.world.clear import UNCLEAR
 from contactlaw.world.ledger import Ledger, ledger
 from contactlaw.world.records import FREE, Arrays
 from contactlaw.world.shapes import tangent
@@ -118,7 +119,7 @@ class Scene:
                 if parent in self.shapes and not any(one.sets.hold(key, parent) for one in self._contacts.values()):
                     self.world.add_rule(self.shapes[key], self.shapes[parent])
         for two in sets.every(odd.__contains__) if odd else ():
-            one, other = sorted((contact.sides[key] for key in two), key=lambda side: side.rank)
+            one, other = sorted((contact.sides[key] for key in two), key=lambda side: side.measured)
             ends, row = self.shapes[one.key][-2:], self._row[other.key]  # of a capsule without its side
             planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
             self._enter(other.key, planes)
@@ -164,16 +165,12 @@ class Scene:
         contact, one, two, _ = self.sides_of(record)
         radius, deepest = float(record["touch"]["radius"]), float(record["deepest"])
         unclear = self.traffic.seen[slot] >= 2.0
-        for code, holds, text in (
-            ("deep", deepest > DEEPEST * radius,
-             f"overlap over radius is {deepest / radius:.2g}; beyond {DEEPEST} Hertz contact is no longer right"),
-            ("unclear", unclear,
-             f"touching at the edge of a box, with R = {radius:.3g} m taken from the ball or capsule; give the pair "
-             "its radius"),
+        for holds, text, value in (
+            (deepest > DEEPEST * radius, TOO_DEEP, deepest / max(radius, 1e-300)), (unclear, UNCLEAR, radius),
         ):  # fmt: skip
-            if holds and (one.key, two.key, code) not in contact.told:
-                contact.told.add((one.key, two.key, code))
-                yield f"{one} and {two}", text
+            if holds and (one.key, two.key, text) not in contact.told:
+                contact.told.add((one.key, two.key, text))
+                yield f"{one} and {two}", text.format(value)
 
     def states(self, handle: int, *these: tuple[Key, Key]) -> list[ContactState]:
         """Of the sides of a handle that touched within the last step; of these also where they did not."""

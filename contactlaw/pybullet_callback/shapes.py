@@ -37,9 +37,8 @@ SHAPE_NAMES = {
     p.GEOM_CAPSULE: "capsule",
     p.GEOM_HEIGHTFIELD: "heightfield",
 }
-FLAT = ("plane", "box", "cylinder")
-ROUND = ("sphere", "capsule")
-HULL = ("mesh",)
+WITH_RADIUS = "sphere, capsule, plane, box, cylinder"
+KNOWN = *WITH_RADIUS.split(", "), "mesh"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +67,7 @@ class Side:
     @property
     def measured(self) -> bool:
         """Whether PyBullet must say where it is nearest."""
-        return self.shape not in FLAT + ROUND + HULL
+        return self.shape not in KNOWN
 
     def add_to(self, world: World, body: int, offset: Array, turn: Array, rounding: float | None) -> list[int]:
         """Fix it to a body of the world, in which its body's inertial frame is so; returns the shapes that it makes.
@@ -83,13 +82,13 @@ class Side:
         """Body and link."""
         return self.body, self.link
 
-    @property
-    def rank(self) -> int:
-        """The rounder, the less."""
-        return {"sphere": 0, "capsule": 1, "plane": 3}.get(self.shape, 2)
-
     def __str__(self) -> str:
-        return f"body {self.body}" if self.link == BASE else f"body {self.body} link {self.link}"
+        return name_of(self.key)
+
+
+def name_of(key: Key) -> str:
+    """What messages call a body or a link."""
+    return f"body {key[0]}" if key[1] == BASE else f"body {key[0]} link {key[1]}"
 
 
 def engine_parameters(client: int) -> dict[str, Any]:
@@ -192,17 +191,14 @@ def check_served(a: Side, b: Side, free: bool) -> None:
     Raises:
         ValueError: They are such.
     """
-    if HULL[0] in (a.shape, b.shape) and not (a.measured or b.measured):
+    shapes = a.shape, b.shape
+    if not (a.measured or b.measured) and shapes != ("plane", "plane"):
         return
-    if "sphere" in (a.shape, b.shape) or (a.shape in ROUND and b.shape in ROUND):
-        return
-    if a.shape in FLAT and b.shape in FLAT and not a.shape == b.shape == "plane":
+    if "sphere" in shapes or ("capsule" in shapes and not free):
         return
     what = f"{a} ({a.shape}) and {b} ({b.shape})"
-    if a.shape in ROUND or b.shape in ROUND:
-        other = b if a.shape in ROUND else a
-        if other.shape in FLAT or not free:
-            return
+    if "capsule" in shapes:
+        other = b if a.shape == "capsule" else a
         raise ValueError(
             f"{what}, one of them free: a capsule that tumbles touches a {other.shape} in more than one point; "
             f"{SERVED} (a capsule on other shapes if neither is a body of its own without joints)"
@@ -220,7 +216,7 @@ def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
         if pair.radius is None and side.measured:
             raise ValueError(
                 f"radius = None: {side} (body_{name}) is a {side.shape}, without one radius of curvature; "
-                f"give the pair an effective radius [m], or use a {', '.join(ROUND + FLAT)}"
+                f"give the pair an effective radius [m], or use a {WITH_RADIUS}"
             )
 
 

@@ -23,7 +23,7 @@ from contactlaw.pybullet_callback.exchange import (
 from contactlaw.pybullet_callback.hand_back import LIST, PASSED, complete, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters
+from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
@@ -332,8 +332,7 @@ class Traffic:
             )
 
     def _refuse(self) -> None:
-        body, link = self.keys[int(self._head["bad"][0])]
-        name = f"body {body}" if link == BASE else f"body {body} link {link}"
+        name = name_of(self.keys[int(self._head["bad"][0])])
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
 
 

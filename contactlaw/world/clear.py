@@ -10,6 +10,8 @@ from contactlaw.world.vec import to_body
 
 ALONG = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
 
+UNCLEAR = "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; give the pair its radius"
+
 
 @jit_inside
 def is_clear(w, c):
