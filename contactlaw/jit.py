@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
@@ -56,12 +56,27 @@ def _cache(compiled: Any, key: str) -> None:
 class _Ingredient(JITCodeLibrary):
     """Code that goes into that of others: it is optimised, made machine code of and kept only there, and once."""
 
-    def _optimize_final_module(self) -> None:
-        """Left to who links it."""
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
+    def finalize(self) -> None:
+        """What it calls is linked where machine code is made, not in each that is called on the way."""
         self._finalized = True
+
+    def _gather(self, found: dict[Any, Any]) -> dict[Any, Any]:
+        """The code of all that it calls, and its own, by library."""
+        found[self] = super()._get_module_for_linking()
+        for library in self._linking_libraries:
+            if library not in found and isinstance(library, _Ingredient):
+                library._gather(found)
+            elif library not in found:
+                found[library] = library._get_module_for_linking()
+        return found
+
+    def _get_module_for_linking(self) -> Any:
+        """All of that."""
+        own, *others = self._gather({}).values()
+        whole = own.clone()
+        for other in others:
+            whole.link_in(other, preserve=True)
+        return whole
 
     def get_pointer_to_function(self, name: str) -> int:
         """There is none."""
@@ -132,16 +147,19 @@ def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
 class _Haste:
     """numba while it compiles for us.
 
-    All that it makes is alive, so that no garbage is looked for; what an operator gives for numbers is found out once.
+    All that it makes is alive, so that no garbage is looked for; nobody reads how long LLVM took, which numba would sum
+    up for each function on the way; what an operator gives for numbers is found out once.
     """
 
     def __init__(self) -> None:
         self.collects = False
+        self.timer: Any = None
 
     def begin(self) -> None:
         """From now on."""
         self.collects = gc.isenabled()
         gc.disable()
+        self.timer, event.install_timer = event.install_timer, lambda kind, callback: nullcontext()
         typing: Any = cpu_target.typing_context
         resolve, known = typing.resolve_function_type, {}
 
@@ -158,7 +176,10 @@ class _Haste:
     def end(self) -> None:
         """As it was."""
         del vars(cpu_target.typing_context)["resolve_function_type"]
+        event.install_timer = self.timer
         if self.collects:
+            gc.freeze()  # what is young counts as old: it is not searched at once
+            gc.unfreeze()
             gc.enable()
 
 
