@@ -8,9 +8,10 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import shape_at
 from contactlaw.world.call import ask_deepest, ask_meeting, ask_radius
-from contactlaw.world.records import BOX, DISC, PLANE, SEGMENT, SIDE, SPHERE
+from contactlaw.world.records import BOX, DISC, HULL, NEVER, PLANE, SEGMENT, SIDE, SPHERE
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
+SUNK = 0.975  # of both radii, an overlap that is all there can be, but for crowns and `convex.BACK`
 OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)
 """Which of the addresses of `long`."""
 
@@ -60,6 +61,27 @@ def meet_near(w, p, a, b):
     """`meet` of a near pair whose bodies are given, without the overlap that counts as none."""
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
     return overlap - p.built, n, arm_a, arm_b
+
+
+@jit_inside
+def most_overlap(w, p):
+    """Overlap [m] with a hull that is all there can be: its core has no depth and no normal within it."""
+    sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    return sa.radius + sb.radius if sb.kind == HULL else NEVER
+
+
+@jit_inside
+def is_sunk(w, p):
+    """Whether all overlap that a pair can have counts as none."""
+    return p.built >= most_overlap(w, p)
+
+
+@jit_inside
+def build_in(w, p, overlap):
+    """Let so much overlap [m] of a pair count as none; within a hull's core all of it, until they have left it."""
+    most = most_overlap(w, p)
+    p.built = most if overlap >= SUNK * most else overlap
+    return p.built
 
 
 @jit_inside

@@ -10,7 +10,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, guard_at, near_at, shape_at
 from contactlaw.world.call import ask_over_face
-from contactlaw.world.geometry import OF_FACE, asked_of, centre, half_axis, meet
+from contactlaw.world.geometry import OF_FACE, asked_of, centre, half_axis, is_sunk, meet
 from contactlaw.world.guards import enough, new_guard, parted
 from contactlaw.world.records import (
     BOX,
@@ -192,6 +192,7 @@ def enter(w, k, heads):
         c = contact_at(w.contacts, slot)
         if c.shape_b == p.b:
             p.slot, p.built = slot, c.built
+            p.listed = NEVER if is_sunk(w, p) else p.listed
             p.closed = 1 if c.phase == CLOSED else 0
             c.near = k
         slot = c.link

@@ -15,10 +15,10 @@ from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_a
 from contactlaw.world.call import address, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
-from contactlaw.world.geometry import meet, meet_near
+from contactlaw.world.geometry import build_in, is_sunk, meet, meet_near
 from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
-from contactlaw.world.records import CLOSED, DISC, FREE, PARTED
+from contactlaw.world.records import CLOSED, DISC, FREE, NEVER, PARTED
 from contactlaw.world.rolling import moment_of, rolled
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
@@ -55,8 +55,7 @@ def close(w, k, overlap):
     radius, along = ellipse_of(w, q)
     know(t, law, radius)
     if overlap > deep(shape_at(w.shapes, q.a), radius) and pair_at(w.pairs, q.pair).relaxed != 0:
-        c.built += overlap
-        q.built, overlap = c.built, 0.0
+        c.built, overlap = build_in(w, q, c.built + overlap), 0.0
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
@@ -164,7 +163,12 @@ def stays_built(w, p):
     c = contact_at(w.contacts, p.slot)
     if c.built > 0.0:
         overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-        p.built = c.built = c.built + min(overlap, 0.0)
+        sunk = is_sunk(w, p)
+        c.built = build_in(w, p, c.built + min(overlap, 0.0))
+        if is_sunk(w, p):
+            p.listed = NEVER  # its guard has nobody look at it
+        elif sunk:
+            p.listed, p.gap = -NEVER, 0.0
     return c.built > 0.0
 
 

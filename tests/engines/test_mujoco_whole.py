@@ -206,6 +206,30 @@ def test_parts_that_are_built_into_each_other_may_be_excluded():
         assert load_model(free, [("*", "*", SOFT)], overlaps="exclude").nexclude == 0
 
 
+HULLS = """<mujoco><option timestep=".002" gravity="0 0 0"/><asset>
+<mesh name="palm" vertex="-.1 -.1 -.1 .1 -.1 -.1 -.1 .1 -.1 .1 .1 -.1 -.1 -.1 .1 .1 -.1 .1 -.1 .1 .1 .1 .1 .1"/>
+<mesh name="finger" vertex="-.03 -.01 -.01 .03 -.01 -.02 -.03 .02 -.01 .03 .01 -.01 -.03 -.01 .02 .04 -.01 .01 -.03 .01 .01"/>
+</asset><worldbody><body name="palm"><geom name="palm" type="mesh" mesh="palm"/></body>
+<body name="finger"><joint type="slide" axis="1 0 0"/><joint axis="1 0 0"/>
+<geom name="finger" type="mesh" mesh="finger" mass=".1"/></body></worldbody></mujoco>"""  # noqa: E501
+
+
+def test_hulls_that_reach_into_each_others_cores_leave_each_other_alone_until_they_have_parted():
+    """A finger turns and slides out of its palm as if that were not there, and bounces off it when it comes back."""
+    with pytest.warns(ContactWarning, match="geoms lie in each other"):
+        model = load_model(HULLS, [("*", "*", SOFT)])
+    data = mujoco.MjData(model)
+    data.qvel[:] = 0.2, 1.0
+    start = data.qvel.copy()
+    for _ in range(400):
+        mujoco.mj_step(model, data)
+        assert np.abs(data.qvel - start).max() < 1e-12
+    assert data.qpos[0] > 0.15 and overlaps_of(model, data) == []
+    data.qvel[:] = -0.2, 0.0
+    mujoco.mj_step(model, data, 400)
+    assert data.qvel[0] > 0.05
+
+
 BUILT_IN = """<mujoco><option timestep=".002"><flag energy="enable"/></option><worldbody>
 <geom name="table" type="box" size=".3 .3 .05" pos="0 0 -.05"/>
 <body name="peg" pos="0 0 .01"><freejoint/><geom name="peg" type="box" size=".02 .02 .03"/></body>
