@@ -44,10 +44,12 @@ def places(count: int, pitch: float = PITCH, radius: float = RADIUS, seed: int =
     return pitch * lattice + jitter + [-half, -half, 2.0 * radius], half
 
 
-def poured(settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH, o: Any = DEFAULT) -> Any:
+def poured(
+    settings: Settings, count: int, solver: str = "Newton", pitch: float = PITCH, o: Any = DEFAULT, seed: int = 0
+) -> Any:
     """A world with the balls over the floor of the box; solver: MuJoCo's, where the contact is its own."""
     world: Any = new_world(settings, (0.0, 0.0, -GRAVITY))
-    starts, half = places(count, pitch * o.radius / RADIUS, o.radius)
+    starts, half = places(count, pitch * o.radius / RADIUS, o.radius, seed)
     world.plane("floor")
     for name, normal in WALLS.items():
         world.plane(name, (-half * normal[0], -half * normal[1], 0.0), (*normal, 0.0))
@@ -101,11 +103,12 @@ def build_times(count: int) -> dict[str, float]:
 
 
 def costs(
-    count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT, solvers: Any = SOLVERS
-) -> dict[str, Any]:
+    count: int, seconds: float, step: float = 2e-3, pitch: float = PITCH, o: Any = DEFAULT, solvers: Any = SOLVERS,
+    seed: int = 0,
+) -> dict[str, Any]:  # fmt: skip
     """Processor time of a drop in MuJoCo, by the law and natively with each solver; see `timed`."""
-    made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch, o=o)}
-    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch, o) for one in solvers}
+    made = {"law": poured(Settings("mujoco", timestep=step), count, pitch=pitch, o=o, seed=seed)}
+    made |= {one: poured(Settings("mujoco", NATIVE, timestep=step), count, one, pitch, o, seed) for one in solvers}
     return {"balls": count} | timed(made, seconds)
 
 

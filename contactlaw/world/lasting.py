@@ -50,6 +50,7 @@ from contactlaw.world.island import members
 from contactlaw.world.motion import follow, give, settle, spin_rate
 from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_at
 from contactlaw.world.records import NEVER, WAITS
+from contactlaw.world.rolling import moment_of
 from contactlaw.world.sleep import fall_asleep, wake
 from contactlaw.world.steady import GAINED, changes, energy, is_steady, stages_of
 from contactlaw.world.touch import add_work, force_of, open_up
@@ -197,12 +198,13 @@ def go_on(w, bodies, pairs, stage):
         r = row_at(w.rows, i)
         if r.slot >= 0:
             c = contact_at(w.contacts, r.slot)
+            moment = axpy(c.torsion.moment, load(c.normal), moment_of(c))
             for k, arm, sign in ((c.body_a, load(c.arm_a), stage), (c.body_b, load(c.arm_b), -stage)):
                 b = body_at(w.bodies, k)
                 if b.tree == 0 and b.unknown >= 0:
                     impulse, own = scale(sign, load(c.force)), velocity[b.unknown :]
                     store(own, axpy(b.inverse_mass, impulse, load(own)))
-                    store(own[3:], add(load(own[3:]), give(b, cross(arm, impulse))))
+                    store(own[3:], add(load(own[3:]), give(b, axpy(-sign, moment, cross(arm, impulse)))))
 
 
 @jit_inside
