@@ -16,6 +16,7 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, guard_at, shape_at
+from contactlaw.world.bounds import spin_bound, turning_bound
 from contactlaw.world.call import ask_parting
 from contactlaw.world.motion import acceleration_of, greatest_closing, jerk
 from contactlaw.world.records import BOX, NEVER
@@ -29,8 +30,8 @@ LASTS = 4.0  # steps at the speed there is
 @jit_inside
 def surface_speed(b, time):
     """Speed [m/s] of a body's shapes within a time [s], at most."""
-    gained = time * (norm(load(b.acceleration)) + b.reach * norm(load(b.turning)) + time * jerk(b, b.reach))
-    return norm(load(b.velocity)) + norm(load(b.spin)) * b.reach + gained
+    gained = time * (norm(load(b.acceleration)) + time * jerk(b, b.reach))
+    return norm(load(b.velocity)) + spin_bound(b, time) * b.reach + gained
 
 
 @jit_inside
@@ -72,15 +73,14 @@ def follow(w, g, left):
     g.speed, g.pace = 0.0, 0.0
     if a.still == 0 or b.still == 0:
         u, spin_a, spin_b = sub(load(a.velocity), load(b.velocity)), load(a.spin), load(b.spin)
-        one, two, far = norm(spin_a), norm(spin_b), norm(r)
-        turning_a, turning_b = norm(load(a.turning)), norm(load(b.turning))
-        turns = min(norm(sub(spin_a, spin_b)) + left * (one * one + two * two), one + two)
-        turns += left * (turning_a + turning_b)
-        gained = norm(acceleration_of(a)) + norm(acceleration_of(b)) + far * turning_b + two * norm(u)
-        gained += left * (jerk(a, a.reach) + jerk(b, far + a.reach))
-        slides = norm(sub(u, cross(spin_b, r)))
-        g.pace = slides + norm(sub(spin_a, spin_b)) * a.reach
-        g.speed = slides + turns * a.reach + left * gained
+        push = norm(acceleration_of(a)) + norm(acceleration_of(b))
+        slides, turns = norm(sub(u, cross(spin_b, r))), norm(sub(spin_a, spin_b))
+        g.pace = slides + turns * a.reach
+        fast, spin = norm(u) + left * push, spin_bound(b, left)
+        far, twist = norm(r) + left * fast, turning_bound(b, left)
+        slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
+        turns = min(turns + left * (turning_bound(a, left) + twist), spin_bound(a, left) + spin)
+        g.speed = slides + turns * a.reach + left * left * (jerk(a, a.reach) + jerk(b, far + a.reach))
 
 
 @jit_inside
@@ -167,11 +167,14 @@ def is_guarded(w, p, time, more):
 
 
 @jit_inside
-def keep_gap(w, p):
-    """Remember the gap of a pair that has been looked at."""
+def keep_gap(w, p, time):
+    """Remember the gap of a pair that has been looked at, where both bodies are at a time of the step.
+
+    Since they were seen last they may have gone apart, as far as they could have come nearer.
+    """
     if p.guard >= 0:
         g = guard_at(w.guards, p.guard)
-        p.listed = max(p.listed, p.gap + g.moved - g.lag)
+        p.listed = max(p.listed, p.gap + 2.0 * g.moved - way_by(g, time))
 
 
 @jit_inside

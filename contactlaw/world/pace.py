@@ -10,7 +10,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, law_of, pair_at, shape_at
-from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
+from contactlaw.world.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.call import ask_time
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet_near
@@ -86,7 +86,7 @@ def predict(w, p, a, b, now, left):
         across = norm(sub(velocity_at(a, from_a), velocity_at(b, add(from_a, sub(arm_b, arm_a)))))
         speed = w * (far + norm(arm_b)) + across
         change = jerk(a, far) + jerk(b, norm(arm_b))
-        twist = torque_bound(a, from_a) + torque_bound(b, arm_b) + 2.0 * norm(load(b.spin)) * across
+        twist = turning_bound(a, left) * far + turning_bound(b, left) * norm(arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):
             if w * horizon > LARGEST_TURN:
                 horizon = LARGEST_TURN / w

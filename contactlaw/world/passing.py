@@ -94,7 +94,7 @@ def touches(w, p, a, b):
     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
     p.gap, p.closing, p.seen = -overlap, now, MET
-    keep_gap(w, p)
+    keep_gap(w, p, 0.0)
     change = abs(now - began)
     closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind
     dip = DOUBT * change + (closes * opens / (closes + opens) if closes > 0.0 and opens > 0.0 else 0.0)

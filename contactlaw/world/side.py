@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contactlaw.world.bounds import LARGEST_TURN, time_to_close, torque_bound
+from contactlaw.world.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.geometry import centre, half_axis
 from contactlaw.world.motion import jerk, rate, velocity_at
 from contactlaw.world.records import DISC, NEVER
@@ -33,8 +33,7 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
     rate_a, rate_b = rate(a), rate(b)
     speed = norm(moving) + (rate_a + rate_b) * half
     swing = rate_a * rate_a * reach_a + rate_b * rate_b * reach_b + 2.0 * rate_b * speed
-    swing += norm(load(a.turning)) * reach_a + norm(load(b.turning)) * reach_b
-    swing += reach_a * torque_bound(a, (1.0, 0.0, 0.0)) + reach_b * torque_bound(b, (1.0, 0.0, 0.0))
+    swing += reach_a * turning_bound(a, left) + reach_b * turning_bound(b, left)
     horizon = left
     if (rate_a + rate_b) * horizon > LARGEST_TURN:
         horizon = LARGEST_TURN / (rate_a + rate_b)

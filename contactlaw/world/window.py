@@ -64,7 +64,7 @@ def look(w, p, now):
     Bodies that fly stay behind in time meanwhile, and fly in one piece: who looks at them does not change a bit of it.
     """
     predict(w, p, foreseen(w, p.body_a, now, 0), foreseen(w, p.body_b, now, 1), now, w.step - now)
-    keep_gap(w, p)
+    keep_gap(w, p, now)
 
 
 @jit_inside
