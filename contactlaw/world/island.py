@@ -34,7 +34,7 @@ LOST = 1e10  # [m/s] at which a body is lost: a velocity that engines take for a
 JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
 TWISTS = 8  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
-STRIDE = 0.02  # [rad] that a tree may turn in such a step, in which its mass matrix is held
+STRIDE = 0.02  # [rad] that a body may turn in such a step: what turns past another may graze it in between
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
 
@@ -271,7 +271,7 @@ def length(w, pairs, t):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed == 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            if closed == 0 and a.tree + b.tree != 0:
+            if closed == 0:
                 h = min(h, STRIDE / max(rate(a), rate(b), 1e-9))
             if p.room - a.way - b.way <= 2.0 * BLOCK * h * greatest_closing(a, b):
                 foresee(w, p, t)

@@ -83,7 +83,7 @@ def creature(timestep: float, restitution: float = 1.0, gravity: float = 0.0) ->
 def test_a_branching_tree_keeps_its_energy_between_two_planes(timestep: float) -> None:
     world = creature(timestep)
     energy, impacts = world.energy.total, 0
-    for _ in range(round(8.0 / timestep)):
+    for _ in range(round(12.0 / timestep)):
         world.step()
         rows = world.contacts
         impacts += int(rows["touches"][~rows["closed"]].sum())
