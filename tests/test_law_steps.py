@@ -14,7 +14,7 @@ from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.laws.microslip import Microslip
 from contactlaw.laws.record import OPEN, PAIR_SIZE, SPRUNG, UNSHEARED, ask_stiffness, contact_of, pair_of
-from contactlaw.laws.step import advance, know
+from contactlaw.laws.step import ask, know, press
 
 STEEL = MATERIALS["steel"]
 MASS, RADIUS, MU = 0.5, 0.02, 0.1
@@ -35,7 +35,8 @@ def take(p, header, memory, overlap, before, free, du, dv, dt):
         know(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = MASS, TANGENTIAL_MASS
     contact.overlap, contact.before, contact.closing = overlap, before, (overlap - before) / dt
-    advance(contact, pair, p[PAIR_SIZE:], memory, free, du, dv, dt)
+    press(contact, pair, free, dt)
+    ask(contact, pair, p[PAIR_SIZE:], memory, du, dv, dt)
     return contact.force, contact.f, contact.g
 
 

@@ -18,7 +18,7 @@ from contactlaw.laws import choices, law_of, sectors, text_of
 from contactlaw.laws.microslip import Microslip, half_line_nodes
 from contactlaw.laws.record import CONTACT, PAIR, PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.slip import carried, held
-from contactlaw.laws.step import advance, know
+from contactlaw.laws.step import ask, know, press
 
 STEEL = MATERIALS["steel"]
 ROOT = Path(__file__).parent.parent
@@ -125,9 +125,11 @@ def shear(p, header, memory, overlap, slide):
     know(contact, pair, pair.radius)
     contact.mass, contact.tangential_mass, contact.closing = 0.5, 0.2, 0.0
     contact.before, contact.overlap = -1e-9, overlap
-    advance(contact, pair, law, memory, 0.0, 0.0, 0.0, 1e-6)
+    press(contact, pair, 0.0, 1e-6)
+    ask(contact, pair, law, memory, 0.0, 0.0, 1e-6)
     contact.before = overlap
-    advance(contact, pair, law, memory, 0.0, slide, 0.0, 1e-6)
+    press(contact, pair, 0.0, 1e-6)
+    ask(contact, pair, law, memory, slide, 0.0, 1e-6)
     return contact.f, ask_stiffness(pair, contact, law), ask_energy(pair, contact, law, memory)
 
 

@@ -11,7 +11,7 @@ from contactlaw.jit import jit
 from contactlaw.laws import law_of
 from contactlaw.laws.oscillator import damping_ratio
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, contact_of, pair_of
-from contactlaw.laws.step import advance, know
+from contactlaw.laws.step import ask, know, press
 from contactlaw.turning import MicroslipTurning
 
 LOSSY = "microslip shear_loss=1"
@@ -66,7 +66,8 @@ def run_round(p, header, memory, h, path, work, energy, share):
             contact.before, contact.overlap = overlap, path[k, 0]
             contact.closing = (path[k, 0] - overlap) / h
             du, dv = path[k, 1] - path[k - 1, 1], path[k, 2] - path[k - 1, 2]
-            advance(contact, pair, own, memory, 0.0, du, dv, h)
+            press(contact, pair, 0.0, h)
+            ask(contact, pair, own, memory, du, dv, h)
             overlap = path[k, 0]
             work[turn, k] = contact.f * du + contact.g * dv
             energy[turn, k] = ask_energy(pair, contact, own, memory)
