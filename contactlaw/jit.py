@@ -178,8 +178,9 @@ class _Haste:
         del vars(cpu_target.typing_context)["resolve_function_type"]
         event.install_timer = self.timer
         if self.collects:
-            gc.freeze()  # what is young counts as old: it is not searched at once
-            gc.unfreeze()
+            if gc.get_freeze_count() == 0:  # else somebody keeps what they froze
+                gc.freeze()  # what is young counts as old: it is not searched at once
+                gc.unfreeze()
             gc.enable()
 
 

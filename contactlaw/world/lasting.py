@@ -198,7 +198,7 @@ def go_on(w, bodies, pairs, stage):
         r = row_at(w.rows, i)
         if r.slot >= 0:
             c = contact_at(w.contacts, r.slot)
-            moment = axpy(c.torsion.moment, load(c.normal), moment_of(c))
+            moment = moment_of(c)
             for k, arm, sign in ((c.body_a, load(c.arm_a), stage), (c.body_b, load(c.arm_b), -stage)):
                 b = body_at(w.bodies, k)
                 if b.tree == 0 and b.unknown >= 0:

@@ -20,9 +20,8 @@ from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
 from contactlaw.world.records import CLOSED, DISC, FREE, NEVER, PARTED
 from contactlaw.world.rolling import moment_of, rolled
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
+from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
-NONE = (0.0, 0.0, 0.0)
 SMALL_TURN = 0.01  # [rad] for which the first term will do
 TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
 
@@ -83,7 +82,7 @@ def close(w, k, overlap):
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
-        force.advance_contact(w, c, q.slot, NONE, NONE, 0.0, 0.0)
+        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, 0.0)
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True

@@ -1,7 +1,8 @@
 """The golden runs: the law alone, a few short runs by each law in each engine, and every scene of `sims`.
 
 RUNS holds them by name: "what/law", "what/engine/law", and "scene-what/engine" by the scene's own law. Each gives its
-quantities by name, with the scale that a difference is judged by. Runs are short, so that none is chaotic.
+quantities by name, with the scale that a difference is judged by. Runs are short; scenes that amplify rounding all the
+same are in SENSITIVE and CHAOTIC.
 """
 
 from __future__ import annotations
