@@ -18,7 +18,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, guard_at, shape_at
 from contactlaw.world.bounds import spin_bound, turning_bound
 from contactlaw.world.call import ask_parting
-from contactlaw.world.motion import acceleration_of, greatest_closing, jerk
+from contactlaw.world.motion import acceleration_of, greatest_closing, swing
 from contactlaw.world.records import BOX, NEVER
 from contactlaw.world.vec import ZERO, cross, load, norm, store, sub, to_body, to_world
 
@@ -30,7 +30,7 @@ LASTS = 4.0  # steps at the speed there is
 @jit_inside
 def surface_speed(b, time):
     """Speed [m/s] of a body's shapes within a time [s], at most."""
-    gained = time * (norm(load(b.acceleration)) + time * jerk(b, b.reach))
+    gained = time * (norm(load(b.acceleration)) + swing(b, b.reach, time))
     return norm(load(b.velocity)) + spin_bound(b, time) * b.reach + gained
 
 
@@ -80,7 +80,7 @@ def follow(w, g, left):
         far, twist = norm(r) + left * fast, turning_bound(b, left)
         slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
         turns = min(turns + left * (turning_bound(a, left) + twist), spin_bound(a, left) + spin)
-        g.speed = slides + turns * a.reach + left * left * (jerk(a, a.reach) + jerk(b, far + a.reach))
+        g.speed = slides + turns * a.reach + left * (swing(a, a.reach, left) + swing(b, far + a.reach, left))
 
 
 @jit_inside

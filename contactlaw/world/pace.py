@@ -19,9 +19,9 @@ from contactlaw.world.motion import (
     acceleration_of,
     closing_at,
     decay,
-    jerk,
     mobility_between,
     rate,
+    swing,
     velocity_at,
 )
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
@@ -85,12 +85,12 @@ def predict(w, p, a, b, now, left):
         w = rate(b) + (rate(a) if far > 0.0 or a.tree != 0 else 0.0)
         across = norm(sub(velocity_at(a, from_a), velocity_at(b, add(from_a, sub(arm_b, arm_a)))))
         speed = w * (far + norm(arm_b)) + across
-        change = jerk(a, far) + jerk(b, norm(arm_b))
         twist = turning_bound(a, left) * far + turning_bound(b, left) * norm(arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):
             if w * horizon > LARGEST_TURN:
                 horizon = LARGEST_TURN / w
-            slack = (w * w * speed + change) * horizon * horizon + twist * horizon
+            change = w * w * speed * horizon + swing(a, far, horizon) + swing(b, norm(arm_b), horizon)
+            slack = (change + twist) * horizon
             horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
     wait = time_to_close(p.gap, p.closing + slack, p.acceleration)
     p.toi = now + min(wait, horizon) if wait < left or horizon < left else NEVER
