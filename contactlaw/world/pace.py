@@ -14,6 +14,7 @@ from contactlaw.world.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.call import ask_time
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet_near
+from contactlaw.world.guards import over_plane
 from contactlaw.world.motion import (
     acceleration_at,
     acceleration_of,
@@ -31,6 +32,7 @@ FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
+OVER = 0.01  # of the radius, over a plane that parts whole shapes: what is higher is seen against this alone
 TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 
@@ -62,7 +64,9 @@ def predict(w, p, a, b, now, left):
     bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+    overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
+    if overlap > -OVER * sa.radius:
+        overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     p.seen = now
     p.gap = -overlap
     p.closing = closing_at(a, arm_a, b, arm_b, n)
