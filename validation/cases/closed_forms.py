@@ -30,7 +30,6 @@ class ClosedForms(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         limits = [*_sliding(), *_linear_springs(4096 if quick else FINE)]
-        progress(0.3)
         full_stick = {steps: _full_stick_error(steps) for steps in (128, FINE)}
         return Outcome([*limits, *_like_the_ball(), *_hertz(), *_paths()], {"full_stick": full_stick})
 

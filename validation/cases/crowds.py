@@ -94,12 +94,12 @@ class Crowds(Case):
             grasps.append(held | {"what": what})
             limits += [Limit(f"{what}, slip", 0.05, 1e3 * abs(held["slip"]), "mm"),
                        Limit(f"{what}, over native", 2.0, held["law"] / held["native"])]  # fmt: skip
-        found = lasting.drop(lasting.tube)
+        found = heap.timed({"law": lasting.tube(True), "native": lasting.tube(False)}, 3.0)
         drops.append(found | {"what": "tube of 5"})
         limits += _limits("tube of 5", found, 2.0, "native")
         progress(0.8)
 
-        steps = {"a box on ball feet on a slope": lasting.over_native(lasting.box, 0.5)}
+        steps = {"a box on ball feet on a slope": lasting.lying_box()}
         if (path := lasting.ant()) is not None:
             steps["an ant that stands"] = lasting.standing_ant(path)
         if not quick:

@@ -47,10 +47,8 @@ class PaperFigure2(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         puck = Puck(material="steel", psi_1=PSI_1, restitution=1.0)
         paper = impact(PSI_1, puck.chi, ANNULI, steps=STEPS)
-        progress(0.3)
         finer = 3 if quick else FINER
         converged = impact(PSI_1, puck.chi, finer * ANNULI, steps=STEPS)
-        progress(1.0)
         same = np.concatenate([[0], finer * np.arange(2, ANNULI + 1) - (finer + 1) // 2])
         coarse, fine = (_tractions(one) for one in (paper, converged))
         edge = np.sqrt([np.interp(TIMES, paper.time, paper.overlap)])[0]
