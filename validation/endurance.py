@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from validation.world_scenes import FLOOR, RADIUS, balls, steel_pair
+from contactlaw import ContactPair
+from validation.ball import DOWN, FLOOR, RADIUS, STEEL, balls_world
 
 HEIGHT, KICKS = 0.05, 200  # [m]; in a run
 
@@ -18,7 +19,8 @@ def resident() -> float:
 def endure(steps: int) -> dict[str, Any]:
     """So many steps; memory [MB] before and after."""
     place, rng = [0.0, 0.0, RADIUS + HEIGHT], np.random.default_rng(0)
-    world = balls(steel_pair(0.2, 0.7), place, 0.0, planes=[FLOOR], gravity=9.81, timestep=2e-3)
+    pair = ContactPair(STEEL, STEEL, 0.2, 0.7)
+    world = balls_world("none", 2e-3, pair, place, planes=[FLOOR], gravity=DOWN).world  # type: ignore[attr-defined]
     world.step(2000)
     before = resident()
     for _ in range(KICKS):

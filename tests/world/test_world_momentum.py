@@ -7,7 +7,7 @@ import pytest
 
 from contactlaw import ContactPair
 from tests.world.planar_balls import advance
-from validation.world_scenes import (
+from tests.world.world_scenes import (
     FLOOR,
     PHENOLIC,
     RADIUS,

@@ -11,10 +11,10 @@ import numpy as np
 
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
+from validation.ball import FLOOR, STEEL
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.measure import interleaved, spread
 from validation.shape_draws import KINDS, draw, draw_heap
-from validation.world_scenes import FLOOR, steel_pair
 
 PLASTIC = Material(3e9, 0.35, 1200.0)
 SPEED, MASS = 0.2, 0.3  # [m/s], [kg]
@@ -80,7 +80,7 @@ def hertz_error(world: World, shapes: Any, p: float, q: float) -> float:
     """Of an elastic impact head on, the larger error of approach and duration; p <= q: relative curvatures [1/m]."""
     from validation.reference.closed_forms import hertz
 
-    pair = steel_pair(0.0)
+    pair = ContactPair(STEEL, STEEL, 0.0)
     world.add_contact(shapes[0], shapes[1], pair)
     exact = hertz.impact(MASS, hertz_radius(p, q), pair.effective_modulus, SPEED)
     overlap, duration = struck(world)
