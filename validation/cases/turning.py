@@ -10,7 +10,7 @@ from contactlaw.laws.microslip import Microslip
 from contactlaw.turning import MicroslipTurning
 from validation import ledger, spinning, turning
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
-from validation.measure import spread
+from validation.measure import interleaved, spread
 from validation.picture import BROAD, legend_below
 from validation.reference.turning_data import load
 from validation.reference.turning_paths import MARKS
@@ -158,27 +158,23 @@ def _energy(count: int, progress: Progress) -> dict[str, float]:
 def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
     """Ratios of processor times, side by side: impacts in a world that turn and that do not, the law with and without
     its look, and the law alone."""
-    straight = [[*row[:3], 0.0] for row in rows]
+    straight, worlds = [[*row[:3], 0.0] for row in rows], {}
     scenes = {"turning": (rows, LAWS["turning"]), "straight": (straight, LAWS["turning"]),
               "never looks": (straight, Microslip(MicroslipTurning.nodes))}  # fmt: skip
     angle = np.linspace(0.0, 3.0 * np.pi, 145)
     around = np.tile(0.6 * np.stack([1.0 - np.cos(angle[1:]), np.sin(angle[1:])], 1), (20, 1))
     lines = {"circle": around, "line": around * [0.0, 1.0]}
-    times: dict[str, list[float]] = {name: [] for name in (*scenes, *lines)}
-    for number in range(rounds + 1):
-        for name in list(times)[:: 1 if number % 2 else -1]:
-            if name in scenes:
-                world, _ = turning.impacts_world(*scenes[name])
-                run = partial(world.step, 3)
-                assert world.arrays
-            else:
-                run = partial(ledger.dissipated, MicroslipTurning(), np.ones(len(around)), lines[name])
-            start = process_time()
-            run()
-            times[name].append(process_time() - start)
+
+    def prepare(name: str) -> None:
+        worlds[name], _ = turning.impacts_world(*scenes[name])
+        assert worlds[name].arrays
+
+    runs: Data = {name: lambda name=name: worlds[name].step(3) for name in scenes}
+    runs |= {name: partial(ledger.dissipated, LAWS["turning"], np.ones(len(around)), lines[name]) for name in lines}
+    times = interleaved(runs, rounds, {name: partial(prepare, name) for name in scenes}, clock=process_time)
     pairs = {"turning": ("turning", "straight"), "straight": ("straight", "never looks"),
              "law alone": ("circle", "line")}  # fmt: skip
-    return {name: spread(np.array(times[one][1:]) / times[other][1:]) for name, (one, other) in pairs.items()}
+    return {name: spread(times[one] / times[other]) for name, (one, other) in pairs.items()}
 
 
 def _shown(saved: list[Data], name: str, amplitude: float) -> dict[str, list[float]]:
