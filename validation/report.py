@@ -46,8 +46,10 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     """Write report.md into a folder from its results; cases without a result are named as missing."""
     found = [(case, load(case.name, folder)) for case in cases]
     present = [(case, result) for case, result in found if result is not None]
-    parts = [HEAD, *_cover(present, folder), WORDS, _missed(present), *_in_short(present, folder), _summary(present)]
-    parts.append(REPEAT)
+    cover = [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
+    rows = [row for row in readme.ROWS if row.case in {case.name for case, _ in present}]
+    short = f"## In short\n\nOf several figures the worst.\n\n{markdown(readme.table(rows, folder))}\n"
+    parts = [HEAD, *cover, WORDS, _missed(present), *([short] if rows else []), _summary(present), REPEAT]
     parts += [_chapter(case, result, folder) for case, result in present]
     missing = [case.name for case, result in found if result is None]
     if missing:
@@ -79,18 +81,6 @@ def link(case: Case, text: str = "") -> str:
     """A text, or the title, linked to the chapter: GitHub drops punctuation from the anchors of headings."""
     anchor = re.sub(r"[^\w -]", "", case.title.lower()).replace(" ", "-")
     return f"[{text or case.title}](#{anchor})"
-
-
-def _cover(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
-    """The picture of the one case that says most."""
-    return [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
-
-
-def _in_short(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
-    """The figures that matter most, of cases that there are."""
-    names = {case.name for case, _ in present}
-    rows = [row for row in readme.ROWS if row.case in names]
-    return [f"## In short\n\nOf several figures the worst.\n\n{markdown(readme.table(rows, folder))}\n"] if rows else []
 
 
 def _missed(present: list[tuple[Case, Result]]) -> str:

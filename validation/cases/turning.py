@@ -45,7 +45,8 @@ class Turning(Case):
         progress(0.2)
         impacts = {name: _impacts(saved["uneven"], law) for name, law in LAWS.items()}
         progress(0.3)
-        energy = _energy(1000 if quick else 20_000, lambda part: progress(0.3 + 0.2 * part))
+        energy = _energy(1000 if quick else 20_000)
+        progress(0.5)
         spun = {way: spinning.most_given(way, 400 if quick else 20_000) for way in spinning.WAYS}
         rng = np.random.default_rng(5)
         cycles = max(spinning.worst_cycle("sectors", rng, *kind, looks=300)
@@ -132,27 +133,15 @@ def _spin(rows: list[Any], sigma: float) -> float:
     return float(max(np.abs(turning.spun_errors(own, heading)).max() for heading in HEADINGS))
 
 
-def _energy(count: int, progress: Progress) -> dict[str, float]:
+def _energy(count: int) -> dict[str, float]:
     """By kind of load, the most energy that a random path gives back by either law; how far forces pass their limit.
 
-    Load and place change in turn, in steps of any size, a whole leg too. "together": at once, in 16 a leg, every eighth
-    path, and the same of Coulomb's own force ("coulomb"), which stores nothing: what its mean force misses of the work.
+    "together": where load and place change at once, and the same of Coulomb's own force ("coulomb"), which stores
+    nothing: what its mean force misses of the work.
     """
-    rng, found = np.random.default_rng(17), {"cone": -1.0, "together": 0.0, "coulomb": 0.0}
-    for number, kind in enumerate(ledger.KINDS):
-        found[kind] = 0.0
-        for trial in range(count):
-            if trial % 8 == 0:
-                path = ledger.random_path(rng, kind, 16)
-                for name, law in (("together", MicroslipTurning()), ("coulomb", "coulomb")):
-                    found[name] = max(found[name], ledger.fall(ledger.dissipated(law, *path)[0]))
-            overlap, place = ledger.in_turn(*ledger.random_path(rng, kind, (1, 4, 16)[trial % 3]))
-            for law in LAWS.values():
-                lost, force = ledger.dissipated(law, overlap, place)
-                found[kind] = max(found[kind], ledger.fall(lost))
-                found["cone"] = max(found["cone"], ledger.over_limit(overlap, force))
-        progress((number + 1) / len(ledger.KINDS))
-    return found
+    own, springs, coulomb = (spinning.most_given(law, count, 17, spins=False) for law in (*LAWS.values(), "coulomb"))
+    found = {kind: max(own[kind], springs[kind]) for kind in (*ledger.KINDS, "cone")}
+    return found | {"together": own["together"], "coulomb": coulomb["together"]}
 
 
 def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
