@@ -8,8 +8,8 @@ from typing import Any
 from contactlaw.ending import whole
 from validation import readme
 from validation.case import Case, Table
+from validation.readme import asked, kept, markdown, with_unit
 from validation.store import Result, load
-from validation.words import asked, kept, markdown, with_unit
 
 COVER = "law_accuracy"
 """The case whose picture stands at the head."""

@@ -12,7 +12,7 @@ from contactlaw.jit import SOURCE_STAMP
 from validation.case import Case, Outcome
 
 HERE = Path(__file__).resolve().parent
-ONLY_SHOW = ("__main__.py", "report.py", "readme.py", "words.py")
+ONLY_SHOW = ("__main__.py", "report.py", "readme.py")
 """Files of validation that measure nothing."""
 Result = dict[str, Any]
 

@@ -39,7 +39,6 @@ class Crowds(Case):
         from sims import heap
         from sims.scene import NATIVE, NONE, Settings, find_scenes
         from validation import lasting_scenes as lasting
-        from validation.crowd import step_costs
 
         slope, pile, grasp = (find_scenes()[name] for name in ("slope", "heap", "grasp"))
         creep: dict[str, float] = {}
@@ -103,7 +102,7 @@ class Crowds(Case):
         if (path := lasting.ant()) is not None:
             steps["an ant that stands"] = lasting.standing_ant(path)
         if not quick:
-            steps[f"{MANY} balls that fall"] = step_costs(MANY, STEPS, 4)
+            steps[f"{MANY} balls that fall"] = lasting.step_costs(MANY, STEPS, 4)
         limits += [Limit(f"{name}, over native", 1.2 if "slope" in name else 1.5, one["law"] / one["native"])
                    for name, one in steps.items()]  # fmt: skip
         data = {"creep": creep, "slip": slip, "kept": kept, "drops": drops, "grasps": grasps, "steps": steps}
