@@ -130,7 +130,7 @@ def _hertz(add: Add) -> None:
         run = [impact.time[-1], impact.overlap.max(), impact.normal_force.max(), collide(linear, body).time[-1]]
         add("Hertz impact, figures of ContactPair, relative error", own / figures - 1.0)
         add("Hertz impact, reached by collide(), relative error", run / np.append(figures, exact.duration) - 1.0)
-        gained = impact.velocity_a[0] - body.velocity[0]
+        gained = (impact.velocity_a - np.asarray(body.velocity))[0]
         spins.append((radius * impact.spin_a[1] + 2.5 * gained) / gained)
     for e in RESTITUTIONS:
         unit, motion = quiet_pair(Material(1.0, 0.0), RIGID, 0.0, e, radius=1.0), impact_motion(e, 2, 8)
