@@ -39,17 +39,15 @@ class FiniteElements(Case):
         pair = quiet_pair(STEEL, RIGID, FRICTION)
         kappa, chi = pair.kappa, SPHERE * pair.kappa / 2.0
         both = published()
-        measures: dict[str, dict[str, dict[str, float]]] = {}
-        shown: dict[str, Data] = {}
+        measures, shown, found = {}, {}, {}
         for name, (x, y) in told(both.items(), progress):
-            after = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
+            after = found[name] = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
             differences = {law: (v if name == "recoil" else spin_of(x, v)) - y for law, v in after.items()}
             part = x < PARTIAL
             measures[name] = {of: {law: rms(difference[inside]) for law, difference in differences.items()}
                               for of, inside in (("partial slip", part), ("all", x > 0.0))}  # fmt: skip
             shown[name] = {"x": x, "y": y, "points": {"partial slip": int(part.sum()), "all": x.size}}
-        x = both["recoil"][0]
-        laws = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
+        x, laws = both["recoil"][0], found["recoil"]
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
         data = {
             "nu": STEEL.poissons_ratio, "chi": chi, "kappa": kappa, "below": PARTIAL, "rms": measures, "shown": shown,

@@ -38,7 +38,6 @@ class Lammps(Case):
         truth = judge([(psi, chi, 1.0) for psi in psi_1.tolist()], progress=lambda part: progress(0.5 * part))
         steps = STEPS[:3] if quick else STEPS
         runs = {variant: [impacts(psi_1, variant, count) for count in steps] for variant in VARIANTS}
-        progress(0.8)
         laws = {law: np.asarray(rebound(psi_1, chi, law)) for law in ("mindlin", "mindlin_rescaled", "microslip")}
         twins = {variant: float(np.abs(runs[variant][-1].psi_2 - rebound(psi_1, chi, law, steps=4096)).max())
                  for variant, law in TWINS.items()}  # fmt: skip

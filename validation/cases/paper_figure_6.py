@@ -47,7 +47,6 @@ class PaperFigure6(Case):
         psi_1 = float(psi[np.argmin(rebound(psi, steel.chi, restitution=steel.pair.restitution))].round(2))
         puck = Puck(material="steel", psi_1=psi_1, speed=SPEED, heading=-0.5 * pi, timestep=STEP, phase=FIELD / STEP)
         times, centres, angles, final = _flashed(puck)
-        progress(0.8)
         touch = FIELD / SPEED
         marker = centres + puck.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         before = times < touch - STEP
