@@ -21,9 +21,10 @@ store tangential motion and give it back, stick in the middle of the contact whi
 backwards. `contactlaw` claims to bring this into MuJoCo and PyBullet: with the accuracy of the theory of Maw, Barber &
 Fawcett (1976, 1981), at the engines' own time steps, without creating energy, and at little cost. This page shows
 whether it does: it begins with what is missed, then every claim has a chapter: what was asked and reached, and figures.
-What is exact, conserved or a matter of refinement is judged by `tests/`: load cycles, torsion and the solvers that judge
-slides that turn (`tests/reference`), nodes and annuli that converge to one limit (`tests/test_law_against_reference.py`),
-the world without an engine (`tests/world`), rows of balls in touch (`tests/engines`, and the scene `cradle`).
+What is exact, conserved or a matter of refinement is judged by `tests/`: load cycles, torsion and the solvers that
+judge slides that turn (`tests/reference`), nodes and annuli that converge to one limit
+(`tests/test_law_against_reference.py`), the world without an engine (`tests/world`), rows of balls in touch
+(`tests/engines`, and the scene `cradle`).
 """
 
 WORDS = """An impact is described by two numbers: **psi_1**, the angle of incidence (tangential over normal velocity of
