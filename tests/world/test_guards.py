@@ -19,7 +19,7 @@ from contactlaw.world.motion import fly
 from contactlaw.world.near import list_near
 from contactlaw.world.step import begin
 from tests.world.test_hulls import CUBE, rock
-from validation.world_scenes import steel_pair
+from tests.world.world_scenes import steel_pair
 
 STEP = 0.01
 ROUNDING = 1e-9  # [m]

@@ -14,7 +14,7 @@ from contactlaw.world.equations import room_for
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod
-from validation.world_scenes import mass_of
+from tests.world.world_scenes import mass_of
 
 STEEL = MATERIALS["steel"]
 RADIUS, HALF, FOOT, BOX = 0.01, 0.05, 0.005, 1.0
