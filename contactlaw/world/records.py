@@ -21,7 +21,7 @@ NEVER = np.inf
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
-LATER, NOW, SELDOM, EACH = range(4)  # when contacts are twisted, see `island.twists`
+LATER, NOW, EACH = range(3)  # when contacts are twisted: not in this substep, in it of some, in each
 STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
 WAITS = 8  # a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
@@ -296,7 +296,7 @@ WORLD = record(
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
     kicks="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
-    twists="i8",  # in this substep, LATER, NOW, SELDOM or EACH
+    twists="i8",  # in this substep, LATER, NOW or EACH
     lost="i8",  # contacts and pairs that there was no room for
     demand="u8",  # address of `demand.TABLE`
 )  # fmt: skip
