@@ -52,7 +52,7 @@ from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_a
 from contactlaw.world.records import NEVER, WAITS
 from contactlaw.world.rolling import moment_of
 from contactlaw.world.sleep import fall_asleep, wake
-from contactlaw.world.steady import GAINED, changes, energy, is_steady, stages_of
+from contactlaw.world.steady import GAINED, changes, energy, is_held, is_steady, stages_of
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub
@@ -93,6 +93,8 @@ def tries(w, bodies):
 @jit_inside
 def last(w, bodies, pairs, stages):
     """Take the step with an island of lasting contacts; returns whether it was found."""
+    calm = stages == 2
+    stages = 1 if is_held(w, bodies, pairs) else stages
     begin(w, bodies, pairs)
     before, _ = energy(w, bodies, pairs)
     stage = SHARE * w.step if stages == 2 else w.step
@@ -109,7 +111,7 @@ def last(w, bodies, pairs, stages):
             for i in range(w.unknowns):
                 velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
         solved = solve(w, bodies, pairs, stage, w.step)
-    found = solved and not (stages == 2 and changes(w, pairs))
+    found = solved and not (calm and changes(w, pairs))
     if found:
         after, size = energy(w, bodies, pairs)
         found = after - before <= GAINED * size
@@ -237,12 +239,15 @@ def solve(w, bodies, pairs, stage, time):
             w.solved += 1
         last = missing
         substitute(w)
-        total = 0.0
+        most, total = 0.0, 0.0
         for i in range(w.unknowns):
-            velocity[i] += change[i]
-            total += abs(velocity[i])
+            most, total = max(most, abs(change[i])), total + change[i]
         if not isfinite(total):
             return False
+        if most <= least < NEVER:  # what is missing is rounding
+            return True
+        for i in range(w.unknowns):
+            velocity[i] += change[i]
     return False
 
 
