@@ -7,10 +7,14 @@ within it matters. The velocities V of the bodies at the end of a stage of b sec
 
 with contacts where the bodies are then. Two such stages, b = (1 - 1/sqrt 2) h, make a step of second order that damps
 what is stiff (Alexander, SIAM J. Numer. Anal. 14 (1977), the method S2): what slides or rolls under a constant load
-goes where it should, what swings comes to rest. They are solved by Newton's method, whose factors
-stay while they serve; momentum is kept by each of its steps. Nothing is changed where it does not converge. In a crowd
-what strikes more slowly than loads move it within the step is caught, not bounced, in one stage b = h, backward Euler,
-which only loses energy: the first of two stages counts 2.4 times, so that both would throw back 1.4 times the speed.
+goes where it should, what swings comes to rest. They are solved by Newton's method, whose factors stay while they
+serve; momentum is kept by each of its steps. Nothing is changed where it does not converge.
+
+Where joints hold bodies, forces on these stay what they are as the step begins, and what swings would gain
+omega^2 h/2 of its energy a second. One stage b = h, which keeps it as engines do, takes the place of both unless
+something slides. In a crowd what strikes more slowly than loads move it within the step is caught, not bounced, in one
+stage, backward Euler, which only loses energy: the first of two stages counts 2.4 times, so that both would throw back
+1.4 times the speed.
 """
 
 from __future__ import annotations
