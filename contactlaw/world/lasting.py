@@ -243,15 +243,12 @@ def solve(w, bodies, pairs, stage, time):
             w.solved += 1
         last = missing
         substitute(w)
-        most, total = 0.0, 0.0
-        for i in range(w.unknowns):
-            most, total = max(most, abs(change[i])), total + change[i]
-        if not isfinite(total):
-            return False
-        if most <= least < NEVER:  # what is missing is rounding
-            return True
+        total = 0.0
         for i in range(w.unknowns):
             velocity[i] += change[i]
+            total += abs(velocity[i])
+        if not isfinite(total):
+            return False
     return False
 
 
