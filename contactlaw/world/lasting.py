@@ -7,10 +7,14 @@ within it matters. The velocities V of the bodies at the end of a stage of b sec
 
 with contacts where the bodies are then. Two such stages, b = (1 - 1/sqrt 2) h, make a step of second order that damps
 what is stiff (Alexander, SIAM J. Numer. Anal. 14 (1977), the method S2): what slides or rolls under a constant load
-goes where it should, what swings comes to rest. They are solved by Newton's method, whose factors
-stay while they serve; momentum is kept by each of its steps. Nothing is changed where it does not converge. In a crowd
-what strikes more slowly than loads move it within the step is caught, not bounced, in one stage b = h, backward Euler,
-which only loses energy: the first of two stages counts 2.4 times, so that both would throw back 1.4 times the speed.
+goes where it should, what swings comes to rest. They are solved by Newton's method, whose factors stay while they
+serve; momentum is kept by each of its steps. Nothing is changed where it does not converge.
+
+Where joints hold bodies, forces on these stay what they are as the step begins, and what swings would gain
+omega^2 h/2 of its energy a second. One stage b = h, which keeps it as engines do, takes the place of both unless
+something slides. In a crowd what strikes more slowly than loads move it within the step is caught, not bounced, in one
+stage, backward Euler, which only loses energy: the first of two stages counts 2.4 times, so that both would throw back
+1.4 times the speed.
 """
 
 from __future__ import annotations
@@ -52,7 +56,7 @@ from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_a
 from contactlaw.world.records import NEVER, WAITS
 from contactlaw.world.rolling import moment_of
 from contactlaw.world.sleep import fall_asleep, wake
-from contactlaw.world.steady import GAINED, changes, energy, is_steady, stages_of
+from contactlaw.world.steady import GAINED, changes, energy, is_held, is_steady, stages_of
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub
@@ -93,6 +97,8 @@ def tries(w, bodies):
 @jit_inside
 def last(w, bodies, pairs, stages):
     """Take the step with an island of lasting contacts; returns whether it was found."""
+    calm = stages == 2
+    stages = 1 if is_held(w, bodies, pairs) else stages
     begin(w, bodies, pairs)
     before, _ = energy(w, bodies, pairs)
     stage = SHARE * w.step if stages == 2 else w.step
@@ -109,7 +115,7 @@ def last(w, bodies, pairs, stages):
             for i in range(w.unknowns):
                 velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
         solved = solve(w, bodies, pairs, stage, w.step)
-    found = solved and not (stages == 2 and changes(w, pairs))
+    found = solved and not (calm and changes(w, pairs))
     if found:
         after, size = energy(w, bodies, pairs)
         found = after - before <= GAINED * size

@@ -30,7 +30,7 @@ from contactlaw.world.vec import add, cross, dot, load, norm, sub
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
-LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
+LONG = 1.0 / 3.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
 SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
 OVER = 0.01  # of the radius, over a plane that parts whole shapes: what is higher is seen against this alone
 TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again

@@ -102,6 +102,19 @@ def whirls(s, a, n, spin, time):
 
 
 @jit_inside
+def is_held(w, bodies, pairs):
+    """Whether joints hold bodies of an island, and no contact of it slides as a whole: one stage then."""
+    trees = 0
+    for i in range(bodies):
+        trees += 1 if body_at(w.bodies, whole_at(w.island_bodies, i)).tree != 0 else 0
+    for i in range(pairs if trees > 0 else 0):
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        if p.closed != 0 and fully(contact_at(w.contacts, p.slot).touch):
+            return False
+    return trees > 0
+
+
+@jit_inside
 def is_steady(w, bodies, pairs):
     """Whether no contact of an island moves along its normal as it begins the step: its forces hardly change then.
 
