@@ -77,7 +77,7 @@ def read_free(head, f, known):
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
     same = same_as_left(head, f.q, 7, f.v, 6)
-    if same and b.asleep != 0:  # where it is known to be
+    if same and b.asleep != 0 and b.touched == 0:  # where it has been read before
         return
     if not (known or same):
         world_at(head.world, 0).stale = 1

@@ -275,9 +275,9 @@ def lay(b, row):
     if -WAITS * WAITS < row[0] <= 0.0:
         waits = int(-row[0])
         b.waits, b.waited = waits % WAITS, waits // WAITS
-    if row[0] <= 0.0 or b.tree != 0:  # a tree wakes
+    if row[0] <= 0.0:
         return row[0] > -WAITS * WAITS
-    if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0:
+    if row[0] != 1.0 or not small(row, SLEEP) or (b.active == 0 and b.tree == 0) or b.inverse_mass == 0.0:
         return False
     b.asleep = 1
     take(row, 1, b.held)
