@@ -73,7 +73,6 @@ def move(head, w, state):
         return CALM
     if head.calm != 0 and edited(head):
         return CHANGED
-    w.stale = 1
     call_step(address(w, STEP), w, head.step_size, PRESSED)
     if trees(head, READ) and head.free_count == 0 and head.idle != 0:
         return MOVED
