@@ -116,16 +116,16 @@ OFF = (
 )
 BOX = "<body pos='{} 0 {}' euler='20 15 5'><freejoint/><geom type='box' size='.02 .015 .01' pos='.003 0 0'/></body>"
 LYING = (
-    "<body pos='0 0 .06'><freejoint/><geom type='capsule' fromto='-.1 0 0 0 0 0' size='.02'/><body>"
-    "<joint name='knee' axis='0 1 0' damping='.05'/><geom type='capsule' fromto='0 0 0 .1 0 0' size='.015'/></body></body>"
+    "<body pos='0 0 .06'><freejoint/><geom type='capsule' fromto='-.1 0 0 0 0 0' size='.02'/>"
+    "<body><joint name='knee' axis='0 1 0' damping='.05'/><geom type='capsule' fromto='0 0 0 .1 0 0' size='.015'/></body></body>"
 )
 
 
 @pytest.mark.parametrize(
     ("bodies", "steps"),
-    [(OFF.format(0, 0.06), 600), (OFF.format(0, 0.06) + OFF.format(0.03, 0.12), 400),
+    [(OFF.format(0, 0.06) + OFF.format(0.03, 0.12), 400),
      ("".join(BOX.format(0.004 * i, 0.05 + 0.06 * i) for i in range(3)), 400)],
-    ids=["off its centre", "two that spin on", "boxes"],
+    ids=["two that spin on", "boxes"],
 )  # fmt: skip
 def test_bodies_off_their_centres_set_back_at_any_step_go_on_to_the_bit(bodies, steps):
     """They tumble in flight, strike the floor and each other, spin on it, come to lie and fall asleep."""
