@@ -117,7 +117,8 @@ OFF = (
 BOX = "<body pos='{} 0 {}' euler='20 15 5'><freejoint/><geom type='box' size='.02 .015 .01' pos='.003 0 0'/></body>"
 LYING = (
     "<body pos='0 0 .06'><freejoint/><geom type='capsule' fromto='-.1 0 0 0 0 0' size='.02'/>"
-    "<body><joint name='knee' axis='0 1 0' damping='.05'/><geom type='capsule' fromto='0 0 0 .1 0 0' size='.015'/></body></body>"
+    "<body><joint name='knee' axis='0 1 0' damping='.05'/>"
+    "<geom type='capsule' fromto='0 0 0 .1 0 0' size='.015'/></body></body>"
 )
 
 
