@@ -15,6 +15,7 @@ from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import address, call_coast, call_land, call_set_out, ready
 from contactlaw.world.demand import COAST, LAND, SET_OUT
 from contactlaw.world.geometry import meet_near
+from contactlaw.world.guards import over_plane
 from contactlaw.world.motion import drift, fly, greatest_closing, rate, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import EACH, LATER, NEVER, NOW, SELDOM
@@ -237,7 +238,9 @@ def forces(w, pairs, span, stride):
         if p.closed == 0:
             if a.way + b.way + AHEAD * stride < p.room:
                 continue
-            overlap, _, _, _ = meet_near(w, p, a, b)
+            overlap, _, _, _ = over_plane(w, p, a, b)
+            if overlap > -AHEAD * stride:
+                overlap, _, _, _ = meet_near(w, p, a, b)
             before = -p.gap
             p.gap = -overlap
             p.room = p.gap + a.way + b.way
