@@ -66,7 +66,7 @@ JOINTED = record(
     tree="i8",  # in the world
     q="i8", v="i8",  # where its coordinates and velocities begin
     base="i8",  # number in the model of the body that it hangs on
-    there="i8",  # its bodies are where these have them
+    there="i8",  # its bodies are where these have them: since it PASSES, or as it SLEEPS
 )  # fmt: skip
 """Bodies that joints hold: a kinematic tree."""
 

@@ -33,6 +33,7 @@ from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, edited, look_over, notice, tell_of
 from contactlaw.world.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.call import address, call_read, call_step, ready
+from contactlaw.world.checksum import mix, one_of
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
@@ -44,7 +45,6 @@ from contactlaw.world.vec import load, scale, store
 
 LARGEST = 1e100  # [N], a force that can be computed with
 CHANGED, MOVED, CALM = -1, 0, 1  # how a step went, see `move`
-GOLDEN, HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)  # 2^64 over the golden ratio; bits of half a number
 
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
@@ -240,26 +240,6 @@ def token_of(head, state, first, last):
 def left_of(head, q, v):
     """A number that tells coordinates and velocities, at two addresses, of a model as the law reads it."""
     return one_of(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.made))
-
-
-@jit
-def mix(numbers, first, last, before):
-    """A sum of products with odd numbers, each of its place: zeros add nothing, and no product waits for another.
-
-    before: how many places come before the first number at the address.
-    """
-    mixed = types.uint64(0)
-    for i in range(first, last):
-        bits, odd = types.uint64(whole_at(types.uint64(numbers), i)), types.uint64(before + i) * GOLDEN
-        mixed += (bits ^ (bits >> HALF)) * (odd ^ (odd >> HALF) | types.uint64(1))
-    return mixed
-
-
-@jit
-def one_of(mixed):
-    """A check sum that is mixed as a number that is not zero."""
-    mixed = (mixed ^ (mixed >> HALF)) * GOLDEN
-    return 1.0 + float(mixed >> types.uint64(12))
 
 
 @jit

@@ -77,10 +77,13 @@ def read_free(head, f, known):
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
     same = same_as_left(head, f.q, 7, f.v, 6)
-    if same and b.asleep != 0:  # where it is known to be
+    if same and b.asleep != 0 and b.touched == 0:  # where it has been read before
         return
-    if not (known or same):
+    if (
+        not (known or same) or b.oriented != 0
+    ):  # how such a flight is cut depends on when the list was made, by rounding
         world_at(head.world, 0).stale = 1
+    if not (known or same):
         b.placed = 1
         b.held[0] = np.nan  # it wakes
     store(b.position, add(load(q), arm))

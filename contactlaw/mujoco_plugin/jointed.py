@@ -41,6 +41,8 @@ from contactlaw.world.vec import add, cross, dot, load, norm, store, sub
 FIND, READ, WRITE = range(3)
 """Stages of a step, see `serve`."""
 
+SLEEPS = 3  # as `records.PASSES`
+
 SERVE = types.boolean(types.uint64, types.int64)
 PRESS = types.void(types.uint64, BODY_TYPE, VECTOR, VECTOR, types.uint64)
 call_trees: Any = caller(SERVE)
@@ -72,7 +74,7 @@ def read_trees(head):
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
         if tree_at(world_at(head.world, 0).trees, j.tree).passes == PASSES:
-            j.there = 1
+            j.there = PASSES
             continue
         if not known:  # the engine finds D, that of the bias forces left out
             smooth_derivative(head.model, head.data, 0)
@@ -106,9 +108,9 @@ def find_jointed(head, j):
     if placed:
         w.stale = 1
     t.passes = STAYS if body_at(t.bodies, 0).asleep != 0 else ASKED
-    if t.passes != STAYS and (placed or j.there == 0):
+    if placed or j.there != (SLEEPS if t.passes == STAYS else PASSES):
         set_down(t, floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size))
-    j.there = 0
+    j.there = SLEEPS if t.passes == STAYS else ASKED
 
 
 @jit

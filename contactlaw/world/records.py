@@ -61,7 +61,7 @@ BODY = record(
     unknown="i8",  # first of its velocities in an implicit step, see `equations`
     waits="i8", waited="i8",  # steps for which no implicit one is tried with it, below WAITS: still, and in all
     still="i8",  # nothing moves it within this step
-    asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under
+    asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under; of the first of a tree a check sum
     changed="i8",  # its velocity is no longer what was foreseen
     touched="i8",  # a contact has kicked it
     placed="i8",  # somebody has put it where it is since the last step
@@ -98,7 +98,6 @@ TREE = record(
     push="u8",  # (v_size,), what these change v by
     factor="u8",  # (v_size, v_size), see `tree_dynamics`
     room="u8",  # q_size + 3 v_size
-    kept="u8",  # q_size + v_size, coordinates and forces that it fell asleep with
     start="u8",  # q_size + v_size, coordinates and velocities that an implicit step began with
     links="u8", joints="u8", axes="u8",  # records
     numbers="i8",  # where they begin in `Arrays.joints`
@@ -311,7 +310,7 @@ def numbers_of(tree: Any) -> dict[str, int]:
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
     one = dict.fromkeys(("v", "a", "f", "v_f", "x", "due", "push"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
-    sizes = {"d": v * v, "e": v * v, "factor": v * v, "room": q + 3 * v, "kept": q + v, "start": q + v}
+    sizes = {"d": v * v, "e": v * v, "factor": v * v, "room": q + 3 * v, "start": q + v}
     return {"q": q} | one | sizes | own
 
 

@@ -216,7 +216,7 @@ def admit(w, c, a, b):
     t.e_star, t.g_star = law.e_star, law.g_star
     if law.speeds == 0.0:
         t.mu, t.zeta = law.friction, law.zeta
-    t.friction = t.mu
+    t.friction = max(min(t.friction, t.mu), 0.0)  # less, where it spins
     t.radius = own if own > 0.0 else t.radius
     both = sa.radius + sb.radius
     arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
@@ -255,7 +255,7 @@ def sound_frame(c, resistance):
     square = abs(dot(n, n) - 1.0) <= UNIT and abs(dot(e, e) - 1.0) <= UNIT and abs(dot(n, e)) <= UNIT
     t = c.touch
     own = t.force**2 + t.f**2 + t.g**2
-    most = t.friction * t.force * sqrt(t.radius * t.overlap)  # 3 pi/16 of it, see `laws.torsion`
+    most = t.mu * t.force * sqrt(t.radius * t.overlap)  # 3 pi/16 of it, see `laws.torsion`
     square = square and c.torsion.span >= 0.0 and abs(c.torsion.moment) <= most
     most = (resistance * t.radius * t.force) ** 2 * (1.0 + UNIT)
     for m in (c.bend, c.bending):
@@ -275,9 +275,9 @@ def lay(b, row):
     if -WAITS * WAITS < row[0] <= 0.0:
         waits = int(-row[0])
         b.waits, b.waited = waits % WAITS, waits // WAITS
-    if row[0] <= 0.0 or b.tree != 0:  # a tree wakes
+    if row[0] <= 0.0:
         return row[0] > -WAITS * WAITS
-    if row[0] != 1.0 or not small(row, SLEEP) or b.active == 0 or b.inverse_mass == 0.0:
+    if row[0] != 1.0 or not small(row, SLEEP) or (b.active == 0 and b.tree == 0) or b.inverse_mass == 0.0:
         return False
     b.asleep = 1
     take(row, 1, b.held)

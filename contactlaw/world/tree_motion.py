@@ -149,6 +149,7 @@ def foresee(t, h):
     n = t.v_size
     longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.fold, 1e-9)), LARGEST_LAG / max(t.decay, 1e-9))
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
+    kicks = 0.5 * t.hold if t.held > 0.0 else 1.0  # of a group's first substep half a kick is known
     t.held = h
     stiff = h * t.decay > LARGEST_LAG
     t.lag = h / LARGEST_DECAY - 1.0 / t.decay if stiff else 0.5 * h * t.hold
@@ -158,7 +159,7 @@ def foresee(t, h):
     copy(q, q0)
     copy(v, v0)
     for k in range(n):
-        change = half * a[k] + 0.5 * t.hold * push[k]
+        change = half * a[k] + kicks * push[k]
         x[k] = half * (v[k] + 0.5 * change)
         v[k] += change
     place(t)

@@ -15,6 +15,7 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.world.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.call import call_on_tree
+from contactlaw.world.checksum import mix, one_of
 from contactlaw.world.motion import LEAST_MOBILITY, lightness
 from contactlaw.world.tree_dynamics import answered, ascend, decay, descend, limit_impulse, load_axes, project
 from contactlaw.world.tree_kinematics import spread_velocity, vector
@@ -77,6 +78,7 @@ def settle(b):
         t.stale = 0
         t.hold = 0
         t.held = 0.0
+        clear(vector(t.push, t.v_size))
     if b.time == 0.0:  # D is constant over a step, and M nearly so
         t.decay = decay(t)
 
@@ -157,24 +159,26 @@ def press(b, force, moment):
 
 
 def rest(b):
-    """Stop a tree that falls asleep; it keeps what it sleeps with."""
+    """Stop a tree that falls asleep; its first body keeps what it sleeps with."""
     t = tree_at(b.tree, 0)
     clear(vector(t.v, t.v_size))
-    copy(vector(t.q, t.q_size), vector(t.kept, t.q_size))
-    copy(vector(t.f, t.v_size), vector(t.kept + 8 * t.q_size, t.v_size))
+    b.held[0] = held_by(t)
     t.stale = 1
 
 
 @jit_inside
 def moved(t):
     """Whether coordinates, velocities or forces of a tree are not those that it fell asleep with."""
-    q, v, f = vector(t.q, t.q_size), vector(t.v, t.v_size), vector(t.f, t.v_size)
-    kept, out = vector(t.kept, t.q_size + t.v_size), False
-    for k in range(t.q_size):
-        out = out or q[k] != kept[k]
+    v, out = vector(t.v, t.v_size), body_at(t.bodies, 0).held[0] != held_by(t)
     for k in range(t.v_size):
-        out = out or v[k] != 0.0 or f[k] != kept[t.q_size + k]
+        out = out or v[k] != 0.0
     return out
+
+
+@jit_inside
+def held_by(t):
+    """A check sum of the coordinates of a tree and the forces on them."""
+    return one_of(mix(t.q, 0, t.q_size, 0) + mix(t.f, 0, t.v_size, t.q_size))
 
 
 def spread(b):

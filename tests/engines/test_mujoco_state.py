@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import numba
 import numpy as np
@@ -107,6 +108,66 @@ def test_a_box_set_back_at_any_step_goes_on_to_the_bit(tmp_path):
         saved.append(state_of(model, data))
         mujoco.mj_step(model, data)
     goes_on_from_all(model, saved, 5)
+
+
+OFF = (
+    "<body pos='{} 0 {}' euler='20 15 5'><freejoint/><geom type='sphere' size='.02' density='1000'/>"
+    "<geom type='sphere' size='.01' pos='.008 .003 .015' density='5000'/></body>"
+)
+BOX = "<body pos='{} 0 {}' euler='20 15 5'><freejoint/><geom type='box' size='.02 .015 .01' pos='.003 0 0'/></body>"
+LYING = (
+    "<body pos='0 0 .06'><freejoint/><geom type='capsule' fromto='-.1 0 0 0 0 0' size='.02'/>"
+    "<body><joint name='knee' axis='0 1 0' damping='.05'/>"
+    "<geom type='capsule' fromto='0 0 0 .1 0 0' size='.015'/></body></body>"
+)
+
+
+@pytest.mark.parametrize(
+    ("bodies", "steps"),
+    [(OFF.format(0, 0.06) + OFF.format(0.03, 0.12), 400),
+     ("".join(BOX.format(0.004 * i, 0.05 + 0.06 * i) for i in range(3)), 400)],
+    ids=["two that spin on", "boxes"],
+)  # fmt: skip
+def test_bodies_off_their_centres_set_back_at_any_step_go_on_to_the_bit(bodies, steps):
+    """They tumble in flight, strike the floor and each other, spin on it, come to lie and fall asleep."""
+    model = law_for(bodies)
+    data, saved = mujoco.MjData(model), []
+    for _ in range(steps):
+        saved.append(state_of(model, data))
+        mujoco.mj_step(model, data)
+    goes_on_from_all(model, saved, 12)
+
+
+def test_a_tree_that_sleeps_goes_on_sleeping_where_it_is_set_back_and_wakes_for_what_is_new():
+    """In an mjData used before, in a new one, in a copy, in two threads; what pushes it anew is felt at once."""
+    model = law_for(LYING)
+    data, saved = mujoco.MjData(model), []
+    for _ in range(900):
+        saved.append(state_of(model, data))
+        mujoco.mj_step(model, data)
+    asleep = [number for number, state in enumerate(saved) if not state[1 + model.nq :][: model.nv].any()]
+    first = asleep[1]
+    assert asleep[1:] == list(range(first, len(saved)))
+    goes_on_from_all(model, saved[first - 30 :], 25)
+    copy = mujoco.MjData(model)
+    mujoco.mj_setState(model, copy, saved[first], WHOLE)
+    mujoco.mj_step(model, copy)
+    with ThreadPoolExecutor(2) as pool:
+        others = [mujoco.MjData(model) for _ in range(2)]
+        for other in others:
+            mujoco.mj_copyData(other, model, copy)
+        list(pool.map(lambda other: mujoco.mj_step(model, other, 50), others))
+    for other in others:
+        assert np.array_equal(state_of(model, other), saved[first + 51])
+    mujoco.mj_setState(model, copy, saved[-1], WHOLE)
+    copy.qfrc_applied[model.joint("knee").dofadr[0]] = 1.0
+    mujoco.mj_step(model, copy)
+    assert copy.qvel.any()
+
+
+def law_for(bodies):
+    text = f"<mujoco><option timestep='2e-3'/><worldbody><geom type='plane' size='1 1 1'/>{bodies}</worldbody></mujoco>"
+    return load_model(text, [("*", "*", steel_pair(friction=0.3, restitution=0.5))])
 
 
 @pytest.mark.parametrize("what", ["nothing", "place", "size"])
