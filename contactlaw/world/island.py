@@ -34,7 +34,7 @@ LOST = 1e10  # [m/s] at which a body is lost: a velocity that engines take for a
 JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
 TWISTS = 8  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
-STRIDE = 0.02  # [rad] that a body may turn in such a step, past when the next two could touch
+STRIDE = 0.02  # [rad] that a body may turn in such a step: what turns past another may graze it in between
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
 
 
@@ -259,8 +259,7 @@ def forces(w, pairs, span, stride):
 def length(w, pairs, t):
     """Length [s] that the next substeps should have, at most that of the step.
 
-    While nothing is closed it reaches to where the first two could touch, or is a substep of their impact: what parts
-    slowly falls back, and must not touch within one that is longer.
+    What parts slowly falls back: who would touch by its own motion within many substeps is given one of its impact.
     """
     closed, h = 0, w.step
     for i in range(pairs):
@@ -276,11 +275,8 @@ def length(w, pairs, t):
         if p.closed == 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if closed == 0:
-                if p.toi <= t + h:
-                    foresee(w, p, t)
-                    least = min(touch_time(w, p) / substeps_of(w, p, few), STRIDE / max(rate(a), rate(b), 1e-9))
-                    h = min(h, max(p.toi - t, least))
-            elif p.room - a.way - b.way <= 2.0 * BLOCK * h * greatest_closing(a, b):
+                h = min(h, STRIDE / max(rate(a), rate(b), 1e-9))
+            if p.room - a.way - b.way <= 2.0 * BLOCK * h * greatest_closing(a, b):
                 foresee(w, p, t)
                 p.room = p.gap + a.way + b.way
                 gap, push = max(p.gap, 0.0), max(p.acceleration, 0.0)
