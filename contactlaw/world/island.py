@@ -259,7 +259,7 @@ def forces(w, pairs, span, stride):
 def length(w, pairs, t):
     """Length [s] that the next substeps should have, at most that of the step.
 
-    What parts slowly falls back: who would touch by its own motion within many substeps is given one of its impact.
+    Where nothing is closed what has parted slowly may fall back within the substep: it is given one of its impact.
     """
     closed, h = 0, w.step
     for i in range(pairs):
@@ -281,7 +281,8 @@ def length(w, pairs, t):
                 p.room = p.gap + a.way + b.way
                 gap, push = max(p.gap, 0.0), max(p.acceleration, 0.0)
                 wait = time_to_close(gap, fastest_closing(p, a, b), push)
-                if wait <= BLOCK * h and time_to_close(gap, p.closing, push) < 2.0 * BLOCK * h:
+                falls = closed == 0 and time_to_close(gap, p.closing, push) < 2.0 * BLOCK * h
+                if wait <= BLOCK * h and (falls or p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0)):
                     h = min(h, touch_time(w, p) / substeps_of(w, p, few))
     return h
 
