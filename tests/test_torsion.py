@@ -14,7 +14,7 @@ from contactlaw import MATERIALS, ContactPair
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
 from contactlaw.laws.step import ask, know, press
 from contactlaw.laws.torsion import FULL, TORSION, advance, limit_point, nearest, stored
-from validation.reference.closed_forms import torsion
+from tests.reference import torsion
 
 PAIR = ContactPair(MATERIALS["steel"], MATERIALS["steel"], friction=0.3, radius=0.01)
 DEEP = 1e-5  # [m]

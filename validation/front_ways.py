@@ -1,18 +1,22 @@
-"""Every law in every setting, without an engine: what each way costs and errs, and forces over impacts and paths."""
+"""Every law in every setting, without an engine: what each way costs and errs; forces over impacts and paths; a million
+impacts at once, on one core and two."""
 
 from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
+from itertools import product
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
-from contactlaw import LAWS, MATERIALS, Body, ContactPair, collide, force_along_path
+from contactlaw import LAWS, MATERIALS, Body, ContactPair, collide, force_along_path, rebound
 from contactlaw.collision import Impact
 from contactlaw.laws import Law
 from contactlaw.laws.microslip import Microslip
-from validation.case import Array
-from validation.front import Rung
-from validation.measure import interleaved
+from validation.case import Array, Data
+from validation.front import Rung, largest, rms
+from validation.measure import interleaved, spread
 from validation.reference import annulus, superposition
 
 SUPERPOSITION = [16, 32, 64, 128, 256, 512, 1024]  # steps
@@ -31,6 +35,9 @@ PATH_NODES = [8, 16, 32, 64, 128]
 FINE = 16000  # steps of the superposition method that others are judged by
 DEEPEST = 0.01  # of the paths, over the radius
 SWINGS = [(0.3, 1.0), (1.5, 2.0), (1.0, 3.5)]  # of the paths: height over DEEPEST mu/kappa, and periods
+MILLION, CHUNK = 1_000_000, 50_000
+CHEAP = (8, 48)  # nodes and steps: the cheapest round numbers that keep an error of 7e-3 with room
+JUDGED = 300  # impacts of the million, of those that stick somewhere
 Make = Callable[[Array], Callable[[], Any]]
 """Gives, of impacts (psi_1 and chi, shape (2, n)), the call that answers them, and is timed."""
 Ways = dict[str, tuple[Make, Array]]
@@ -142,3 +149,38 @@ def along_paths(repeats: int, quick: bool) -> dict[str, Rung]:
     calls |= {f"annuli, N = {n}": partial(by_method, annulus, annuli=n) for n in (FEW_ANNULI if quick else ANNULI)}
     swings = np.zeros((2, len(SWINGS)))  # impacts that no call looks at: each knows its paths
     return ladder({name: (lambda _, call=call: call, swings) for name, call in calls.items()}, swings, error, repeats)
+
+
+def rates(repeats: int, count: int) -> Data:
+    """By name `rate`, million impacts a second of random impacts, those that slip throughout among them, a spread; and
+    the largest and rms error of psi_2."""
+    random = np.random.default_rng(1)
+    chi = random.uniform(0.5, 2.0, count)
+    psi_1 = random.uniform(0.0, 1.0, count) * (4.0 * chi + 1.5)
+    chunks = [(psi_1[i : i + CHUNK], chi[i : i + CHUNK]) for i in range(0, count, CHUNK)]
+    sticking = np.flatnonzero(psi_1 < np.maximum(4.0 * chi - 1.0, 1.0))[:JUDGED]
+    judged = psi_1[sticking], chi[sticking]
+    truth = np.atleast_1d(superposition.rebound(*judged, 2000))
+    functions: dict[str, Callable[[tuple[Array, Array]], Array]] = {
+        "default": partial(in_chunks, nodes=None, steps=None),
+        f"{CHEAP[0]} nodes, {CHEAP[1]} steps": partial(in_chunks, nodes=CHEAP[0], steps=CHEAP[1]),
+    }
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes, ThreadPoolExecutor(2) as threads:
+        where: Data = {"one core": map, "two threads": threads.map, "two processes": processes.map}
+        runs: dict[str, Callable[[], object]] = {
+            f"{name}, {place}": lambda run=run, function=function: list(run(function, chunks))
+            for (name, function), (place, run) in product(functions.items(), where.items())
+        }
+        seconds = interleaved(runs, repeats)
+    found: Data = {}
+    for name, function in functions.items():
+        error = function(judged) - truth
+        for place in where:
+            rate = spread(1e-6 * count / seconds[f"{name}, {place}"])
+            found[f"{name}, {place}"] = {"rate": rate, "largest": largest(error), "rms": rms(error)}
+    return found
+
+
+def in_chunks(chunk: tuple[Array, Array], nodes: int | None, steps: int | None) -> Array:
+    """psi_2 of some impacts by `rebound`."""
+    return np.asarray(rebound(*chunk, Microslip(node_count=nodes), steps=steps))

@@ -1,8 +1,9 @@
-"""What lasts, in MuJoCo by the law and natively: five balls in a tube, a box, an ant, a ball held."""
+"""Crowds and what lasts, in MuJoCo by the law and natively: a tube, a box, an ant, a ball held, thousands that fall."""
 
 from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
+from math import ceil
 from pathlib import Path
 from time import process_time
 from types import SimpleNamespace
@@ -11,31 +12,31 @@ from typing import Any
 import numpy as np
 
 from contactlaw import MATERIALS, ContactPair
-from sims.heap import FRICTION, RADIUS, RESTITUTION, mass_of, timed
+from sims.heap import FRICTION, RADIUS, RESTITUTION, SOLVERS
 from sims.scene import NATIVE, Settings
 from sims.worlds import new_world
 from sims.worlds.parts import onto
+from validation.ball import DOWN, FLOOR, STEEL, balls_world
 from validation.measure import interleaved
 
 TUBE, BALLS = 1.2 * RADIUS, 5  # half its width [m]
 HALF, BOX = 0.05, 1.0  # [m], [kg]
-STEEL = MATERIALS["steel"]
 POSE = [0, 1, 0, -1, 0, -1, 0, 1]  # joint angles of an ant that stands [rad]
-DOWN = (0.0, 0.0, -9.81)
+STEPS = 30  # that are timed at once
+GAP = 5.0  # radii from centre to centre, in a crowd
+ELASTIC = (2.5e4, 5.0)  # native stiffness and damping: so balls bounce
+ARENA = 40  # bytes of MuJoCo's arena for each two balls, of which its broad phase wants many
 
 
 def tube(law: bool) -> Any:
     """Balls fall into a square tube a little wider than they are, side by side, and wedge."""
-    world: Any = new_world(Settings("mujoco", None if law else NATIVE), DOWN)
-    world.plane("floor")
-    walls = {"left": (1.0, 0.0, 0.0), "right": (-1.0, 0.0, 0.0), "front": (0.0, 1.0, 0.0), "back": (0.0, -1.0, 0.0)}
-    for name, normal in walls.items():
-        world.plane(name, -TUBE * np.array(normal), normal)
-    balls = [f"ball{number}" for number in range(BALLS)]
-    for number, name in enumerate(balls):
-        place = RADIUS * np.array([(-1) ** number * 0.15, 0.02 * number, 1.0 + 2.04 * number])
-        world.ball(name, RADIUS, mass_of(), place)
-    _touch(world, law, balls, [*balls, "floor", *walls], FRICTION)
+    number, normals = np.arange(BALLS), [s * axis for axis in np.eye(3)[:2] for s in (1.0, -1.0)]
+    places = RADIUS * np.stack([0.15 * (-1.0) ** number, 0.02 * number, 1.0 + 2.04 * number], 1)
+    pair = ContactPair(STEEL, STEEL, FRICTION, RESTITUTION) if law else None
+    world = balls_world("mujoco", 2e-3, pair, places, radius=RADIUS, gravity=DOWN,
+                        planes=[FLOOR, *((-TUBE * normal, normal) for normal in normals)])  # fmt: skip
+    if not law:
+        world.native(FRICTION, 0.0)
     return world
 
 
@@ -43,33 +44,28 @@ def box(law: bool) -> Any:
     """One on a slope of 20 degrees; by the law it stands on ball feet in its corners."""
     angle = np.radians(20.0)
     normal = np.array([-np.sin(angle), 0.0, np.cos(angle)])
-    world: Any = new_world(Settings("mujoco", None if law else NATIVE), DOWN)
+    world: Any = new_world(Settings("mujoco"), DOWN)
     world.plane("slope", normal=normal)
     world.box("box", (HALF,) * 3, BOX, HALF * normal, rotation=onto(normal))
-    _touch(world, law, ["box"], ["slope"], 0.5)
+    if law:
+        world.contact("box", "slope", ContactPair(STEEL, STEEL, 0.5, RESTITUTION))
+    else:
+        world.native(0.5, 0.0)
     return world
 
 
-def _touch(world: Any, law: bool, ones: list[str], twos: list[str], friction: float) -> None:
-    if law:
-        world.contact(ones, twos, ContactPair(STEEL, STEEL, friction, RESTITUTION))
-    else:
-        world.native(friction, 0.0)
-
-
-def over_native(make: Callable[[bool], Any], begin: float, steps: int = 30, blocks: int = 10) -> dict[str, float]:
-    """Median processor time of a step [s], by the law and natively, turn by turn."""
-    worlds = {"law": make(True), "native": make(False)}
+def lying_box(begin: float = 0.5) -> dict[str, float]:
+    """Median processor time of a step [s] of the box, by the law and natively, turn by turn, from a time on [s]."""
+    worlds = {"law": box(True), "native": box(False)}
     for world in worlds.values():
         world.start()
         world.step(round(begin / world.timestep))
-    return a_step({name: partial(world.step, steps) for name, world in worlds.items()}, steps, blocks)
+    return _a_step({name: partial(world.step, STEPS) for name, world in worlds.items()})
 
 
-def a_step(runs: dict[str, Callable[[], None]], steps: int, blocks: int) -> dict[str, float]:
-    """Median processor time of a step [s]; each run makes so many steps."""
-    times = interleaved(runs, blocks, clock=process_time)
-    return {name: float(np.median(found)) / steps for name, found in times.items()}
+def _a_step(runs: dict[str, Callable[[], None]]) -> dict[str, float]:
+    times = interleaved(runs, 10, clock=process_time)
+    return {name: float(np.median(found)) / STEPS for name, found in times.items()}
 
 
 def ant() -> Path | None:
@@ -78,22 +74,22 @@ def ant() -> Path | None:
     return Path(str(spec.origin)).parent / "envs" / "mujoco" / "assets" / "ant.xml" if spec else None
 
 
-def standing_ant(path: Path, seconds: float = 1.0, blocks: int = 10) -> dict[str, float]:
-    """The ant on its four legs, of rubber on steel: median processor time of a step [s]."""
+def standing_ant(path: Path, seconds: float = 1.0) -> dict[str, float]:
+    """The same of the ant on its four legs, of rubber on steel."""
     import mujoco
 
     from contactlaw.mujoco_plugin import load_model
 
     engine: Any = mujoco
     pair = ContactPair(MATERIALS["rubber"], STEEL, 1.0, 0.3)
-    runs, steps = {}, 30
-    for name in ("law", "native"):
-        model = load_model(path, [("*", "floor", pair)]) if name == "law" else engine.MjModel.from_xml_path(str(path))
+    models = {"law": load_model(path, [("*", "floor", pair)]), "native": engine.MjModel.from_xml_path(str(path))}
+    runs = {}
+    for name, model in models.items():
         data = engine.MjData(model)
         data.qpos[7:] = POSE
         engine.mj_step(model, data, round(seconds / model.opt.timestep))
-        runs[name] = lambda model=model, data=data: engine.mj_step(model, data, steps)
-    return a_step(runs, steps, blocks)
+        runs[name] = partial(engine.mj_step, model, data, STEPS)
+    return _a_step(runs)
 
 
 def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:
@@ -134,6 +130,36 @@ def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:
     return {name: time / max(steps, 1) for name, time in times.items()} | {"slip": slip, "held": steps}
 
 
-def drop(make: Callable[[bool], Any], seconds: float = 3.0) -> dict[str, Any]:
-    """`sims.heap.timed` of one by the law and one natively."""
-    return timed({"law": make(True), "native": make(False)}, seconds)
+def crowd(count: int, kind: str) -> Any:
+    """Balls in a cube with gaps over a floor, in MuJoCo, by the law, the "law alone" (nothing may touch natively), or a
+    native solver's name."""
+    import mujoco
+
+    across, number = ceil(count ** (1 / 3) - 1e-9), np.arange(count)
+    lattice = np.stack([number % across, number // across % across, number // across**2 + 0.5], 1)
+    places = RADIUS * (GAP * lattice + np.random.default_rng(0).uniform(-0.1, 0.1, lattice.shape))
+    pair = None if kind in SOLVERS else ContactPair(STEEL, STEEL, friction=0.2, restitution=0.9)
+    world: Any = balls_world("mujoco", 2e-3, pair, places, radius=RADIUS, planes=[FLOOR], gravity=DOWN,
+                             collide=kind == "law")  # fmt: skip
+    world.spec.memory = 50_000_000 + ARENA * count * count
+    if kind in SOLVERS:
+        world.native(1.0, 0.0, ELASTIC)
+        world.spec.option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{kind.upper()}")  # type: ignore[attr-defined]
+    world.start()
+    return world
+
+
+def step_costs(count: int, steps: int = 100, block: int = 10) -> dict[str, float]:
+    """Mean processor time of a step [s] of balls that fall and bounce from the start on, turn by turn.
+
+    Returns that with the law, among native contacts and alone, and "native": of the solver that took less.
+    """
+    worlds = {kind: crowd(count, kind) for kind in ("law", "law alone", *SOLVERS)}
+    times = dict.fromkeys(worlds, 0.0)
+    for _ in range(steps // block):
+        for kind, world in worlds.items():
+            begun = process_time()
+            world.step(block)
+            times[kind] += process_time() - begun
+    mean = {kind: time / (steps // block * block) for kind, time in times.items()}
+    return {"law": mean["law"], "law alone": mean["law alone"], "native": min(mean[solver] for solver in SOLVERS)}

@@ -4,8 +4,10 @@ import datetime
 import gc
 import os
 import platform
+import re
 from collections.abc import Callable, Mapping
 from importlib import metadata
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -35,12 +37,9 @@ def machine() -> dict[str, str | int]:
 
 
 def _cpu() -> str:
-    try:
-        with open("/proc/cpuinfo") as lines:
-            models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    except OSError:
-        models = []
-    return models[0] if models and models[0] != "unknown" else platform.processor() or platform.machine()
+    told = Path("/proc/cpuinfo")
+    found = re.search(r"^model name\s*: (?!unknown)(.+)$", told.read_text() if told.exists() else "", re.M)
+    return found[1].strip() if found else platform.processor() or platform.machine()
 
 
 def interleaved(

@@ -1,14 +1,10 @@
 """How pictures look: told apart by marker and line as well as by shade, so that a grey print can be read."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from validation.case import Axes
 
 STYLES: list[dict[str, Any]] = [
     {"color": "black", "marker": "o", "linestyle": "-"},
@@ -37,7 +33,7 @@ def styled() -> AbstractContextManager[None]:
 def panels(
     columns: int = 1, rows: int = 1, *, width: float = 4.6, height: float = 3.6, layout: Any = "constrained",
     **shared: Any,
-) -> tuple[Figure, list[Axes]]:  # fmt: skip
+) -> tuple[Any, list[Axes]]:  # fmt: skip
     """A figure with panels in rows; sizes of one panel in inches. No window, no state of pyplot."""
     from matplotlib.figure import Figure
 
@@ -47,8 +43,7 @@ def panels(
 
 def legend_below(axes: Axes, columns: int) -> None:
     """One legend for all panels, below them, of what a panel shows."""
-    figure: Any = axes.get_figure()
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns)
+    axes.get_figure().legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns)
 
 
 def plain_ticks(axes: Axes, values: list[int]) -> None:

@@ -10,7 +10,6 @@ from contactlaw.ending import whole
 from contactlaw.laws.microslip import NODES
 from validation.case import Table
 from validation.store import Result, load
-from validation.words import asked, kept, markdown, with_unit
 
 BEGIN, END = "<!-- results -->", "<!-- /results -->"
 
@@ -100,6 +99,32 @@ COSTS = (
     Row("the same, `fixed_bodies_move=False`", "step_cost", "^PyBullet, bouncing, fixed bodies not read"),
 )  # fmt: skip
 """Time of a step over that of the engine's own contact, for the guide."""
+
+
+def number(value: float) -> str:
+    """A figure as the tables show it: four significant digits, so that a narrow miss shows."""
+    return f"{value:.4g}" if 1e-3 <= abs(value) < 1e5 or value == 0.0 else f"{value:.1e}"
+
+
+def with_unit(value: float, unit: str) -> str:
+    """A figure and its unit, if it has one."""
+    return f"{number(value)} {unit}" if unit else number(value)
+
+
+def asked(limit: dict[str, Any]) -> str:
+    """What a saved limit asks."""
+    return f"{'at least' if limit['at_least'] else 'at most'} {with_unit(limit['asked'], limit['unit'])}"
+
+
+def kept(limit: dict[str, Any]) -> str:
+    """Whether a saved limit is kept."""
+    return "kept" if limit["passed"] else "MISSED"
+
+
+def markdown(table: Table, most: int | None = None) -> str:
+    """The table in Markdown, or so many rows of it."""
+    rows = [table.heads, ["---"] * len(table.heads), *table.rows[:most]]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
 
 
 def table(rows: Iterable[Row], folder: Path) -> Table:

@@ -8,8 +8,8 @@ from typing import Any
 from contactlaw.ending import whole
 from validation import readme
 from validation.case import Case, Table
+from validation.readme import asked, kept, markdown, with_unit
 from validation.store import Result, load
-from validation.words import asked, kept, markdown, with_unit
 
 COVER = "law_accuracy"
 """The case whose picture stands at the head."""
@@ -21,6 +21,10 @@ store tangential motion and give it back, stick in the middle of the contact whi
 backwards. `contactlaw` claims to bring this into MuJoCo and PyBullet: with the accuracy of the theory of Maw, Barber &
 Fawcett (1976, 1981), at the engines' own time steps, without creating energy, and at little cost. This page shows
 whether it does: it begins with what is missed, then every claim has a chapter: what was asked and reached, and figures.
+What is exact, conserved or a matter of refinement is judged by `tests/`: load cycles, torsion and the solvers that
+judge slides that turn (`tests/reference`), nodes and annuli that converge to one limit
+(`tests/test_law_against_reference.py`), the world without an engine (`tests/world`), rows of balls in touch
+(`tests/engines`, and the scene `cradle`).
 """
 
 WORDS = """An impact is described by two numbers: **psi_1**, the angle of incidence (tangential over normal velocity of
@@ -46,8 +50,10 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     """Write report.md into a folder from its results; cases without a result are named as missing."""
     found = [(case, load(case.name, folder)) for case in cases]
     present = [(case, result) for case, result in found if result is not None]
-    parts = [HEAD, *_cover(present, folder), WORDS, _missed(present), *_in_short(present, folder), _summary(present)]
-    parts.append(REPEAT)
+    cover = [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
+    rows = [row for row in readme.ROWS if row.case in {case.name for case, _ in present}]
+    short = f"## In short\n\nOf several figures the worst.\n\n{markdown(readme.table(rows, folder))}\n"
+    parts = [HEAD, *cover, WORDS, _missed(present), *([short] if rows else []), _summary(present), REPEAT]
     parts += [_chapter(case, result, folder) for case, result in present]
     missing = [case.name for case, result in found if result is None]
     if missing:
@@ -79,18 +85,6 @@ def link(case: Case, text: str = "") -> str:
     """A text, or the title, linked to the chapter: GitHub drops punctuation from the anchors of headings."""
     anchor = re.sub(r"[^\w -]", "", case.title.lower()).replace(" ", "-")
     return f"[{text or case.title}](#{anchor})"
-
-
-def _cover(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
-    """The picture of the one case that says most."""
-    return [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
-
-
-def _in_short(present: list[tuple[Case, Result]], folder: Path) -> list[str]:
-    """The figures that matter most, of cases that there are."""
-    names = {case.name for case, _ in present}
-    rows = [row for row in readme.ROWS if row.case in names]
-    return [f"## In short\n\nOf several figures the worst.\n\n{markdown(readme.table(rows, folder))}\n"] if rows else []
 
 
 def _missed(present: list[tuple[Case, Result]]) -> str:

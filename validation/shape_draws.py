@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw import MATERIALS, ContactPair, Material
+from contactlaw.world.frames import matrix_of
 from validation.case import Array
 
 KINDS = ("sphere", "capsule", "box", "cylinder", "ellipsoid", "hull")
@@ -118,7 +119,7 @@ class Drop:
     @property
     def energy(self) -> float:
         """At the start, over lying on the floor [J]."""
-        return sum(sum(t.energy(t.place, matrix(t.turn), t.velocity, t.spin)) for t in self.things)
+        return sum(sum(t.energy(t.place, matrix_of(t.turn), t.velocity, t.spin)) for t in self.things)
 
     def deepest(self) -> float:
         """Overlap [m] in which all the energy is held by the softest contact: P = k delta^1.5."""
@@ -132,14 +133,6 @@ class Drop:
                          for t in self.things)  # fmt: skip
         return (f"{self.seed}: {what} on a {'plane' if self.flat else 'box'}, step {1e3 * self.step:g} ms "
                 f"{self.integrator}, mu {self.friction:.2f}, e {self.restitution:.2f}")  # fmt: skip
-
-
-def matrix(quaternion: Array) -> Array:
-    """Rotation matrix of a unit quaternion, scalar first."""
-    w, x, y, z = quaternion
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])  # fmt: skip
 
 
 def solid(points: Array, density: float) -> tuple[Array, float, Array]:

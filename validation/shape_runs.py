@@ -10,11 +10,12 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlaw.world.frames import matrix_of
 from contactlaw.world.records import CLOSED, FREE
 from sims.scene import Settings
 from sims.worlds import State, Tuning, new_world
 from validation.case import Array
-from validation.shape_draws import GRAVITY, WALL, WALLS, Drop, Thing, matrix
+from validation.shape_draws import GRAVITY, WALL, WALLS, Drop, Thing
 
 Met = tuple[float, float, tuple[int, ...]]
 
@@ -68,7 +69,7 @@ class Run(ABC):
         """A thing, by what name it touches."""
         shape, size = ("ball" if thing.kind == "sphere" else thing.kind), thing.size
         self.world.solid(name, shape, thing.points if shape == "hull" else size, thing.mass, thing.moments, thing.place,
-                         thing.velocity, thing.spin, matrix(thing.turn))  # fmt: skip
+                         thing.velocity, thing.spin, matrix_of(thing.turn))  # fmt: skip
         return name
 
     def states(self) -> State:
@@ -121,7 +122,7 @@ class InWorld(Run):
             return super().add(name, thing)
         corners = (thing.size - thing.least) * np.array(list(product((-1.0, 1.0), repeat=3)))
         self.world.solid(name, "balls", [[thing.least, *corner] for corner in corners], thing.mass, thing.moments,
-                         thing.place, thing.velocity, thing.spin, matrix(thing.turn))  # fmt: skip
+                         thing.place, thing.velocity, thing.spin, matrix_of(thing.turn))  # fmt: skip
         return name
 
     def contacts(self) -> list[Met]:
@@ -147,7 +148,7 @@ class InMujoco(Run):
     def states(self) -> State:
         """As `Run.states`, from the records."""
         q, v = self.data.qpos.reshape(-1, 7), self.data.qvel.reshape(-1, 6).copy()
-        turns = np.array([matrix(turn) for turn in q[:, 3:]])
+        turns = np.array([matrix_of(turn) for turn in q[:, 3:]])
         if self.drop.integrator != "RK4":  # half a step behind, but for what touches
             rows = self._rows()
             pressed = self._bodies(rows[rows["phase"] == CLOSED])

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from contactlaw.laws import Law
 from validation import ledger
 from validation.case import Array
 
@@ -17,21 +18,24 @@ def random_path(rng: np.random.Generator, kind: str, parts: int) -> tuple[Array,
     return overlap, np.column_stack([place, np.append(angle[0], angle)])
 
 
-def dissipated(way: str, overlap: Array, place: Array, in_turn: bool) -> tuple[Array, float]:
-    """Of `ledger.dissipated` what is lost at each point, and the most of a limit's share, less 1."""
+def dissipated(way: str | Law, overlap: Array, place: Array, in_turn: bool) -> tuple[Array, float]:
+    """Of `ledger.dissipated`, by one of `WAYS` or a law, what is lost at each point; the most of a limit's share, less
+    1."""
     path = ledger.in_turn(overlap, place) if in_turn else (overlap, place)
-    lost, force = ledger.dissipated(WAYS[way], *path)
+    lost, force = ledger.dissipated(WAYS.get(way, way) if isinstance(way, str) else way, *path)
     return lost[:: 2 if in_turn else 1], ledger.over_limit(path[0], force)
 
 
-def most_given(way: str, count: int, seed: int = 3) -> dict[str, float]:
-    """By kind of load, the most that random paths give back, in turn in steps of any size; "together": in 16 a leg."""
-    rng, found = np.random.default_rng(seed), {"cone": -1.0, "together": 0.0} | dict.fromkeys(ledger.KINDS, 0.0)
+def most_given(way: str | Law, count: int, seed: int = 3, *, spins: bool = True) -> dict[str, float]:
+    """By kind of load, the most that random paths, with an angle or without, give back, load and place in turn in steps
+    of any size; "together": at once in 16 a leg; "cone": how far forces pass their limit."""
+    draw, rng = (random_path if spins else ledger.random_path), np.random.default_rng(seed)
+    found = {"cone": -1.0, "together": 0.0} | dict.fromkeys(ledger.KINDS, 0.0)
     for kind in ledger.KINDS:
         for trial in range(count):
             in_turn = kind != "steady" and trial % 4 > 0
             together = kind != "steady" and not in_turn
-            lost, over = dissipated(way, *random_path(rng, kind, 16 if together else (1, 4, 16)[trial % 3]), in_turn)
+            lost, over = dissipated(way, *draw(rng, kind, 16 if together else (1, 4, 16)[trial % 3]), in_turn)
             name = "together" if together else kind
             found[name], found["cone"] = max(found[name], ledger.fall(lost)), max(found["cone"], over)
     return found

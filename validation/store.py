@@ -4,7 +4,6 @@ import hashlib
 import inspect
 import json
 from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from contactlaw.jit import SOURCE_STAMP
 from validation.case import Case, Outcome
 
 HERE = Path(__file__).resolve().parent
-ONLY_SHOW = ("__main__.py", "report.py", "readme.py", "words.py")
+ONLY_SHOW = ("__main__.py", "report.py", "readme.py")
 """Files of validation that measure nothing."""
 Result = dict[str, Any]
 
@@ -38,8 +37,9 @@ def as_result(
     seconds: how long it took; machine: that and versions, by name; sources: a stamp of them.
     """
     limits = [{**asdict(limit), "passed": limit.passed} for limit in outcome.limits]
-    data = _rounded(outcome.data)
-    problems = [*outcome.problems, *(["a value is not finite"] if not _finite(data) else [])]
+    data, odd = _rounded(outcome.data), []
+    json.loads(json.dumps(data), parse_constant=odd.append)  # NaN and infinities are told, and nothing else
+    problems = [*outcome.problems, *(["a value is not finite"] if odd else [])]
     kept = not problems and all(limit["passed"] for limit in limits)
     return _rounded({
         "case": case.name, "claim": case.claim, "quick": quick, "sane": not problems, "problems": problems,
@@ -74,23 +74,14 @@ def _rounded(value: Any) -> Any:
     return value
 
 
-def _finite(value: Any) -> bool:
-    if isinstance(value, dict | list):
-        return all(map(_finite, value.values() if isinstance(value, dict) else value))
-    return not isinstance(value, float) or isfinite(value)
-
-
 def _text(value: Any, depth: int = 0) -> str:
     """JSON with one line for each short entry."""
     flat = json.dumps(value)
-    if not isinstance(value, dict | list) or len(flat) <= 100 or (isinstance(value, list) and not _nested(value)):
+    nested = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    if len(flat) <= 100 or not (isinstance(value, dict) or any(isinstance(item, dict | list) for item in nested)):
         return flat
     pad = "  " * (depth + 1)
     if isinstance(value, dict):
         inner = [f"{pad}{json.dumps(key)}: {_text(item, depth + 1)}" for key, item in value.items()]
         return "{\n" + ",\n".join(inner) + "\n" + "  " * depth + "}"
     return "[\n" + ",\n".join(pad + _text(item, depth + 1) for item in value) + "\n" + "  " * depth + "]"
-
-
-def _nested(value: list[Any]) -> bool:
-    return any(isinstance(item, dict | list) for item in value)

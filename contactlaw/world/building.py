@@ -28,7 +28,7 @@ class Building(Shapes):
 
     def __init__(
         self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
-        crowd_substeps: float = 20.0, crowd: int = 8, stillness: float = 1e-9,
+        crowd_substeps: float = 20.0, crowd: int = 4, stillness: float = 1e-9,
     ) -> None:  # fmt: skip
         if INTERPRETED:
             raise RuntimeError("a world is moved by compiled code alone, and NUMBA_DISABLE_JIT is set: unset it")

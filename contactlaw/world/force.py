@@ -21,7 +21,7 @@ from contactlaw.world.access import (
 from contactlaw.world.call import address, call_along, call_spin, ready
 from contactlaw.world.demand import ALONG, SPIN
 from contactlaw.world.motion import give
-from contactlaw.world.records import LATER, SELDOM
+from contactlaw.world.records import EACH, LATER
 from contactlaw.world.vec import dot, load, sub
 
 PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
@@ -48,8 +48,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
         c.turned += angle
-        later = w.twists == LATER or (w.twists == SELDOM and t.course == LASTING)
-        if later and t.state != OPEN and t.state != SPUN:
+        if w.twists == LATER and t.state != OPEN and t.state != SPUN:
             c.waits = c.waits if c.waits > 0.0 else t.before
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
@@ -63,7 +62,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
             inertia = 1.0 / turn
         since = c.waits if c.waits > 0.0 else t.before
         turned, dashpot = (du, dv, c.turned), (slide[2], inertia)
-        call_spin(address(w, SPIN), c, own, numbers, turned, since, dt, w.twists >= SELDOM, dashpot)
+        call_spin(address(w, SPIN), c, own, numbers, turned, since, dt, w.twists == EACH, dashpot)
         c.turned, c.waits = 0.0, 0.0
     else:
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)

@@ -18,9 +18,10 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, guard_at, shape_at
 from contactlaw.world.bounds import spin_bound, turning_bound
 from contactlaw.world.call import ask_parting
-from contactlaw.world.motion import acceleration_of, greatest_closing, jerk
-from contactlaw.world.records import BOX, NEVER
-from contactlaw.world.vec import ZERO, cross, load, norm, store, sub, to_body, to_world
+from contactlaw.world.geometry import centre, half_axis
+from contactlaw.world.motion import acceleration_of, greatest_closing, swing
+from contactlaw.world.records import BOX, EDGE, NEVER, PLANE
+from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 
 ROUNDING = 1e-15  # of the trace
 SLACK = 0.2  # of both bodies' smallest radii: how near shapes are whose parts are listed, besides
@@ -30,7 +31,7 @@ LASTS = 4.0  # steps at the speed there is
 @jit_inside
 def surface_speed(b, time):
     """Speed [m/s] of a body's shapes within a time [s], at most."""
-    gained = time * (norm(load(b.acceleration)) + time * jerk(b, b.reach))
+    gained = time * (norm(load(b.acceleration)) + swing(b, b.reach, time))
     return norm(load(b.velocity)) + spin_bound(b, time) * b.reach + gained
 
 
@@ -47,7 +48,7 @@ def new_guard(w, i, j, time):
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
         g.body_a, g.body_b = g.body_b, g.body_a
-    g.limit, g.without, g.clear, g.apart = NEVER, 0, 0, 0.0
+    g.limit, g.without, g.clear, g.apart, g.planed = NEVER, 0, 0, 0.0, -1.0
     store(g.normal, ZERO)
     follow(w, g, time)
     g.moved = g.lag
@@ -80,7 +81,7 @@ def follow(w, g, left):
         far, twist = norm(r) + left * fast, turning_bound(b, left)
         slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
         turns = min(turns + left * (turning_bound(a, left) + twist), spin_bound(a, left) + spin)
-        g.speed = slides + turns * a.reach + left * left * (jerk(a, a.reach) + jerk(b, far + a.reach))
+        g.speed = slides + turns * a.reach + left * (swing(a, a.reach, left) + swing(b, far + a.reach, left))
 
 
 @jit_inside
@@ -100,6 +101,48 @@ def parted(w, g, n):
     """What parts the two shapes of a guard, see `convex.part`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
     return ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
+
+
+@jit_inside
+def over_plane(w, p, a, b):
+    """What `geometry.meet` finds of a near pair if B is all that lies behind the plane which parts both whole shapes.
+
+    The gap is no wider then, at a product for a part. Without such a plane the overlap is endless.
+    """
+    none = NEVER, ZERO, ZERO, ZERO
+    if p.guard < 0:
+        return none
+    g, sa = guard_at(w.guards, p.guard), shape_at(w.shapes, p.a)
+    whole_a, whole_b = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
+    time = b.time if a.still != 0 else a.time
+    here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time  # and not aside
+    if whole_a.kind < BOX or whole_b.kind == PLANE or not here or (b.still == 0 and b.time != time):
+        return none
+    if g.planed != time:
+        place_plane(w, g, time)
+    n, between = to_world(body_at(w.bodies, whole_b.body).axes, load(g.normal)), sub(load(a.position), load(b.position))
+    top = g.high
+    if p.body_a != whole_a.body:
+        n = scale(-1.0, n)
+        top = dot(n, between) - g.low
+    from_a, half = centre(sa, a), half_axis(sa, a)
+    over = dot(n, add(between, from_a)) - top
+    gap = over - sa.radius - (abs(dot(n, half)) if sa.kind <= EDGE else norm(half))
+    arm_a = axpy(-over, n, from_a)
+    return -(gap if sa.kind < BOX else g.low - g.high), n, arm_a, add(arm_a, between)
+
+
+@jit_inside
+def place_plane(w, g, time):
+    """Find the plane that parts two cores, where they are: the one that did so last, while it does so half as well."""
+    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
+    last, n, low, high = g.high - g.low, ZERO, -1.0, 0.0
+    if g.planed >= 0.0:
+        n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
+    if low - high <= max(-0.5 * last, 0.0):
+        n, low, high = parted(w, g, ZERO)
+    store(g.normal, to_body(b.axes, n))
+    g.planed, g.low, g.high = time, low, high
 
 
 @jit_inside

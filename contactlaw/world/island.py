@@ -15,9 +15,10 @@ from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import address, call_coast, call_land, call_set_out, ready
 from contactlaw.world.demand import COAST, LAND, SET_OUT
 from contactlaw.world.geometry import meet_near
+from contactlaw.world.guards import over_plane
 from contactlaw.world.motion import drift, fly, greatest_closing, rate, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
-from contactlaw.world.records import EACH, LATER, NEVER, NOW, SELDOM
+from contactlaw.world.records import EACH, LATER, NEVER, NOW
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.vec import load, norm, store
@@ -27,12 +28,11 @@ AHEAD = 4.0  # strides of the fastest surface that two others may come nearer by
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
-SEVERAL = 4  # closed contacts of an island; in one of more each counts for less
 LEAST_COASTED = 3.5  # substeps, fewer of which are not worth it
 SHORTEST = 1e-6  # of a substep, a remainder that is none; of a window, a substep at least
 LOST = 1e10  # [m/s] at which a body is lost: a velocity that engines take for a fault, too
 JOINTED = 4.0  # times fewer substeps has a damped impact of bodies that joints hold: 25 for 100, psi_2 right to 1e-3
-TWISTS = 8  # substeps in which contacts that last are twisted once: torsion is a hundred times slower than an impact
+TWISTS = 8  # substeps in which contacts that are no few are twisted once: torsion is a hundred times slower
 TRIES = 30  # steps of conservative advancement on the way to a touch; after them it is stepped towards
 STRIDE = 0.02  # [rad] that a body may turn in such a step: what turns past another may graze it in between
 AT_ONCE = 1e-6  # of a window: time in which two shapes that touch would close
@@ -150,7 +150,9 @@ def run(w, bodies, pairs, t, now, until):
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
             call_land(address(w, LAND), w, pairs - rest)
             rest = pairs
-        w.twists = twists(closed, joints or closed > w.crowd, last or done % TWISTS == 0)
+        w.twists = EACH
+        if joints or closed > w.crowd:
+            w.twists = NOW if last or done % TWISTS == 0 else LATER
         closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
         closed += pairs - rest
         going = closed > 0 and not last
@@ -178,7 +180,7 @@ def run(w, bodies, pairs, t, now, until):
         if rest < pairs:
             stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or anew
         w.kicks += closed
-        if rest == pairs and done <= 1 and following == h and closed > SEVERAL:
+        if rest == pairs and done <= 1 and following == h and closed > w.crowd:
             count = min(BLOCK, (until - t) / h)
             if count > LEAST_COASTED and ready(w, SET_OUT):
                 rest, spacing = call_set_out(address(w, SET_OUT), w, pairs, h, count), h
@@ -187,18 +189,6 @@ def run(w, bodies, pairs, t, now, until):
     for i in range(bodies):
         settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
     return t
-
-
-@jit_inside
-def twists(closed, crowded, now):
-    """When contacts of an island are twisted: in a crowd, or if they last, now and then; of a few in each substep.
-
-    closed: how many contacts are; crowded: that is many, or joints hold bodies; now: this is one of the substeps.
-    Sectors are for where few touch.
-    """
-    if crowded:
-        return NOW if now else LATER
-    return EACH if now or closed <= SEVERAL else SELDOM
 
 
 @jit_inside
@@ -237,7 +227,9 @@ def forces(w, pairs, span, stride):
         if p.closed == 0:
             if a.way + b.way + AHEAD * stride < p.room:
                 continue
-            overlap, _, _, _ = meet_near(w, p, a, b)
+            overlap, _, _, _ = over_plane(w, p, a, b)
+            if overlap > -AHEAD * stride:
+                overlap, _, _, _ = meet_near(w, p, a, b)
             before = -p.gap
             p.gap = -overlap
             p.room = p.gap + a.way + b.way

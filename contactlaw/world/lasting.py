@@ -59,7 +59,7 @@ from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, s
 from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
-LOOKS, STALLED = 25, 4  # steps of Newton's method at most, and those in a row that do not halve what is missing
+LOOKS, FACTORED = 25, 7  # steps of Newton's method, and factorisations, at most: who needs more hardly ever gets there
 CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
 
 
@@ -214,7 +214,7 @@ def solve(w, bodies, pairs, stage, time):
     time [s]: since the step began.
     """
     velocity, change = part(w, VELOCITY), part(w, RIGHT)
-    last, stalled = 0.0 if stage == time else NEVER, 0
+    last, factored = 0.0 if stage == time else NEVER, 0
     for look in range(LOOKS):
         for i in range(bodies):
             place(w, whole_at(w.island_bodies, i), stage, time)
@@ -226,10 +226,10 @@ def solve(w, bodies, pairs, stage, time):
         missing = imbalance(w)
         if not moves or missing <= least < NEVER:
             return True
-        stalled = 0 if missing < 0.5 * last else stalled + 1
-        if stalled == STALLED:
-            return False
         if not missing < CHORD * last:
+            if factored == FACTORED:
+                return False
+            factored += 1
             begin_matrix(w, bodies)
             for i in range(pairs):
                 enter(w, row_at(w.rows, i), stage)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import ceil, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import tree_at
+from contactlaw.world.access import link_at, tree_at
 from contactlaw.world.call import ask_mobility, call_with_body, call_with_number, call_with_vectors
 from contactlaw.world.vec import (
     ZERO,
@@ -251,16 +251,16 @@ def mobility_between(a, arm_a, b, arm_b, direction):
 
 
 @jit_inside
-def lightness(b):
-    """Mobility [1/kg] of a body's shapes, at most: joints only take from it."""
+def lightness(b, reach):
+    """Mobility [1/kg] of what is so far from a body's centre of mass [m], at most: joints only take from it."""
     i = b.inverse_inertia
-    return b.inverse_mass + b.reach * b.reach * max(i[0], max(i[1], i[2]))
+    return b.inverse_mass + reach * reach * max(i[0], max(i[1], i[2]))
 
 
 @jit_inside
 def rate(b):
-    """Angular speed [1/s] of a body, or, in a tree, of all that its motion depends on, at most."""
-    return norm(load(b.spin)) if b.tree == 0 else tree_at(b.tree, 0).rate
+    """Angular speed [1/s] of a body, or, in a tree, of all that carries it, at most."""
+    return norm(load(b.spin)) if b.tree == 0 else link_at(tree_at(b.tree, 0).links, b.member).rate
 
 
 @jit_inside
@@ -270,9 +270,15 @@ def decay(b):
 
 
 @jit_inside
-def jerk(b, reach):
-    """Bound on how fast joints change the acceleration of a point [m/s^3] this far from the centre of mass [m]."""
+def swing(b, reach, time):
+    """Bound on how joints change the acceleration [m/s^2] of a point so far from the centre of mass [m] in a time [s].
+
+    What carries the body turns it at a rate r, with r^2 of the reach; the others push it, from directions that turn as
+    fast as the tree's fastest does: no more than it pushes them, over the geometric mean of both mobilities (Cauchy and
+    Schwarz). A vector that turns changes by no more than twice itself.
+    """
     if b.tree == 0:
         return 0.0
-    t = tree_at(b.tree, 0)
-    return 4.0 * t.rate * (t.pull + t.rate * t.rate * reach)
+    t, own = tree_at(b.tree, 0), rate(b)
+    pull = min(t.pull, t.effort * sqrt(lightness(b, reach)))
+    return 4.0 * (pull * min(t.rate * time, 1.0) + own * own * reach * min(own * time, 1.0))

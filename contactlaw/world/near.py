@@ -131,8 +131,8 @@ def list_bodies(w):
 
 @jit_inside
 def mark(w, time):
-    """Give all bodies new margins for a time [s], where they are; returns the width [m] of the smallest shape with its
-    margin.
+    """Give all bodies new margins for a time [s] at the speeds that they may have within a step, where they are;
+    returns the width [m] of the smallest shape with its margin.
 
     A body that is behind in time makes up for it out of its margin, which is for some steps. To move it here would
     make its motion, by rounding, one of margins.
@@ -142,7 +142,7 @@ def mark(w, time):
         b = body_at(w.bodies, i)
         store(b.mark, load(b.position))
         b.turned = 0.0
-        b.margin = 0.0 if b.still != 0 else time * surface_speed(b, time)
+        b.margin = 0.0 if b.still != 0 else time * surface_speed(b, w.step)
         total += b.margin
     struck = total / w.body_count if w.body_count > MANY else 0.0
     for i in range(w.body_count):

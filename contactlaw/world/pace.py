@@ -14,14 +14,15 @@ from contactlaw.world.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.call import ask_time
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet_near
+from contactlaw.world.guards import over_plane
 from contactlaw.world.motion import (
     acceleration_at,
     acceleration_of,
     closing_at,
     decay,
-    jerk,
     mobility_between,
     rate,
+    swing,
     velocity_at,
 )
 from contactlaw.world.records import NEVER, PLANE, SEGMENT, SPHERE
@@ -31,6 +32,7 @@ FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
 SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 0.5  # durations of an impact that a step has at least for contacts to be lasting ones in it
 SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
+OVER = 0.01  # of the radius, over a plane that parts whole shapes: what is higher is seen against this alone
 TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 
@@ -62,7 +64,9 @@ def predict(w, p, a, b, now, left):
     bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
+    overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
+    if overlap > -OVER * sa.radius:
+        overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     p.seen = now
     p.gap = -overlap
     p.closing = closing_at(a, arm_a, b, arm_b, n)
@@ -85,12 +89,12 @@ def predict(w, p, a, b, now, left):
         w = rate(b) + (rate(a) if far > 0.0 or a.tree != 0 else 0.0)
         across = norm(sub(velocity_at(a, from_a), velocity_at(b, add(from_a, sub(arm_b, arm_a)))))
         speed = w * (far + norm(arm_b)) + across
-        change = jerk(a, far) + jerk(b, norm(arm_b))
         twist = turning_bound(a, left) * far + turning_bound(b, left) * norm(arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):
             if w * horizon > LARGEST_TURN:
                 horizon = LARGEST_TURN / w
-            slack = (w * w * speed + change) * horizon * horizon + twist * horizon
+            change = w * w * speed * horizon + swing(a, far, horizon) + swing(b, norm(arm_b), horizon)
+            slack = (change + twist) * horizon
             horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
     wait = time_to_close(p.gap, p.closing + slack, p.acceleration)
     p.toi = now + min(wait, horizon) if wait < left or horizon < left else NEVER
@@ -142,12 +146,15 @@ def closing_speed(c, a, b):
 
 @jit_inside
 def rests(w, c, a, b, slow):
-    """Whether a closed contact does not strike within the step; slow: speed [m/s] that is none, zero: see `SLOW`."""
-    if c.touch.zeta == 0.0 or contact_time(w, c, a, b) * LONG > w.step:
-        return False
+    """Whether a closed contact does not strike within the step; slow: speed [m/s] that is none, zero: see `SLOW`.
+
+    One that is near its balance may be as soft as it likes: what it does beside stiffer ones a step follows, or damps.
+    """
     speed, t = closing_speed(c, a, b), c.touch
+    if t.zeta == 0.0:
+        return False
     if slow > 0.0:
-        return abs(speed) <= slow
+        return abs(speed) <= slow and contact_time(w, c, a, b) * LONG <= w.step
     return speed * speed * t.mass <= SLOW * t.force * t.overlap and hardly_moves(c, 1.0)
 
 

@@ -21,7 +21,7 @@ NEVER = np.inf
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
-LATER, NOW, SELDOM, EACH = range(4)  # when contacts are twisted, see `island.twists`
+LATER, NOW, EACH = range(3)  # when contacts are twisted: not in this substep, in it of some, in each
 STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
 WAITS = 8  # a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
@@ -111,7 +111,7 @@ TREE = record(
     stale="i8",  # they do not belong to q and v
     rate="f8",  # [1/s] at which its bodies turn, at most
     fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
-    pull="f8",  # [m/s^2] the greatest acceleration of its bodies
+    pull="f8", effort="f8",  # [m/s^2] the greatest acceleration of its bodies; over the root of its mobility
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8", span="f8",  # [s] that damping comes behind its velocity, see `tree_motion`; length of the step
     midway="i8",  # the velocities that this is behind of are those that a group of substeps began with, in `room`
@@ -128,6 +128,7 @@ LINK = record(
     mass="f8", inertia=VECTOR,
     place=VECTOR, turn=("f8", (4,)),  # its frame in the world
     velocity=VECTOR,  # of its material at the tree's origin
+    rate="f8",  # [1/s] at which it or one of those that carry it turns, at most
     gain=VECTOR, turning=VECTOR,  # acceleration of that, and of its spin, where a = 0
     answer=VECTOR, answer_turning=VECTOR,  # the same by a
     force=VECTOR, moment=VECTOR,  # about the origin: it and all behind it need them where a = 0
@@ -226,6 +227,7 @@ GUARD = record(
     pace="f8",  # [m/s] at which A moves there now, at most
     normal=VECTOR, apart="f8",  # in the frame of b's body, of a plane between both shapes; [m] that it parts them
     clear="i8",  # they have been so through a step, see `passing`
+    planed="f8", low="f8", high="f8",  # [s] of the step when it was placed; of a lowest, of b highest along it [m]
     time="f8", lag="f8",  # [s] of the step when it was seen so; [m] that one body may have been behind the other then
 )  # fmt: skip
 """Between two shapes, see `guards`."""
@@ -294,7 +296,7 @@ WORLD = record(
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
     kicks="i8", lists="i8",  # counted for good
     late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
-    twists="i8",  # in this substep, LATER, NOW, SELDOM or EACH
+    twists="i8",  # in this substep, LATER, NOW or EACH
     lost="i8",  # contacts and pairs that there was no room for
     demand="u8",  # address of `demand.TABLE`
 )  # fmt: skip

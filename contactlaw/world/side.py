@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contactlaw.world.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.geometry import centre, half_axis
-from contactlaw.world.motion import jerk, rate, velocity_at
+from contactlaw.world.motion import rate, swing, velocity_at
 from contactlaw.world.records import DISC, NEVER
 from contactlaw.world.segments import clip
 from contactlaw.world.vec import add, cross, dot, load, norm, sub
@@ -32,12 +32,12 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
     reach_a, reach_b = norm(from_a) + half, norm(from_b) + half
     rate_a, rate_b = rate(a), rate(b)
     speed = norm(moving) + (rate_a + rate_b) * half
-    swing = rate_a * rate_a * reach_a + rate_b * rate_b * reach_b + 2.0 * rate_b * speed
-    swing += reach_a * turning_bound(a, left) + reach_b * turning_bound(b, left)
+    curving = rate_a * rate_a * reach_a + rate_b * rate_b * reach_b + 2.0 * rate_b * speed
+    curving += reach_a * turning_bound(a, left) + reach_b * turning_bound(b, left)
     horizon = left
     if (rate_a + rate_b) * horizon > LARGEST_TURN:
         horizon = LARGEST_TURN / (rate_a + rate_b)
-    p.acceleration += GROWN * swing + horizon * (jerk(a, reach_a) + jerk(b, reach_b))
+    p.acceleration += GROWN * curving + swing(a, reach_a, horizon) + swing(b, reach_b, horizon)
     p.closing = middle + abs(along)
     rises = dot(u, n) if sa.kind < DISC else 0.0
     height = dot(sub(from_a, arm_a), n) - sa.radius if sa.kind < DISC else p.gap

@@ -207,6 +207,8 @@ def begin(w, dt):
         w.rested = min(w.rested, b.still)
         if strayed(b, dt - b.time):
             w.stale = 1
+    for k in range(w.guard_count):
+        guard_at(w.guards, k).planed = -1.0
     if outgrown(w, dt, 0.0):
         w.stale = 1
     count_slots(w)

@@ -21,7 +21,7 @@ from __future__ import annotations
 from math import ceil
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import body_at, tree_at
+from contactlaw.world.access import body_at, link_at, tree_at
 from contactlaw.world.call import call_on_tree
 from contactlaw.world.tree_dynamics import decay
 from contactlaw.world.tree_kinematics import vector
@@ -101,7 +101,7 @@ def runge_kutta(t, h):
     t.hold = 0
     for i in range(t.count):
         b = body_at(t.bodies, i)
-        b.turned += abs(h) * t.rate
+        b.turned += abs(h) * link_at(t.links, i).rate
 
 
 @jit_inside

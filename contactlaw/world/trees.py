@@ -46,17 +46,18 @@ def place(t):
 def accelerate(t):
     """The mass matrix and the accelerations at q and v; how fast they change."""
     call_on_tree(t.accelerate, t)
-    t.rate = 0.0
-    t.fold = 0.0
-    t.pull = 0.0
+    t.rate, t.fold, t.pull, t.effort = 0.0, 0.0, 0.0, 0.0
     for i in range(t.count):
-        b = body_at(t.bodies, i)
-        spin, own = load(b.spin), sqrt(norm(load(b.turning)))
-        before = link_at(t.links, i).parent
-        fold = norm(sub(spin, load(body_at(t.bodies, before).spin))) if before >= 0 else 0.0
-        t.rate = max(t.rate, norm(spin) + own)
-        t.fold = max(t.fold, norm(spin) + own + fold)
-        t.pull = max(t.pull, norm(load(b.acceleration)))
+        link, b = link_at(t.links, i), body_at(t.bodies, i)
+        spin, pull = load(b.spin), norm(load(b.acceleration))
+        link.rate = norm(spin) + sqrt(norm(load(b.turning)))
+        t.fold = max(t.fold, link.rate)
+        if link.parent >= 0:
+            t.fold = max(t.fold, link.rate + norm(sub(spin, load(body_at(t.bodies, link.parent).spin))))
+            link.rate = max(link.rate, link_at(t.links, link.parent).rate)
+        t.rate = max(t.rate, link.rate)
+        t.pull = max(t.pull, pull)
+        t.effort = max(t.effort, pull / sqrt(lightness(b, b.reach)))
 
 
 def settle(b):
@@ -181,7 +182,7 @@ def spread(b):
 
     By Cauchy and Schwarz, one point's answer to a kick at another is at most the geometric mean of both mobilities.
     """
-    t = tree_at(b.tree, 0)
+    t, own = tree_at(b.tree, 0), lightness(b, b.reach)
     for i in range(t.count):
         one = body_at(t.bodies, i)
-        one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(lightness(one) / lightness(b), 1.0)))
+        one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(lightness(one, one.reach) / own, 1.0)))

@@ -152,7 +152,7 @@ def bound_delta_v(w, p, a, b, length, enough):
         t = c.touch
         x = max(t.overlap, 0.0)
         square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass + (t.force * length / t.mass) ** 2
-    for_a, for_b = lightness(a), lightness(b)
+    for_a, for_b = lightness(a, a.reach), lightness(b, b.reach)
     both = for_a + for_b
     handed = 0.0 if a.tree != 0 and a.tree == b.tree else 1.0  # within a tree `spread` has done so
     for_a *= 2.0 * max(sqrt(square), handed * b.delta_v) / both

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.world.world_scenes import steel_pair
 from validation.cases.elliptic import CROSSED, ELLIPSOIDS, FRICTION, MASS, SPEED, impact
-from validation.world_scenes import steel_pair
 
 PSI = np.array([0.9, 0.9])  # askew
 NAME, GAP, STEPS = next(iter(ELLIPSOIDS)), 1e-9, 5

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.shape_draws import WALL, draw, matrix
+from contactlaw.world.frames import matrix_of
+from validation.shape_draws import WALL, draw
 from validation.shape_runs import ENGINES, judge
 
 pytest.importorskip("mujoco")
@@ -22,7 +23,7 @@ def test_a_drop_begins_as_drawn_and_lands(engine, kind):
     places, turns, velocities, spins = run.states()
     for number, thing in enumerate(drop.things):
         np.testing.assert_allclose(places[number], thing.place, atol=1e-12)
-        np.testing.assert_allclose(turns[number], matrix(thing.turn), atol=1e-12)
+        np.testing.assert_allclose(turns[number], matrix_of(thing.turn), atol=1e-12)
         np.testing.assert_allclose(velocities[number], thing.velocity, atol=1e-12)
         np.testing.assert_allclose(spins[number], thing.spin, atol=1e-12)
     first = run.look()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from tests.reference import sliding_spin
+from tests.reference import sliding_spin, torsion
 from validation.reference import annulus
 from validation.reference.closed_forms import (
     dundurs,
@@ -16,7 +16,6 @@ from validation.reference.closed_forms import (
     oscillator,
     regimes,
     rigid,
-    torsion,
     waves,
 )
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from tests.reference import sliding_spin
+from tests.reference import sliding_spin, torsion
+from tests.reference.mindlin_loop import first_loading
 from validation.reference import annulus, grid, rings
 from validation.reference.cerruti import displacement, square_influence
-from validation.reference.closed_forms import dundurs, torsion
+from validation.reference.closed_forms import dundurs
 from validation.reference.grid_step import Step, cell_pressure, sizes
-from validation.reference.mindlin_loop import first_loading
 from validation.reference.refinement import extrapolated
 from validation.reference.turning_paths import path
 

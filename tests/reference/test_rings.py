@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipe
 
+from tests.reference.mindlin_loop import first_loading
 from validation.reference import annulus, rings
-from validation.reference.mindlin_loop import first_loading
 from validation.reference.refinement import extrapolated
 from validation.reference.turning_paths import LEG, MARKS, path
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from validation.reference import annulus, mindlin_loop, superposition
+from tests.reference import mindlin_loop
+from validation.reference import annulus, superposition
 from validation.reference.annulus_kernel import hertz_displacement
 from validation.reference.superposition import _normal_motion
 from validation.reference.superposition_kernel import advance, hertz_force, resultant, traction

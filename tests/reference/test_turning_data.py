@@ -47,14 +47,3 @@ def test_tangential_energy_is_lost():
         angle = np.radians(heading)
         before = (psi * np.cos(angle)) ** 2 / chi_1 + (psi * np.sin(angle)) ** 2 / chi_2
         assert psi_x**2 / chi_1 + psi_y**2 / chi_2 < before
-
-
-@pytest.mark.heavy
-def test_some_figures_computed_anew_and_coarser():
-    one = SAVED["forces"][9]
-    force, error = turning_data.force(one["path"], one["amplitude"], 8)
-    assert np.abs(force - np.array(one["force"])).max() < max(error, 5e-3)
-    chi_1, chi_2, psi, heading, *known, _ = SAVED["uneven"][33]
-    assert turning_data.uneven_rebound([chi_1, chi_2], psi, heading, 8)[0] == pytest.approx(known, abs=5e-3)
-    nu, chi_s, psi, sigma, *known, _ = SAVED["spinning"][73]
-    assert turning_data.spinning_rebound(nu, chi_s, psi, sigma, 8)[0] == pytest.approx(known, abs=5e-3)

@@ -11,7 +11,7 @@ from contactlaw.world import World
 from contactlaw.world.coordinates import carriers, matrix_of_factor, numbers
 from contactlaw.world.records import AXIS, Arrays
 from tests.world.chains import Chain, Link
-from validation.world_scenes import mass_of, steel_pair
+from tests.world.world_scenes import mass_of, steel_pair
 
 TIP = 0.01  # [m] radius of the ball at a tip
 UPPER, LOWER = 0.3, 0.25  # [m] lengths of the rods of the double pendulum

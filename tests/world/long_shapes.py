@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import ContactPair
 from contactlaw.world import World
-from validation.world_scenes import box_of_planes, mass_of
+from tests.world.world_scenes import box_of_planes, mass_of
 
 RADIUS, HALF, MASS = 0.01, 0.02, 0.05
 BOX = np.array([0.03, 0.02, 0.025])

@@ -12,9 +12,9 @@ from contactlaw.world.curvature import equivalent_radius
 from contactlaw.world.frames import matrix_of
 from tests.world.long_shapes import HALF, RADIUS, capsule, sphere
 from tests.world.test_hulls import CUBE, DENSITY, cube, keep_their_energy, meeting, rock
+from tests.world.world_scenes import FLOOR, steel_pair
 from validation.shape_draws import KINDS, draw, draw_heap
 from validation.shape_runs import DEEPER, judge
-from validation.world_scenes import FLOOR, steel_pair
 
 HALF_AXES = np.array([0.03, 0.02, 0.012])
 

@@ -14,10 +14,10 @@ from contactlaw.laws.record import contact_of
 from contactlaw.world import World
 from contactlaw.world.curvature import radius_between
 from contactlaw.world.elliptic import Nodes
+from tests.world.world_scenes import FLOOR, steel_pair
 from validation.cases.elliptic import CROSSED, ELLIPSOIDS, impact, partial_curvatures
 from validation.cases.shapes import PLASTIC, elongation
 from validation.prediction import SPHERE
-from validation.world_scenes import FLOOR, steel_pair
 
 compiled = pytest.mark.skipif(INTERPRETED, reason="calls by address")
 

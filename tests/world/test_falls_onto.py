@@ -7,7 +7,7 @@ import pytest
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.world import World
-from validation.world_scenes import mass_of
+from tests.world.world_scenes import mass_of
 
 STEEL = MATERIALS["steel"]
 PAIR = ContactPair(STEEL, STEEL, friction=0.3, restitution=0.5)

@@ -13,7 +13,7 @@ from contactlaw.world import World
 from contactlaw.world.frames import matrix_of
 from contactlaw.world.records import DISC, SIDE
 from tests.world.test_shapes import meeting
-from validation.world_scenes import FLOOR, steel_pair
+from tests.world.world_scenes import FLOOR, steel_pair
 
 SOFT = Material(1e9, 0.3)
 G = 9.81

@@ -14,7 +14,7 @@ from contactlaw.world.frames import matrix_of
 from contactlaw.world.geometry import effective_radius, meet
 from contactlaw.world.hulls import convex_hull, core_of
 from tests.world.long_shapes import sphere
-from validation.world_scenes import FLOOR, box_of_planes, steel_pair
+from tests.world.world_scenes import FLOOR, box_of_planes, steel_pair
 
 DENSITY = 7800.0
 CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])

@@ -14,7 +14,7 @@ from contactlaw.world.equations import room_for
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod
-from validation.world_scenes import mass_of
+from tests.world.world_scenes import mass_of
 
 STEEL = MATERIALS["steel"]
 RADIUS, HALF, FOOT, BOX = 0.01, 0.05, 0.005, 1.0
@@ -144,6 +144,18 @@ def test_a_box_on_a_slope_falls_asleep_and_does_not_creep() -> None:
     world.step(5000)
     np.testing.assert_array_equal(world.position[0], lying)
     assert world.contacts["force"].sum(0) == pytest.approx(-BOX * world.gravity, rel=1e-6)
+
+
+def test_a_soft_contact_beside_stiff_ones_lasts_with_them() -> None:
+    """A foot of rubber that carries next to nothing would by itself swing over fifty steps."""
+    world = box(2e-3, 0.5)
+    soft = ContactPair(MATERIALS["rubber"], STEEL, 0.5, 0.5)
+    world.add_contact(world.add_sphere(0, FOOT, (0.0, 0.0, -HALF)), 0, soft)
+    world.step(10)
+    before = count(world, "implicit")
+    world.step(20)
+    assert count(world, "implicit") == before + 20 and len(world.contacts) == 5
+    assert np.abs(world.velocity).max() < 1e-12
 
 
 def pressed(timestep: float, push: float, velocities: Any, spins: Any) -> World:

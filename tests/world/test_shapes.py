@@ -16,8 +16,8 @@ from contactlaw.world.records import BOX as BOX_KIND
 from contactlaw.world.records import SEGMENT
 from contactlaw.world.shapes import tangent
 from tests.world.long_shapes import BOX, HALF, RADIUS, capsule, free_box, scene, sphere
+from tests.world.world_scenes import FLOOR, balls, steel_pair
 from validation.ball import DENSITY
-from validation.world_scenes import FLOOR, balls, steel_pair
 
 KINDS = ("planes", "capsule on edges", "sphere on edges", "crossing capsules", "free box")
 

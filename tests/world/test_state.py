@@ -12,7 +12,7 @@ from contactlaw.world.state import HEAD, read, size, write
 from sims.heap import poured
 from sims.scene import Settings
 from tests.world.long_shapes import scene
-from validation.world_scenes import FLOOR, RADIUS, balls, box_of_planes, steel_pair
+from tests.world.world_scenes import FLOOR, RADIUS, balls, box_of_planes, steel_pair
 
 MOTION = ("position", "velocity", "spin", "quaternion")
 ROOM = 64

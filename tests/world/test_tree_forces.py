@@ -10,7 +10,7 @@ from contactlaw.world.coordinates import numbers
 from contactlaw.world.records import AXIS
 from contactlaw.world.tree import Joint, Part, Tree
 from tests.world.jointed_scenes import TIP, arm_over_floor
-from validation.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
+from tests.world.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
 
 INERTIA = 2e-3
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from validation.world_scenes import FLOOR, RADIUS, balls, mass_of, steel_pair
+from tests.world.world_scenes import FLOOR, RADIUS, balls, mass_of, steel_pair
 
 WEIGHT = mass_of(RADIUS) * 9.81
 

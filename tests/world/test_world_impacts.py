@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contactlaw.laws.microslip import Microslip
-from validation.world_scenes import FLOOR, FRICTION, RADIUS, balls, mass_of, steel_pair
+from tests.world.world_scenes import FLOOR, FRICTION, RADIUS, balls, mass_of, steel_pair
 
 MASS = mass_of(RADIUS)
 PSI = np.array([0.25, 0.5, 1.0, 1.2, 2.0, 3.0, 4.0, 5.0, 7.0])

@@ -7,7 +7,7 @@ import pytest
 
 from contactlaw.world import World
 from contactlaw.world.frames import matrix_of, quaternion_of
-from validation.world_scenes import RADIUS, balls, box_of_planes, mass_of, steel_pair
+from tests.world.world_scenes import RADIUS, balls, box_of_planes, mass_of, steel_pair
 
 INERTIA = (1e-4, 2e-4, 2.9e-4)
 

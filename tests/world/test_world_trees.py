@@ -8,7 +8,7 @@ import pytest
 from contactlaw.world import World
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, pendulum, pendulum_between_walls
-from validation.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
+from tests.world.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
 
 
 @pytest.mark.heavy

@@ -94,7 +94,17 @@ class AnyStep(Case):
                 found = [errors(engine, duration / n, pair) for n in RESOLVED]
                 data["resolved"][f"{engine}, {words}"] = [*map(largest, found)]
         data["microseconds"] = _times(50 if quick else 400)
-        return Outcome(_limits(data), data, problems)
+        limits = [
+            *(Limit(f"error in {engine} at any step, e = {e:g}", ASKED, max(data["error"][f"{engine}, e = {e:g}"]))
+              for engine in STEPS for e in RESTITUTIONS),
+            *(Limit(f"error with {name}, step {1e3 * LONG:g} ms", ASKED, max(data["integrators"][name]))
+              for name in INTEGRATORS),
+            *(Limit(f"error of psi_2 in {engine}, spun at {TWIRL:g} rad/s about the normal, against the grid", OF_SPIN,
+                    max(data["twirl"][engine])) for engine in STEPS),
+            *(Limit(f"error in {engine}, {n} steps a contact", ASKED, reached) for engine in STEPS
+              for n, reached in zip(RESOLVED, data["resolved"][f"{engine}, {NODES} nodes"], strict=True)),
+        ]  # fmt: skip
+        return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
         words = {engine: [*map(in_words, steps)] for engine, steps in data["steps"].items()}
@@ -131,19 +141,6 @@ class AnyStep(Case):
         plain_ticks(right, [5, 10, 20, 40])
         left.legend(loc="lower right")
         right.legend(fontsize=7, ncols=3, loc="lower left")
-
-
-def _limits(data: Data) -> list[Limit]:
-    return [
-        *(Limit(f"error in {engine} at any step, e = {e:g}", ASKED, max(data["error"][f"{engine}, e = {e:g}"]))
-          for engine in STEPS for e in RESTITUTIONS),
-        *(Limit(f"error with {name}, step {1e3 * LONG:g} ms", ASKED, max(data["integrators"][name]))
-          for name in INTEGRATORS),
-        *(Limit(f"error of psi_2 in {engine}, spun at {TWIRL:g} rad/s about the normal, against the grid", OF_SPIN,
-                max(data["twirl"][engine])) for engine in STEPS),
-        *(Limit(f"error in {engine}, {n} steps a contact", ASKED, reached) for engine in STEPS
-          for n, reached in zip(RESOLVED, data["resolved"][f"{engine}, {NODES} nodes"], strict=True)),
-    ]  # fmt: skip
 
 
 def _of_spin(pair: ContactPair, psi_1: list[float]) -> np.ndarray:

@@ -52,10 +52,10 @@ class CalibrationCase(Case):
             ]  # fmt: skip
         both = real["both"]
         limits += [
-            Limit("alumina on glass: friction from the published one, in standard uncertainties", FURTHEST,
-                  _or_inf(both["off_friction"])),
-            Limit("alumina on glass: kappa from that of the elastic constants, in standard uncertainties", FURTHEST,
-                  _or_inf(both["off_stiffness_ratio"])),
+            *(Limit(f"alumina on glass: {what}, in standard uncertainties", FURTHEST,
+                    np.inf if both[key] is None else both[key])
+              for what, key in (("friction from the published one", "off_friction"),
+                                ("kappa from that of the elastic constants", "off_stiffness_ratio"))),
             Limit("single impacts of Cross that are given a friction", 0.0,
                   float(sum(one["friction"]["value"] is not None for one in single.values()))),
         ]  # fmt: skip
@@ -136,7 +136,3 @@ def _as_data(result: Calibration, friction: float | None = None, kappa: float | 
         if truth is not None:
             out[f"off_{name}"] = abs(one.value - truth) / one.uncertainty if one.value is not None else None
     return out
-
-
-def _or_inf(value: float | None) -> float:
-    return np.inf if value is None else value

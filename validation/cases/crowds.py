@@ -39,7 +39,6 @@ class Crowds(Case):
         from sims import heap
         from sims.scene import NATIVE, NONE, Settings, find_scenes
         from validation import lasting_scenes as lasting
-        from validation.crowd import step_costs
 
         slope, pile, grasp = (find_scenes()[name] for name in ("slope", "heap", "grasp"))
         creep: dict[str, float] = {}
@@ -94,16 +93,16 @@ class Crowds(Case):
             grasps.append(held | {"what": what})
             limits += [Limit(f"{what}, slip", 0.05, 1e3 * abs(held["slip"]), "mm"),
                        Limit(f"{what}, over native", 2.0, held["law"] / held["native"])]  # fmt: skip
-        found = lasting.drop(lasting.tube)
+        found = heap.timed({"law": lasting.tube(True), "native": lasting.tube(False)}, 3.0)
         drops.append(found | {"what": "tube of 5"})
         limits += _limits("tube of 5", found, 2.0, "native")
         progress(0.8)
 
-        steps = {"a box on ball feet on a slope": lasting.over_native(lasting.box, 0.5)}
+        steps = {"a box on ball feet on a slope": lasting.lying_box()}
         if (path := lasting.ant()) is not None:
             steps["an ant that stands"] = lasting.standing_ant(path)
         if not quick:
-            steps[f"{MANY} balls that fall"] = step_costs(MANY, STEPS, 4)
+            steps[f"{MANY} balls that fall"] = lasting.step_costs(MANY, STEPS, 4)
         limits += [Limit(f"{name}, over native", 1.2 if "slope" in name else 1.5, one["law"] / one["native"])
                    for name, one in steps.items()]  # fmt: skip
         data = {"creep": creep, "slip": slip, "kept": kept, "drops": drops, "grasps": grasps, "steps": steps}

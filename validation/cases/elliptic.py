@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw import rebound
+from contactlaw import ContactPair, rebound
 from contactlaw.world import World
+from validation.ball import FLOOR, STEEL
 from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
 from validation.cases.shapes import elongation
 from validation.prediction import SPHERE
-from validation.world_scenes import FLOOR, steel_pair
 
 ASKED = 1e-2  # in psi_2, where 1 is friction times the speed of approach
 FRICTION, MASS, SPEED = 0.3, 0.3, 1e-3  # slow: the patch hardly travels over long bodies, which rigid motion makes turn
+PAIR = ContactPair(STEEL, STEEL, FRICTION)
 PSI = (0.4, 1.2, 2.5, 4.0)
 WAYS = {"along": 0.0, "askew": 45.0, "across": 90.0}  # [degrees] from the longer axis
 ELLIPSOIDS = {"ellipsoid 5 : 2 : 2 on a plane": (0.03, 0.012, 0.012), "the same, 10 : 1 : 2": (0.06, 0.006, 0.012)}
@@ -34,7 +35,7 @@ class Elliptic(Case):
     needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        kappa, rows = float(steel_pair(FRICTION).kappa), []
+        kappa, rows = float(PAIR.kappa), []
         nu = 2.0 * (1.0 - kappa) / (2.0 - kappa)  # of like materials
         chi = SPHERE * kappa / 2.0
         bodies: dict[str, Any] = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
@@ -62,8 +63,7 @@ def partial_curvatures(half: tuple[float, float, float]) -> tuple[float, float]:
 
 def impact(name: str, psi_1: Array) -> Array:
     """psi_2 along and across the longer axis of a body whose moments of inertia are a ball's, in a world."""
-    pair = steel_pair(FRICTION)
-    world, unit = World(gravity=0.0, timestep=1e-3), FRICTION / pair.kappa * SPEED
+    world, unit = World(gravity=0.0, timestep=1e-3), FRICTION / PAIR.kappa * SPEED
     below, rest = (ELLIPSOIDS[name][2], 0.0) if name in ELLIPSOIDS else (0.01, 0.03)
     place, velocity = (0.0, 0.0, below + rest + 1e-9), (*(unit * psi_1), -SPEED)
     body = world.add_body(MASS, 0.4 * MASS * below**2, place, velocity)
@@ -72,7 +72,7 @@ def impact(name: str, psi_1: Array) -> Array:
     else:
         other = world.add_cylinder(None, 0.03, 0.05, axis=(0.0, 1.0, 0.0))
         shapes = world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0)), other
-    world.add_contact(*shapes, pair)
+    world.add_contact(*shapes, PAIR)
     for _ in range(400):
         world.step()
         if world.contacts.size and not world.contacts["closed"].any():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.measured import Array, load
 from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, reference, rms
@@ -39,18 +39,15 @@ class FiniteElements(Case):
         pair = quiet_pair(STEEL, RIGID, FRICTION)
         kappa, chi = pair.kappa, SPHERE * pair.kappa / 2.0
         both = published()
-        measures: dict[str, dict[str, dict[str, float]]] = {}
-        shown: dict[str, Data] = {}
-        for name, (x, y) in both.items():
-            after = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
+        measures, shown, found = {}, {}, {}
+        for name, (x, y) in told(both.items(), progress):
+            after = found[name] = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
             differences = {law: (v if name == "recoil" else spin_of(x, v)) - y for law, v in after.items()}
             part = x < PARTIAL
             measures[name] = {of: {law: rms(difference[inside]) for law, difference in differences.items()}
                               for of, inside in (("partial slip", part), ("all", x > 0.0))}  # fmt: skip
             shown[name] = {"x": x, "y": y, "points": {"partial slip": int(part.sum()), "all": x.size}}
-            progress(0.4 if name == "recoil" else 0.8)
-        x = both["recoil"][0]
-        laws = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
+        x, laws = both["recoil"][0], found["recoil"]
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
         data = {
             "nu": STEEL.poissons_ratio, "chi": chi, "kappa": kappa, "below": PARTIAL, "rms": measures, "shown": shown,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw import rebound
-from validation import front, front_ways, million
+from validation import front, front_ways
 from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register
 from validation.front import Rung
 from validation.impacts import judge, sticking
@@ -66,7 +66,7 @@ class FrontLaw(Case):
         path = front_ways.along_paths(repeats, quick)
         uses = {use: front.weighed(rungs) for use, rungs in zip(USES, (batch, call, history, path), strict=True)}
         progress(0.7)
-        rates = million.rates(2 if quick else 3, million.MILLION // 10 if quick else million.MILLION)
+        rates = front_ways.rates(2 if quick else 3, front_ways.MILLION // (10 if quick else 1))
         data = {"impacts": truth.size, "chi": CHIS, "reference_apart": apart, "uses": uses, "rates": rates,
                 "substeps": substep_times(15 if quick else 100)}  # fmt: skip
         data["closer"] = {use: front.closer(one, front_ways.DEFAULT, front_ways.SINGLE) for use, one in uses.items()}
@@ -153,7 +153,7 @@ def _limits(data: Data) -> list[Limit]:
                                  ("faster than annuli as close", "faster", front_ways.FASTER))
     ]  # fmt: skip
     rates = {name: one for name, one in data["rates"].items() if one["largest"] <= RATE_ERROR}
-    for setting in ("default", f"{million.CHEAP[0]} nodes"):
+    for setting in ("default", f"{front_ways.CHEAP[0]} nodes"):
         name = f"a million impacts, error <= {RATE_ERROR:g}, {setting}"
         rate = max((one["rate"]["median"] for name, one in rates.items() if name.startswith(setting)), default=0.0)
         limits.append(Limit(name, RATE, rate, "million a second", at_least=True))

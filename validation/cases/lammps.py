@@ -1,7 +1,6 @@
 """A discrete-element code on the same impacts: LAMMPS's granular wall beside the ladder."""
 
-from collections.abc import Callable
-from time import perf_counter
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, 
 from validation.front import largest
 from validation.impacts import judge, sticking
 from validation.lammps_wall import VARIANTS, contact, impacts
-from validation.measure import spread
+from validation.measure import interleaved, spread
 from validation.prediction import SPHERE, rms
 
 STEPS = [40, 160, 640, 2560]
@@ -39,7 +38,6 @@ class Lammps(Case):
         truth = judge([(psi, chi, 1.0) for psi in psi_1.tolist()], progress=lambda part: progress(0.5 * part))
         steps = STEPS[:3] if quick else STEPS
         runs = {variant: [impacts(psi_1, variant, count) for count in steps] for variant in VARIANTS}
-        progress(0.8)
         laws = {law: np.asarray(rebound(psi_1, chi, law)) for law in ("mindlin", "mindlin_rescaled", "microslip")}
         twins = {variant: float(np.abs(runs[variant][-1].psi_2 - rebound(psi_1, chi, law, steps=4096)).max())
                  for variant, law in TWINS.items()}  # fmt: skip
@@ -54,12 +52,14 @@ class Lammps(Case):
             "reference_uncertainty": float(truth.uncertainty.max()), "steps": steps, "variants": {}, "laws": {},
             "differs_from_twin": twins,
         }  # fmt: skip
+        many, repeats = np.linspace(0.05, 4.0 * chi - 1.0, MANY), 3 if quick else 7
+        seconds = interleaved({law: partial(rebound, many, chi, law) for law in laws}, repeats)
         for name, found in runs.items():
-            cost = _cost(chi, lambda psi, v=name: impacts(psi, v, DEFAULT).seconds, quick)
-            data["variants"][name] = errors([one.psi_2 for one in found]) | {"psi_2": found[-1].psi_2,
-                                                                             "microseconds": cost}  # fmt: skip
+            took = np.array([impacts(many, name, DEFAULT).seconds for _ in range(repeats + 1)])[1:]
+            data["variants"][name] = errors([one.psi_2 for one in found]) | {
+                "psi_2": found[-1].psi_2, "microseconds": spread(1e6 / MANY * took)}  # fmt: skip
         for law, psi_2 in laws.items():
-            cost = _cost(chi, lambda psi, law=law: timed(psi, chi, law), quick)
+            cost = spread(1e6 / MANY * seconds[law])
             one = {key: values[0] for key, values in errors([psi_2]).items()}
             data["laws"][law] = one | {"psi_2": psi_2, "microseconds": cost}
         best = min(found["largest"][-1] for found in data["variants"].values())
@@ -87,16 +87,3 @@ class Lammps(Case):
             table.add(f"contactlaw {law} | {errors} | {{rms:.2g}} | | {{microseconds[median]:.3g}}", found)
         table.add(f"(LAMMPS {{version}}, chi = {{chi:.3f}}, psi_1 to {data['psi_1'][-1]:.2f})", data)
         return table
-
-
-def timed(psi_1: Array, chi: float, law: str) -> float:
-    """Seconds that a rung takes for these impacts."""
-    start = perf_counter()
-    rebound(psi_1, chi, law)
-    return perf_counter() - start
-
-
-def _cost(chi: float, seconds: Callable[[Array], float], quick: bool) -> dict[str, float]:
-    """Microseconds an impact, of one among a thousand."""
-    many = np.linspace(0.05, 4.0 * chi - 1.0, MANY)
-    return spread(np.array([1e6 / MANY * seconds(many) for _ in range(4 if quick else 8)])[1:])

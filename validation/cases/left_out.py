@@ -67,7 +67,6 @@ class LeftOut(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         shape = _shape()
         waves = [_waves(*strike) for strike in STRIKES]
-        progress(0.4)
         travel = [_travel(angle) for angle in ANGLES]
         no_spin = _travel(None)
         coupling = [_coupling(*pair) for pair in PAIRS]

@@ -38,7 +38,6 @@ class Models(Case):
         costs = [row["cost"] for row in ran]
         gains = [row["law"]["gain"] - max(row["native"]["gain"], 0.0) for row in ran]
         shaken = [row for row in ran if row["law"]["unstable"] > row["native"]["unstable"]]
-        progress(1.0)
         limits = [
             Limit("cost over the engine's own contact, median", COST, median(costs)),
             Limit("cost over the engine's own contact, worst", WORST, max(costs)),

@@ -47,12 +47,11 @@ class PaperFigure2(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         puck = Puck(material="steel", psi_1=PSI_1, restitution=1.0)
         paper = impact(PSI_1, puck.chi, ANNULI, steps=STEPS)
-        progress(0.3)
         finer = 3 if quick else FINER
         converged = impact(PSI_1, puck.chi, finer * ANNULI, steps=STEPS)
-        progress(1.0)
         same = np.concatenate([[0], finer * np.arange(2, ANNULI + 1) - (finer + 1) // 2])
-        coarse, fine = (_tractions(one) for one in (paper, converged))
+        coarse, fine = (np.array([np.interp(TIMES, one.time, column) for column in one.traction.T]).T
+                        for one in (paper, converged))  # fmt: skip
         edge = np.sqrt([np.interp(TIMES, paper.time, paper.overlap)])[0]
         difference = [float(np.abs(a - b[same]).max()) for a, b in zip(coarse, fine, strict=True)]
         stuck = np.flatnonzero(converged.stuck.any(axis=1))
@@ -64,8 +63,8 @@ class PaperFigure2(Case):
         data = {
             "chi": puck.chi, "psi_1": PSI_1, "annuli": ANNULI,
             "scale": 2.0 / (np.pi * (1.0 - puck.pair.a.poissons_ratio)),
-            "tau": TIMES, "radii": paper.radii, "edge": edge, "traction": coarse, "stuck": _states(paper),
-            "annuli_fine": finer * ANNULI,
+            "tau": TIMES, "radii": paper.radii, "edge": edge, "traction": coarse,
+            "stuck": paper.stuck[[np.abs(paper.time - tau).argmin() for tau in TIMES]], "annuli_fine": finer * ANNULI,
             "difference": difference, "stuck_part": [_stuck_part(converged, tau) for tau in TIMES],
             "stick": first, "falling": falling, "no_stick": last, "all_at_once": _stuck_part(converged, first),
             "closing_tau": _closing_time(puck.chi),
@@ -107,16 +106,6 @@ class PaperFigure2(Case):
         right = axes.secondary_yaxis("right", functions=(lambda f: f / scale, lambda f: f * scale))
         right.set_ylabel(r"$f\,/\,\mu p_{max}$ [-]")
         axes.legend(loc="upper right")
-
-
-def _tractions(history: History) -> np.ndarray:
-    """Traction over mu p_max at TIMES, shape (9, annuli)."""
-    return np.array([np.interp(TIMES, history.time, column) for column in history.traction.T]).T
-
-
-def _states(history: History) -> list[list[bool]]:
-    """Whether each annulus is stuck at TIMES."""
-    return [history.stuck[np.abs(history.time - tau).argmin()].tolist() for tau in TIMES]
 
 
 def _stuck_part(history: History, tau: float) -> float:

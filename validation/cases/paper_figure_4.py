@@ -38,7 +38,6 @@ class PaperFigure4(Case):
                            "gyration": gyration, "mu": puck.pair.friction, "restitution": e, "kappa": puck.pair.kappa,
                            "contact_duration": puck.contact_duration, "change": float(change.max()),
                            "greatest_overlap": puck.pair.greatest_overlap(puck.mass, puck.speed)}  # fmt: skip
-        progress(1.0)
         incidence = SURFACES["steel"].friction / Puck().pair.kappa * 3.0  # of psi_1 = 3
         data = {"pucks": pucks, "thickness": Puck.thickness, "speed": Puck().speed, "incidence": incidence}
         flat = max(abs(puck["chi"] / (1.5 * puck["kappa"]) - 1.0) for puck in pucks.values())  # 1 + 1/K^2 = 3

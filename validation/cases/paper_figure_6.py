@@ -47,7 +47,6 @@ class PaperFigure6(Case):
         psi_1 = float(psi[np.argmin(rebound(psi, steel.chi, restitution=steel.pair.restitution))].round(2))
         puck = Puck(material="steel", psi_1=psi_1, speed=SPEED, heading=-0.5 * pi, timestep=STEP, phase=FIELD / STEP)
         times, centres, angles, final = _flashed(puck)
-        progress(0.8)
         touch = FIELD / SPEED
         marker = centres + puck.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         before = times < touch - STEP
@@ -120,21 +119,14 @@ class PaperFigure6(Case):
 def _flashed(puck: Puck) -> tuple[np.ndarray, np.ndarray, np.ndarray, Motion]:
     """The puck, thrown in MuJoCo under the stroboscope: times of the flashes [s], shape (n,), centres [m], shape
     (n, 2), angle of the marker [rad], shape (n,), and the motion at the end."""
-    world = build(puck, Settings("mujoco"))
-    world.start()
     between = round(1.0 / (FLASHES * puck.step))
     # The first flash comes so that the touch falls in the middle between two.
     steps = FIELD / (puck.speed * puck.step)
     first = round((steps - 0.5 * between) % between)
     flights = floor(steps / between) + floor(steps * puck.pair.restitution / between)
-    times, centres, axes = [], [], []
-    for number in range(flights):
-        world.step(between if number else first)
-        state = world.read()
-        times.append(world.time)
-        centres.append(state.position[0, :2])
-        axes.append(state.rotation[0, :2, 0])
+    recording = build(puck, Settings("mujoco")).record((first + between * (flights - 1)) * puck.step)
+    track, seen = recording.track("puck"), slice(first, None, between)
     # The marker is at the contact point while the puck does not spin.
-    angles = np.unwrap(np.arctan2(*np.array(axes).T[::-1])) + puck.heading + pi
-    final = Motion(state.velocity[0, :2], float(state.spin[0, 2]), np.zeros((3, 3)), 0.0)
-    return np.array(times), np.array(centres), angles, final
+    angles = np.unwrap(np.arctan2(*track.rotations[seen, :2, 0].T[::-1])) + puck.heading + pi
+    final = Motion(track.velocities[-1, :2], float(track.spins[-1, 2]), np.zeros((3, 3)), 0.0)
+    return recording.times[seen], track.positions[seen, :2], angles, final

@@ -5,16 +5,17 @@
 
 from functools import partial
 from math import cos, radians, sin, sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
+from validation.ball import DOWN, FLOOR, RADIUS, STEEL, balls_world
 from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
 from validation.measure import interleaved, spread
 from validation.shape_draws import KINDS, draw, draw_heap
-from validation.world_scenes import FLOOR, steel_pair
 
 PLASTIC = Material(3e9, 0.35, 1200.0)
 SPEED, MASS = 0.2, 0.3  # [m/s], [kg]
@@ -22,6 +23,7 @@ HALF_AXES = np.array([0.03, 0.02, 0.012])  # [m]
 ANGLES, SECOND = (30.0, 60.0, 90.0), (0.01, 0.03)  # [degrees] between two cylinders; radius of the second [m]
 DROPS, HEAPS, STEPS = 300, 60, 10**7  # the seeds from here on have not been tried
 ENGINES = {"none": KINDS, "mujoco": KINDS, "pybullet": tuple(kind for kind in KINDS if kind != "ellipsoid")}
+HEIGHT, KICKS = 0.05, 200  # of a ball that bounces to rest and is kicked again [m]; in a run
 TITLES = {"none": "World", "mujoco": "MuJoCo", "pybullet": "PyBullet"}
 
 
@@ -80,7 +82,7 @@ def hertz_error(world: World, shapes: Any, p: float, q: float) -> float:
     """Of an elastic impact head on, the larger error of approach and duration; p <= q: relative curvatures [1/m]."""
     from validation.reference.closed_forms import hertz
 
-    pair = steel_pair(0.0)
+    pair = ContactPair(STEEL, STEEL, 0.0)
     world.add_contact(shapes[0], shapes[1], pair)
     exact = hertz.impact(MASS, hertz_radius(p, q), pair.effective_modulus, SPEED)
     overlap, duration = struck(world)
@@ -137,6 +139,25 @@ def drops(engine: str, seeds: range, make: Any) -> Data:
             "rest": float(np.median([verdict.rest for verdict in found])), "words": words}  # fmt: skip
 
 
+def resident() -> float:
+    """Memory [MB] of this process that is in use."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 2**20
+
+
+def endure(steps: int) -> dict[str, Any]:
+    """A ball that is kicked now and then, without an engine, for so many steps; memory [MB] before and after."""
+    place, rng = [0.0, 0.0, RADIUS + HEIGHT], np.random.default_rng(0)
+    pair = ContactPair(STEEL, STEEL, 0.2, 0.7)
+    world = balls_world("none", 2e-3, pair, place, planes=[FLOOR], gravity=DOWN).world  # type: ignore[attr-defined]
+    world.step(2000)
+    before = resident()
+    for _ in range(KICKS):
+        up = np.sqrt(2.0 * 9.81 * HEIGHT) * rng.uniform(0.1, 0.9)
+        world.place(0, velocity=[*(0.05 * rng.normal(size=2)), up])
+        world.step(steps // KICKS)
+    return {"engine": "none", "steps": steps, "before": before, "after": resident()}
+
+
 CRATE = '<geom name="thing" type="box" size=".03 .02 .02" mass="1"/>'
 COSTS = {  # floor, thing, speed [m/s], height [m]
     "box at rest on a plane": ("plane", CRATE, 0.0, 0.02),
@@ -187,8 +208,6 @@ class Shapes(Case):
     needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
-        from validation.endurance import endure
-
         rest, fall = box_errors()
         forms = {
             "box on a plane: depth at rest": rest,

@@ -98,7 +98,9 @@ class StabilityMap(StabilityCase):
             found = data["engines"][engine][way]
             mesh = gains(one, x, y, found["gain"])
             crosses(one, [(sqrt(x[c] * x[c + 1]), sqrt(y[r] * y[r + 1])) for r, c in np.argwhere(found["fails"])], 4.0)
-            _limit_of_theory(one, way)
+            for turn in {ONCE: (SWING, SWING * STIFFEST_ACROSS), STIFF: (pi,)}.get(way, ()):
+                one.axvline(0.5 * turn, color="white", linewidth=2.2)
+                one.axvline(0.5 * turn, color="#c44e00", linewidth=1.4, linestyle="--" if way == ONCE else ":")
             one.set(xscale="log", yscale="log", xticks=[1e-2, 1.0, 1e2], yticks=[1e3, 1e6, 1e9, 1e12])
             one.minorticks_off()
             one.tick_params(labelsize=8)
@@ -132,9 +134,3 @@ def _drawn(cell: tuple[int, int], number: int, steps: Bounds, modulus: Bounds) -
     """A ball, or for odd numbers a ball on a ball of another mass."""
     exponent = np.random.default_rng([*cell, number, 1]).uniform(*MASS_RATIOS)
     return bounces((*cell, number), steps, ratio=10.0**exponent if number % 2 else 0.0, modulus=modulus)
-
-
-def _limit_of_theory(axes: Axes, way: str) -> None:
-    for turn in {ONCE: (SWING, SWING * STIFFEST_ACROSS), STIFF: (pi,)}.get(way, ()):
-        axes.axvline(0.5 * turn, color="white", linewidth=2.2)
-        axes.axvline(0.5 * turn, color="#c44e00", linewidth=1.4, linestyle="--" if way == ONCE else ":")

@@ -105,13 +105,6 @@ def scenes() -> dict[str, Scene]:
     return found
 
 
-def limit_name(name: str, scene: Scene) -> str:
-    """As the report has it."""
-    if name.startswith("free"):
-        return f"{name}, over {scene.over}"
-    return f"{name}, over native contact" if scene.dt == RESOLVED else f"{name}, over native"
-
-
 @register
 class StepCost(Case):
     """A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own contact,
@@ -145,8 +138,12 @@ class StepCost(Case):
         ratios = {name: spread(times[name] / times[scene.over]) for name, scene in known.items()}
         data = {"microseconds": {name: spread(one) for name, one in times.items()}, "ratio": ratios,
                 "over": {name: scene.over for name, scene in known.items()}}  # fmt: skip
-        limits = [Limit(limit_name(name, scene), scene.asked, ratios[name]["median"])
-                  for name, scene in known.items() if scene.asked is not None]  # fmt: skip
+        limits = []
+        for name, scene in known.items():
+            if scene.asked is not None:
+                over = "native contact" if scene.dt == RESOLVED else "native"
+                what = f"{name}, over {scene.over if name.startswith('free') else over}"
+                limits.append(Limit(what, scene.asked, ratios[name]["median"]))
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:

@@ -10,7 +10,7 @@ from contactlaw.laws.microslip import Microslip
 from contactlaw.turning import MicroslipTurning
 from validation import ledger, spinning, turning
 from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
-from validation.measure import spread
+from validation.measure import interleaved, spread
 from validation.picture import BROAD, legend_below
 from validation.reference.turning_data import load
 from validation.reference.turning_paths import MARKS
@@ -45,7 +45,8 @@ class Turning(Case):
         progress(0.2)
         impacts = {name: _impacts(saved["uneven"], law) for name, law in LAWS.items()}
         progress(0.3)
-        energy = _energy(1000 if quick else 20_000, lambda part: progress(0.3 + 0.2 * part))
+        energy = _energy(1000 if quick else 20_000)
+        progress(0.5)
         spun = {way: spinning.most_given(way, 400 if quick else 20_000) for way in spinning.WAYS}
         rng = np.random.default_rng(5)
         cycles = max(spinning.worst_cycle("sectors", rng, *kind, looks=300)
@@ -132,53 +133,37 @@ def _spin(rows: list[Any], sigma: float) -> float:
     return float(max(np.abs(turning.spun_errors(own, heading)).max() for heading in HEADINGS))
 
 
-def _energy(count: int, progress: Progress) -> dict[str, float]:
+def _energy(count: int) -> dict[str, float]:
     """By kind of load, the most energy that a random path gives back by either law; how far forces pass their limit.
 
-    Load and place change in turn, in steps of any size, a whole leg too. "together": at once, in 16 a leg, every eighth
-    path, and the same of Coulomb's own force ("coulomb"), which stores nothing: what its mean force misses of the work.
+    "together": where load and place change at once, and the same of Coulomb's own force ("coulomb"), which stores
+    nothing: what its mean force misses of the work.
     """
-    rng, found = np.random.default_rng(17), {"cone": -1.0, "together": 0.0, "coulomb": 0.0}
-    for number, kind in enumerate(ledger.KINDS):
-        found[kind] = 0.0
-        for trial in range(count):
-            if trial % 8 == 0:
-                path = ledger.random_path(rng, kind, 16)
-                for name, law in (("together", MicroslipTurning()), ("coulomb", "coulomb")):
-                    found[name] = max(found[name], ledger.fall(ledger.dissipated(law, *path)[0]))
-            overlap, place = ledger.in_turn(*ledger.random_path(rng, kind, (1, 4, 16)[trial % 3]))
-            for law in LAWS.values():
-                lost, force = ledger.dissipated(law, overlap, place)
-                found[kind] = max(found[kind], ledger.fall(lost))
-                found["cone"] = max(found["cone"], ledger.over_limit(overlap, force))
-        progress((number + 1) / len(ledger.KINDS))
-    return found
+    own, springs, coulomb = (spinning.most_given(law, count, 17, spins=False) for law in (*LAWS.values(), "coulomb"))
+    found = {kind: max(own[kind], springs[kind]) for kind in (*ledger.KINDS, "cone")}
+    return found | {"together": own["together"], "coulomb": coulomb["together"]}
 
 
 def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
     """Ratios of processor times, side by side: impacts in a world that turn and that do not, the law with and without
     its look, and the law alone."""
-    straight = [[*row[:3], 0.0] for row in rows]
+    straight, worlds = [[*row[:3], 0.0] for row in rows], {}
     scenes = {"turning": (rows, LAWS["turning"]), "straight": (straight, LAWS["turning"]),
               "never looks": (straight, Microslip(MicroslipTurning.nodes))}  # fmt: skip
     angle = np.linspace(0.0, 3.0 * np.pi, 145)
     around = np.tile(0.6 * np.stack([1.0 - np.cos(angle[1:]), np.sin(angle[1:])], 1), (20, 1))
     lines = {"circle": around, "line": around * [0.0, 1.0]}
-    times: dict[str, list[float]] = {name: [] for name in (*scenes, *lines)}
-    for number in range(rounds + 1):
-        for name in list(times)[:: 1 if number % 2 else -1]:
-            if name in scenes:
-                world, _ = turning.impacts_world(*scenes[name])
-                run = partial(world.step, 3)
-                assert world.arrays
-            else:
-                run = partial(ledger.dissipated, MicroslipTurning(), np.ones(len(around)), lines[name])
-            start = process_time()
-            run()
-            times[name].append(process_time() - start)
+
+    def prepare(name: str) -> None:
+        worlds[name], _ = turning.impacts_world(*scenes[name])
+        assert worlds[name].arrays
+
+    runs: Data = {name: lambda name=name: worlds[name].step(3) for name in scenes}
+    runs |= {name: partial(ledger.dissipated, LAWS["turning"], np.ones(len(around)), lines[name]) for name in lines}
+    times = interleaved(runs, rounds, {name: partial(prepare, name) for name in scenes}, clock=process_time)
     pairs = {"turning": ("turning", "straight"), "straight": ("straight", "never looks"),
              "law alone": ("circle", "line")}  # fmt: skip
-    return {name: spread(np.array(times[one][1:]) / times[other][1:]) for name, (one, other) in pairs.items()}
+    return {name: spread(times[one] / times[other]) for name, (one, other) in pairs.items()}
 
 
 def _shown(saved: list[Data], name: str, amplitude: float) -> dict[str, list[float]]:

@@ -1,4 +1,4 @@
-"""Worlds without an engine that tests and cases share: balls of steel between planes, tumbling bodies."""
+"""Worlds without an engine that tests share: balls of steel between planes, tumbling bodies."""
 
 from math import pi
 from typing import Any

@@ -1,4 +1,4 @@
-"""Torsion of a Hertz contact about its normal, with a ring of slip at its edge.
+"""Closed form of torsion of a Hertz contact about its normal, with a ring of slip at its edge.
 
 With stick radius c, k^2 = 1 - c^2/a^2 and 1/G_t = 1/G_A + 1/G_B, angle and moment are (nu does not enter)
 
