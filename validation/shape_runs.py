@@ -30,9 +30,9 @@ FLOOR = (0.4, 0.4, 0.05)  # half lengths of one that is a box [m]
 
 
 class Look(NamedTuple):
-    """What there is after a step: energy of motion and height of each thing [J], shape (n,), of the motion of centres,
-    and held by contacts [J]; the greatest overlap [m]; which things touch or touched within the step, and which touch
-    at its end, shape (n,)."""
+    """What there is after a step: energy of motion and height of each thing [J], shape (n,), of the motion of centres
+    but around axes that stand, and held by contacts [J]; the greatest overlap [m]; which things touch or touched within
+    the step, and which touch at its end, shape (n,)."""
 
     energy: Array
     linear: float
@@ -48,7 +48,7 @@ class Run(ABC):
     engine: ClassVar[str]
 
     def __init__(self, drop: Drop) -> None:
-        self.drop = drop
+        self.drop, self._axes = drop, np.full((len(drop.things), 3), np.nan)
         settings, tuning = Settings(self.engine, timestep=drop.step), Tuning(drop.integrator)
         self.world: Any = new_world(settings, (0.0, 0.0, -GRAVITY), tuning)
         if drop.flat:
@@ -82,15 +82,25 @@ class Run(ABC):
         those of things from 0 on."""
 
     def look(self) -> Look:
-        """Where energy is now."""
-        states = zip(self.drop.things, *self.states(), strict=True)
-        energy = np.array([thing.energy(*state) for thing, *state in states])
+        """Where energy is now.
+
+        What spins on a patch beside its centre, tilted as its resistance to rolling lets it, takes its centre around
+        a vertical axis: of the motion of both that of the slower one counts.
+        """
+        states = self.states()
+        energy = np.array([t.energy(*state) for t, *state in zip(self.drop.things, *states, strict=True)])
+        places, _, velocities, spins = states
+        with np.errstate(divide="ignore", invalid="ignore"):
+            axes = places + np.cross((0.0, 0.0, 1.0), velocities) / spins[:, 2:]
+            speeds = np.linalg.norm(axes - self._axes, axis=1) / self.drop.step
+        self._axes = axes
+        turning = 0.5 * np.array([thing.mass for thing in self.drop.things]) * speeds**2
         met, bodies = self.contacts(), np.arange(len(energy))
         held = sum(0.4 * max(overlap, 0.0) * force for overlap, force, _ in met)
         touched, pressed = (np.isin(bodies, [body for one in met for body in one[2] if one[0] > least])
                             for least in (-np.inf, 0.0))  # fmt: skip
         deepest = max([0.0, *(one[0] for one in met)])
-        return Look(energy.sum(1), float(energy[:, 0].sum()), held, deepest, touched, pressed)
+        return Look(energy.sum(1), float(np.fmin(energy[:, 0], turning).sum()), held, deepest, touched, pressed)
 
     def sunk(self) -> float:
         """How far the lowest thing reaches below the floor [m], but for a twentieth of the radius of its edges."""

@@ -249,7 +249,10 @@ def forces(w, pairs, span, stride):
 
 @jit_inside
 def length(w, pairs, t):
-    """Length [s] that the next substeps should have, at most that of the step."""
+    """Length [s] that the next substeps should have, at most that of the step.
+
+    Where nothing is closed what has parted slowly may fall back within the substep: it is given one of its impact.
+    """
     closed, h = 0, w.step
     for i in range(pairs):
         closed += near_at(w.near, whole_at(w.island_pairs, i)).closed
@@ -268,8 +271,10 @@ def length(w, pairs, t):
             if p.room - a.way - b.way <= 2.0 * BLOCK * h * greatest_closing(a, b):
                 foresee(w, p, t)
                 p.room = p.gap + a.way + b.way
-                wait = time_to_close(max(p.gap, 0.0), fastest_closing(p, a, b), max(p.acceleration, 0.0))
-                if wait <= BLOCK * h and p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0):
+                gap, push = max(p.gap, 0.0), max(p.acceleration, 0.0)
+                wait = time_to_close(gap, fastest_closing(p, a, b), push)
+                falls = closed == 0 and time_to_close(gap, p.closing, push) < 2.0 * BLOCK * h
+                if wait <= BLOCK * h and (falls or p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0)):
                     h = min(h, touch_time(w, p) / substeps_of(w, p, few))
     return h
 

@@ -7,7 +7,7 @@ import pytest
 
 from contactlaw.world.frames import matrix_of
 from validation.shape_draws import WALL, draw
-from validation.shape_runs import ENGINES
+from validation.shape_runs import ENGINES, judge
 
 pytest.importorskip("mujoco")
 pytest.importorskip("pybullet")
@@ -34,3 +34,10 @@ def test_a_drop_begins_as_drawn_and_lands(engine, kind):
     assert any(look.touched.any() for look in looks) and looks[-1].energy.sum() < 1.01 * first.energy.sum()
     assert run.sunk() < 1e-3 and np.abs(run.states()[0][:, :2]).max() < WALL
     run.world.close()
+
+
+def test_what_spins_on_a_patch_beside_its_centre_is_at_rest():
+    """A tilted ellipsoid rolls for more than four seconds, then spins about its point of contact for seventeen."""
+    verdict = judge("mujoco", draw(130))
+    assert not verdict.wrong
+    assert 4.5 < verdict.rest < 6.0
