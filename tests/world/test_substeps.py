@@ -19,7 +19,7 @@ from contactlaw.world.motion import fly
 from contactlaw.world.near import list_near
 from contactlaw.world.pace import predict
 from contactlaw.world.step import begin
-from validation.world_scenes import steel_pair
+from tests.world.world_scenes import steel_pair
 
 STEP, RADIUS, HALF, GAP = 0.01, 0.025, 0.044, 5e-10
 
