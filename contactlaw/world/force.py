@@ -20,7 +20,7 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.call import address, call_along, call_spin, ready
 from contactlaw.world.demand import ALONG, SPIN
-from contactlaw.world.motion import give
+from contactlaw.world.motion import give, lightest
 from contactlaw.world.records import EACH, LATER
 from contactlaw.world.vec import dot, load, sub
 
@@ -178,5 +178,17 @@ def stored_energy(w, c, slot):
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
         out += torsion.stored(c.torsion, t, law.g_t)
     if law.rolling > 0.0:
-        out += rolling.stored(c.bend, t, law.rolling)
+        out += rolling.stored(c.bend, t, resistance_of(w, c))
     return out
+
+
+@jit_inside
+def resistance_of(w, c):
+    """Coefficient of rolling resistance of a contact: its pair's, or less, so that mu_r R <= 1/sqrt(m/I).
+
+    Where two shapes are flat R is metres, and the resistance of what it makes no longer a roller would turn bodies
+    faster than any substep follows: k_r over their inertia is at most 2.25 k_N/m.
+    """
+    light = lightest(body_at(w.bodies, c.body_a)) + lightest(body_at(w.bodies, c.body_b))
+    own = law_of(w, pair_at(w.pairs, c.pair)).rolling
+    return own / max(1.0, own * c.touch.radius * sqrt(c.touch.mass * light))

@@ -273,8 +273,7 @@ def length(w, pairs, t):
                 p.room = p.gap + a.way + b.way
                 gap, push = max(p.gap, 0.0), max(p.acceleration, 0.0)
                 wait = time_to_close(gap, fastest_closing(p, a, b), push)
-                falls = closed == 0 and time_to_close(gap, p.closing, push) < 2.0 * BLOCK * h
-                if wait <= BLOCK * h and (falls or p.gap < 2.0 * BLOCK * h * max(p.closing, 0.0)):
+                if wait <= BLOCK * h and time_to_close(gap, p.closing, push) < 2.0 * BLOCK * h:
                     h = min(h, touch_time(w, p) / substeps_of(w, p, few))
     return h
 

@@ -253,8 +253,13 @@ def mobility_between(a, arm_a, b, arm_b, direction):
 @jit_inside
 def lightness(b, reach):
     """Mobility [1/kg] of what is so far from a body's centre of mass [m], at most: joints only take from it."""
-    i = b.inverse_inertia
-    return b.inverse_mass + reach * reach * max(i[0], max(i[1], i[2]))
+    return b.inverse_mass + reach * reach * lightest(b)
+
+
+@jit_inside
+def lightest(b):
+    """Inverse of the least moment of inertia of a body [1/(kg m^2)]."""
+    return max(b.inverse_inertia[0], max(b.inverse_inertia[1], b.inverse_inertia[2]))
 
 
 @jit_inside

@@ -26,7 +26,7 @@ from contactlaw.world.access import (
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, masses, matrix, part
-from contactlaw.world.force import ask_at, slopes
+from contactlaw.world.force import ask_at, resistance_of, slopes
 from contactlaw.world.geometry import meet_near
 from contactlaw.world.motion import velocity_at
 from contactlaw.world.records import NEVER
@@ -148,7 +148,7 @@ def look_at(w, r, stage):
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
         turning = sub(load(a.spin), load(b.spin))
-        advance_rolling(w, c, law.rolling, (dot(turning, e), dot(turning, f)))
+        advance_rolling(w, c, (dot(turning, e), dot(turning, f)))
     impulse, moment = scale(stage, force_of(c)), scale(stage, moment_of(c))
     push(a, impulse, sub(cross(arm_a, impulse), moment), part(w, RIGHT))
     push(b, scale(-1.0, impulse), sub(moment, cross(arm_b, impulse)), part(w, RIGHT))
@@ -196,7 +196,8 @@ def enter(w, r, stage):
             h[i, j] += by_n * jn[j] + by_u * ju[j] + by_v * jv[j] + by_s * js[j]
     law = law_of(w, pair_at(w.pairs, c.pair))
     if law.rolling != 0.0:
-        k = square * stiffness(c.touch, law.rolling) + stage * drag_of(w, c, law.rolling)
+        resistance = resistance_of(w, c)
+        k = square * stiffness(c.touch, resistance) + stage * drag_of(w, c, resistance)
         left = c.rolled[2]
         along, across = rolling_axes(c)
         enter_rolling(w, a, b, along, k if left == 1.0 else 0.0)

@@ -8,7 +8,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws import rolling
 from contactlaw.laws.record import LASTING
 from contactlaw.world.access import body_at
-from contactlaw.world.force import hardly_moves
+from contactlaw.world.force import hardly_moves, resistance_of
 from contactlaw.world.motion import give
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub
 
@@ -22,9 +22,9 @@ def rolled(c, a, b):
 
 
 @jit_inside
-def advance_rolling(w, c, resistance, rate):
+def advance_rolling(w, c, rate):
     """New moments of a closed contact that has its forces; rate: of both angles [rad/s]."""
-    t = c.touch
+    t, resistance = c.touch, resistance_of(w, c)
     left = rolling.roll(c.bend, t, resistance, c.rolled[0], c.rolled[1])
     drag = drag_of(w, c, resistance)
     u, v = c.bend[0] + drag * rate[0], c.bend[1] + drag * rate[1]

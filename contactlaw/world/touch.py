@@ -272,7 +272,7 @@ def advance(w, c, slot, span):
     store(c.force, force_of(c))
     c.interval = h
     if law.rolling != 0.0 and ready(w, ROLL):
-        call_roll(address(w, ROLL), w, c, law.rolling, (c.rolled[0] / h, c.rolled[1] / h))
+        call_roll(address(w, ROLL), w, c, (c.rolled[0] / h, c.rolled[1] / h))
     add_work(c, 0.5 + c.end_weight, overlap - before, moved)
     c.deepest = max(c.deepest, overlap)
     c.strongest = max(c.strongest, t.force)
