@@ -104,6 +104,28 @@ def test_two_balls_that_strike_keep_their_momenta() -> None:
     assert world.energy.total < energy
 
 
+@pytest.mark.parametrize("resistance", [0.2, 1.0])
+def test_where_capsules_touch_along_their_sides_resistance_to_rolling_makes_no_energy(resistance: float) -> None:
+    """R is metres there: mu_r R is far more than the bodies' radius of gyration."""
+    world = World(gravity=0.0, timestep=1e-4)
+    mass, radius, half = 0.005, 0.004, 0.02
+    across = mass * half**2 / 3.0
+    sides = []
+    for sign in (-1, 1):
+        turn = (np.cos(0.005 * sign), np.sin(0.005 * sign), 0.0, 0.0)
+        body = world.add_body(mass, (across, across, 0.5 * mass * radius**2), (sign * (radius + 1e-6), 0.0, 0.0),
+                              (-0.5 * sign, 0.0, 0.0), turn, (0.0, 0.0, 0.5))  # fmt: skip
+        sides.append(world.add_capsule(body, radius, half))
+    rubber = MATERIALS["rubber"]
+    world.add_contact(*sides, ContactPair(rubber, rubber, 0.5, 1.0, rolling_resistance=resistance))
+    energy, most = world.energy.total, 0.0
+    for _ in range(40):
+        world.step()
+        most = max(most, world.energy.total)
+    assert not world.contacts["closed"].any()
+    assert most < 1.001 * energy
+
+
 @jit
 def roll_along(header, path, forces):
     """Work of the moment at the end of each step, less the energy of its spring, over a path (n, 3); shape (n,)."""
