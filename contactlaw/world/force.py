@@ -186,8 +186,8 @@ def stored_energy(w, c, slot):
 def resistance_of(w, c):
     """Coefficient of rolling resistance of a contact: its pair's, or less, so that mu_r R <= 1/sqrt(m/I).
 
-    Where two shapes are flat R is metres, and the resistance of what it makes no longer a roller would turn bodies
-    faster than any substep follows: k_r over their inertia is at most 2.25 k_N/m.
+    I: the least moment of inertia. The spring k_r then turns bodies at 1.5 times the rate of the normal one at most,
+    which substeps follow. R is metres where flat sides touch, far more than what rolls there is wide.
     """
     light = lightest(body_at(w.bodies, c.body_a)) + lightest(body_at(w.bodies, c.body_b))
     own = law_of(w, pair_at(w.pairs, c.pair)).rolling

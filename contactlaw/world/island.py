@@ -251,7 +251,7 @@ def forces(w, pairs, span, stride):
 def length(w, pairs, t):
     """Length [s] that the next substeps should have, at most that of the step.
 
-    Where nothing is closed what has parted slowly may fall back within the substep: it is given one of its impact.
+    What parts slowly falls back: who would touch by its own motion within many substeps is given one of its impact.
     """
     closed, h = 0, w.step
     for i in range(pairs):
