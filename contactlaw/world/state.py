@@ -215,6 +215,8 @@ def admit(w, c, a, b):
     t, law, own = c.touch, law_of(w, pair_at(w.pairs, pair)), pair_at(w.pairs, pair).radius
     t.e_star, t.g_star = law.e_star, law.g_star
     if law.speeds == 0.0:
+        if t.mu != law.friction:  # somebody has edited it
+            t.friction = law.friction
         t.mu, t.zeta = law.friction, law.zeta
     t.friction = max(min(t.friction, t.mu), 0.0)  # less, where it spins
     t.radius = own if own > 0.0 else t.radius
