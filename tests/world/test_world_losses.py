@@ -117,7 +117,7 @@ def test_where_capsules_touch_along_their_sides_resistance_to_rolling_makes_no_e
                               (-0.5 * sign, 0.0, 0.0), turn, (0.0, 0.0, 0.5))  # fmt: skip
         sides.append(world.add_capsule(body, radius, half))
     rubber = MATERIALS["rubber"]
-    world.add_contact(*sides, ContactPair(rubber, rubber, 0.5, 1.0, rolling_resistance=resistance))
+    world.add_contact(sides[0], sides[1], ContactPair(rubber, rubber, 0.5, 1.0, rolling_resistance=resistance))
     energy, most = world.energy.total, 0.0
     for _ in range(40):
         world.step()
