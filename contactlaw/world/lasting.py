@@ -63,7 +63,7 @@ from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, s
 from contactlaw.world.window import activate, link
 
 SHARE = 1.0 - sqrt(0.5)  # of the step, a stage
-LOOKS, FACTORED = 25, 7  # steps of Newton's method, and factorisations, at most: who needs more hardly ever gets there
+LOOKS, FACTORED = 25, 12  # steps of Newton's method, and factorisations, at most: who needs more hardly ever gets there
 CHORD = 0.1  # of what was missing, left by a step: as long as it is less, the factors stay
 
 
