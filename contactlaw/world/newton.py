@@ -22,21 +22,24 @@ from contactlaw.world.access import (
     law_of,
     near_at,
     pair_at,
+    shape_at,
     tree_at,
 )
 from contactlaw.world.call import call_with_body, call_with_vectors
+from contactlaw.world.core import CROWN
 from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, masses, matrix, part
 from contactlaw.world.force import ask_at, resistance_of, slopes
-from contactlaw.world.geometry import meet_near
+from contactlaw.world.geometry import centre, half_axis, meet_near
 from contactlaw.world.motion import velocity_at
-from contactlaw.world.records import NEVER
+from contactlaw.world.records import BOX, EDGE, NEVER, SEGMENT
 from contactlaw.world.rolling import advance_rolling, drag_of, moment_of, rolling_axes
 from contactlaw.world.touch import close, force_of, look
 from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.vec import ZERO, add, cross, dot, load, scale, store, sub
+from contactlaw.world.vec import ZERO, add, cross, dot, load, scale, store, sub, to_body
 
 FOUND = 1e-9  # of its overlap, and across of its slide too, that a contact may still move
 SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
+INNER = 1.0 - 1e-9  # of the cosine of a normal to a face's, and of a half length, from where it is none of the end's
 ROUNDING = 4e-15  # of a place along the normal, the same
 
 
@@ -200,8 +203,12 @@ def enter(w, r, stage):
         k = square * stiffness(c.touch, resistance) + stage * drag_of(w, c, resistance)
         left = c.rolled[2]
         along, across = rolling_axes(c)
-        enter_rolling(w, a, b, along, k if left == 1.0 else 0.0)
-        enter_rolling(w, a, b, across, k * left)
+        enter_turning(w, a, b, along, scale(k if left == 1.0 else 0.0, along))
+        enter_turning(w, a, b, across, scale(k * left, across))
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    if (sa.kind == SEGMENT or sa.kind == EDGE) and sb.kind == BOX:
+        u, way = crown_over_face(sa, a, sb, b, c)
+        enter_turning(w, a, b, cross(n, u), scale(square * way, cross(force_of(c), u)))
 
 
 @jit_inside
@@ -215,20 +222,34 @@ def empty_row(w, number, a, b):
 
 
 @jit_inside
-def enter_rolling(w, a, b, axis, k):
-    """Enter by how much a moment changes with the angle about an axis across the normal; k: times b^2."""
-    if k == 0.0:
+def enter_turning(w, a, b, axis, moment):
+    """Enter by how much a moment on B grows with the angle of A over B about an axis across the normal; times b^2."""
+    if dot(moment, moment) == 0.0:
         return
-    h, row = matrix(w), empty_row(w, TURN, a, b)
+    h, row, column = matrix(w), empty_row(w, TURN, a, b), empty_row(w, NORMAL, a, b)
     count_a = freedoms(a)
     count_b = freedoms(b) if a.unknown != b.unknown else 0
-    push(a, ZERO, axis, row)
-    push(b, ZERO, scale(-1.0, axis), row)
+    for one, sign in ((a, 1.0), (b, -1.0)):
+        push(one, ZERO, scale(sign, axis), row)
+        push(one, ZERO, scale(sign, moment), column)
     for p in range(count_a + count_b):
         i = a.unknown + p if p < count_a else b.unknown + p - count_a
         for q in range(count_a + count_b):
             j = a.unknown + q if q < count_a else b.unknown + q - count_a
-            h[i, j] += k * row[i] * row[j]
+            h[i, j] += column[i] * row[j]
+
+
+@jit_inside
+def crown_over_face(sa, a, sb, b, c):
+    """Along a side or an edge over a face of a box: a unit vector, and how far [m/rad] its contact moves as it tilts.
+
+    That is the radius of its crown, of many metres, see `core.deepest_on_line`; zero at its ends and beside the face.
+    """
+    u, n = half_axis(sa, a), to_body(sb.axes, to_body(b.axes, load(c.normal)))
+    square = dot(u, u)
+    inside = abs(dot(sub(load(c.arm_a), centre(sa, a)), u)) < INNER * square
+    flat = max(abs(n[0]), abs(n[1]), abs(n[2])) > INNER
+    return scale(1.0 / sqrt(square), u), square / (2.0 * CROWN * sa.radius) if inside and flat else 0.0
 
 
 @jit_inside

@@ -273,3 +273,18 @@ def sweeping_arm(timestep: float, rate: float) -> World:
 
 def test_an_implicit_step_of_an_arm_that_fails_leaves_the_state_to_the_bit() -> None:
     assert check_failures(lambda: sweeping_arm(2e-3, 1.0), 100) > 0
+
+
+def test_a_block_that_rocks_on_two_edges_takes_implicit_steps():
+    """A tilt moves the contacts along crowned edges by metres a radian: Newton's method has to know."""
+    world = World(timestep=2e-3)
+    beam = world.add_box(None, (0.1, 0.015, 0.01), at=(0.0, 0.0, -0.01))
+    block = world.add_box(world.add_body(1.0, 4e-4, (0.0, 0.003, 0.025)), (0.025, 0.025, 0.025))
+    world.add_contact(block, beam, pair(0.8))
+    world.step(500)
+    found, solved = int(world.arrays.world["implicit"][0]), int(world.arrays.world["solved"][0])
+    world.arrays.bodies["spin"][1] = 0.0, 2e-3, 0.0
+    world.step(20)
+    assert world.arrays.world["implicit"][0] - found == 20
+    assert world.arrays.world["solved"][0] - solved <= 30
+    assert len(world.contacts) == 2
