@@ -79,11 +79,10 @@ def read_free(head, f, known):
     same = same_as_left(head, f.q, 7, f.v, 6)
     if same and b.asleep != 0 and b.touched == 0:  # where it has been read before
         return
-    if (
-        not (known or same) or b.oriented != 0
-    ):  # how such a flight is cut depends on when the list was made, by rounding
+    placed = not (known or same)
+    if placed or b.oriented != 0:  # how such a flight is cut, and so its rounding, depends on when the list was made
         world_at(head.world, 0).stale = 1
-    if not (known or same):
+    if placed:
         b.placed = 1
         b.held[0] = np.nan  # it wakes
     store(b.position, add(load(q), arm))
