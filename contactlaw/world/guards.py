@@ -56,8 +56,8 @@ def new_guard(w, i, j, time):
 
 
 @jit_inside
-def follow(w, g, left):
-    """See how A has moved against B, and how fast it can within a time [s]."""
+def move(w, g):
+    """See how A has moved against B."""
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     r = sub(load(a.position), load(b.position))
     place, trace = to_body(b.axes, r), 0.0
@@ -66,8 +66,17 @@ def follow(w, g, left):
         for n in range(3):
             trace += g.turn[3 * m + n] * column[n]
             g.turn[3 * m + n] = column[n]
-    g.moved += norm(sub(place, load(g.place))) + sqrt(max(3.0 - trace, 0.0) + ROUNDING) * a.reach
+    g.stride = norm(sub(place, load(g.place))) + sqrt(max(3.0 - trace, 0.0) + ROUNDING) * a.reach
+    g.moved += g.stride
     store(g.place, place)
+
+
+@jit_inside
+def follow(w, g, left):
+    """The same, and how fast it can within a time [s]."""
+    a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
+    r = sub(load(a.position), load(b.position))
+    move(w, g)
     g.time = min(a.time, b.time)
     apart = abs(a.time - b.time)
     g.lag = apart * surface_speed(a if a.time < b.time else b, apart) if apart > 0.0 else 0.0
@@ -218,6 +227,18 @@ def keep_gap(w, p, time):
     if p.guard >= 0:
         g = guard_at(w.guards, p.guard)
         p.listed = max(p.listed, p.gap + 2.0 * g.moved - way_by(g, time))
+
+
+@jit_inside
+def known_gap(w, p, a, b):
+    """A gap [m] that a pair of bodies that are stepped has at least, and by how much it may be less than before."""
+    if p.guard < 0:
+        return -NEVER, NEVER
+    g, time = guard_at(w.guards, p.guard), b.time if a.still != 0 else a.time
+    if g.time != time or g.lag > 0.0:
+        move(w, g)
+        g.time, g.lag = time, 0.0
+    return p.listed - g.moved, g.stride
 
 
 @jit_inside

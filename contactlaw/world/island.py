@@ -15,7 +15,7 @@ from contactlaw.world.bounds import time_to_close
 from contactlaw.world.call import address, call_coast, call_land, call_set_out, ready
 from contactlaw.world.demand import COAST, LAND, SET_OUT
 from contactlaw.world.geometry import meet_near
-from contactlaw.world.guards import over_plane
+from contactlaw.world.guards import keep_gap, known_gap, over_plane
 from contactlaw.world.motion import drift, fly, greatest_closing, rate, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import EACH, LATER, NEVER, NOW
@@ -24,7 +24,7 @@ from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, 
 from contactlaw.world.vec import load, norm, store
 from contactlaw.world.window import fastest_closing
 
-AHEAD = 4.0  # strides of the fastest surface that two others may come nearer by in a substep
+AHEAD = 2.0  # strides of both that two surfaces may come nearer by in a substep
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
@@ -153,7 +153,8 @@ def run(w, bodies, pairs, t, now, until):
         w.twists = EACH
         if joints or closed > w.crowd:
             w.twists = NOW if last or done % TWISTS == 0 else LATER
-        closed, news = forces(w, rest, (h, following), travel(w, bodies) * max(following / h, 1.0))
+        travel(w, bodies, max(following / h, 1.0))
+        closed, news = forces(w, rest, (h, following))
         closed += pairs - rest
         going = closed > 0 and not last
         if not going:
@@ -192,15 +193,13 @@ def run(w, bodies, pairs, t, now, until):
 
 
 @jit_inside
-def travel(w, bodies):
-    """Note how far surfaces went in a substep; returns the most [m]."""
-    most = 0.0
+def travel(w, bodies, longer):
+    """Note how far surfaces went in a substep, and may go in the next one, which is so many times longer."""
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
         b.way += way
-        most = max(most, way)
-    return most
+        b.stride = longer * way
 
 
 @jit_inside
@@ -213,27 +212,32 @@ def lost(w, bodies, time):
 
 
 @jit_inside
-def forces(w, pairs, span, stride):
+def forces(w, pairs, span):
     """Advance all contacts by the substep that has passed; returns how many are closed.
 
     The second result is the shortest substep [s] that one would have which has touched. span: lengths [s] of this
-    substep and of the next. stride: the most [m] that a surface may go in one; an open pair is met in the substep
-    before it touches, for its gap there.
+    substep and of the next. An open pair is met in the substep before it touches, for its gap there.
     """
     closed, news = 0, NEVER
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed == 0:
-            if a.way + b.way + AHEAD * stride < p.room:
+            near = AHEAD * (a.stride + b.stride)
+            if a.way + b.way + near < p.room:
                 continue
-            overlap, _, _, _ = over_plane(w, p, a, b)
-            if overlap > -AHEAD * stride:
-                overlap, _, _, _ = meet_near(w, p, a, b)
             before = -p.gap
-            p.gap = -overlap
-            p.room = p.gap + a.way + b.way
-            if overlap <= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
+            gap, stride = known_gap(w, p, a, b)
+            near = min(near, AHEAD * (span[1] / span[0]) * stride)
+            if gap <= near:
+                overlap, _, _, _ = over_plane(w, p, a, b)
+                if overlap > -near:
+                    overlap, _, _, _ = meet_near(w, p, a, b)
+                gap = -overlap
+                keep_gap(w, p, a.time if b.still != 0 else b.time)
+            p.gap = gap
+            p.room = gap + a.way + b.way
+            if gap >= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
             news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
         look(w, contact_at(w.contacts, p.slot), a, b)

@@ -68,6 +68,7 @@ BODY = record(
     pressed="i8",  # it touches something, see `step.find_pressed`; for who reads it between two steps
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
     way="f8",  # [m] that its surface has gone in the substeps of a window, at most
+    stride="f8",  # [m] that it may go in the next one
     island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
     # broad phase
     mark=VECTOR, turned="f8",  # position, and angle turned since, of the last list of near pairs
@@ -224,6 +225,7 @@ GUARD = record(
     limit="f8",  # [m] that A may move there before the list must be made anew
     moved="f8", speed="f8",  # [m] that it has, and [m/s] that it does within the step, at most
     pace="f8",  # [m/s] at which A moves there now, at most
+    stride="f8",  # [m] that it did between the last two looks, at most
     normal=VECTOR, apart="f8",  # in the frame of b's body, of a plane between both shapes; [m] that it parts them
     clear="i8",  # they have been so through a step, see `passing`
     planed="f8", low="f8", high="f8",  # [s] of the step when it was placed; of a lowest, of b highest along it [m]
