@@ -116,7 +116,7 @@ def parted(w, g, n):
 def over_plane(w, p, a, b):
     """What `geometry.meet` finds of a near pair if B is all that lies behind the plane which parts both whole shapes.
 
-    The gap is no wider then, at a product for a part. Without such a plane the overlap is endless.
+    The gap is no wider then, at a product for a part. Of what has no such plane the overlap is endless.
     """
     none = NEVER, ZERO, ZERO, ZERO
     if p.guard < 0:
@@ -143,13 +143,21 @@ def over_plane(w, p, a, b):
 
 @jit_inside
 def place_plane(w, g, time):
-    """Find the plane that parts two cores, where they are: the one that did so last, while it does so half as well."""
-    b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
-    last, n, low, high = g.high - g.low, ZERO, -1.0, 0.0
+    """Find the plane that parts two cores, where they are: the one that did so last, while it does so half as well.
+
+    Cores that are in each other none parts; above that one, or one across their centres, is nothing of B all the same.
+    """
+    a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
+    last, n, low, high = g.high - g.low, ZERO, -NEVER, 0.0
     if g.planed >= 0.0:
         n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
     if low - high <= max(-0.5 * last, 0.0):
-        n, low, high = parted(w, g, ZERO)
+        new, bottom, top = parted(w, g, ZERO)
+        if dot(new, new) == 0.0 and g.planed < 0.0:
+            across = sub(load(a.position), load(b.position))
+            new, bottom, top = parted(w, g, scale(1.0 / max(norm(across), 1e-300), across))
+        if dot(new, new) > 0.0 and bottom - top > low - high:
+            n, low, high = new, bottom, top
     store(g.normal, to_body(b.axes, n))
     g.planed, g.low, g.high = time, low, high
 

@@ -22,9 +22,8 @@ from contactlaw.world.records import EACH, LATER, NEVER, NOW
 from contactlaw.world.sleep import fall_asleep
 from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.vec import load, norm, store
-from contactlaw.world.window import fastest_closing
 
-AHEAD = 2.0  # strides of both that two surfaces may come nearer by in a substep
+AHEAD = 2.0  # strides of both that two surfaces may come nearer by in a substep; substeps that a touch is seen before
 BLOCK = 16  # substeps of one length; then the paces are looked at anew
 LEAST_CHANGE = 0.75  # of the length of substeps: within it they stay as they are, for the leapfrog's symmetry
 ELASTIC = 60.0  # substeps of an elastic impact in a crowd, at least: a column of 20 keeps its energy to 1e-3
@@ -215,8 +214,8 @@ def lost(w, bodies, time):
 def forces(w, pairs, span):
     """Advance all contacts by the substep that has passed; returns how many are closed.
 
-    The second result is the shortest substep [s] that one would have which has touched. span: lengths [s] of this
-    substep and of the next. An open pair is met in the substep before it touches, for its gap there.
+    The second result is the shortest substep [s] that one would have which has touched, or is about to. span: lengths
+    [s] of this substep and of the next. An open pair is met in the substep before it touches, for its gap there.
     """
     closed, news = 0, NEVER
     for i in range(pairs):
@@ -237,6 +236,9 @@ def forces(w, pairs, span):
                 keep_gap(w, p, a.time if b.still != 0 else b.time)
             p.gap = gap
             p.room = gap + a.way + b.way
+            if 0.0 <= gap < AHEAD * span[1] / span[0] * (-before - gap):
+                own = touch_time(w, p) / substeps_of(w, p, False)
+                news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
             if gap >= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
             news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
@@ -255,7 +257,7 @@ def forces(w, pairs, span):
 def length(w, pairs, t):
     """Length [s] that the next substeps should have, at most that of the step.
 
-    What parts slowly falls back: who would touch by its own motion within many substeps is given one of its impact.
+    What parts slowly falls back: who would touch within the next ones is given one of its impact.
     """
     closed, h = 0, w.step
     for i in range(pairs):
@@ -272,12 +274,10 @@ def length(w, pairs, t):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if closed == 0:
                 h = min(h, STRIDE / max(rate(a), rate(b), 1e-9))
-            if p.room - a.way - b.way <= 2.0 * BLOCK * h * greatest_closing(a, b):
+            if p.room - a.way - b.way <= AHEAD * h * greatest_closing(a, b):
                 foresee(w, p, t)
                 p.room = p.gap + a.way + b.way
-                gap, push = max(p.gap, 0.0), max(p.acceleration, 0.0)
-                wait = time_to_close(gap, fastest_closing(p, a, b), push)
-                if wait <= BLOCK * h and time_to_close(gap, p.closing, push) < 2.0 * BLOCK * h:
+                if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < AHEAD * h:
                     h = min(h, touch_time(w, p) / substeps_of(w, p, few))
     return h
 
