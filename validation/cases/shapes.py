@@ -178,7 +178,8 @@ def costs(rounds: int) -> dict[str, Data]:
     found, pair = {}, ContactPair(PLASTIC, PLASTIC, 0.3, 0.6)
     for name, (floor, thing, speed, height) in COSTS.items():
         size = '"5 5 1"' if floor == "plane" else '"5 5 .1" pos="0 0 -.1"'
-        text = (f'<mujoco><option timestep="2e-3"/><asset><mesh name="rock" vertex="{rock}"/></asset><worldbody>'
+        text = (f'<mujoco><option timestep="2e-3"/><default><geom friction="{pair.friction}"/></default>'
+                f'<asset><mesh name="rock" vertex="{rock}"/></asset><worldbody>'
                 f'<geom name="floor" type="{floor}" size={size}/><body pos="0 0 {height}"><freejoint/>{thing}</body>'
                 "</worldbody></mujoco>")  # fmt: skip
         models = {"law": load_model(text, [("thing", "floor", pair)]), "native": mujoco.MjModel.from_xml_string(text)}
