@@ -70,7 +70,7 @@ class Traffic:
         self._listed: Callable[[], None] = lambda: None
         self.rows: Any = np.zeros(len(keys), ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
-        self._named = np.zeros(len(keys), np.int64)
+        self._named: Any = np.zeros(len(keys), np.int64)
         self._names = memoryview(self._named)
         self._head: Any = np.zeros(1, HEAD)
         self._head["plain"] = self._plain = not (linked or measured)
