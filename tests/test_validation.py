@@ -8,14 +8,13 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import ClassVar
 
 import pytest
 from typer.testing import CliRunner
 
 from validation import report, runner, store
 from validation.__main__ import app
-from validation.case import CASES, Case, Limit, Outcome, Table, find_cases, register, select
+from validation.case import Case, Limit, Outcome, Table, find_cases, select
 
 FOLDER = Path(store.HERE)
 FILES = sorted(path.stem for path in (FOLDER / "cases").glob("[!_]*.py"))
@@ -47,17 +46,6 @@ def test_a_case_says_what_it_claims(name):
     case = find_cases()[name]
     assert case.title and case.claim.endswith(".")
     assert bool(case.caption) == (type(case).draw is not Case.draw)
-
-
-def test_two_cases_of_one_name_are_refused():
-    find_cases()
-
-    class Twin(Sample):
-        name: ClassVar[str] = FILES[0]
-
-    with pytest.raises(ValueError, match="has a case of this name already"):
-        register(Twin)
-    assert type(CASES[FILES[0]]) is not Twin
 
 
 def test_the_cases_load_no_engine_and_no_extra():

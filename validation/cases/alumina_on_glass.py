@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.measured import Array, load
 from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, rms
@@ -21,7 +21,6 @@ UNSURE = 0.1  # [deg] how well an angle of a velocity is taken to be known; it m
 PAIR = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], FRICTION, RESTITUTION)
 
 
-@register
 class AluminaOnGlass(Case):
     """Tangential restitution, spin and rebound angle, from published elastic constants and friction alone."""
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import MATERIALS, Calibration, calibrate
 from validation import calibration_tables as tables
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table
 from validation.prediction import quiet_pair
 
 NAMES = ("friction", "restitution", "stiffness_ratio")
@@ -14,7 +14,6 @@ BAND = {"steel": 0.02, "rubber": 0.25}  # of mu as the paper states it, taken as
 FURTHEST = 3.0  # standard uncertainties that a value may lie from the truth
 
 
-@register
 class CalibrationCase(Case):
     """From 18 impacts, measured as well as the paper's, `contactlaw.calibrate` finds friction, restitution and
     stiffness ratio, and its uncertainties are those that repeated tables show. The synthetic tables come from the

@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import ContactPair, rebound
 from contactlaw.world import World
 from validation.ball import FLOOR, STEEL
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told, worst
 from validation.cases.shapes import elongation
 from validation.prediction import SPHERE
 
@@ -22,7 +22,6 @@ ELLIPSOIDS = {"ellipsoid 5 : 2 : 2 on a plane": (0.03, 0.012, 0.012), "the same,
 CROSSED = "crossed cylinders, radii 1 : 3"
 
 
-@register
 class Elliptic(Case):
     """An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's
     limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those of a

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told
 
 RESTITUTIONS = [1.0, 0.99, 0.93, 0.86, 0.7, 0.5]  # each needs tables of its own, hence a few, the first most often
 CREATORS = ("mindlin",)  # measured and reported, not limited
@@ -11,7 +11,6 @@ ASKED = 1e-3
 LEG = 32  # points on each leg of the closed path
 
 
-@register
 class Energy(Case):
     """No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the law
     but one: the plain `mindlin` spring, which creates energy when the contact unloads.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.measured import Array, load
 from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, reference, rms
@@ -15,7 +15,6 @@ COUPLING = (1.0 - 2.0 * STEEL.poissons_ratio) / (1.0 - STEEL.poissons_ratio)  # 
 SHOWN = 9.5  # beyond, all laws and points lie on one line
 
 
-@register
 class FiniteElements(Case):
     """Velocity and spin after the impact of an elastic sphere on a rigid plane, no figure fitted."""
 

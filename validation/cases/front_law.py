@@ -7,7 +7,7 @@ import numpy as np
 
 from contactlaw import rebound
 from validation import front, front_ways
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table
 from validation.front import Rung
 from validation.impacts import judge, sticking
 from validation.picture import legend_below
@@ -30,7 +30,6 @@ USES = {
 }
 
 
-@register
 class FrontLaw(Case):
     """A user decides by error against run time. The default law with default settings is asked to be on the front,
     where no other law, setting or method is both closer and faster; to be 30 times closer than the single-spring laws

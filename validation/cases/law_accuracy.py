@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, rebound
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.front import rms
 from validation.impacts import incidences, judge, together
 from validation.picture import LAW_STYLES, legend_below
@@ -12,7 +12,6 @@ RESTITUTIONS = [1.0, 0.93, 0.86, 0.5]
 SHOWN = 1.441  # the chi of the picture over psi_1: a steel ball
 
 
-@register
 class LawAccuracy(Case):
     """The default law, `microslip`, gives the tangential rebound of an impact to within 0.001 of the converged solution
     (chi from 0.5 to 2; 0.005 at chi = 4.5). The single-spring laws of discrete-element codes, and the rigid friction of

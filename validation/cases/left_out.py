@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import MATERIALS, RIGID, Body, Material, collide
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table
 from validation.prediction import quiet_pair
 
 STEEL, RUBBER, GLASS, ALUMINA = (MATERIALS[name] for name in ("steel", "rubber", "glass", "alumina"))
@@ -53,7 +53,6 @@ PAIRS: list[tuple[str, Material, Material, float | None]] = [
 Joseph & Hunt (2004), Cross (2010), Chung & Ooi (2011)."""
 
 
-@register
 class LeftOut(Case):
     """The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, its
     patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it leaves out

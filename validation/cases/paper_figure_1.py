@@ -3,7 +3,7 @@
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.rebound_figure import thrown
 from validation.reference.annulus import impact
 
@@ -16,7 +16,6 @@ REFERENCE_STEPS = 2000
 LAW_STEPS = 1200
 
 
-@register
 class PaperFigure1(Case):
     """The law gives the tangential force at every instant of a steel puck's impact, not just its rebound: it starts to
     stick, reverses and slips back when the annulus solution does, at every angle of incidence.

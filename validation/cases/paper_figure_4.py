@@ -4,13 +4,12 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import SURFACES, Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
 from validation.rebound_figure import INCH, sized
 
 PUCKS = {"3 in steel": ("steel", 3.0), "4 in steel": ("steel", 4.0), "4 in rubber": ("rubber", 4.0)}
 
 
-@register
 class PaperFigure4(Case):
     """The scene is the paper's: a puck cut from a ball floats on an air table, a pendulum throws it at a clamped block
     of its own material, and a stroboscope lights it from above. The paper takes the puck for a flat disk; for slices an

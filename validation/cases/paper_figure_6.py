@@ -11,7 +11,7 @@ import numpy as np
 from contactlaw import rebound
 from sims.puck import Puck, build, reference
 from sims.scene import Settings
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
 from validation.stroboscope import Motion, fit_motion, read_impact
 
 SPEED = 1.0  # approach along the normal [m/s]
@@ -23,7 +23,6 @@ ENOUGH = 1e-6  # drafting error [m] that the fit of exact points is told; it doe
 SEEN = 8.0  # reflexion angle that the paper read off [degrees]
 
 
-@register
 class PaperFigure6(Case):
     """In MuJoCo, thrown at the incidence of the largest reversal, the contact point of a steel puck, made visible by a
     marker on the rim, leaves to the side it came from, at an angle from the normal somewhat larger than the 8 degrees

@@ -7,7 +7,7 @@ import numpy as np
 
 from sims.worlds import World
 from validation import ball
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told, worst
 
 ANGLES = [10, 15, 20, 25, 30, 40, 50, 60]  # [degrees]
 KINDS = [("mujoco", dt, name) for dt in (2e-3, 1.0 / 240.0) for name in ball.INTEGRATORS]
@@ -31,7 +31,6 @@ def resting(angle: float) -> float:
     return ball.static_overlap() * cos(radians(angle)) ** (2.0 / 3.0)
 
 
-@register
 class Rolling(Case):
     """A steel ball on a level and on a steep floor."""
 

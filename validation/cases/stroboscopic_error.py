@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import Puck
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.stroboscope import Reading, fit_motion, pictured, read_impact
 
 DRAFTING = [0.1, 0.25, 0.5]  # standard deviation of a coordinate on the print [mm]
@@ -21,7 +21,6 @@ MARKERS = (0.9, np.array([0.4, 0.4 + np.pi]))  # the ends of a strip of tape: ra
 SEED = 1981
 
 
-@register
 class StroboscopicError(Case):
     """Velocities read from stroboscopic pictures with a drafting error of a quarter of a millimetre leave psi of steel
     good to some hundredths, at every incidence. For rubber the error grows steeply with the incidence, as the paper
