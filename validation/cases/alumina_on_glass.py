@@ -51,13 +51,12 @@ class AluminaOnGlass(Case):
             below = theta < STICKING
             measures[quantity] = {part: {law: rms(difference[inside]) for law, difference in differences.items()}
                                   for part, inside in (("below", below), ("all", theta < 90.0))}  # fmt: skip
-            shown[quantity] = {"theta": theta, "value": value, "points": [int(below.sum()), theta.size],
-                               "law_minus_data": differences["microslip"]}  # fmt: skip
+            shown[quantity] = {"theta": theta, "value": value, "points": [int(below.sum()), theta.size]}
         grid = np.linspace(0.25, 62.0, 60 if quick else 160)
         lines = quantities(pair, grid)
         data = {
-            "kappa": pair.kappa, "chi": SPHERE * pair.kappa / 2.0, "coupling": pair.coupling, "rms": measures,
-            "shown": shown, "each_from_each": consistency(), "angle_from_others": angles_from_others(), "grid": grid,
+            "chi": SPHERE * pair.kappa / 2.0, "rms": measures, "shown": shown,
+            "each_from_each": consistency(), "angle_from_others": angles_from_others(), "grid": grid,
             "laws": {quantity: {law: found[quantity] for law, found in lines.items()} for quantity in TABLES},
         }  # fmt: skip
         limits = []

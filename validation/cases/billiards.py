@@ -33,7 +33,7 @@ class Billiards(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         rows: list[Data] = [
-            {"speed": name, "cut": cut, "spin": spin} | _shot(speed, radians(cut), spin)
+            {"speed": name} | _shot(speed, radians(cut), spin)
             for (name, speed), cut, spin in told(product(SPEEDS.items(), CUTS, SPINS), progress)
         ]
         sliding = [row for row in rows if row["slides"]]

@@ -48,7 +48,7 @@ class Elliptic(Case):
                 circle.append(np.abs(float(rebound(psi, chi)) * along - truth).max())
             rows.append({"name": name, "way": way, "ratio": ratio, "error": max(found), "circle": max(circle)})
         limits = [Limit(f"psi_2 from the grid, {name}", ASKED, worst(rows, "error", name=name)) for name in bodies]
-        return Outcome(limits, {"rows": rows, "kappa": kappa, "chi": chi})
+        return Outcome(limits, {"rows": rows})
 
     def table(self, data: Data) -> Table:
         return Table("contact | b/a | slide | error of psi_2 | of a circle's",

@@ -49,7 +49,7 @@ class FiniteElements(Case):
         x, laws = both["recoil"][0], found["recoil"]
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
         data = {
-            "nu": STEEL.poissons_ratio, "chi": chi, "kappa": kappa, "below": PARTIAL, "rms": measures, "shown": shown,
+            "chi": chi, "below": PARTIAL, "rms": measures, "shown": shown,
             "curves_disagree": disagreement(both["recoil"], both["spin"], kappa, chi), "grid": grid,
             "laws": {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * grid, chi).items()},
         }  # fmt: skip

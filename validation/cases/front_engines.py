@@ -168,7 +168,6 @@ def measured(ways: Mapping[str, Way], repeats: int, quick: bool, progress: Progr
              for name, one in bounces.items()}  # fmt: skip
     rungs |= {name: Rung("annuli", error, seconds[name]) for name, error in errors.items()}
     data = front.weighed(rungs)
-    data |= {"psi_1": psi_1, "chi": CHI, "duration": DURATION, "uncertainty": float(truth.uncertainty.max())}
     data |= {"closer": front.closer(data, DEFAULT, SINGLE), "faster": front.faster(data, DEFAULT, ["annuli"])}
     problem = rungs[DEFAULT].problem
     return data, [f"{DEFAULT}: {problem}"] if problem else []

@@ -66,8 +66,8 @@ class FrontLaw(Case):
         uses = {use: front.weighed(rungs) for use, rungs in zip(USES, (batch, call, history, path), strict=True)}
         progress(0.7)
         rates = front_ways.rates(2 if quick else 3, front_ways.MILLION // (10 if quick else 1))
-        data = {"impacts": truth.size, "chi": CHIS, "reference_apart": apart, "uses": uses, "rates": rates,
-                "substeps": substep_times(15 if quick else 100)}  # fmt: skip
+        data: Data = {"reference_apart": apart, "uses": uses, "rates": rates,
+                      "substeps": substep_times(15 if quick else 100)}  # fmt: skip
         data["closer"] = {use: front.closer(one, front_ways.DEFAULT, front_ways.SINGLE) for use, one in uses.items()}
         data["faster"] = {use: front.faster(one, front_ways.DEFAULT, ["annuli"]) for use, one in uses.items()}
         # The default must be sane; other ways that are not do not count, and the table says so.

@@ -146,9 +146,9 @@ def _waves(name: str, ball: Material, block: Material, radius: float, mass: floa
     period = waves.mode_period(radius, ball.poissons_ratio, ball.shear_modulus, density)
     ground = {"shear": block.shear_modulus, "density": block.density or 0.0, "nu": block.poissons_ratio}
     share = waves.radiated_share(impact, mass, speed, **ground)
-    return {"name": name, "speed": speed, "duration": impact.duration, "period": period,
-            "over_transit": impact.duration * pressure / (2.0 * radius),
-            "over_mode": impact.duration / period, "share": share, "depth": impact.overlap / radius}  # fmt: skip
+    return {"name": name, "speed": speed, "duration": impact.duration,
+            "over_transit": impact.duration * pressure / (2.0 * radius), "over_mode": impact.duration / period,
+            "share": share, "depth": impact.overlap / radius}  # fmt: skip
 
 
 def _travel(angle: float | None) -> Data:

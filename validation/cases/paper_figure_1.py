@@ -55,7 +55,7 @@ class PaperFigure1(Case):
             })  # fmt: skip
         envelope = np.interp(at, reference.time, reference.normal_force)
         largest_difference = max(curve["difference"] for curve in curves)
-        data = {"chi": puck.chi, "annuli": annuli, "tau": at, "envelope": envelope, "curves": curves}
+        data = {"tau": at, "envelope": envelope, "curves": curves}
         return Outcome([Limit("largest difference in F/(mu P_max)", 5e-3, largest_difference)], data, problems)
 
     def table(self, data: Data) -> Table:

@@ -61,9 +61,7 @@ class PaperFigure6(Case):
         slope = puck.pair.friction / puck.pair.kappa
         tangents = np.array([found, expected]) * slope / e
         data = {
-            "psi_1": psi_1, "chi": puck.chi, "radius": puck.radius, "speed": SPEED, "flashes": FLASHES,
-            "restitution": e, "mu": puck.pair.friction, "contact_duration": puck.contact_duration,
-            "times": times, "touch": touch, "centres": centres, "angles": angles, "marker": marker,
+            "psi_1": psi_1, "radius": puck.radius, "times": times, "touch": touch, "centres": centres, "marker": marker,
             "psi_2": found, "psi_2_reference": expected, "psi_2_read": read,
             "incidence_angle": degrees(atan2(psi_1 * slope, 1.0)),
             "reflexion_angle": degrees(atan2(tangents[0], 1.0)),

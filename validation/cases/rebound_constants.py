@@ -61,7 +61,7 @@ class ReboundConstants(Case):
             chi = SPHERE * pair.kappa / 2.0
             readings = both_readings(chi, restitution, 60 if quick else 200, 16 if quick else 40)
             rows.append({"pair": name, "nu": [a.poissons_ratio, b.poissons_ratio], "remark": remark,
-                         "kappa": pair.kappa, "chi": chi, "coupling": pair.coupling, "e": restitution,
+                         "chi": chi, "coupling": pair.coupling, "e": restitution,
                          "beta_0": float(table["beta0"][number]), "error": float(table["beta0_err"][number]),
                          "greatest": readings[0], "slope": readings[1]})  # fmt: skip
         summary = {reading: {law: {"rms": rms([row[reading][law] - row["beta_0"] for row in rows])}

@@ -107,4 +107,4 @@ def _slope(world: World, angle: float) -> Data:
     world.step(round(WAIT / world.timestep))
     _, found, moved = _watched(world, DOWNHILL, 20)
     error = float(np.abs(found / np.array(acceleration(radians(angle), ball.FRICTION)) - 1.0).max())
-    return {"centre": found[0], "rim": found[1], "error": error, "sinking": moved / resting(angle)}
+    return {"error": error, "sinking": moved / resting(angle)}

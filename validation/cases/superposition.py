@@ -42,8 +42,7 @@ class Superposition(Case):
         errors = _errors(STEPS[:-2] if quick else STEPS)
         progress(0.5)
         cost = _cost(TIMED[:-1] if quick else TIMED, 3 if quick else 5, lambda part: progress(0.5 + 0.5 * part))
-        data = {"incidences": INCIDENCES, "agreement": agreement, "steps_default": superposition.STEPS,
-                "errors": errors, "cost": cost}  # fmt: skip
+        data = {"incidences": INCIDENCES, "agreement": agreement, "errors": errors, "cost": cost}
         largest = {chi: max(one["difference"]) for chi, one in agreement.items()}
         limits = [
             Limit(f"largest difference in psi_2, chi = {DISK}", 3e-3, largest[str(DISK)]),

@@ -59,7 +59,7 @@ class UnlikeMaterials(Case):
         data = {
             "beta": {"finite elements": 0.5 * pair.coupling, "alumina on glass": 0.5 * glass.coupling},
             "rms": found, "own": own, "held": [[friction, value] for friction, value in held.items()],
-            "scatter": alumina.consistency()["e_t"][0], "gross": alumina.FRICTION,
+            "scatter": alumina.consistency()["e_t"][0],
             "x": fine / pair.kappa, "recoil": dict(zip(WAYS, [v / pair.kappa for v in both_ways(pair, fine, change)],
                                                        strict=True)),
             "points": both["recoil"], "measured": [theta, e_t],
