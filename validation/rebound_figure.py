@@ -66,7 +66,6 @@ class ReboundFigure(Case):
     span: ClassVar[float]
     incidences: ClassVar[list[float]]
     """psi_1 of the throws."""
-    needs = ("mujoco", "pybullet")
     sheet = {"width": 6.4, "height": 4.8}  # noqa: RUF012
 
     def run(self, quick: bool, progress: Progress) -> Outcome:

@@ -46,7 +46,6 @@ class AnyStep(Case):
         f"open marks: PyBullet. Right: at a step of {1e3 * LONG:g} ms in MuJoCo, over the time that the impact takes, "
         "for the number of substeps written at the marks."
     )
-    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         psi_1 = INCIDENCES[::3] if quick else INCIDENCES

@@ -30,7 +30,6 @@ class Bouncing(Case):
 
     place = 43
     title = "Bouncing and coming to rest"
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         data: Data = {"elastic": [], "rest": []}

@@ -30,7 +30,6 @@ class ClosedForms(Case):
 
     place = 12
     title = "Closed forms"
-    needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         found: dict[str, Limit] = {}

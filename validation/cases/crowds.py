@@ -32,7 +32,6 @@ class Crowds(Case):
 
     place = 49
     title = "Crowds, and whatever lasts"
-    needs = ("mujoco",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         from sims import heap

@@ -31,7 +31,6 @@ class Elliptic(Case):
 
     place = 53
     title = "Elliptic contacts"
-    needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         kappa, rows = float(PAIR.kappa), []

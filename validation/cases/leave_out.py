@@ -80,7 +80,6 @@ class LeaveOut(Case):
 
     place = 96
     title = "What each scene can leave out"
-    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         data: Data = {"engines": {engine: {} for engine in QUICK}}

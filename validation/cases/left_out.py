@@ -61,7 +61,6 @@ class LeftOut(Case):
 
     place = 95
     title = "What the theory leaves out"
-    needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         shape = _shape()

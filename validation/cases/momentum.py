@@ -28,7 +28,6 @@ class Momentum(Case):
 
     place = 46
     title = "Two balls in flight"
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         count = 4 if quick else 16

@@ -39,7 +39,6 @@ class PaperFigure6(Case):
         "rims, every fifth flash) and after it (full rims). Crosses: centre, which goes on to the right. Diamond: "
         "the marker at the contact point, which turns back to the left."
     )
-    needs = ("mujoco",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         steel, psi = Puck(material="steel"), np.arange(0.0, 6.0, 0.01)

@@ -41,7 +41,6 @@ class Rolling(Case):
         f"rolls below {LIMIT:.0f} degrees (tan = 7/2 mu) and slides above, as the closed form has it, while its height "
         "does not move."
     )
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         seconds = 6.0 if quick else LONG

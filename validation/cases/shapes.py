@@ -204,7 +204,6 @@ class Shapes(Case):
 
     place = 52
     title = "Shapes"
-    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         rest, fall = box_errors()

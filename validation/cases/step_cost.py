@@ -117,7 +117,6 @@ class StepCost(Case):
     title = "What a step costs"
     sheet = {"width": 6.4, "height": 5.4}
     caption = "Time of a step over that of the scene named in the table; whiskers: quartiles."
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         known = scenes()
