@@ -13,7 +13,7 @@ import numpy as np
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
 from validation.ball import DOWN, FLOOR, RADIUS, STEEL, balls_world
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
 from validation.measure import interleaved, spread
 from validation.shape_draws import KINDS, draw, draw_heap
 
@@ -197,7 +197,6 @@ def costs(rounds: int) -> dict[str, Data]:
     return found
 
 
-@register
 class Shapes(Case):
     """A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of cylinders
     are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains energy, none sinks,
@@ -206,7 +205,6 @@ class Shapes(Case):
 
     place = 52
     title = "Shapes"
-    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         rest, fall = box_errors()
