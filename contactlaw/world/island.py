@@ -153,7 +153,7 @@ def run(w, bodies, pairs, t, now, until):
         if joints or closed > w.crowd:
             w.twists = NOW if last or done % TWISTS == 0 else LATER
         travel(w, bodies, max(following / h, 1.0))
-        closed, news = forces(w, rest, (h, following))
+        closed, news = forces(w, rest, (h, following), closed <= w.crowd)
         closed += pairs - rest
         going = closed > 0 and not last
         if not going:
@@ -211,11 +211,12 @@ def lost(w, bodies, time):
 
 
 @jit_inside
-def forces(w, pairs, span):
+def forces(w, pairs, span, few):
     """Advance all contacts by the substep that has passed; returns how many are closed.
 
     The second result is the shortest substep [s] that one would have which has touched, or is about to. span: lengths
-    [s] of this substep and of the next. An open pair is met in the substep before it touches, for its gap there.
+    [s] of this substep and of the next; few: see `substeps_of`. An open pair is met in the substep before it touches,
+    for its gap there.
     """
     closed, news = 0, NEVER
     for i in range(pairs):
@@ -237,7 +238,7 @@ def forces(w, pairs, span):
             p.gap = gap
             p.room = gap + a.way + b.way
             if 0.0 <= gap < AHEAD * span[1] / span[0] * (-before - gap):
-                own = touch_time(w, p) / substeps_of(w, p, False)
+                own = touch_time(w, p) / substeps_of(w, p, few)
                 news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
             if gap >= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
