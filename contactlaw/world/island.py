@@ -258,7 +258,8 @@ def forces(w, pairs, span, few):
 def length(w, pairs, t):
     """Length [s] that the next substeps should have, at most that of the step.
 
-    What parts slowly falls back: who would touch within the next ones is given one of its impact.
+    What parts slowly falls back: who would touch within the next ones is given one of its impact. Bodies that joints
+    hold go past much that they never touch: of them only those that are about to.
     """
     closed, h = 0, w.step
     for i in range(pairs):
@@ -275,10 +276,11 @@ def length(w, pairs, t):
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if closed == 0:
                 h = min(h, STRIDE / max(rate(a), rate(b), 1e-9))
-            if p.room - a.way - b.way <= AHEAD * h * greatest_closing(a, b):
+            soon = (AHEAD if jointed(a) or jointed(b) else 2.0 * BLOCK) * h
+            if p.room - a.way - b.way <= soon * greatest_closing(a, b):
                 foresee(w, p, t)
                 p.room = p.gap + a.way + b.way
-                if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < AHEAD * h:
+                if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
                     h = min(h, touch_time(w, p) / substeps_of(w, p, few))
     return h
 
