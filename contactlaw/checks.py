@@ -92,6 +92,20 @@ def unit_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array / length
 
 
+def fields_of(where: str, name: str, words: Iterable[str], known: Iterable[str]) -> dict[str, Any]:
+    """Fields by their names from words "field=number" or "field=number,number"; whole numbers stay whole."""
+    known, given = list(known), {}
+    for word in words:
+        key, _, text = word.partition("=")
+        one_of(f"field of {name}", key, known)
+        try:
+            numbers = tuple(int(one) if one.lstrip("+-").isdigit() else float(one) for one in text.split(","))
+        except ValueError:
+            raise ValueError(f"{where}: {text!r} must be a number") from None
+        given[key] = numbers if "," in text else numbers[0]
+    return given
+
+
 def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
     """Return value if it is one of the allowed names; the error offers the nearest one."""
     names = list(allowed)

@@ -197,13 +197,8 @@ def text_of(value: float | OverSpeed) -> str:
     """What `read` turns back into this number or curve, digit for digit."""
     if not isinstance(value, OverSpeed):
         return repr(value)
-    told = ((field.name, getattr(value, field.name)) for field in fields(value))
-    return " ".join(
-        [
-            value.name,
-            *(f"{name}={','.join(map(repr, one)) if isinstance(one, tuple) else repr(one)}" for name, one in told),
-        ]
-    )
+    told = ((field.name, np.ravel(getattr(value, field.name)).tolist()) for field in fields(value))
+    return " ".join([value.name, *(f"{name}={','.join(map(repr, one))}" for name, one in told)])
 
 
 def read(name: str, text: str) -> float | OverSpeed:
@@ -218,15 +213,7 @@ def read(name: str, text: str) -> float | OverSpeed:
         if not NUMBER.fullmatch(text.strip()):
             raise ValueError(f"{name} = {text!r}: must be a number, or one of {', '.join(KNOWN)} with its fields")
         return float(text)
-    given = {}
-    for word in words:
-        key, _, numbers = word.partition("=")
-        checks.one_of(f"field of {first}", key, [field.name for field in fields(KNOWN[first])])
-        try:
-            values = tuple(float(part) for part in numbers.split(","))
-        except ValueError:
-            raise ValueError(f"{name} = {text!r}: {numbers!r} must be numbers") from None
-        given[key] = values if "," in numbers else next(iter(values))
+    given = checks.fields_of(f"{name} = {text!r}", first, words, [field.name for field in fields(KNOWN[first])])
     try:
         return KNOWN[first](**given)
     except TypeError:

@@ -48,20 +48,18 @@ def shown(folder: Path) -> list[str]:
     ],
 )
 def test_of_several_limits_the_worst_is_shown(limits, expected, tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", limits, front=True)])
+    monkeypatch.setattr(readme, "ROWS", [Row("front", "row", "sample", limits)])
     runner.run_case(Sample(), tmp_path)
     assert shown(tmp_path) == [expected]
 
 
 def test_a_figure_without_a_limit_is_shown_with_its_unit(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", data=("times", "one"), unit="us", front=True)])
+    monkeypatch.setattr(readme, "ROWS", [Row("front", "row", "sample", "/times/one", "us")])
     runner.run_case(Sample(), tmp_path)
     assert shown(tmp_path) == ["| row |  | 7.25 us | measured |"]
 
 
-@pytest.mark.parametrize(
-    "row", [Row("row", "sample", "^eror", front=True), Row("row", "sample", data=("times", "two"), front=True)]
-)
+@pytest.mark.parametrize("row", [Row("front", "row", "sample", "^eror"), Row("front", "row", "sample", "/times/two")])
 def test_a_row_that_leads_nowhere_is_an_error(row, tmp_path, monkeypatch):
     monkeypatch.setattr(readme, "ROWS", [row])
     runner.run_case(Sample(), tmp_path)
@@ -70,7 +68,9 @@ def test_a_row_that_leads_nowhere_is_an_error(row, tmp_path, monkeypatch):
 
 
 def test_rows_that_are_not_for_the_front_stand_in_the_report(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("one", "sample", "^rate", front=True), Row("two", "sample", "near$")])
+    monkeypatch.setattr(
+        readme, "ROWS", [Row("front", "one", "sample", "^rate"), Row("report", "two", "sample", "near$")]
+    )
     runner.run_case(Sample(), tmp_path)
     assert shown(tmp_path) == ["| one | at least 4 | 5 | kept |"]
     text = report.write([Sample()], tmp_path).read_text()
@@ -78,13 +78,13 @@ def test_rows_that_are_not_for_the_front_stand_in_the_report(tmp_path, monkeypat
 
 
 def test_what_is_missed_is_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
+    monkeypatch.setattr(readme, "ROWS", [Row("front", "row", "sample", "^rate")])
     runner.run_case(Sample(), tmp_path)
     assert "Of 6 limits 2 are\nmissed" in readme.block(tmp_path)
 
 
 def test_what_has_no_full_result_is_said_not_to_be_measured(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
+    monkeypatch.setattr(readme, "ROWS", [Row("front", "row", "sample", "^rate")])
     assert shown(tmp_path) == ["| row |  |  | not measured |"]
     runner.run_case(Sample(), tmp_path, quick=True)
     assert shown(tmp_path) == ["| row |  |  | not measured |"]
@@ -95,15 +95,14 @@ def test_a_run_that_is_not_sane_has_no_figures(tmp_path, monkeypatch):
         def run(self, quick, progress):
             return Outcome([Limit("rate", 1.0, 2.0, at_least=True)], {}, ["the ball is gone"])
 
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
+    monkeypatch.setattr(readme, "ROWS", [Row("front", "row", "sample", "^rate")])
     runner.run_case(Broken(), tmp_path)
     assert shown(tmp_path) == ["| row |  |  | NOT SANE |"]
 
 
 def test_a_run_into_the_projects_own_folder_writes_the_block_and_nothing_else(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROWS", [Row("row", "sample", "^rate", front=True)])
+    monkeypatch.setattr(readme, "ROWS", [Row(page, "row", "sample", "^rate") for page in ("front", "steps")])
     monkeypatch.setattr(runner, "find_cases", lambda: {"sample": Sample()})
-    monkeypatch.setattr(readme, "COSTS", readme.ROWS)
     monkeypatch.setattr(runner, "ROOT", tmp_path)
     monkeypatch.setattr(store, "HERE", tmp_path / "validation")
     text = f"before\n\n{BEGIN}\nold\n{END}\n\nafter\n"
@@ -130,10 +129,9 @@ def test_a_page_without_its_markers_is_a_clear_error(text):
 
 
 def test_every_row_is_of_a_case_and_names_one_thing():
-    for row in (*readme.ROWS, *readme.COSTS):
-        assert row.case in find_cases()
-        assert bool(row.limits) != bool(row.data), row
-    assert sum(row.front for row in readme.ROWS) == 5
+    for row in readme.ROWS:
+        assert row.case in find_cases() and row.limits and row.page in ("front", "report", "steps"), row
+    assert len(readme.of("front")) == 5
 
 
 @pytest.mark.parametrize("page", readme.BLOCKS)

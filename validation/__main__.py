@@ -35,7 +35,7 @@ def main(
 ) -> None:
     """Measure what contactlaw claims, and write validation/report.md. Ends with 1 if a limit is missed.
 
-    All cases take at most 20 minutes on two cores. Each is saved as it ends: a run that was interrupted goes on with
+    All cases take about half an hour on two cores. Each is saved as it ends: a run that was interrupted goes on with
     --resume.
     """
     console = Console()

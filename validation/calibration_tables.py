@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, radians, sin
+from math import hypot, radians
 from typing import NamedTuple
 
 import numpy as np
 
 from validation.case import Array
+from validation.cases import alumina_on_glass as glass
+from validation.cases import superball_and_golf as superballs
 from validation.measured import load
 from validation.prediction import reference
 
@@ -17,10 +19,7 @@ Columns = tuple[Array, Array, Array, Array]
 DISK, SPHERE = 0.5, 0.4
 """K^2 of the paper's pucks, and of a solid ball."""
 COUNT = 18  # impacts of one figure of the paper
-KHARAZ_SPEED, KHARAZ_RADIUS = 3.875, 2.5e-3  # [m/s], [m]
-KHARAZ_RESTITUTION, KHARAZ_FRICTION = 0.98, 0.092
-KHARAZ_ANGLE = radians(0.1)  # [rad] how well an angle of a velocity is taken to be known; the source does not say
-CROSS_ANGLE = radians(1.0)  # [rad]
+CROSS_ANGLE = radians(1.0)  # [rad] how well the angle before is known
 
 
 @dataclass(frozen=True)
@@ -89,33 +88,27 @@ def alumina() -> list[Published]:
 
     A homogeneous sphere that did not spin before: V_x2 = V_x1 - 3.5 (v_t1 - v_t2) = V_x1 - 1.4 R omega_2.
     """
-    slowed, spun = load("kharaz_et_lethe"), load("kharaz_omega_lethe")
-    error, parts = KHARAZ_SPEED * KHARAZ_ANGLE, {}
-    for name, table in (("tangential restitution", slowed), ("spin", spun)):
-        theta = np.radians(table["theta_deg"])
-        z1, x1 = KHARAZ_SPEED * np.cos(theta), KHARAZ_SPEED * np.sin(theta)
-        lost = 1.4 * KHARAZ_RADIUS * spun["omega_abs_rad_s"] if name == "spin" else 3.5 * (1.0 - slowed["e_t_cm"]) * x1
+    error, parts = glass.SPEED * radians(glass.UNSURE), {}
+    for name, quantity in (("tangential restitution", "e_t"), ("spin", "spin")):
+        theta, value = glass.measured(quantity)
+        z1, x1 = glass.SPEED * np.cos(np.radians(theta)), glass.SPEED * np.sin(np.radians(theta))
+        lost = 1.4 * glass.RADIUS * value if name == "spin" else 3.5 * (1.0 - value) * x1
         parts[name] = np.stack([z1, x1, x1 - lost])
     parts["both"] = np.concatenate([*parts.values()], axis=1)
     return [Published(name, (z1, x1), (None, x2), np.outer([error, 3.5 * error], np.ones(x2.size)), error,
-                      KHARAZ_RESTITUTION) for name, (z1, x1, x2) in parts.items()]  # fmt: skip
+                      glass.RESTITUTION) for name, (z1, x1, x2) in parts.items()]  # fmt: skip
 
 
 def balls() -> list[Published]:
-    """Cross: one impact each of a superball or golf ball (2010, at 4 m/s and 25 degrees), and of a superball (2002)."""
-    table, block = load("cross2010_balls"), load("cross2002_superball")
-    speed, angle = 4.0, radians(25.0)
-    z1, x1, error = speed * cos(angle), speed * sin(angle), speed * CROSS_ANGLE
+    """Cross: one impact each of a superball or golf ball (2010, 2002), over its speed of approach."""
     out = []
-    for row, (ball, surface) in enumerate(zip(table.words["ball"], table.words["surface"], strict=True)):
-        z2, x2 = table["e_n"][row] * z1, -table["e_t_contact"][row] * x1
-        spread = np.array([[error], [0.01 * x1]])
-        name = f"{ball} on {surface.replace('_', ' ')}"
-        out.append(Published(name, _one(z1, x1), _one(z2, x2), spread, 0.01 * z1))
-    v = {name: float(block[name][0]) for name in ("vx_in", "vy_in", "vx_out", "vy_out", "omega_out", "R_m")}
-    before, after = _one(-v["vy_in"], v["vx_in"]), _one(v["vy_out"], v["vx_out"] - v["R_m"] * v["omega_out"])
-    error = 0.025 * v["vx_in"]  # 2 to 3 %
-    return [*out, Published("superball on block (2002)", before, after, np.full((2, 1), error), error)]
+    for row in [*superballs.rows_2010(load("cross2010_balls")), superballs.row_2002(load("cross2002_superball"))]:
+        x1 = row["tangent"]
+        before, after = CROSS_ANGLE * hypot(1.0, x1), 0.01 * x1
+        errors = (before, after, 0.01) if row["year"] == 2010 else (0.025 * x1,) * 3  # 2 to 3 %
+        out.append(Published(row["name"], _one(1.0, x1), _one(row["e_n"], -row["e_t"] * x1),
+                             np.array(errors[:2])[:, None], errors[2]))  # fmt: skip
+    return out
 
 
 def _one(normal: float, tangential: float) -> tuple[Array, Array]:

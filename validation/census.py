@@ -45,13 +45,12 @@ def files(package: str) -> Iterator[Path]:
                 yield path
 
 
-def with_law(source: str) -> Any:
-    """A model with the law for all its contacts."""
-    from contactlaw import MATERIALS, ContactPair
+def with_law(source: str, material: str = "rubber") -> Any:
+    """A model with the law for all its contacts, of a material on steel."""
+    from contactlaw import ContactPair
     from contactlaw.mujoco_plugin import load_model
 
-    pair = ContactPair(MATERIALS["rubber"], MATERIALS["steel"], friction=0.8, restitution=0.5)
-    return load_model(source, [("*", "*", pair)])
+    return load_model(source, [("*", "*", ContactPair(material, "steel", friction=0.8, restitution=0.5))])
 
 
 def compiled() -> None:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.world.records import Array
+from validation.census import with_law
 
 FOUND = Path(__file__).parent / "data" / "handling.json"
 HALF = 0.025  # [m] of the cube
@@ -41,11 +42,7 @@ def by_law(source: Any) -> Any:
 
     Grippers of thousands of N/m press fingers whose edges have 1 mm into rubber by several of these.
     """
-    from contactlaw import MATERIALS, ContactPair
-    from contactlaw.mujoco_plugin import load_model
-
-    steel = MATERIALS["steel"]
-    return load_model(source, [("*", "*", ContactPair(steel, steel, friction=0.8, restitution=0.5))])
+    return with_law(source, "steel")
 
 
 def natively(source: Any) -> Any:

@@ -35,11 +35,6 @@ def judge(impacts: list[Impact], annuli: int = 40, progress: Progress = lambda p
     return Judged(psi_1, chi, restitution, psi_2, uncertainty)
 
 
-def together(parts: list[Judged]) -> Judged:
-    """All impacts in one."""
-    return Judged(*map(np.concatenate, zip(*parts, strict=True)))
-
-
 def incidences(chi: float, count: int) -> list[float]:
     """psi_1 evenly from nearly 0 to 4 chi + 1.5: stick, partial slip and gross slip."""
     return np.linspace(0.02, 4.0 * chi + 1.5, count).round(4).tolist()

@@ -131,8 +131,7 @@ def grasp(material: str, mass: float, seconds: float) -> dict[str, Any]:
 
 
 def crowd(count: int, kind: str) -> Any:
-    """Balls in a cube with gaps over a floor, in MuJoCo, by the law, the "law alone" (nothing may touch natively), or a
-    native solver's name."""
+    """Balls in a cube with gaps over a floor, in MuJoCo, by the "law", or by a native solver's name."""
     import mujoco
 
     across, number = ceil(count ** (1 / 3) - 1e-9), np.arange(count)
@@ -150,11 +149,9 @@ def crowd(count: int, kind: str) -> Any:
 
 
 def step_costs(count: int, steps: int = 100, block: int = 10) -> dict[str, float]:
-    """Mean processor time of a step [s] of balls that fall and bounce from the start on, turn by turn.
-
-    Returns that with the law, among native contacts and alone, and "native": of the solver that took less.
-    """
-    worlds = {kind: crowd(count, kind) for kind in ("law", "law alone", *SOLVERS)}
+    """Mean processor time of a step [s] of balls that fall and bounce from the start on, turn by turn, by the law and
+    by the native solver that took less."""
+    worlds = {kind: crowd(count, kind) for kind in ("law", *SOLVERS)}
     times = dict.fromkeys(worlds, 0.0)
     for _ in range(steps // block):
         for kind, world in worlds.items():
@@ -162,4 +159,4 @@ def step_costs(count: int, steps: int = 100, block: int = 10) -> dict[str, float
             world.step(block)
             times[kind] += process_time() - begun
     mean = {kind: time / (steps // block * block) for kind, time in times.items()}
-    return {"law": mean["law"], "law alone": mean["law alone"], "native": min(mean[solver] for solver in SOLVERS)}
+    return {"law": mean["law"], "native": min(mean[solver] for solver in SOLVERS)}

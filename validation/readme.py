@@ -15,90 +15,27 @@ BEGIN, END = "<!-- results -->", "<!-- /results -->"
 
 
 class Row(NamedTuple):
-    """One line of the table: what was measured, in words, and the case whose result holds it.
+    """One line of a table: what was measured, in words, and the case whose result holds it.
 
-    limits: regular expression for the names of limits; of several the worst is shown. data: or, for a figure without a
-    limit, the keys that lead to it in the data, with its unit. front: the README shows it; the report shows all.
+    page: "front", in the README and the report; "report"; or "steps", of the guide, times over the engine's own
+    contact. limits: regular expression for the names of limits, of which the worst is shown; or, behind a slash, the
+    keys that lead to a figure without a limit in the data, with its unit.
     """
 
+    page: str
     text: str
     case: str
-    limits: str = ""
-    data: tuple[str, ...] = ()
+    limits: str
     unit: str = ""
-    front: bool = False
 
 
-ROWS = (
-    Row("An impact by `rebound`, chi 0.5 to 2: largest error in psi_2",
-        "law_accuracy", "^largest error of microslip, chi 0.5"),
-    Row("The force at any instant of an impact, over mu P_max: largest difference from the annuli",
-        "paper_figure_1", "^largest difference"),
-    Row("The paper's two methods, chi = 1.256: largest difference in psi_2",
-        "superposition", "^largest difference in psi_2"),
-    Row("A ball's bounce in MuJoCo and PyBullet, steps from 4 ms to 1 us: largest error in psi_2",
-        "any_step", "^error in .* at any step", front=True),
-    Row("Energy that a random impact gains, at most",
-        "energy", "^largest gain of energy, microslip", front=True),
-    Row("Energy at the top of an elastic ball's bounces, largest change, both engines",
-        "bouncing", "^energy of the elastic ball"),
-    Row("A ball at rest for a minute: jitter over the overlap, both engines",
-        "bouncing", "^jitter"),
-    Row("Stability, contacts of 0.001 to 1000 steps, 1 kPa to 1 TPa, both engines: cells where the default law fails",
-        "stability_map", "^cells that fail"),
-    Row("Stability, ten properties taken to their ends, both engines: levels where the default law fails",
-        "stability_extremes", "^levels that fail"),
-    Row("Finite elements of others, recoil: rms difference over that of the next best law",
-        "finite_elements", "^rms of microslip over the next best law's, recoil"),
-    Row("Alumina on glass (Kharaz and others), nothing fitted: rms difference of e_t",
-        "alumina_on_glass", "^rms of microslip in e_t"),
-    Row("A MuJoCo step with a bouncing ball, over the native contact",
-        "step_cost", "^bouncing, e = 1, over", front=True),
-    Row("A MuJoCo step that resolves the contact, over the native contact",
-        "step_cost", "^touching, microslip, over"),
-    Row("A PyBullet step with a bouncing ball, over the native contact",
-        "step_cost", "^PyBullet, bouncing, e = 1, over"),
-    Row("The same where bodies that nothing can push are not read",
-        "step_cost", "^PyBullet, bouncing, fixed bodies not read"),
-    Row("A PyBullet step with a bouncing ball as time, callback and engine together",
-        "step_cost", data=("microseconds", "PyBullet, bouncing, e = 1", "median"), unit="us"),
-    Row("A box on a slope of 20 degrees for a minute in MuJoCo: creep",
-        "crowds", "^creep of a box", front=True),
-    Row("Heaps of 8 to 216 steel balls that drop in MuJoCo, over its own contact with CG",
-        "crowds", "^heap of (8|64|216)(,| in) .*drop over CG", front=True),
-    Row("The same once they sleep",
-        "crowds", "^heap of .*, asleep over CG"),
-    Row("Force where a slide turns, `MicroslipTurning`, over mu P: largest difference from rings with local friction",
-        "turning", "^force along"),
-    Row("A bouncing ball that spins about the normal: largest error in psi_2, against a grid with local friction",
-        "any_step", "^error of psi_2 in .* spun"),
-    Row(f"A substep of one contact with {NODES} nodes, the law alone",
-        "front_law", data=("substeps", f"microslip, {NODES} nodes", "median"), unit="ns"),
-    Row("A million impacts by `rebound` on two cores at most, error within 0.007",
-        "front_law", "^a million impacts, error .*, default"),
-)  # fmt: skip
-COSTS = (
-    Row("MuJoCo: a ball that bounces, elastic", "step_cost", "^bouncing, e = 1, over"),
-    Row("a ball that rolls", "step_cost", "^rolling, over"),
-    Row("a ball that slides", "step_cost", "^sliding, over"),
-    Row("a box that slides, on a plane or on a box", "shapes", "^box sliding .* over"),
-    Row("a box at rest, on a plane or on a box", "shapes", "^box at rest .* over"),
-    Row("a mesh that tumbles", "shapes", "^mesh tumbling"),
-    Row("an ant that stands", "crowds", "^an ant that stands"),
-    Row("3000 balls that fall and bounce", "crowds", "^3000 balls"),
-    Row("heaps of 8 to 216 steel balls that drop, over CG", "crowds", "^heap of (8|64|216)(,| in) .*drop over CG"),
-    Row("the same asleep", "crowds", "^heap of .*, asleep over CG"),
-    Row("a heap of 1000", "crowds", "^heap of 1000"),
-    Row("64 balls of rubber", "crowds", "^heap of 64 of rubber"),
-    Row("64 of glass, R 1 mm", "crowds", "^heap of 64 of glass"),
-    Row("a ball that two fingers hold and shake", "crowds", "^grasp .*, over native"),
-    Row("5 balls that fall into a narrow tube, until they sleep", "crowds", "^tube of 5, drop"),
-    Row("models that others wrote: median", "models", "^cost .* median"),
-    Row("models that others wrote: worst", "models", "^cost .* worst"),
-    Row("PyBullet: a ball that bounces, elastic", "step_cost", "^PyBullet, bouncing, e = 1, over"),
-    Row("the same, `fixed_bodies_move=False`", "step_cost", "^PyBullet, bouncing, fixed bodies not read"),
-)  # fmt: skip
-"""Time of a step over that of the engine's own contact, for the guide."""
+_, *_LINES = Path(__file__).with_suffix(".csv").read_text(encoding="utf-8").replace("{NODES}", str(NODES)).splitlines()
+ROWS = [Row(*line.split(";")) for line in _LINES]
+
+
+def of(*pages: str) -> list[Row]:
+    """The rows of some pages."""
+    return [row for row in ROWS if row.page in pages]
 
 
 def number(value: float) -> str:
@@ -140,7 +77,7 @@ def table(rows: Iterable[Row], folder: Path) -> Table:
 
 def block(folder: Path) -> str:
     """The text between the README's markers, from the results in a folder."""
-    rows = [row for row in ROWS if row.front]
+    rows = of("front")
     shown = [result for row in rows if (result := load(row.case, folder)) is not None and not result["quick"]]
     days = [result["machine"]["date"] for result in shown]
     machines = sorted({f"{result['machine']['cpu']}, {result['machine']['cores']} cores" for result in shown})
@@ -157,7 +94,7 @@ def block(folder: Path) -> str:
 
 def costs(folder: Path) -> str:
     """The same of the guide's page about steps."""
-    return markdown(table(COSTS, folder))
+    return markdown(table(of("steps"), folder))
 
 
 BLOCKS = {"README.md": block, "docs/steps.md": costs}
@@ -191,7 +128,7 @@ def _cells(row: Row, result: Result | None) -> list[str]:
         return ["", "", "not measured"]
     if not result["sane"]:
         return ["", "", "NOT SANE"]
-    if row.data:
+    if row.limits.startswith("/"):
         return ["", with_unit(_figure(row, result["data"]), row.unit), "measured"]
     found = [limit for limit in result["limits"] if re.search(row.limits, limit["name"])]
     if not found:
@@ -202,9 +139,9 @@ def _cells(row: Row, result: Result | None) -> list[str]:
 
 
 def _figure(row: Row, data: Any) -> float:
-    for key in row.data:
+    for key in row.limits[1:].split("/"):
         if not isinstance(data, dict) or key not in data:
-            raise LookupError(f"README row {row.text!r}: the data of {row.case} has no {' / '.join(row.data)}")
+            raise LookupError(f"README row {row.text!r}: the data of {row.case} has no {row.limits}")
         data = data[key]
     return float(data)
 

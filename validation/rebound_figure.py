@@ -66,7 +66,6 @@ class ReboundFigure(Case):
     span: ClassVar[float]
     incidences: ClassVar[list[float]]
     """psi_1 of the throws."""
-    needs = ("mujoco", "pybullet")
     sheet = {"width": 6.4, "height": 4.8}  # noqa: RUF012
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
@@ -91,7 +90,6 @@ class ReboundFigure(Case):
             "psi": psi, "elastic": elastic, "damped": damped, "incidences": incidences, "reference": reference,
             "reference_elastic": reference_elastic,
             "throws": throws, "throws_each": everything.shape[2], "spread": spread,
-            "spread_of": {name: float((np.ptp(np.array(found), axis=1)).max()) for name, found in throws.items()},
             "friction": self._friction(psi, elastic, damped, base.chi, restitution),
         }  # fmt: skip
         limits = [
@@ -126,7 +124,7 @@ class ReboundFigure(Case):
         upper = 4.0 * chi - 1.0
         factor, left = friction_factor(psi, damped, elastic, upper)
         return {
-            "equation_6": by_equation_6, "mu_corrected": SURFACES[self.material].friction * by_equation_6,
+            "mu_corrected": SURFACES[self.material].friction * by_equation_6,
             "upper": upper, "factor": factor, "rms_left": left, "with_equation_6": factor * by_equation_6,
             "rms_before": float(np.sqrt(np.mean((damped - elastic)[psi <= upper] ** 2))),
         }  # fmt: skip

@@ -36,7 +36,7 @@ the paper, extrapolated. *Steps* and *nodes* say how finely a law is resolved in
 
 REPEAT = """## How to repeat
 
-`python -m validation` measures all cases, at most 20 minutes on two cores, and writes `results/*.json`, the pictures,
+`python -m validation` measures all cases, about half an hour on two cores, and writes `results/*.json`, the pictures,
 this page and the table in the README; `-f '^NAME$'` runs one, by its name in the table above, and `--resume` those that
 an interruption left. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to `quick/`;
 `--report` only writes this page and draws the pictures again. The command ends with 1 if a limit is missed. Times are
@@ -51,7 +51,7 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     found = [(case, load(case.name, folder)) for case in cases]
     present = [(case, result) for case, result in found if result is not None]
     cover = [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
-    rows = [row for row in readme.ROWS if row.case in {case.name for case, _ in present}]
+    rows = [row for row in readme.of("front", "report") if row.case in {case.name for case, _ in present}]
     short = f"## In short\n\nOf several figures the worst.\n\n{markdown(readme.table(rows, folder))}\n"
     parts = [HEAD, *cover, WORDS, _missed(present), *([short] if rows else []), _summary(present), REPEAT]
     parts += [_chapter(case, result, folder) for case, result in present]

@@ -21,8 +21,7 @@ def missing_modules(case: Case) -> list[str]:
 
 def how_to_install(case: Case) -> str:
     """The command that installs all that a case needs and is missing."""
-    wanted = {case.packages.get(name, "'contactlaw[all]'") for name in missing_modules(case)}
-    return "pip install " + " ".join(sorted(wanted))
+    return "pip install " + " ".join(case.needs[name] for name in missing_modules(case))
 
 
 def quick_folder(folder: Path) -> Path:

@@ -136,7 +136,6 @@ class StabilityCase(Case):
     The data hold by engine and way the sums of `tally` and its failures, and by rows "gain", "kept" and "fails".
     """
 
-    needs = ("mujoco", "pybullet")
     cells: ClassVar[str]
     heads: ClassVar[str]
 

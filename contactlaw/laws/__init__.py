@@ -37,12 +37,7 @@ def law_of(value: str | Law) -> Law:
         return LAWS[value]
     name, *words = value.split() if isinstance(value, str) and value.strip() else [value]
     kind = KNOWN[checks.one_of("law", name, KNOWN)]
-    given = {}
-    for word in words:
-        key, _, text = word.partition("=")
-        checks.one_of(f"field of {name}", key, [field.name for field in fields(kind)])
-        given[key] = _number(f"law = {value!r}", text)
-    return kind(**given)
+    return kind(**checks.fields_of(f"law = {value!r}", name, words, [field.name for field in fields(kind)]))
 
 
 def choices() -> str:
@@ -55,13 +50,3 @@ def text_of(law: Law) -> str:
     told = [f"{field.name}={getattr(law, field.name)!r}" for field in fields(law)
             if getattr(law, field.name) != field.default]  # fmt: skip
     return " ".join([law.name, *told])
-
-
-def _number(where: str, text: str) -> float:
-    """A whole number where it is written as one."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    raise ValueError(f"{where}: {text!r} must be a number")

@@ -76,7 +76,7 @@ class Law:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if isinstance(value, str | bytes) or not isfinite(value):
+            if isinstance(value, str | bytes | tuple) or not isfinite(value):
                 raise ValueError(f"{field.name} = {value!r}: must be a finite number")
 
     def with_nodes(self, suggested: int | None) -> Law:

@@ -70,7 +70,8 @@ class Traffic:
         self._listed: Callable[[], None] = lambda: None
         self.rows: Any = np.zeros(len(keys), ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
-        self._named = np.zeros(len(keys), np.int64)
+        self._named: Any = np.zeros(len(keys), np.int64)
+        self._names = memoryview(self._named)
         self._head: Any = np.zeros(1, HEAD)
         self._head["plain"] = self._plain = not (linked or measured)
         self._head_at = self._head.ctypes.data
@@ -304,7 +305,7 @@ class Traffic:
 
     def _push(self, number: int) -> None:
         """Apply the forces and torques of bodies that have been named."""
-        for k in self._named[:number].tolist():
+        for k in self._names[:number]:
             body, at = self.keys[k][0], k * SIZE
             fx, fy, fz, tx, ty, tz = SPEED.unpack_from(self._bytes, at + FORCE)
             place = PLACE.unpack_from(self._bytes, at + BEFORE)
@@ -314,7 +315,7 @@ class Traffic:
 
     def _put(self, number: int, motion: int) -> None:
         """Put bodies that have been named where a motion in their rows says, moving as it says."""
-        for k in self._named[:number].tolist():
+        for k in self._names[:number]:
             body, own = self.keys[k][0], WHOLE.unpack_from(self._bytes, k * SIZE + motion)
             p.resetBasePositionAndOrientation(body, own[:3], own[3:7], self._client)  # which stops it
             p.resetBaseVelocity(body, own[7:10], own[10:], self._client)

@@ -196,6 +196,8 @@ def enter(c, ledger_io):
 def turn_frame(c, n, twist):
     """Turn the tangent with the normal, without twist, then about it [rad]."""
     old = load(c.normal)
+    if twist == 0.0 and n == old:
+        return
     e = load(c.tangent)
     e = axpy(-dot(e, n) / max(1.0 + dot(n, old), 1e-300), add(n, old), e)
     e = axpy(twist, cross(n, e), e) if abs(twist) < SMALL_TURN else rotate(scale(twist, n), e)

@@ -9,7 +9,7 @@ from contactlaw import ContactPair
 from contactlaw.laws.microslip import NODES, Microslip
 from validation import ball
 from validation.ball import FRICTION, INCIDENCES, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, in_words
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.front import largest, rms
 from validation.impacts import judge
 from validation.measure import interleaved, spread
@@ -30,7 +30,6 @@ OF_SPIN = 1e-2  # in psi_2, asked of what such a spin makes of it
 FEW_BELOW = 2e-5  # [s]: such steps resolve the contact, and a tenth of the phases will do
 
 
-@register
 class AnyStep(Case):
     """The engine's step does not matter: whether a contact of some 180 us falls between two steps of 4 ms or is
     resolved by hundreds of them, wherever in a step the bodies touch, the rebound keeps to the converged solution
@@ -47,7 +46,6 @@ class AnyStep(Case):
         f"open marks: PyBullet. Right: at a step of {1e3 * LONG:g} ms in MuJoCo, over the time that the impact takes, "
         "for the number of substeps written at the marks."
     )
-    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         psi_1 = INCIDENCES[::3] if quick else INCIDENCES

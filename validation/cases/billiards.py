@@ -7,7 +7,7 @@ import numpy as np
 
 from contactlaw import Body, ContactPair, Material, collide
 from contactlaw.losses import FallingFriction
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
 from validation.prediction import rms
 
 PHENOLIC = Material(5.8e9, 0.34, 1700.0, "phenolic resin", "usual for billiard balls; E is without effect on throw")
@@ -19,7 +19,6 @@ SPINS = [-1.0, -0.5, 0.0, 0.5, 1.0]  # of the cue ball about the vertical, R ome
 SLIDING = 1e-6  # [deg] by which throw may differ where rigid balls slide throughout
 
 
-@register
 class Billiards(Case):
     """Friction drags the object ball off the line of centres (throw) and spins it. D. G. Alciatore's formulas
     (Technical Proof TP A.14), fitted to Marlow's measurements, take a friction of .00995 + .108 exp(-1.088 v), and
@@ -34,7 +33,7 @@ class Billiards(Case):
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         rows: list[Data] = [
-            {"speed": name, "cut": cut, "spin": spin} | _shot(speed, radians(cut), spin)
+            {"speed": name} | _shot(speed, radians(cut), spin)
             for (name, speed), cut, spin in told(product(SPEEDS.items(), CUTS, SPINS), progress)
         ]
         sliding = [row for row in rows if row["slides"]]

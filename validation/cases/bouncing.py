@@ -6,7 +6,7 @@ from math import sqrt
 import numpy as np
 
 from validation.ball import DOWN, GRAVITY, INTEGRATORS, RADIUS, Array, at, ball_world, static_overlap, steel_pair
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told, worst
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, told, worst
 
 DROP = 0.05  # [m]
 ENERGY = 1e-3
@@ -22,7 +22,6 @@ RESTITUTIONS = [0.9, 0.5]
 LONG, SETTLED = 60.0, 5.0  # [s]: how long it lies, and from when on its motion counts
 
 
-@register
 class Bouncing(Case):
     """An elastic ball dropped from 50 mm keeps bouncing to the same height within 0.001 of its energy, at any engine
     step; one with restitution comes to rest at the overlap that carries its weight, and stays there for a minute
@@ -31,7 +30,6 @@ class Bouncing(Case):
 
     place = 43
     title = "Bouncing and coming to rest"
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         data: Data = {"elastic": [], "rest": []}

@@ -4,17 +4,16 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw import MATERIALS, Calibration, calibrate
+from contactlaw import Calibration, calibrate
 from validation import calibration_tables as tables
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
-from validation.prediction import quiet_pair
+from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.cases.alumina_on_glass import PAIR
 
 NAMES = ("friction", "restitution", "stiffness_ratio")
 BAND = {"steel": 0.02, "rubber": 0.25}  # of mu as the paper states it, taken as two standard uncertainties
 FURTHEST = 3.0  # standard uncertainties that a value may lie from the truth
 
 
-@register
 class CalibrationCase(Case):
     """From 18 impacts, measured as well as the paper's, `contactlaw.calibrate` finds friction, restitution and
     stiffness ratio, and its uncertainties are those that repeated tables show. The synthetic tables come from the
@@ -35,8 +34,8 @@ class CalibrationCase(Case):
         pucks: dict[str, Any] = {}
         for number, table in enumerate((tables.STEEL, tables.RUBBER)):
             pucks[table.name] = _repeated(table, repeats, lambda part, n=number: progress(0.45 * (n + part)))
-        kappa = quiet_pair(MATERIALS["alumina"], MATERIALS["glass"], tables.KHARAZ_FRICTION).kappa
-        real = {one.name: _as_data(_of(one, kappa), tables.KHARAZ_FRICTION, kappa) for one in tables.alumina()}
+        mu, kappa = PAIR.friction, PAIR.kappa
+        real = {one.name: _as_data(_of(one, kappa), mu, kappa) for one in tables.alumina()}
         single = {one.name: _as_data(_of(one)) for one in tables.balls()}
         data = {"pucks": pucks, "alumina": real, "alumina_kappa": kappa, "balls": single, "repeats": repeats,
                 "impacts": len(tables.STEEL.incidences)}  # fmt: skip
@@ -75,7 +74,7 @@ class CalibrationCase(Case):
             )
         cells = "{friction[text]} | {sliding_friction[text]} | {restitution[text]} | {stiffness_ratio[text]}"
         for name, one in data["alumina"].items():
-            table.add(f"alumina on glass, {name} | {{impacts}} | {cells} | mu {tables.KHARAZ_FRICTION}, "
+            table.add(f"alumina on glass, {name} | {{impacts}} | {cells} | mu {PAIR.friction}, "
                       f"kappa {data['alumina_kappa']:.3f} (elastic constants)", one)  # fmt: skip
         for name, one in data["balls"].items():
             table.add(f"{name} | {{impacts}} | {cells}", one)

@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, Material, collide
 from contactlaw import force_along_path as law_along_path
 from contactlaw import rebound as law_rebound
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table
 from validation.prediction import quiet_pair
 
 EXACT = 1e-6
@@ -22,7 +22,6 @@ Add = Callable[..., None]
 SMALL = 1e-8  # psi_1 at which only the last 1e-8 of the time slips
 
 
-@register
 class ClosedForms(Case):
     """Where impact theory has a closed form the package and the annulus solver give it: sliding throughout, loading
     without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and for linear springs the
@@ -31,7 +30,6 @@ class ClosedForms(Case):
 
     place = 12
     title = "Closed forms"
-    needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         found: dict[str, Limit] = {}

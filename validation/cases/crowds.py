@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table
 
 CREEP = {"law": {}, "native, default": {}, "native, best": {"best": 1.0}}
 LONG = 60.0  # [s]
@@ -24,7 +24,6 @@ CROWD, FIRST = 1000, 0.2  # a heap that is measured once, and how long [s]
 HELD = (0.1, 0.3, 1.0)  # [kg]
 
 
-@register
 class Crowds(Case):
     """A box on a slope lies still. Heaps come to rest and sleep, floor and walls carry their weight, and no step gains
     energy. Beside MuJoCo's own contact, in processor time, a drop to rest is to cost two or three times as much, what
@@ -33,7 +32,6 @@ class Crowds(Case):
 
     place = 49
     title = "Crowds, and whatever lasts"
-    needs = ("mujoco",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         from sims import heap

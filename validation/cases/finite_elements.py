@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.measured import Array, load
 from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, reference, rms
@@ -15,7 +15,6 @@ COUPLING = (1.0 - 2.0 * STEEL.poissons_ratio) / (1.0 - STEEL.poissons_ratio)  # 
 SHOWN = 9.5  # beyond, all laws and points lie on one line
 
 
-@register
 class FiniteElements(Case):
     """Velocity and spin after the impact of an elastic sphere on a rigid plane, no figure fitted."""
 
@@ -50,7 +49,7 @@ class FiniteElements(Case):
         x, laws = both["recoil"][0], found["recoil"]
         grid = np.linspace(0.01, 14.0, 57 if quick else 141)
         data = {
-            "nu": STEEL.poissons_ratio, "chi": chi, "kappa": kappa, "below": PARTIAL, "rms": measures, "shown": shown,
+            "chi": chi, "below": PARTIAL, "rms": measures, "shown": shown,
             "curves_disagree": disagreement(both["recoil"], both["spin"], kappa, chi), "grid": grid,
             "laws": {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * grid, chi).items()},
         }  # fmt: skip

@@ -16,7 +16,7 @@ from sims.panel import ENGINE_NAMES
 from sims.worlds import World
 from validation import ball, front
 from validation.ball import INCIDENCES
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.front import Rung
 from validation.front_ways import ANNULI, CLOSER, DEFAULT, FASTER, SINGLE
 from validation.impacts import judge
@@ -56,7 +56,6 @@ class Way(NamedTuple):
         return (np.arange(count) + 0.5) / count
 
 
-@register
 class FrontEngines(Case):
     """At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings the law is asked to
     be on the front of error against run time, 30 times closer than the single-spring laws at equal run time, and 100
@@ -73,7 +72,6 @@ class FrontEngines(Case):
         "nodes/substeps of microslip at the engine's own step. Native: the engine's own contact; in MuJoCo soft, and "
         "as stiff as the law's."
     )
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         data: Data = {}
@@ -169,7 +167,6 @@ def measured(ways: Mapping[str, Way], repeats: int, quick: bool, progress: Progr
              for name, one in bounces.items()}  # fmt: skip
     rungs |= {name: Rung("annuli", error, seconds[name]) for name, error in errors.items()}
     data = front.weighed(rungs)
-    data |= {"psi_1": psi_1, "chi": CHI, "duration": DURATION, "uncertainty": float(truth.uncertainty.max())}
     data |= {"closer": front.closer(data, DEFAULT, SINGLE), "faster": front.faster(data, DEFAULT, ["annuli"])}
     problem = rungs[DEFAULT].problem
     return data, [f"{DEFAULT}: {problem}"] if problem else []

@@ -7,7 +7,7 @@ import numpy as np
 
 from contactlaw import rebound
 from validation import front, front_ways
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table
 from validation.front import Rung
 from validation.impacts import judge, sticking
 from validation.picture import legend_below
@@ -30,7 +30,6 @@ USES = {
 }
 
 
-@register
 class FrontLaw(Case):
     """A user decides by error against run time. The default law with default settings is asked to be on the front,
     where no other law, setting or method is both closer and faster; to be 30 times closer than the single-spring laws
@@ -67,8 +66,8 @@ class FrontLaw(Case):
         uses = {use: front.weighed(rungs) for use, rungs in zip(USES, (batch, call, history, path), strict=True)}
         progress(0.7)
         rates = front_ways.rates(2 if quick else 3, front_ways.MILLION // (10 if quick else 1))
-        data = {"impacts": truth.size, "chi": CHIS, "reference_apart": apart, "uses": uses, "rates": rates,
-                "substeps": substep_times(15 if quick else 100)}  # fmt: skip
+        data: Data = {"reference_apart": apart, "uses": uses, "rates": rates,
+                      "substeps": substep_times(15 if quick else 100)}  # fmt: skip
         data["closer"] = {use: front.closer(one, front_ways.DEFAULT, front_ways.SINGLE) for use, one in uses.items()}
         data["faster"] = {use: front.faster(one, front_ways.DEFAULT, ["annuli"]) for use, one in uses.items()}
         # The default must be sane; other ways that are not do not count, and the table says so.

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from contactlaw import rebound
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table
 from validation.front import largest
 from validation.impacts import judge, sticking
 from validation.lammps_wall import VARIANTS, contact, impacts
@@ -19,7 +19,6 @@ TWINS = {"mindlin/force": "mindlin", "mindlin_rescale/force": "mindlin_rescaled"
 MANY = 1000  # impacts in one run, for the cost of each
 
 
-@register
 class Lammps(Case):
     """LAMMPS, on the same impacts of a steel sphere on a wall, is as far from the reference as the single-spring rungs:
     `mindlin` is its mindlin/force and `mindlin_rescaled` its mindlin_rescale/force, the same equations and the same
@@ -29,7 +28,7 @@ class Lammps(Case):
 
     place = 16
     title = "A discrete-element code"
-    needs = ("lammps",)
+    needs = {"lammps": "lammps mpich"}
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         pair = contact()

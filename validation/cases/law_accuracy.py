@@ -3,16 +3,15 @@
 import numpy as np
 
 from contactlaw import LAWS, rebound
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.front import rms
-from validation.impacts import incidences, judge, together
+from validation.impacts import Judged, incidences, judge
 from validation.picture import LAW_STYLES, legend_below
 
 RESTITUTIONS = [1.0, 0.93, 0.86, 0.5]
 SHOWN = 1.441  # the chi of the picture over psi_1: a steel ball
 
 
-@register
 class LawAccuracy(Case):
     """The default law, `microslip`, gives the tangential rebound of an impact to within 0.001 of the converged solution
     (chi from 0.5 to 2; 0.005 at chi = 4.5). The single-spring laws of discrete-element codes, and the rigid friction of
@@ -27,7 +26,7 @@ class LawAccuracy(Case):
     def run(self, quick: bool, progress: Progress) -> Outcome:
         chis = [0.5, 1.256, SHOWN, 2.0, 4.5] if quick else [0.5, 0.75, 1.0, 1.256, SHOWN, 1.75, 2.0, 4.5]
         restitutions = [1.0, 0.86] if quick else RESTITUTIONS
-        parts = []
+        parts: list[Judged] = []
         for chi in told(chis, progress, 0.0, 0.9):
             count = 5 if quick else (9 if chi > 3.0 else 13)
             if chi == SHOWN:
@@ -35,7 +34,7 @@ class LawAccuracy(Case):
             damping = restitutions[:1] if quick and chi > 3.0 else restitutions
             impacts = [(psi_1, chi, e) for e in damping for psi_1 in incidences(chi, count)]
             parts.append(judge(impacts, 64 if chi > 3.0 else 40))
-        truth = together(parts)
+        truth = Judged(*map(np.concatenate, zip(*parts, strict=True)))
         errors = {name: np.abs(rebound(truth.psi_1, truth.chi, name, truth.restitution) - truth.psi_2) for name in LAWS}
         common = truth.chi <= 2.0
         shown = (truth.chi == SHOWN) & (truth.restitution == 1.0)
@@ -45,9 +44,8 @@ class LawAccuracy(Case):
             return {name: [float(error[part].max()) for part in of] for name, error in errors.items()}
 
         data = {
-            "impacts": truth.chi.size, "restitutions": restitutions, "chi": chis,
+            "chi": chis,
             "largest_over_chi": largest(np.array([truth.chi == chi for chi in chis])),
-            "largest_over_restitution": largest(np.array([common & (truth.restitution == e) for e in restitutions])),
             "rms": {name: rms(error[common]) for name, error in errors.items()},
             "reference_uncertainty": [float(truth.uncertainty[truth.chi == chi].max()) for chi in chis],
             "shown": {"chi": SHOWN, "psi_1": truth.psi_1[shown]},

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sims.panel import ENGINE_NAMES
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
 from validation.leave_out_scenes import FULL, INGREDIENTS, SHIPPED, Build, Subject, difference, run, subjects
 
 QUICK = {"mujoco": ("puck", "superball", "cradle"), "pybullet": ("table tennis",)}
@@ -70,7 +70,6 @@ def grouping(engine: str) -> float | None:
     return difference(cradle.results(one), cradle.results(two))
 
 
-@register
 class LeaveOut(Case):
     """Each scene is built with every ingredient of the law, then with one left out: what its result (psi_2, or a
     velocity after over one before, the largest change) changes by, and the part of the time that is saved. What changes
@@ -81,7 +80,6 @@ class LeaveOut(Case):
 
     place = 96
     title = "What each scene can leave out"
-    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         data: Data = {"engines": {engine: {} for engine in QUICK}}

@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import MATERIALS, RIGID, Body, Material, collide
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table
 from validation.prediction import quiet_pair
 
 STEEL, RUBBER, GLASS, ALUMINA = (MATERIALS[name] for name in ("steel", "rubber", "glass", "alumina"))
@@ -53,7 +53,6 @@ PAIRS: list[tuple[str, Material, Material, float | None]] = [
 Joseph & Hunt (2004), Cross (2010), Chung & Ooi (2011)."""
 
 
-@register
 class LeftOut(Case):
     """The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, its
     patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it leaves out
@@ -62,7 +61,6 @@ class LeftOut(Case):
 
     place = 95
     title = "What the theory leaves out"
-    needs = ("scipy",)
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         shape = _shape()
@@ -147,9 +145,9 @@ def _waves(name: str, ball: Material, block: Material, radius: float, mass: floa
     period = waves.mode_period(radius, ball.poissons_ratio, ball.shear_modulus, density)
     ground = {"shear": block.shear_modulus, "density": block.density or 0.0, "nu": block.poissons_ratio}
     share = waves.radiated_share(impact, mass, speed, **ground)
-    return {"name": name, "speed": speed, "duration": impact.duration, "period": period,
-            "over_transit": impact.duration * pressure / (2.0 * radius),
-            "over_mode": impact.duration / period, "share": share, "depth": impact.overlap / radius}  # fmt: skip
+    return {"name": name, "speed": speed, "duration": impact.duration,
+            "over_transit": impact.duration * pressure / (2.0 * radius), "over_mode": impact.duration / period,
+            "share": share, "depth": impact.overlap / radius}  # fmt: skip
 
 
 def _travel(angle: float | None) -> Data:

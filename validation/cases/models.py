@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from statistics import median
 
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Case, Data, Limit, Outcome, Progress, Table
 
 FOUND = Path(__file__).parents[1] / "data" / "census.json"
 HANDLED = FOUND.with_name("handling.json")  # by `validation.handling`
@@ -19,7 +19,6 @@ PALM = 0.04  # [m], height below which the package's own environment takes its b
 SLIP, RAISED = 5e-5, 0.1  # [m] in 10 s; asked
 
 
-@register
 class Models(Case):
     """Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, for as
     long as the processor time given allowed, 10 s at most, then a passive fall of 2 s. A step's cost is its processor

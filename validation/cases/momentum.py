@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import ContactPair
 from validation import ball
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told, worst
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told, worst
 from validation.impacts import judge
 
 State = tuple[Array, Array, Array]
@@ -21,7 +21,6 @@ INERTIA = 0.4 * ball.MASS * ball.RADIUS**2  # [kg m^2]
 AHEAD = 2.3  # engine steps before the touch
 
 
-@register
 class Momentum(Case):
     """Two spinning balls that meet off-centre keep their linear and angular momentum to rounding, at any engine step
     and at every one of them, and at about 1 m/s the contact point rebounds as the theory says for both balls' inertia.
@@ -29,7 +28,6 @@ class Momentum(Case):
 
     place = 46
     title = "Two balls in flight"
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         count = 4 if quick else 16

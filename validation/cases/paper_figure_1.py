@@ -3,7 +3,7 @@
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.rebound_figure import thrown
 from validation.reference.annulus import impact
 
@@ -16,7 +16,6 @@ REFERENCE_STEPS = 2000
 LAW_STEPS = 1200
 
 
-@register
 class PaperFigure1(Case):
     """The law gives the tangential force at every instant of a steel puck's impact, not just its rebound: it starts to
     stick, reverses and slips back when the annulus solution does, at every angle of incidence.
@@ -56,7 +55,7 @@ class PaperFigure1(Case):
             })  # fmt: skip
         envelope = np.interp(at, reference.time, reference.normal_force)
         largest_difference = max(curve["difference"] for curve in curves)
-        data = {"chi": puck.chi, "annuli": annuli, "tau": at, "envelope": envelope, "curves": curves}
+        data = {"tau": at, "envelope": envelope, "curves": curves}
         return Outcome([Limit("largest difference in F/(mu P_max)", 5e-3, largest_difference)], data, problems)
 
     def table(self, data: Data) -> Table:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
 from validation.reference.annulus import History, impact
 
 PSI_1 = 1.2
@@ -28,7 +28,6 @@ HALF_TENTH = 0.05  # the paper says "about" of times that it shows by tenths
 CHAIN_DASH = (0, (9, 2, 1.5, 2))
 
 
-@register
 class PaperFigure2(Case):
     """The annulus solution with the paper's 20 annuli gives the paper's account of an impact at psi_1 = 1.2: gross
     slip, then stick everywhere at once between tau = 0.2 and 0.3, a force that falls from about 0.4, slip the other way

@@ -1,10 +1,8 @@
 """Fig. 3 of Maw, Barber & Fawcett (1981): psi_2 over psi_1 for the steel pucks."""
 
-from validation.case import register
 from validation.rebound_figure import INCH, ReboundFigure
 
 
-@register
 class PaperFigure3(ReboundFigure):
     """A 3 in and a 4 in steel puck, thrown at speeds a factor of three apart, aimed or with backspin, by the law alone
     and inside MuJoCo and PyBullet, rebound along one curve: the annulus solution at the restitution of 0.93. The paper

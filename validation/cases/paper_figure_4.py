@@ -4,13 +4,12 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import SURFACES, Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
 from validation.rebound_figure import INCH, sized
 
 PUCKS = {"3 in steel": ("steel", 3.0), "4 in steel": ("steel", 4.0), "4 in rubber": ("rubber", 4.0)}
 
 
-@register
 class PaperFigure4(Case):
     """The scene is the paper's: a puck cut from a ball floats on an air table, a pendulum throws it at a clamped block
     of its own material, and a stroboscope lights it from above. The paper takes the puck for a flat disk; for slices an
@@ -35,11 +34,11 @@ class PaperFigure4(Case):
             e = puck.pair.restitution
             change = np.abs(np.asarray(rebound(psi, round_chi, restitution=e)) - rebound(psi, puck.chi, restitution=e))
             pucks[name] = {"radius": puck.radius, "mass": puck.mass, "chi": puck.chi, "chi_round": round_chi,
-                           "gyration": gyration, "mu": puck.pair.friction, "restitution": e, "kappa": puck.pair.kappa,
+                           "mu": puck.pair.friction, "restitution": e, "kappa": puck.pair.kappa,
                            "contact_duration": puck.contact_duration, "change": float(change.max()),
                            "greatest_overlap": puck.pair.greatest_overlap(puck.mass, puck.speed)}  # fmt: skip
         incidence = SURFACES["steel"].friction / Puck().pair.kappa * 3.0  # of psi_1 = 3
-        data = {"pucks": pucks, "thickness": Puck.thickness, "speed": Puck().speed, "incidence": incidence}
+        data = {"pucks": pucks, "incidence": incidence}
         flat = max(abs(puck["chi"] / (1.5 * puck["kappa"]) - 1.0) for puck in pucks.values())  # 1 + 1/K^2 = 3
         return Outcome([Limit("chi of a flat disk from 3/2 kappa, over it", 1e-12, flat)], data)
 

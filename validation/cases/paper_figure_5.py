@@ -1,10 +1,8 @@
 """Fig. 5 of Maw, Barber & Fawcett (1981): psi_2 over psi_1 for the rubber puck."""
 
-from validation.case import register
 from validation.rebound_figure import INCH, ReboundFigure
 
 
-@register
 class PaperFigure5(ReboundFigure):
     """A rubber puck, whose contact point meets the block at angles up to 87 degrees, rebounds along the annulus
     solution at the restitution of 0.86, at speeds a factor of three apart, by the law alone and inside MuJoCo and

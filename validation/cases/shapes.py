@@ -13,7 +13,7 @@ import numpy as np
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
 from validation.ball import DOWN, FLOOR, RADIUS, STEEL, balls_world
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
 from validation.measure import interleaved, spread
 from validation.shape_draws import KINDS, draw, draw_heap
 
@@ -178,7 +178,8 @@ def costs(rounds: int) -> dict[str, Data]:
     found, pair = {}, ContactPair(PLASTIC, PLASTIC, 0.3, 0.6)
     for name, (floor, thing, speed, height) in COSTS.items():
         size = '"5 5 1"' if floor == "plane" else '"5 5 .1" pos="0 0 -.1"'
-        text = (f'<mujoco><option timestep="2e-3"/><asset><mesh name="rock" vertex="{rock}"/></asset><worldbody>'
+        text = (f'<mujoco><option timestep="2e-3"/><default><geom friction="{pair.friction}"/></default>'
+                f'<asset><mesh name="rock" vertex="{rock}"/></asset><worldbody>'
                 f'<geom name="floor" type="{floor}" size={size}/><body pos="0 0 {height}"><freejoint/>{thing}</body>'
                 "</worldbody></mujoco>")  # fmt: skip
         models = {"law": load_model(text, [("thing", "floor", pair)]), "native": mujoco.MjModel.from_xml_string(text)}
@@ -196,7 +197,6 @@ def costs(rounds: int) -> dict[str, Data]:
     return found
 
 
-@register
 class Shapes(Case):
     """A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of cylinders
     are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains energy, none sinks,
@@ -205,7 +205,6 @@ class Shapes(Case):
 
     place = 52
     title = "Shapes"
-    needs = ("mujoco", "pybullet", "scipy")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         rest, fall = box_errors()

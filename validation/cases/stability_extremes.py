@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from validation.case import Axes, Data, Outcome, Progress, register
+from validation.case import Axes, Data, Outcome, Progress
 from validation.stability import StabilityCase, crosses, gains, scale_of_gains, tally
 from validation.stability_draws import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, TITLES, WAYS
@@ -13,7 +13,6 @@ from validation.stability_worlds import ENGINES, TITLES, WAYS
 TRIALS, FEW_TRIALS = 12, 4  # of a level; half of them elastic, their steps spread from contact to contact
 
 
-@register
 class StabilityExtremes(StabilityCase):
     """Incompressible or not, without friction or with all of it, rings and compact cores, psi_1 from 1e-6 to 1000,
     masses a million times apart, speeds from 1 um/s to 100 m/s, grazing incidence, a start inside each other, rest on a

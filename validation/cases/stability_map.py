@@ -7,7 +7,7 @@ from math import pi, sqrt
 import numpy as np
 
 from contactlaw.laws.hertz import HERTZ_DURATION
-from validation.case import Axes, Data, Limit, Outcome, Progress, register
+from validation.case import Axes, Data, Limit, Outcome, Progress
 from validation.stability import DEFAULT, StabilityCase, crosses, gains, on_all_cores, scale_of_gains, tally
 from validation.stability_draws import bounces
 from validation.stability_trials import Trial
@@ -25,7 +25,6 @@ SWING = HERTZ_DURATION * sqrt(1.875)  # omega T of small motions at the greatest
 STIFFEST_ACROSS = sqrt(3.5)  # omega across over along, sqrt(2 chi), a solid ball with nu = 0
 
 
-@register
 class StabilityMap(StabilityCase):
     """Contacts a thousand times shorter or longer than the engine's step, moduli from 1 kPa to 1 TPa, friction up
     to 10, mass ratios up to a million, 0.1 mm/s to 100 m/s, restitution from 1 to 0.05: with sub-cycling no cell of

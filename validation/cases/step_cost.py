@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import LAWS
 from sims.worlds import World
 from validation import ball
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.measure import interleaved, spread
 from validation.picture import bars
 
@@ -105,7 +105,6 @@ def scenes() -> dict[str, Scene]:
     return found
 
 
-@register
 class StepCost(Case):
     """A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own contact,
     and in free flight no more than 3 % over the same scene without the law. At 2 ms the law's substeps are paid for
@@ -118,7 +117,6 @@ class StepCost(Case):
     title = "What a step costs"
     sheet = {"width": 6.4, "height": 5.4}
     caption = "Time of a step over that of the scene named in the table; whiskers: quartiles."
-    needs = ("mujoco", "pybullet")
 
     def run(self, quick: bool, progress: Progress) -> Outcome:
         known = scenes()

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.impacts import judge
 from validation.measure import interleaved, order_of, spread
 from validation.reference import annulus, superposition
@@ -19,7 +19,6 @@ TIMED = [1000, 4000, 12000, 36000]
 TIMED_PSI = 0.5
 
 
-@register
 class Superposition(Case):
     """Superposing the Hertz-shaped tractions of all load increments, the paper's first method, gives the same rebound
     as its second, the annuli, of which it uses nothing. What it remembers, and the cost of its steps, grow with the
@@ -43,8 +42,7 @@ class Superposition(Case):
         errors = _errors(STEPS[:-2] if quick else STEPS)
         progress(0.5)
         cost = _cost(TIMED[:-1] if quick else TIMED, 3 if quick else 5, lambda part: progress(0.5 + 0.5 * part))
-        data = {"incidences": INCIDENCES, "agreement": agreement, "steps_default": superposition.STEPS,
-                "errors": errors, "cost": cost}  # fmt: skip
+        data = {"incidences": INCIDENCES, "agreement": agreement, "errors": errors, "cost": cost}
         largest = {chi: max(one["difference"]) for chi, one in agreement.items()}
         limits = [
             Limit(f"largest difference in psi_2, chi = {DISK}", 3e-3, largest[str(DISK)]),

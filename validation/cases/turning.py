@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw.laws.microslip import Microslip
 from contactlaw.turning import MicroslipTurning
 from validation import ledger, spinning, turning
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
 from validation.measure import interleaved, spread
 from validation.picture import BROAD, legend_below
 from validation.reference.turning_data import load
@@ -22,7 +22,6 @@ LASTING = "circle, touch to release"  # no turn of it is like another
 CYCLES = [(4, 1, True), (6, 1, True), (5, 16, False)]  # corners, steps from one to the next, load and place in turn
 
 
-@register
 class Turning(Case):
     """Where a slide turns, `MicroslipTurning` keeps friction's limit on the surface of the contact, not on its line of
     springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five times the

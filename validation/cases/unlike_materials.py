@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import RIGID, ContactPair
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, register, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
 from validation.cases import alumina_on_glass as alumina
 from validation.cases import finite_elements as elements
 from validation.measured import Array
@@ -16,7 +16,6 @@ ASKED = 0.03  # what the coupling was said to bring the finite elements' recoil 
 WAYS = ("as like materials", "with the coupling")
 
 
-@register
 class UnlikeMaterials(Case):
     """Pressing unlike bodies together shears their surfaces (Dundurs' beta), which laws and reference leave out. The
     grid solver with this shear brings the finite elements of a sphere on a rigid plane to within the disagreement of
@@ -60,7 +59,7 @@ class UnlikeMaterials(Case):
         data = {
             "beta": {"finite elements": 0.5 * pair.coupling, "alumina on glass": 0.5 * glass.coupling},
             "rms": found, "own": own, "held": [[friction, value] for friction, value in held.items()],
-            "scatter": alumina.consistency()["e_t"][0], "gross": alumina.FRICTION,
+            "scatter": alumina.consistency()["e_t"][0],
             "x": fine / pair.kappa, "recoil": dict(zip(WAYS, [v / pair.kappa for v in both_ways(pair, fine, change)],
                                                        strict=True)),
             "points": both["recoil"], "measured": [theta, e_t],
