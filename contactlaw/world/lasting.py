@@ -12,9 +12,7 @@ serve; momentum is kept by each of its steps. Nothing is changed where it does n
 
 Where joints hold bodies, forces on these stay what they are as the step begins, and what swings would gain
 omega^2 h/2 of its energy a second. One stage b = h, which keeps it as engines do, takes the place of both unless
-something slides. In a crowd what strikes more slowly than loads move it within the step is caught, not bounced, in one
-stage, backward Euler, which only loses energy: the first of two stages counts 2.4 times, so that both would throw back
-1.4 times the speed.
+something slides.
 """
 
 from __future__ import annotations
@@ -56,7 +54,7 @@ from contactlaw.world.newton import begin_equations, begin_matrix, enter, look_a
 from contactlaw.world.records import NEVER, WAITS
 from contactlaw.world.rolling import moment_of
 from contactlaw.world.sleep import fall_asleep, wake
-from contactlaw.world.steady import GAINED, changes, energy, is_held, is_steady, stages_of
+from contactlaw.world.steady import GAINED, changes, energy, is_held, is_lasting, is_steady
 from contactlaw.world.touch import add_work, force_of, open_up
 from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub
@@ -75,8 +73,7 @@ def let_last(w):
     some = False
     for k in range(w.islands):
         bodies, pairs = members(w, whole_at(w.roots, k))
-        stages = stages_of(w, bodies, pairs) if tries(w, bodies) else 0
-        if stages > 0 and last(w, bodies, pairs, stages):
+        if tries(w, bodies) and is_lasting(w, bodies, pairs) and last(w, bodies, pairs):
             fall_asleep(w, bodies, pairs)
             some = True
     return some
@@ -95,10 +92,9 @@ def tries(w, bodies):
 
 
 @jit_inside
-def last(w, bodies, pairs, stages):
+def last(w, bodies, pairs):
     """Take the step with an island of lasting contacts; returns whether it was found."""
-    calm = stages == 2
-    stages = 1 if is_held(w, bodies, pairs) else stages
+    stages = 1 if is_held(w, bodies, pairs) else 2
     begin(w, bodies, pairs)
     before, _ = energy(w, bodies, pairs)
     stage = SHARE * w.step if stages == 2 else w.step
@@ -115,7 +111,7 @@ def last(w, bodies, pairs, stages):
             for i in range(w.unknowns):
                 velocity[i] += (w.step / stage - 1.0) * (velocity[i] - begun[i])
         solved = solve(w, bodies, pairs, stage, w.step)
-    found = solved and not (calm and changes(w, pairs))
+    found = solved and not changes(w, pairs)
     if found:
         after, size = energy(w, bodies, pairs)
         found = after - before <= GAINED * size

@@ -145,23 +145,15 @@ def closing_speed(c, a, b):
 
 
 @jit_inside
-def rests(w, c, a, b, slow):
-    """Whether a closed contact does not strike within the step; slow: speed [m/s] that is none, zero: see `SLOW`.
+def rests(c, a, b):
+    """Whether a closed contact does not strike within the step, see `SLOW`.
 
     One that is near its balance may be as soft as it likes: what it does beside stiffer ones a step follows, or damps.
     """
     speed, t = closing_speed(c, a, b), c.touch
     if t.zeta == 0.0:
         return False
-    if slow > 0.0:
-        return abs(speed) <= slow and contact_time(w, c, a, b) * LONG <= w.step
     return speed * speed * t.mass <= SLOW * t.force * t.overlap and hardly_moves(c, 1.0)
-
-
-@jit_inside
-def loaded(w, a, b):
-    """Speed [m/s] that loads make of two bodies within the step."""
-    return w.step * max(norm(load(a.acceleration)), norm(load(b.acceleration)))
 
 
 @jit_inside

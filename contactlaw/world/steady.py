@@ -11,7 +11,7 @@ from contactlaw.world.access import body_at, contact_at, contact_kept, near_at, 
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.core import CROWN
 from contactlaw.world.force import hardly_moves, rigid, stored_energy
-from contactlaw.world.pace import loaded, radius_of, rests
+from contactlaw.world.pace import radius_of, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
 from contactlaw.world.touch import deep
 from contactlaw.world.vec import cross, dot, load, norm, sub, to_body, to_world
@@ -23,13 +23,13 @@ LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
 
 
 @jit_inside
-def stages_of(w, bodies, pairs):
-    """Two if nothing strikes in an island within the step; one if what strikes does so slowly; zero: it is stepped."""
+def is_lasting(w, bodies, pairs):
+    """Whether contacts of an island are closed, and nothing strikes within the step; numbers its unknowns."""
     unknowns = 0
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         if b.oriented != 0 and norm(load(b.spin)) * w.step > LARGEST_TURN:
-            return 0
+            return False
         b.unknown = -1
         b.active = 0
         if b.tree != 0:
@@ -42,7 +42,7 @@ def stages_of(w, bodies, pairs):
             unknowns += 6
     w.unknowns = unknowns
     if unknowns > w.unknown_room:
-        return 0
+        return False
     closed = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -52,32 +52,23 @@ def stages_of(w, bodies, pairs):
             b.active = max(b.active, p.closed)
             if b.still != 0:
                 b.unknown = -1
-    stages = 2 if closed > 0 else 0
     for i in range(pairs):
-        p = near_at(w.near, whole_at(w.island_pairs, i))
-        if strikes(w, p, False):
-            stages = min(stages, 1)
-            if closed <= w.crowd or strikes(w, p, True):
-                return 0
-    return stages
+        if strikes(w, near_at(w.near, whole_at(w.island_pairs, i))):
+            return False
+    return closed > 0
 
 
 @jit_inside
-def strikes(w, p, crowd):
-    """Whether a pair strikes within the step, or is none that lasts.
-
-    In a crowd a strike counts as none which is slower than what loads make of a body within the step: what it bounces
-    is shorter than that.
-    """
+def strikes(w, p):
+    """Whether a pair strikes within the step, or is none that lasts."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-    slow = loaded(w, a, b) if crowd else 0.0
     if p.closed == 0:
         if p.gap < 0.0 and -p.gap > deep(shape_at(w.shapes, p.a), radius_of(w, p)):
             return True  # it is to be found so, see `touch.close`
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
-        return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > slow * slow
+        return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0
     c = contact_at(w.contacts, p.slot)
-    if rigid(w, c) or not rests(w, c, a, b, slow):
+    if rigid(w, c) or not rests(c, a, b):
         return True
     return whirls(shape_at(w.shapes, p.a), a, load(c.normal), sub(load(a.spin), load(b.spin)), w.step)
 

@@ -20,7 +20,7 @@ from contactlaw.world.guards import fastest, is_guarded, outgrown, part_at_start
 from contactlaw.world.island import integrate
 from contactlaw.world.motion import closing_at, fly, follow, settle
 from contactlaw.world.near import count_slots, list_near, strayed
-from contactlaw.world.pace import LONG, loaded, rests
+from contactlaw.world.pace import LONG, rests
 from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace, stays_built
@@ -175,7 +175,7 @@ def some_last(w):
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed != 0 and (a.still == 0 or b.still == 0):
             c = contact_at(w.contacts, p.slot)
-            if rests(w, c, a, b, loaded(w, a, b)) or rests(w, c, a, b, 0.0):
+            if rests(c, a, b):
                 return True
     return False
 
