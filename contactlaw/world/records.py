@@ -61,7 +61,7 @@ BODY = record(
     unknown="i8",  # first of its velocities in an implicit step, see `equations`
     waits="i8", waited="i8",  # steps for which no implicit one is tried with it, below WAITS: still, and in all
     still="i8",  # nothing moves it within this step
-    asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under; of the first of a tree a check sum
+    asleep="i8", held=VECTOR,  # the acceleration that it fell asleep under; of the first of a tree see `trees.held_by`
     changed="i8",  # its velocity is no longer what was foreseen
     touched="i8",  # a contact has kicked it
     placed="i8",  # somebody has put it where it is since the last step

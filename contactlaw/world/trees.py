@@ -21,6 +21,9 @@ from contactlaw.world.tree_dynamics import answered, ascend, decay, descend, lim
 from contactlaw.world.tree_kinematics import spread_velocity, vector
 from contactlaw.world.vec import add, cross, load, norm, store, sub
 
+SAME = 1e-12  # of the forces on a tree, a change that is none
+GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # weights of forces: multiples of these fall nowhere twice
+
 
 @jit_inside
 def copy(source, target):
@@ -162,23 +165,33 @@ def rest(b):
     """Stop a tree that falls asleep; its first body keeps what it sleeps with."""
     t = tree_at(b.tree, 0)
     clear(vector(t.v, t.v_size))
-    b.held[0] = held_by(t)
+    store(b.held, held_by(t))
     t.stale = 1
 
 
 @jit_inside
 def moved(t):
-    """Whether coordinates, velocities or forces of a tree are not those that it fell asleep with."""
-    v, out = vector(t.v, t.v_size), body_at(t.bodies, 0).held[0] != held_by(t)
+    """Whether coordinates, velocities or forces of a tree are not those that it fell asleep with.
+
+    What an engine's solver says of one and the same force differs by rounding.
+    """
+    held, now = load(body_at(t.bodies, 0).held), held_by(t)
+    v, f, size = vector(t.v, t.v_size), vector(t.f, t.v_size), 0.0
+    out = held[0] != now[0]
     for k in range(t.v_size):
         out = out or v[k] != 0.0
-    return out
+        size += abs(f[k])
+    return out or not max(abs(held[1] - now[1]), abs(held[2] - now[2])) <= SAME * size
 
 
 @jit_inside
 def held_by(t):
-    """A check sum of the coordinates of a tree and the forces on them."""
-    return one_of(mix(t.q, 0, t.q_size, 0) + mix(t.f, 0, t.v_size, t.q_size))
+    """A check sum of the coordinates of a tree, and two sums of the forces on them, each with weights of its own."""
+    f, one, two = vector(t.f, t.v_size), 0.0, 0.0
+    for k in range(t.v_size):
+        one += (0.5 + GOLDEN * (k + 1.0) % 1.0) * f[k]
+        two += (0.5 + SILVER * (k + 1.0) % 1.0) * f[k]
+    return one_of(mix(t.q, 0, t.q_size, 0)), one, two
 
 
 def spread(b):

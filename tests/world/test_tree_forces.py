@@ -136,6 +136,22 @@ def test_an_arm_that_lies_sleeps_until_it_is_pulled_or_hit() -> None:
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize(("change", "sleeps"), [(4e-15, True), (1e-10, False)])
+def test_an_arm_is_not_woken_by_the_rounding_of_the_forces_on_it(change: float, sleeps: bool) -> None:
+    world = arm_over_floor(0.03, 0.1, timestep=2e-3)
+    force = numbers(world.arrays, 0, "f")
+    force[0] = 0.01
+    world.arrays.trees["stale"] = 1
+    world.step(250)
+    assert world.asleep[0]
+    before = world.arrays.world["implicit"][0]
+    force[0] *= 1.0 + change
+    world.arrays.trees["stale"] = 1
+    world.step()
+    assert (world.arrays.world["implicit"][0] == before) == sleeps
+
+
+@pytest.mark.heavy
 def test_limbs_that_lie_on_the_floor_come_to_rest() -> None:
     world = creature(2e-3, restitution=0.2, gravity=9.81)
     for part in range(4):
