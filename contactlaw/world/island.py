@@ -16,7 +16,7 @@ from contactlaw.world.call import address, call_coast, call_land, call_set_out, 
 from contactlaw.world.demand import COAST, LAND, SET_OUT
 from contactlaw.world.geometry import meet_near
 from contactlaw.world.guards import keep_gap, known_gap, over_plane
-from contactlaw.world.motion import drift, fly, greatest_closing, rate, settle
+from contactlaw.world.motion import closing_at, drift, fly, greatest_closing, rate, settle
 from contactlaw.world.pace import predict, radius_of, substep, touch_time
 from contactlaw.world.records import EACH, LATER, NEVER, NOW
 from contactlaw.world.sleep import fall_asleep
@@ -230,16 +230,16 @@ def forces(w, pairs, span, few):
             gap, stride = known_gap(w, p, a, b)
             near = min(near, AHEAD * (span[1] / span[0]) * stride)
             if gap <= near:
-                overlap, _, _, _ = over_plane(w, p, a, b)
+                overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
                 if overlap > -near:
-                    overlap, _, _, _ = meet_near(w, p, a, b)
+                    overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
                 gap = -overlap
                 keep_gap(w, p, a.time if b.still != 0 else b.time)
+                if 0.0 <= gap < AHEAD * span[1] * closing_at(a, arm_a, b, arm_b, n):
+                    own = touch_time(w, p) / substeps_of(w, p, few)
+                    news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
             p.gap = gap
             p.room = gap + a.way + b.way
-            if 0.0 <= gap < AHEAD * span[1] / span[0] * (-before - gap):
-                own = touch_time(w, p) / substeps_of(w, p, few)
-                news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
             if gap >= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
             news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
