@@ -234,12 +234,12 @@ def forces(w, pairs, span, few):
                 if overlap > -near:
                     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
                 gap = -overlap
-                keep_gap(w, p, a.time if b.still != 0 else b.time)
                 if 0.0 <= gap < AHEAD * span[1] * closing_at(a, arm_a, b, arm_b, n):
                     own = touch_time(w, p) / substeps_of(w, p, few)
                     news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
             p.gap = gap
             p.room = gap + a.way + b.way
+            keep_gap(w, p, a.time if b.still != 0 else b.time)
             if gap >= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
             news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
