@@ -80,7 +80,7 @@ load_int: Any = built(types.int32(types.uint64), _load_int)
 """The C int at an address."""
 
 doubles_at: Any = built(types.CPointer(types.float64)(types.uint64), _doubles)
-"""An address as a pointer to float64, for `numba.carray`."""
+"""An address as a pointer to float64."""
 
 whole_at: Any = built(types.int64(types.uint64, types.int64), _load_whole)
 """Element of an array of int64, by its address."""

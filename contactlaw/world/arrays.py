@@ -10,6 +10,7 @@ from contactlaw.jit import INTERPRETED
 from contactlaw.world import long
 from contactlaw.world.coordinates import addresses
 from contactlaw.world.equations import room_for
+from contactlaw.world.hulls import by_direction
 from contactlaw.world.records import (
     BODY,
     BOX,
@@ -105,9 +106,9 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     points, own = one.points, []
     for fields in rows:
         vertices = fields.get("vertices", NONE)
-        place = {"first": len(points), "count": len(vertices)} if len(vertices) else {}
+        place = {"first": len(points)} if len(vertices) else {}
         own.append({name: value for name, value in fields.items() if name in RECORDED} | place)
-        points = np.concatenate([points, vertices])
+        points = np.concatenate([points, by_direction(vertices)]) if place else points
     shapes = with_rows(one.shapes, own)
     new, bodies = shapes[-len(rows) :], one.bodies
     more = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)

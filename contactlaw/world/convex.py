@@ -33,8 +33,10 @@ def radius(sa, a, sb, b):
     at, u = 0.0, ZERO
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, _ = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
-    _, _, count, e = nearest(sa, a, sb, b, scale(at, u))
+        at, _, (_, count, e) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+    else:
+        _, _, corners, e = nearest(sa, a, sb, b, ZERO)
+        count = float(corners)
     return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
 
 
@@ -47,8 +49,8 @@ def meet(sa, a, sb, b):
         v, y, _, _ = nearest(sa, a, sb, b, way)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, radius_a = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
-        v, y, _, _ = nearest(sa, a, sb, b, scale(at, u))
+        at, radius_a, (v, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+        y = sub(add(sub(load(a.position), load(b.position)), axpy(at, u, from_a)), v)
     else:
         v, y, _, _ = nearest(sa, a, sb, b, ZERO)
     both = radius_a + radius_b

@@ -12,7 +12,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.call import ask_nearest
 from contactlaw.world.records import BOX, HULL
 from contactlaw.world.segments import clip
-from contactlaw.world.vec import add, axpy, dot, norm, scale, to_body, to_world
+from contactlaw.world.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
 
 STEPS = 60  # of Newton's method, which is done when it comes to the right piece; bisection guards it
 CROWN = 0.01  # of the radius
@@ -134,7 +134,7 @@ def lies_over_face(d, u, margin, s, b):
 @jit_inside
 def deepest_on_line(d, u, rounding, one):
     """Which point of a capsule's side, or of a box's edge, is the deepest in a core: its place along the half axis u,
-    and its radius [m].
+    its radius [m], and what `excess_at` finds there.
 
     d: from the core's centre to the segment's middle, in the world. one: as above. On a face a capsule lies on its
     ends, and a box on its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)), so
@@ -147,9 +147,10 @@ def deepest_on_line(d, u, rounding, one):
     if s.kind != HULL:
         p, q, same = local(d, s, b), local(u, s, b), EQUAL
     crown = 2.0 * CROWN * radius
-    low, high, at = -2.0, 2.0, 0.0
+    low, high, at, seen = -2.0, 2.0, 0.0, (ZERO, 0.0, ZERO)
     for _ in range(STEPS):
-        e, count, other = excess_at(p, scale(at, q), rounding, one)
+        seen = excess_at(p, scale(at, q), rounding, one)
+        e, count, other = seen
         k = crown * max(norm(e), LEAST)
         value, slope = k * at + dot(e, q), k + dot(change_of(e, count, other, q, rounding, s), q)
         if value == 0.0:  # all of it is inside
@@ -164,4 +165,4 @@ def deepest_on_line(d, u, rounding, one):
         if abs(new - at) <= same:
             break
         at = new
-    return at, radius * (1.0 - CROWN * (1.0 + at * at))
+    return at, radius * (1.0 - CROWN * (1.0 + at * at)), seen

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from math import atan2, copysign, cos, floor, pi, sin
 
-from numba import carray  # pyright: ignore[reportPrivateImportUsage]
-
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.world.geometry import centre
@@ -17,7 +15,28 @@ from contactlaw.world.records import BOX, CYLINDER, HULL, SEGMENT
 from contactlaw.world.vec import ZERO, add, axpy, dot, load, scale, sub, to_body, to_world
 
 STEPS = 100  # which none needs
+CELLS = 4  # along each side of each face of the cube of directions
 STAVE = pi / 16.0  # [rad] of a cylinder, which counts as a prism: what is smooth has no last step
+
+
+@jit_inside
+def cell_of(d):
+    """Number of the cell of the cube around it that a direction leaves by."""
+    x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
+    face, most, u, v = 4, d[2], d[0], d[1]
+    if x >= y and x >= z:
+        face, most, u, v = 0, d[0], d[1], d[2]
+    elif y >= z:
+        face, most, u, v = 2, d[1], d[2], d[0]
+    face += 1 if most < 0.0 else 0
+    return (face * CELLS + cell_along(u / most)) * CELLS + cell_along(v / most)
+
+
+@jit_inside
+def cell_along(x):
+    """Which cell between -1 and 1; the first of what is no number."""
+    cell = 0.5 * CELLS * (x + 1.0)
+    return min(int(cell), CELLS - 1) if cell >= 0.0 else 0
 
 
 @jit_inside
@@ -26,13 +45,14 @@ def support(s, b, d):
     at = load(s.at)
     if s.kind == HULL:
         own = to_body(b.axes, d)
-        points = carray(doubles_at(s.points), 3 * s.count)
-        best, most = 0, -1e300
-        for i in range(s.count):
-            far = points[3 * i] * own[0] + points[3 * i + 1] * own[1] + points[3 * i + 2] * own[2]
+        points, cell = doubles_at(s.points), 3 * cell_of(own)
+        first = 3 * int(points[cell])
+        best, most = first, -1e300
+        for i in range(first, first + 3 * int(points[cell + 1]), 3):
+            far = points[i] * own[0] + points[i + 1] * own[1] + points[i + 2] * own[2]
             if far > most:
                 best, most = i, far
-        at = add(at, (points[3 * best], points[3 * best + 1], points[3 * best + 2]))
+        at = add(at, (points[best], points[best + 1], points[best + 2]))
     elif s.kind == SEGMENT:
         u = load(s.half)
         at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from contactlaw.world.gjk import CELLS
 from contactlaw.world.records import Array
 
 FLAT = 1e-6  # of the size, a height that is none: meshes come in single precision
@@ -17,6 +18,7 @@ MOST = 100  # vertices
 SHARE = 0.1  # of the least distance of a face from the middle: the radius where none is given
 SHARP = 0.9  # cosine of the angle by which an edge turns at least that is one
 BLUNT = 0.1  # least of the singular values of the normals at a vertex, over the greatest, that moves it
+CLEARLY = 1e-9  # of the size: what is so much further along a direction is so in spite of rounding
 
 
 def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Array, Array]:
@@ -101,3 +103,26 @@ def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tup
     sides = {(f[i - 1], f[i]): n for f, n in zip(faces.tolist(), normals, strict=True) for i in range(3)}
     edges = [(i, j) for (i, j), n in sides.items() if i < j and n @ sides[j, i] < SHARP]
     return vertices + np.array(moved), edges, r
+
+
+def by_direction(vertices: Array) -> Array:
+    """Which vertices (n, 3) can be the furthest along a direction, for each cell of the directions, see `gjk.cell_of`.
+
+    Of those of a cell one is not that if another is further along each of its four corners: so it is between them. For
+    each cell a row with the place of its first vertex, and how many there are; then the vertices themselves, in their
+    order.
+    """
+    margin = CLEARLY * float(np.ptp(vertices, axis=0).max())
+    border = np.linspace(-1.0, 1.0, CELLS + 1)
+    rows, kept, place = [], [], 6 * CELLS**2
+    for face in range(6):
+        corners = np.stack(np.broadcast_arrays(1.0, border[:, None], border[None, :]), axis=-1)
+        far = np.roll(corners if face % 2 == 0 else -corners, face // 2, axis=-1) @ vertices.T
+        for i, j in np.ndindex(CELLS, CELLS):
+            at = far[i : i + 2, j : j + 2].reshape(4, -1)
+            passed = (at[:, :, None] > at[:, None, :] + margin).all(0).any(0)
+            own = vertices[~passed]
+            rows.append((place, len(own), 0.0))
+            kept.append(own)
+            place += len(own)
+    return np.concatenate([np.array(rows), *kept])

@@ -38,7 +38,7 @@ def meet(sa, a, sb, b):
     radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = half_axis(sa, a)
-        s, radius = deepest_on_line(d, u, rounding, (sa, a, sb, b))
+        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b))
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
         way, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)

@@ -170,8 +170,8 @@ SHAPE = record(
     partner="i8",  # of a tangent plane: the only shape that it meets
     next="i8",  # part of a box, cylinder or hull, or of the one that it is itself a part of; 0: there is none
     deepest="u8",  # address of what finds the deepest point of a disc
-    first="i8", count="i8",  # of a hull: vertices of its core in `Arrays.points`, along the principal axes from `at`
-    points="u8",  # address of the first of them
+    first="i8",  # of a hull: what `Arrays.points` says of its core, along the principal axes from `at`
+    points="u8",  # address of that
     # addresses of what finds where a hull or an ellipsoid meets others, and the radius there, of a cylinder too; and
     # where a hull is nearest to a point
     meet="u8", curve="u8", nearest="u8",
@@ -324,7 +324,7 @@ class Arrays(NamedTuple):
             `world` says how much is used.
         memory: What the laws remember of each contact, shape (contacts, size).
         numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
-        points: Vertices of the cores of hulls [m], shape (points, 3).
+        points: Of the cores of hulls, vertices [m] and which of them to look at, see `hulls.by_direction`, shape (n, 3).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
         guards: Records, room as well.
