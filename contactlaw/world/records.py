@@ -324,7 +324,7 @@ class Arrays(NamedTuple):
             `world` says how much is used.
         memory: What the laws remember of each contact, shape (contacts, size).
         numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
-        points: Of the cores of hulls, vertices [m] and which of them to look at, see `hulls.by_direction`, shape (n, 3).
+        points: Of the cores of hulls: their vertices [m] by direction, see `hulls.by_direction`, shape (n, 3).
         groups: Index of the pair that shapes of two groups make, or -1.
         spare: Contacts that are free, the next one last.
         guards: Records, room as well.
