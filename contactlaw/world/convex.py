@@ -15,7 +15,7 @@ from contactlaw.world.call import MEETING, NEAREST, PARTING, RADIUS, ask_deepest
 from contactlaw.world.core import CROWN, deepest_on_line
 from contactlaw.world.curvature import feature, radius_between, rim, side_at
 from contactlaw.world.geometry import centre
-from contactlaw.world.gjk import nearest, support
+from contactlaw.world.gjk import nearest, seek, support
 from contactlaw.world.records import BOX, CYLINDER, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 
@@ -33,7 +33,7 @@ def radius(sa, a, sb, b):
     at, u = 0.0, ZERO
     if sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, _, (_, count, e) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+        at, _, (_, count, e, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
     else:
         _, _, corners, e = nearest(sa, a, sb, b, ZERO)
         count = float(corners)
@@ -49,7 +49,7 @@ def meet(sa, a, sb, b):
         v, y, _, _ = nearest(sa, a, sb, b, way)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
-        at, radius_a, (v, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+        at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
         y = sub(add(sub(load(a.position), load(b.position)), axpy(at, u, from_a)), v)
     else:
         v, y, _, _ = nearest(sa, a, sb, b, ZERO)
@@ -68,10 +68,10 @@ def meet(sa, a, sb, b):
     return overlap, n, arm_a, arm_b
 
 
-def ask(sa, a, sb, b, shift):
-    """`nearest` of a point and a hull: from there on B, how many vertices span the place, and their edge."""
-    v, _, count, e = nearest(sa, a, sb, b, shift)
-    return v, float(count), e
+def ask(sa, a, sb, b, shift, known, simplex):
+    """`seek` of a point and a hull: from there on B, how many vertices span the place, their edge, and all of them."""
+    v, _, count, e, corners = seek(sa, a, sb, b, shift, (int(known), simplex))
+    return v, float(count), e, corners
 
 
 def part(sa, a, sb, b, n):

@@ -17,6 +17,7 @@ from contactlaw.world.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_
 STEPS = 60  # of Newton's method, which is done when it comes to the right piece; bisection guards it
 CROWN = 0.01  # of the radius
 LEAST = 1e-9  # [m], a distance from a core that is none
+NOWHERE = ZERO, 0.0, ZERO, (ZERO, ZERO, ZERO)
 EQUAL, SAME = 1e-15, 1e-10  # of a half length, a step that is none; on a hull, which takes longer to ask
 
 
@@ -59,16 +60,17 @@ def local(v, s, b):
 
 
 @jit_inside
-def excess_at(m, way, less, one):
+def excess_at(m, way, less, one, last):
     """From a core to m + way, along its axes, of a hull those of the world, and what else `change_of` asks.
 
-    one: the shape that the point is of, and the core, with their bodies; way: of a hull from that shape's middle.
+    one: the shape that the point is of, and the core, with their bodies; way: of a hull from that shape's middle. last:
+    what was found at a place nearby, or `NOWHERE`: on a hull it is sought from there.
     """
     sa, a, sb, b = one
     if sb.kind == HULL:
-        return ask_nearest(sb.nearest, sa, a, sb, b, way)
+        return ask_nearest(sb.nearest, sa, a, sb, b, way, last[1], last[3])
     x = add(m, way)
-    return excess_of(x, sb, less), 0.0, x
+    return excess_of(x, sb, less), 0.0, x, last[3]
 
 
 @jit_inside
@@ -147,10 +149,10 @@ def deepest_on_line(d, u, rounding, one):
     if s.kind != HULL:
         p, q, same = local(d, s, b), local(u, s, b), EQUAL
     crown = 2.0 * CROWN * radius
-    low, high, at, seen = -2.0, 2.0, 0.0, (ZERO, 0.0, ZERO)
+    low, high, at, seen = -2.0, 2.0, 0.0, NOWHERE
     for _ in range(STEPS):
-        seen = excess_at(p, scale(at, q), rounding, one)
-        e, count, other = seen
+        seen = excess_at(p, scale(at, q), rounding, one, seen)
+        e, count, other, _ = seen
         k = crown * max(norm(e), LEAST)
         value, slope = k * at + dot(e, q), k + dot(change_of(e, count, other, q, rounding, s), q)
         if value == 0.0:  # all of it is inside

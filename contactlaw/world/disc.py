@@ -20,7 +20,7 @@ from math import sqrt
 
 from contactlaw.jit import address_of, jit_inside
 from contactlaw.world.call import DEEPEST, RADIUS
-from contactlaw.world.core import CROWN, LEAST, change_of, deepest_on_line, excess_at, excess_of, local
+from contactlaw.world.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
 from contactlaw.world.curvature import feature, radius_between, side_at
 from contactlaw.world.records import EDGE, HULL, PLANE, SEGMENT
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
@@ -62,7 +62,7 @@ def within_circle(h, b, radius):
 @jit_inside
 def slope_at(m, e1, e2, crown, y, one):
     """At m + y: the excess over a core, the slope of distance^2/2 with the crown, and what crowns there."""
-    seen = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), one[2].radius, one)
+    seen = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), one[2].radius, one, NOWHERE)
     e = seen[0]
     k = crown * max(norm(e), LEAST)
     return seen, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
@@ -76,7 +76,7 @@ def nearest_in_disc(m, e1, e2, radius, crown, one):
     back to where its slope along the step would be zero.
     """
     y = 0.0, 0.0
-    (e, count, other), g, k = slope_at(m, e1, e2, crown, y, one)
+    (e, count, other, _), g, k = slope_at(m, e1, e2, crown, y, one)
     for _ in range(STEPS):
         by1, by2 = (
             change_of(e, count, other, e1, one[2].radius, one[2]),
@@ -92,7 +92,7 @@ def nearest_in_disc(m, e1, e2, radius, crown, one):
         share = 1.0
         for _ in range(4):
             new = y[0] + share * step[0], y[1] + share * step[1]
-            (e, count, other), g, k = slope_at(m, e1, e2, crown, new, one)
+            (e, count, other, _), g, k = slope_at(m, e1, e2, crown, new, one)
             end = g[0] * step[0] + g[1] * step[1]
             if not end > -0.1 * start:
                 break
@@ -170,7 +170,7 @@ def slope_along(m, e1, e2, made, at, one):
     """Of a disc at this place of the axis: its deepest point, and the slope along the axis there."""
     along, crown, radius = made
     y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), one)
-    (e, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, one)
+    (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, one)
     return y, dot(e, along) + crown * norm(e) * at
 
 

@@ -99,6 +99,26 @@ def mean(k, p, q, r):
 
 
 @jit_inside
+def on_line(p, q):
+    """The same of a line between two points."""
+    e = sub(q, p)
+    t = min(max(-dot(p, e) / dot(e, e), 0.0), 1.0)
+    return 1.0 - t, t, 0.0
+
+
+@jit_inside
+def kept(p, q, r, x, y, z, k):
+    """A simplex without the vertices that have no weight, with their points on B; its weights, and how many it has."""
+    if k[0] == 0.0:
+        p, x, q, y, k = q, y, r, z, (k[1], k[2], 0.0)
+        if k[0] == 0.0:
+            p, x, k = q, y, (k[1], 0.0, 0.0)
+    elif k[1] == 0.0:
+        q, y, k = r, z, (k[0], k[2], 0.0)
+    return p, q, r, x, y, z, k, 3 if k[2] > 0.0 else (2 if k[1] > 0.0 else 1)
+
+
+@jit_inside
 def on_tetrahedron(p, q, r, new):
     """The triangle of three with a new vertex that is nearest to the origin: which vertex it lacks, and where on it."""
     best, lacks, found = 1e300, 0, (0.0, 0.0, 1.0)
@@ -118,27 +138,39 @@ def nearest(sa, a, sb, b, shift):
     A is a box or a hull, else a point, its middle. shift: added to A [m]. The third result is how many vertices span
     the place, on B where A is a point, and the last one the edge where they are two. Cores that overlap are zero apart.
     """
+    return seek(sa, a, sb, b, shift, (0, (ZERO, ZERO, ZERO)))[:4]
+
+
+@jit_inside
+def seek(sa, a, sb, b, shift, last):
+    """The same and the vertices on B; last: how many, and which, at a place nearby where A was, a point; or none."""
     d = add(sub(load(a.position), load(b.position)), shift)
     to_a = centre(sa, a)
     v = add(d, sub(to_a, centre(sb, b)))
     p, q, r, x, y, z = ZERO, ZERO, ZERO, ZERO, ZERO, ZERO  # vertices of the simplex, and their points on B
     count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), ZERO
+    known, (x, y, z) = last
+    if known > 0:
+        above = add(d, to_a)
+        p, q, r = sub(above, x), sub(above, y), sub(above, z)
+        k = on_line(p, q) if known == 2 else (on_triangle(p, q, r) if known == 3 else k)
+        p, q, r, x, y, z, k, count = kept(p, q, r, x, y, z, k)
+        v = mean(k, p, q, r)
+        square = dot(v, v)
     for _ in range(STEPS):
         to_b = support(sb, b, v)
         if sa.kind >= BOX:
             to_a = support(sa, a, scale(-1.0, v))
         new = sub(add(d, to_a), to_b)
-        known = (count > 0 and new == p) or (count > 1 and new == q) or (count > 2 and new == r)
-        if known:
+        had = (count > 0 and new == p) or (count > 1 and new == q) or (count > 2 and new == r)
+        if had:
             break
         if count < 2:
             p1, q1, r1, x1, y1, z1 = p, new, new, x, to_b, to_b
             if count == 0:
                 m = 0.0, 1.0, 0.0
             else:
-                e = sub(new, p)
-                t = min(max(-dot(p, e) / dot(e, e), 0.0), 1.0)
-                m = 1.0 - t, t, 0.0
+                m = on_line(p, new)
         elif count == 2:
             p1, q1, r1, x1, y1, z1 = p, q, new, x, y, to_b
             m = on_triangle(p, q, new)
@@ -151,16 +183,9 @@ def nearest(sa, a, sb, b, shift):
         if not dot(w, w) < square:
             break
         v, square, k = w, dot(w, w), m
-        p, q, r, x, y, z = p1, q1, r1, x1, y1, z1
-        if k[0] == 0.0:
-            p, x, q, y, k = q, y, r, z, (k[1], k[2], 0.0)
-            if k[0] == 0.0:
-                p, x, k = q, y, (k[1], 0.0, 0.0)
-        elif k[1] == 0.0:
-            q, y, k = r, z, (k[0], k[2], 0.0)
-        count = 3 if k[2] > 0.0 else (2 if k[1] > 0.0 else 1)
+        p, q, r, x, y, z, k, count = kept(p1, q1, r1, x1, y1, z1, k)
         if square == 0.0:
             break
     if dot(v, new) <= 0.0:
         v = ZERO
-    return v, mean(k, x, y, z), count, sub(x, y)
+    return v, mean(k, x, y, z), count, sub(x, y), (x, y, z)

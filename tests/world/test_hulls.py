@@ -12,7 +12,8 @@ from contactlaw.world import World
 from contactlaw.world.access import body_at, shape_at
 from contactlaw.world.frames import matrix_of
 from contactlaw.world.geometry import effective_radius, meet
-from contactlaw.world.hulls import convex_hull, core_of
+from contactlaw.world.gjk import cell_of
+from contactlaw.world.hulls import by_direction, convex_hull, core_of
 from tests.world.long_shapes import sphere
 from tests.world.world_scenes import FLOOR, box_of_planes, steel_pair
 
@@ -76,6 +77,22 @@ def test_a_hull_reaches_as_far_as_its_points_and_its_core_a_radius_less() -> Non
     assert radius == pytest.approx(0.002)
     np.testing.assert_allclose(np.sort(points, axis=0), np.sort(0.018 * CUBE, axis=0), rtol=0, atol=1e-15)
     assert len(convex_hull(rng.normal(size=(2000, 3)))[0]) <= 100
+
+
+def test_the_furthest_vertex_is_among_those_of_a_directions_cell() -> None:
+    """The same one as of all of them, and the first of those that are as far; also along what is no direction."""
+    rng = np.random.default_rng(3)
+    for points in (CUBE, *(rng.normal(size=(n, 3)) * (0.02, 0.1, 1.0) for n in (4, 20, 400))):
+        vertices = core_of(points)[0]
+        table = by_direction(vertices)
+        whole = np.stack(np.meshgrid(*3 * [[-2.0, -1.0, 0.0, 1.0, 2.0]]), axis=-1).reshape(-1, 3)
+        for direction in (*whole, *rng.normal(size=(1000, 3))):
+            first, count, _ = table[cell_of(tuple(direction))].astype(int)
+            if direction.any():
+                own = table[first : first + count]
+                assert np.array_equal(own[(own @ direction).argmax()], vertices[(vertices @ direction).argmax()])
+            assert count > 0
+        assert np.isfinite(table[cell_of((np.nan, 0.0, 1.0))]).all()
 
 
 def test_a_hull_is_closed_whose_points_lie_in_planes_and_lines_to_single_precision() -> None:
