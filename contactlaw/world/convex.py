@@ -76,7 +76,8 @@ def ask(sa, a, sb, b, shift, known, simplex):
 
 def part(sa, a, sb, b, n):
     """The normal n of two planes, from B to A, that part a core A from a plane or a core B: of A the lowest place along
-    it, of B the highest, with what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero.
+    it, of B the highest, with what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero. The last
+    result is where the core of A is lowest, from its body's centre of mass.
 
     n: that one, or zero, where it is to be found.
     """
@@ -88,8 +89,9 @@ def part(sa, a, sb, b, n):
             v, _, _, _ = nearest(sa, a, sb, b, ZERO)
             n = scale(1.0 / max(norm(v), 1e-300), v)
         high = dot(n, support(sb, b, n)) + around(sb)
-    low = dot(n, add(sub(load(a.position), load(b.position)), support(sa, a, scale(-1.0, n)))) - around(sa)
-    return n, low, high
+    lowest = support(sa, a, scale(-1.0, n))
+    low = dot(n, add(sub(load(a.position), load(b.position)), lowest)) - around(sa)
+    return n, low, high, lowest
 
 
 @jit_inside

@@ -11,7 +11,7 @@ from math import atan2, copysign, cos, floor, pi, sin
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.world.geometry import centre
-from contactlaw.world.records import BOX, CYLINDER, HULL, SEGMENT
+from contactlaw.world.records import BOX, CYLINDER, EDGE, HULL, SEGMENT
 from contactlaw.world.vec import ZERO, add, axpy, dot, load, scale, sub, to_body, to_world
 
 STEPS = 100  # which none needs
@@ -53,7 +53,7 @@ def support(s, b, d):
             if far > most:
                 best, most = i, far
         at = add(at, (points[best], points[best + 1], points[best + 2]))
-    elif s.kind == SEGMENT:
+    elif s.kind == SEGMENT or s.kind == EDGE:
         u = load(s.half)
         at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)
     elif s.kind == BOX:

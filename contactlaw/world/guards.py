@@ -109,7 +109,8 @@ def enough(w, g):
 def parted(w, g, n):
     """What parts the two shapes of a guard, see `convex.part`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
-    return ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
+    n, low, high, _ = ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
+    return n, low, high
 
 
 @jit_inside

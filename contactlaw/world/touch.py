@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 from contactlaw.jit import jit_inside
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
@@ -12,13 +14,13 @@ from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
 from contactlaw.world import force
 from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
-from contactlaw.world.call import address, call_roll, ready
+from contactlaw.world.call import address, ask_parting, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
-from contactlaw.world.geometry import build_in, is_sunk, meet, meet_near
+from contactlaw.world.geometry import SUNK, build_in, is_sunk, meet, meet_near
 from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
-from contactlaw.world.records import CLOSED, DISC, FREE, NEVER, PARTED
+from contactlaw.world.records import BOX, CLOSED, CYLINDER, DISC, EDGE, FREE, HULL, NEVER, PARTED, PLANE, SEGMENT
 from contactlaw.world.rolling import moment_of, rolled
 from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
@@ -207,12 +209,36 @@ def turn_frame(c, n, twist):
 
 
 @jit_inside
+def core_depth(sa, sb):
+    """Overlap [m] at which the core of a shape B is touched by that of A; endless: B has a depth within it."""
+    if sb.kind == HULL:
+        return sa.radius + sb.radius
+    if sb.kind >= BOX and sb.kind != PLANE and SEGMENT <= sa.kind <= EDGE:
+        return sa.radius + (sb.radius if sa.kind == EDGE else 0.0)
+    return NEVER
+
+
+@jit_inside
+def extra(s):
+    """What `convex.around` adds."""
+    if s.kind == CYLINDER:
+        return (sqrt(2.0) - 1.0) * s.radius + 0.003 * s.half[0]
+    return (sqrt(3.0) - 1.0) * s.radius if s.kind == BOX else 0.0
+
+
+@jit_inside
 def look(w, c, a, b):
     """See where the bodies of a contact have moved to: overlap, frame and arms there, and what A has moved over B.
 
     A loop of its own over all contacts: with the law in it, one would wait for another's roots and quotients.
     """
-    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
+    if overlap > SUNK * core_depth(sa, sb):
+        n = rotate(load(b.twist), load(c.normal))
+        _, low, high, arm_a = ask_parting(sb.parting, sa, a, sb, b, n)
+        overlap = high - low - extra(sb) - (extra(sa) if sa.kind >= BOX else 0.0)
+        arm_b = add(arm_a, sub(load(a.position), load(b.position)))
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
