@@ -192,7 +192,7 @@ def enter(w, k, heads):
         c = contact_at(w.contacts, slot)
         if c.shape_b == p.b:
             p.slot, p.built = slot, c.built
-            p.listed = NEVER if is_sunk(w, p) else p.listed
+            p.listed = NEVER if is_sunk(p) else p.listed
             p.closed = 1 if c.phase == CLOSED else 0
             c.near = k
         slot = c.link

@@ -15,7 +15,7 @@ from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_a
 from contactlaw.world.call import address, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
-from contactlaw.world.geometry import build_in, is_sunk, meet, meet_near
+from contactlaw.world.geometry import build_in, is_sunk, meet
 from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
 from contactlaw.world.records import CLOSED, DISC, FREE, NEVER, PARTED
@@ -161,10 +161,11 @@ def stays_built(w, p):
     """Whether the shapes of an open pair are still in each other; what counts as none is what there is at most."""
     c = contact_at(w.contacts, p.slot)
     if c.built > 0.0:
-        overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-        sunk = is_sunk(w, p)
-        c.built = build_in(w, p, c.built + min(overlap, 0.0))
-        if is_sunk(w, p):
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        sunk = is_sunk(p)
+        c.built = build_in(w, p, min(c.built, overlap))
+        if is_sunk(p):
             p.listed = NEVER  # its guard has nobody look at it
         elif sunk:
             p.listed, p.gap = -NEVER, 0.0
