@@ -139,6 +139,29 @@ def test_a_table_of_materials_and_frictions():
     assert by_law(few) == expected and len(instances_of(few)) == 3
     with pytest.raises(ValueError, match=r"contacts\['ba\*'\] = 3: must be a contactlaw.Material"):
         load_model(scene, {"ba*": 3})
+    assert by_law(load_model(scene, {"*": "steel", "ba*": "rubber"})) == expected
+    with pytest.raises(ValueError, match=r"contacts = \{\}: must be .*, not empty"):
+        load_model(scene, {})
+    with pytest.warns(ContactWarning, match="no two geoms that may touch are both in the table"):
+        assert instances_of(load_model(scene, {"ball": RUBBER})) == []
+
+
+def test_what_a_list_of_contacts_does_not_have_is_no_setting_of_it():
+    for name in ("friction", "restitution"):
+        with pytest.raises(ValueError, match=f"{name} = 0.3: is of a table of materials"):
+            load_model(HEAP, [("*", "*", SOFT)], **{name: 0.3})
+    with pytest.raises(ValueError, match=r"contacts\[0\] = .*: must be .* and maybe a dict of settings"):
+        load_model(HEAP, [("*", "*", SOFT, None)])
+
+
+def test_what_is_read_of_no_instance_is_an_error():
+    """MuJoCo looks a name that is None up, which ended the process; a model without the law has the same signature."""
+    model, plain = load_model(HEAP, [("*", "*", SOFT)]), mujoco.MjModel.from_xml_string(HEAP)
+    for name in (None, 0, "", "none"):
+        with pytest.raises(ValueError, match=f"name = {name!r}: must be the name of a plugin instance"):
+            contacts_of(model, mujoco.MjData(model), name)
+    with pytest.raises(ValueError, match="data: is of another model"):
+        contacts_of(model, mujoco.MjData(plain), instances_of(model)[0])
 
 
 def test_a_ball_bounces_by_its_own_entry():
