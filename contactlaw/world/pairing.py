@@ -185,7 +185,7 @@ def enter(w, k, heads):
     p.built = 0.0
     p.closed = 0
     p.active = 0
-    p.toi = 0.0
+    p.toi, p.room, p.gap, p.closing, p.acceleration, p.fastest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     p.seen = -1.0
     slot = whole_at(w.grid, heads + p.a)
     while slot >= 0:
