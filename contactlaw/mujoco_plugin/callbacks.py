@@ -173,6 +173,7 @@ def take_over(head, w, state):
     sound, dropped = state[TOKEN] == token_of(head, state, state.size, state.size), 0
     if not sound:
         clear(state[PUSH:])
+    stand(w)
     if ready(w, READ_STATE):
         row = state[PUSH + head.nv :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)

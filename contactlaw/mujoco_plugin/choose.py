@@ -66,7 +66,7 @@ def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
 
 
 def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Contact:
-    some: Sequence[Any] = entry if isinstance(entry, Sequence) else ()
+    some = list(entry) if isinstance(entry, Sequence) else []
     if (
         len(some) not in (3, 4)
         or not isinstance(some[2], ContactPair)

@@ -191,7 +191,7 @@ def read_at(w, address, count):
 def forget(w):
     """Leave no contact, nobody asleep, no list of near pairs, and nothing in the ledgers: the state of zeros."""
     w.nears = 0
-    stand(w)
+    w.stale = 1
     count_slots(w)
     w.spares, w.rested = w.contact_room, 0
     for i in range(w.slots):
@@ -211,7 +211,7 @@ def forget(w):
 
 @jit_inside
 def stand(w):
-    """Forget how bodies moved, which the margins of the list of near pairs go by."""
+    """Forget how bodies moved, which the margins of the list of near pairs go by; they are given their motion anew."""
     w.stale = 1
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
