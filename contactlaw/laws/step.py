@@ -18,7 +18,7 @@ def know(contact, pair, radius):
     contact.radius, contact.friction = radius, pair.friction
     contact.mu, contact.zeta = pair.friction, pair.zeta
     contact.state, contact.course, contact.ratio = OPEN, PRESSED, 1.0
-    contact.force, contact.f, contact.g = 0.0, 0.0, 0.0
+    contact.force, contact.elastic, contact.f, contact.g = 0.0, 0.0, 0.0, 0.0
     contact.scale, contact.reach, contact.stiffness = 0.0, 0.0, hertz_stiffness(contact)
     contact.skew = 0.0
 

@@ -38,7 +38,7 @@ from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
 from contactlaw.world.sleep import lies
-from contactlaw.world.state import hole, write
+from contactlaw.world.state import hole, stand, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import load, scale, store
@@ -173,6 +173,7 @@ def take_over(head, w, state):
     sound, dropped = state[TOKEN] == token_of(head, state, state.size, state.size), 0
     if not sound:
         clear(state[PUSH:])
+    stand(w)
     if ready(w, READ_STATE):
         row = state[PUSH + head.nv :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
@@ -306,8 +307,11 @@ def advance(m, d, instance):
 
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)
 def reset(m, state, block, instance):
-    """No contact."""
-    clear(floats(state, 0, head_at(block, 0).own_size))
+    """No contact, and no motion: what follows is what follows in a new `MjData`."""
+    head = head_at(block, 0)
+    clear(floats(state, 0, head.own_size))
+    if head.leads != 0:
+        stand(world_at(head.world, 0))
 
 
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)

@@ -8,7 +8,7 @@ from typing import Any
 
 import mujoco
 
-from contactlaw.material import Material
+from contactlaw.material import Material, material_of
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.config import Contact
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of
@@ -19,7 +19,7 @@ from contactlaw.world.sets import groups
 Which = Selector | Sequence[Selector]
 Contacts = (
     Sequence[tuple[Which, Which, ContactPair] | tuple[Which, Which, ContactPair, Mapping[str, Any]]]
-    | Mapping[str, Material]
+    | Mapping[str, Material | str]
 )
 Value = float | Callable[[Material, Material], float]
 
@@ -32,7 +32,7 @@ def chosen(
     Raises:
         ValueError: An entry is none, or means no geoms.
     """
-    if isinstance(contacts, Mapping):
+    if isinstance(contacts, Mapping) and contacts:
         listed: list[Any] = list(_of_materials(spec, contacts, friction, restitution))
     elif isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
         raise ValueError(
@@ -66,7 +66,12 @@ def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
 
 
 def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Contact:
-    if not isinstance(entry, Sequence) or len(entry) not in (3, 4) or not isinstance(entry[2], ContactPair):
+    some = list(entry) if isinstance(entry, Sequence) else []
+    if (
+        len(some) not in (3, 4)
+        or not isinstance(some[2], ContactPair)
+        or not isinstance(some[-1], ContactPair | Mapping)
+    ):
         raise ValueError(
             f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
             "maybe a dict of settings"
@@ -89,9 +94,8 @@ def _of_materials(
     """Entries for geoms of each two materials."""
     owner: dict[Any, Material] = {}
     for what, material in table.items():
-        if not isinstance(material, Material):
-            raise ValueError(f"contacts[{what!r}] = {material!r}: must be a contactlaw.Material")
-        owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), material)
+        own = material_of(f"contacts[{what!r}]", material)
+        owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
     alike = groups(owner, owner.__getitem__)
     room = config.FRICTIONS + len({(float(geom.friction[0]), geom.priority) for geom in owner})
     for one, two in combinations_with_replacement(alike, 2):

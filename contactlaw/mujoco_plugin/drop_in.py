@@ -61,7 +61,7 @@ def load_model(
             and conaffinity, <exclude> and <pair> (whose friction and solver numbers are not used) say, and not
             between parent and child. What the law cannot serve then keeps the engine's own contact, with a warning.
             Where several entries fit two geoms, the one with fewer "*" has them, of two alike the later one.
-            Or a table {geoms: Material} for every such contact; a geom is of the last entry that fits.
+            Or a table {geoms: Material or its name} for every such contact; a geom is of the last entry that fits.
         assets: Included files and assets by name, where the model is text that refers to some.
         settings: Of `add_contact`, for all contacts: others, substeps, rounding. Besides,
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
@@ -153,6 +153,11 @@ def _read(
     plain = spec.compile()
     if plain.opt.enableflags & layout.SLEEP:  # which is off while it is compiled
         raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
+    if not isinstance(contacts, Mapping):
+        for name in asked.keys() & {"friction", "restitution"}:
+            raise ValueError(
+                f"{name} = {asked[name]!r}: is of a table of materials; contacts of a list have their pair's"
+            )
     friction, restitution = asked.pop("friction", None), asked.pop("restitution", 1.0)
     overlaps = checks.one_of("overlaps", asked.pop("overlaps", "relax"), OVERLAPS)
     asked["overlaps"] = "keep" if overlaps == "keep" else "relax"
@@ -178,6 +183,8 @@ def _read(
     compiled = _compiled(spec)
     if overlaps == "exclude" and part_joined(spec, compiled):
         compiled = _compiled(spec)
+    if isinstance(contacts, Mapping) and not instances_of(compiled):
+        warnings.warn("contacts: no two geoms that may touch are both in the table", ContactWarning, stacklevel=3)
     if overlaps != "keep":
         warn_of_start(compiled, overlaps == "raise")
     return spec, compiled

@@ -22,6 +22,7 @@ from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 
 Array = NDArray[np.float64]
 _READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
+FIRST = object()
 STUCK, FULL = 0.01, 1e-6  # shares of mu P
 
 
@@ -75,7 +76,8 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     """
     number, head = world_of(model, data, name)
     world = View(head)
-    sets = Member(layout.ModelView(model._address), mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)).product
+    view = layout.ModelView(model._address)
+    sets = Member(view, members(view)[number]).product
     dt = float(model.opt.timestep)
     out = []
     rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
@@ -179,17 +181,19 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
     return View(world_of(model, data)[1])
 
 
-def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: str | None = None) -> tuple[int, Any]:
-    """Which contact of the model an instance is, the first where none is named, and the head of the block with the
-    world of an mjData, which is brought to its state.
+def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> tuple[int, Any]:
+    """Which contact of the model an instance is, and the head of the block with the world of an mjData, which is
+    brought to its state.
 
     Raises:
         ValueError: The model has no such contact, or the data is of another model.
     """
-    if data.signature != model.signature:
+    if data.signature != model.signature or data.plugin_data.size != model.nplugin:
         raise ValueError("data: is of another model")
     known = members(layout.ModelView(model._address))
-    number = known[0] if name is None else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
+    number = known[0] if name is FIRST and known else -1
+    if isinstance(name, str):  # MuJoCo ends the process where it is None
+        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
     head = record_at(int(data.plugin_data[known[0]]), HEAD, 1)[0]

@@ -38,8 +38,8 @@ class Building(Shapes):
         self.timestep = checks.positive("timestep", timestep)
         self._arrays = empty()
         state = self._arrays.world
-        state["substeps"] = checks.number("substeps", substeps, "at least 10", low=10.0, high=1e6)
-        state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "at least 10", low=10.0, high=1e6)
+        state["substeps"] = checks.number("substeps", substeps, "in [10, 1e6]", low=10.0, high=1e6)
+        state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "in [10, 1e6]", low=10.0, high=1e6)
         state["crowd"] = checks.count("crowd", crowd, 0)
         state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
         self._rules: list[int] = []  # the pair that the shapes of two sets make; -1: they do not touch

@@ -10,17 +10,15 @@ from __future__ import annotations
 from functools import lru_cache
 from math import sqrt
 
-from contactlaw.jit import address_of, jit_inside
+from contactlaw.jit import address_of
 from contactlaw.world.call import MEETING, NEAREST, PARTING, RADIUS, ask_deepest
 from contactlaw.world.core import CROWN, deepest_on_line
 from contactlaw.world.curvature import feature, radius_between, rim, side_at
-from contactlaw.world.geometry import centre
+from contactlaw.world.geometry import BACK, centre
 from contactlaw.world.gjk import nearest, seek, support
-from contactlaw.world.records import BOX, CYLINDER, DISC, EDGE, PLANE, SEGMENT
+from contactlaw.world.records import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 
-BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
-PRISM = 0.003  # of its radius, by which a cylinder may be wider than the prism of `gjk.STAVE`
 DEEP = 1e-6  # of both radii: a distance of cores that is none
 
 
@@ -76,10 +74,9 @@ def ask(sa, a, sb, b, shift, known, simplex):
 
 def part(sa, a, sb, b, n):
     """The normal n of two planes, from B to A, that part a core A from a plane or a core B: of A the lowest place along
-    it, of B the highest, with what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero. The last
-    result is where the core of A is lowest, from its body's centre of mass.
+    it, of B the highest, without what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero.
 
-    n: that one, or zero, where it is to be found.
+    n: that one, or zero, where it is to be found. The last result is that place of A, from its body's centre of mass.
     """
     if sb.kind == PLANE:
         n = to_world(b.axes, load(sb.normal))
@@ -88,21 +85,9 @@ def part(sa, a, sb, b, n):
         if dot(n, n) == 0.0:
             v, _, _, _ = nearest(sa, a, sb, b, ZERO)
             n = scale(1.0 / max(norm(v), 1e-300), v)
-        high = dot(n, support(sb, b, n)) + around(sb)
+        high = dot(n, support(sb, b, n))
     lowest = support(sa, a, scale(-1.0, n))
-    low = dot(n, add(sub(load(a.position), load(b.position)), lowest)) - around(sa)
-    return n, low, high, lowest
-
-
-@jit_inside
-def around(s):
-    """What a core is swept by [m], and of a cylinder what the prism that it counts as lacks.
-
-    Corners and balls meet a box or a cylinder without its rounding: as far as its sharp corner or rim.
-    """
-    if s.kind == CYLINDER:
-        return sqrt(2.0) * s.radius + PRISM * s.half[0]
-    return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
+    return n, dot(n, add(sub(load(a.position), load(b.position)), lowest)), high, lowest
 
 
 @lru_cache

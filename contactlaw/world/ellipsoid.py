@@ -24,7 +24,7 @@ from contactlaw.world.core import excess_of, local
 from contactlaw.world.curvature import feature, radius_between
 from contactlaw.world.geometry import centre
 from contactlaw.world.gjk import nearest, support
-from contactlaw.world.records import CYLINDER, ELLIPSOID, NEVER, PLANE
+from contactlaw.world.records import BOX, CYLINDER, ELLIPSOID, NEVER, PLANE
 from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 
 STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron's features, mostly one or two
@@ -158,6 +158,17 @@ def plane_gap(sa, a, sb, b, n):
 
 
 @jit_inside
+def face_over(s, b, d, i):
+    """The normal of a box's face, or of a cylinder's end or side, on the side where a point d from its middle is."""
+    p = local(d, s, b)
+    x, y, z = (p[0], p[1], 0.0) if s.kind == CYLINDER else (p[0] if i == 2 else 0.0, p[1] if i == 1 else 0.0, 0.0)
+    if i == 0:
+        x, y, z = 0.0, 0.0, p[2]
+    n = to_world(b.axes, to_world(s.axes, (x, y, z)))
+    return scale(1.0 / max(norm(n), 1e-300), n)
+
+
+@jit_inside
 def leave(s, b, inside, m):
     """Minus the normal of an ellipsoid where the way along -m from a point inside, given from its middle, leaves it."""
     to, at = shrink(s, b, m), shrink(s, b, inside)
@@ -172,7 +183,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
 
     Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and its feature there, see
     `feature_at`. Where A reaches into the core as far as its ball, the gap is that between planes across the normal
-    that parted them furthest.
+    that parted them furthest, that from the core to A's middle and those of faces among them.
     """
     between = sub(load(a.position), load(b.position))
     to_b = sub(centre(sb, b), add(between, centre(sa, a)))  # from A's middle to B's
@@ -183,10 +194,13 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     h = sa.half
     ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
     v, y, count, e, around = feature_at(sa, a, sb, b, ZERO)
-    n = shrink(sa, a, v if norm(v) > 0.0 else scale(-1.0, to_b))
-    n = scale(1.0 / norm(n), n) if norm(n) > 0.0 else (0.0, 0.0, 1.0)
+    if norm(v) == 0.0 and sb.kind != BOX and sb.kind != CYLINDER:  # its middle is in a core without a depth
+        return (0.0, 0.0, 1.0), -max(h[0], h[1], h[2]), y, 3, ZERO, sb.radius
+    straight = scale(1.0 / max(norm(v), 1e-300), v)
+    n = shrink(sa, a, v)
+    n = scale(1.0 / max(norm(n), 1e-300), n)
     best, kept = -NEVER, n
-    for _ in range(TRIES):
+    for _ in range(TRIES if norm(v) > 0.0 else 0):
         x = facing(sa, a, scale(-1.0, n))
         inside = sub(axpy(ball, n, x), centre(sa, a))
         v, y, count, e, around = feature_at(sa, a, sb, b, inside)
@@ -205,8 +219,12 @@ def nearest_to_ellipsoid(sa, a, sb, b):
             best, kept = parted, n
         else:
             n = leave(sa, a, inside, m)
-    gap = plane_gap(sa, a, sb, b, kept)
-    return kept, gap, axpy(-gap, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, ZERO, sb.radius
+    for i in range(4 if sb.kind == BOX else (3 if sb.kind == CYLINDER else 1)):
+        n = straight if i == 0 else face_over(sb, b, scale(-1.0, to_b), i - 1)
+        gap = plane_gap(sa, a, sb, b, n) if dot(n, n) > 0.0 else -NEVER
+        if gap >= best:
+            kept, best = n, gap
+    return kept, best, axpy(-best, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, ZERO, sb.radius
 
 
 def meet(sa, a, sb, b):

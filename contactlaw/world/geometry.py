@@ -8,10 +8,12 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.access import shape_at
 from contactlaw.world.call import ask_deepest, ask_meeting, ask_radius
-from contactlaw.world.records import BOX, DISC, HULL, NEVER, PLANE, SEGMENT, SIDE, SPHERE
+from contactlaw.world.records import BOX, CYLINDER, DISC, ELLIPSOID, HULL, NEVER, PLANE, SEGMENT, SIDE, SPHERE
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
-SUNK = 0.975  # of both radii, an overlap that is all there can be, but for crowns and `convex.BACK`
+BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
+SUNK = 0.975  # of that overlap, which crowns and `convex.BACK` leave
+ALONE = 1e9  # [m] that count as none: more than any shapes overlap
 OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)
 """Which of the addresses of `long`."""
 
@@ -64,23 +66,38 @@ def meet_near(w, p, a, b):
 
 
 @jit_inside
-def most_overlap(w, p):
-    """Overlap [m] with a hull that is all there can be: its core has no depth and no normal within it."""
-    sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    return sa.radius + sb.radius if sb.kind == HULL else NEVER
+def most_overlap(sa, sb):
+    """Overlap [m] beyond which there is no one normal, and no depth that changes continuously.
+
+    So within the core of a hull; for what is not a sphere, within that of a box or a cylinder; where the middle of an
+    ellipsoid is deep in one; and of an ellipsoid and another one, or a hull, at their least radii of curvature.
+    """
+    if sb.kind < ELLIPSOID or sb.kind >= PLANE or (sa.kind < SEGMENT and sb.kind != HULL):
+        return NEVER
+    core = sb.kind == BOX or sb.kind == CYLINDER
+    if core and sa.kind == ELLIPSOID:
+        return max(sa.half[0], sa.half[1], sa.half[2]) + sb.radius
+    return curl(sa) + (0.0 if core and sa.kind == SEGMENT else curl(sb))
 
 
 @jit_inside
-def is_sunk(w, p):
-    """Whether all overlap that a pair can have counts as none."""
-    return p.built >= most_overlap(w, p)
+def curl(s):
+    """Least radius of curvature of a round shape, of an ellipsoid, or of what sweeps a core [m]."""
+    h = s.half
+    return min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2]) if s.kind == ELLIPSOID else s.radius
+
+
+@jit_inside
+def is_sunk(p):
+    """Whether all overlap of a pair counts as none."""
+    return p.built >= ALONE
 
 
 @jit_inside
 def build_in(w, p, overlap):
-    """Let so much overlap [m] of a pair count as none; within a hull's core all of it, until they have left it."""
-    most = most_overlap(w, p)
-    p.built = most if overlap >= SUNK * most else overlap
+    """Let so much overlap [m] of a pair count as none; of shapes too deep in each other all, until they part."""
+    most = most_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
+    p.built = ALONE if overlap >= SUNK * most else overlap
     return p.built
 
 

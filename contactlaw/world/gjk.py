@@ -10,9 +10,10 @@ from math import atan2, copysign, cos, floor, pi, sin
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
+from contactlaw.world.disc import parts
 from contactlaw.world.geometry import centre
-from contactlaw.world.records import BOX, CYLINDER, EDGE, HULL, SEGMENT
-from contactlaw.world.vec import ZERO, add, axpy, dot, load, scale, sub, to_body, to_world
+from contactlaw.world.records import BOX, CYLINDER, DISC, EDGE, HULL, SEGMENT, SIDE
+from contactlaw.world.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 
 STEPS = 100  # which none needs
 CELLS = 4  # along each side of each face of the cube of directions
@@ -56,6 +57,12 @@ def support(s, b, d):
     elif s.kind == SEGMENT or s.kind == EDGE:
         u = load(s.half)
         at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)
+    elif s.kind == DISC or s.kind == SIDE:
+        out, _, along = parts(s)
+        own, axis = to_body(b.axes, d), load(s.normal)
+        up = dot(own, axis)
+        across = axpy(-up, axis, own)
+        at = axpy(copysign(along, up), axis, axpy(out / max(norm(across), 1e-300), across, at))
     elif s.kind == BOX:
         own, h, r = to_body(s.axes, to_body(b.axes, d)), s.half, s.radius
         corner = copysign(h[0] - r, own[0]), copysign(h[1] - r, own[1]), copysign(h[2] - r, own[2])

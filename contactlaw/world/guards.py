@@ -20,10 +20,11 @@ from contactlaw.world.bounds import spin_bound, turning_bound
 from contactlaw.world.call import ask_parting
 from contactlaw.world.geometry import centre, half_axis
 from contactlaw.world.motion import acceleration_of, greatest_closing, swing
-from contactlaw.world.records import BOX, EDGE, NEVER, PLANE
+from contactlaw.world.records import BOX, CYLINDER, EDGE, NEVER, PLANE
 from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 
 ROUNDING = 1e-15  # of the trace
+PRISM = 0.003  # of its radius, by which a cylinder may be wider than the prism of `gjk.STAVE`
 SLACK = 0.2  # of both bodies' smallest radii: how near shapes are whose parts are listed, besides
 LASTS = 4.0  # steps at the speed there is
 
@@ -106,11 +107,22 @@ def enough(w, g):
 
 
 @jit_inside
+def around(s):
+    """What a core is swept by [m], and of a cylinder what the prism that it counts as lacks.
+
+    Corners and balls meet a box or a cylinder without its rounding: as far as its sharp corner or rim.
+    """
+    if s.kind == CYLINDER:
+        return sqrt(2.0) * s.radius + PRISM * s.half[0]
+    return sqrt(3.0) * s.radius if s.kind == BOX else s.radius
+
+
+@jit_inside
 def parted(w, g, n):
-    """What parts the two shapes of a guard, see `convex.part`."""
+    """What parts the two shapes of a guard, with what sweeps them, see `convex.part`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
     n, low, high, _ = ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
-    return n, low, high
+    return n, low - around(sa), high + (around(sb) if sb.kind != PLANE else 0.0)
 
 
 @jit_inside

@@ -185,14 +185,14 @@ def enter(w, k, heads):
     p.built = 0.0
     p.closed = 0
     p.active = 0
-    p.toi = 0.0
+    p.toi, p.room, p.gap, p.closing, p.acceleration, p.fastest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     p.seen = -1.0
     slot = whole_at(w.grid, heads + p.a)
     while slot >= 0:
         c = contact_at(w.contacts, slot)
         if c.shape_b == p.b:
             p.slot, p.built = slot, c.built
-            p.listed = NEVER if is_sunk(w, p) else p.listed
+            p.listed = NEVER if is_sunk(p) else p.listed
             p.closed = 1 if c.phase == CLOSED else 0
             c.near = k
         slot = c.link

@@ -19,7 +19,19 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
-from contactlaw.world.access import KNOWN_NUMBERS, body_at, contact_at, law_of, memory_of, near_at, pair_at, shape_at
+from contactlaw.world.access import (
+    KNOWN_NUMBERS,
+    axis_at,
+    body_at,
+    contact_at,
+    law_of,
+    link_at,
+    memory_of,
+    near_at,
+    pair_at,
+    shape_at,
+    tree_at,
+)
 from contactlaw.world.near import count_slots
 from contactlaw.world.pairing import can_touch, pair_of
 from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, WAITS
@@ -195,6 +207,23 @@ def forget(w):
         own = pair_at(w.pairs, i).ledger
         for j in range(LEDGER):
             own[j] = 0.0
+
+
+@jit_inside
+def stand(w):
+    """Forget how bodies moved, which the margins of the list of near pairs go by; they are given their motion anew."""
+    w.stale = 1
+    for i in range(w.body_count):
+        b = body_at(w.bodies, i)
+        for vector in (b.velocity, b.spin, b.acceleration, b.turning):
+            store(vector, (0.0, 0.0, 0.0))
+        if b.tree != 0:
+            t = tree_at(b.tree, 0)
+            t.effort = 0.0
+            link = link_at(t.links, b.member)
+            link.rate = 0.0
+            for k in range(link.first_axis, link.first_axis + link.axes):
+                axis_at(t.axes, k).inverse = 0.0
 
 
 @jit_inside

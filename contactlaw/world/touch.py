@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import sqrt
-
 from contactlaw.jit import jit_inside
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
@@ -17,10 +15,10 @@ from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_a
 from contactlaw.world.call import address, ask_parting, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
-from contactlaw.world.geometry import SUNK, build_in, is_sunk, meet, meet_near
+from contactlaw.world.geometry import BACK, SUNK, build_in, is_sunk, meet, most_overlap
 from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
-from contactlaw.world.records import BOX, CLOSED, CYLINDER, DISC, EDGE, FREE, HULL, NEVER, PARTED, PLANE, SEGMENT
+from contactlaw.world.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED
 from contactlaw.world.rolling import moment_of, rolled
 from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
@@ -163,10 +161,11 @@ def stays_built(w, p):
     """Whether the shapes of an open pair are still in each other; what counts as none is what there is at most."""
     c = contact_at(w.contacts, p.slot)
     if c.built > 0.0:
-        overlap, _, _, _ = meet_near(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b))
-        sunk = is_sunk(w, p)
-        c.built = build_in(w, p, c.built + min(overlap, 0.0))
-        if is_sunk(w, p):
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        sunk = is_sunk(p)
+        c.built = build_in(w, p, min(c.built, overlap))
+        if is_sunk(p):
             p.listed = NEVER  # its guard has nobody look at it
         elif sunk:
             p.listed, p.gap = -NEVER, 0.0
@@ -209,21 +208,22 @@ def turn_frame(c, n, twist):
 
 
 @jit_inside
-def core_depth(sa, sb):
-    """Overlap [m] at which the core of a shape B is touched by that of A; endless: B has a depth within it."""
-    if sb.kind == HULL:
-        return sa.radius + sb.radius
-    if sb.kind >= BOX and sb.kind != PLANE and SEGMENT <= sa.kind <= EDGE:
-        return sa.radius + (sb.radius if sa.kind == EDGE else 0.0)
-    return NEVER
+def meet_on(sa, a, sb, b, last):
+    """`geometry.meet` of a contact of which the last normal is known.
 
-
-@jit_inside
-def extra(s):
-    """What `convex.around` adds."""
-    if s.kind == CYLINDER:
-        return (sqrt(2.0) - 1.0) * s.radius + 0.003 * s.half[0]
-    return (sqrt(3.0) - 1.0) * s.radius if s.kind == BOX else 0.0
+    Where cores lie in each other no normal is the shortest way out, so that any chosen anew could give energy. The last
+    one is held, fixed to B: they overlap by as much as the highest place of B along it is above the lowest of A. That
+    begins where the cores touch; where they have left each other the overlap is less, so that nothing is gained.
+    """
+    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
+    if sb.parting != 0 and sa.kind != ELLIPSOID:
+        most = most_overlap(sa, sb)
+        if overlap > SUNK * most:
+            n = rotate(load(b.twist), last)
+            n, low, high, arm_a = ask_parting(sb.parting, sa, a, sb, b, n)
+            overlap = high - low + (most if sa.kind < BOX else (1.0 - BACK) * most)
+            arm_b = add(arm_a, sub(load(a.position), load(b.position)))
+    return overlap, n, arm_a, arm_b
 
 
 @jit_inside
@@ -233,12 +233,7 @@ def look(w, c, a, b):
     A loop of its own over all contacts: with the law in it, one would wait for another's roots and quotients.
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
-    if overlap > SUNK * core_depth(sa, sb):
-        n = rotate(load(b.twist), load(c.normal))
-        _, low, high, arm_a = ask_parting(sb.parting, sa, a, sb, b, n)
-        overlap = high - low - extra(sb) - (extra(sa) if sa.kind >= BOX else 0.0)
-        arm_b = add(arm_a, sub(load(a.position), load(b.position)))
+    overlap, n, arm_a, arm_b = meet_on(sa, a, sb, b, load(c.normal))
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))

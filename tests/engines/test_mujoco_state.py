@@ -15,7 +15,7 @@ if numba.config.DISABLE_JIT:
 
 from mujoco_scenes import ball_on_floor, steel_pair  # noqa: E402
 
-from contactlaw import ContactWarning  # noqa: E402
+from contactlaw import ContactPair, ContactWarning  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, ledger_of, load_model  # noqa: E402
 from sims.heap import poured  # noqa: E402
 from sims.scene import Settings  # noqa: E402
@@ -343,3 +343,32 @@ def test_a_reset_to_where_a_ball_sleeps_finds_it_pressed():
         mujoco.mj_step(model, one, 10)
     assert np.array_equal(data.qpos, fresh.qpos)
     assert abs(data.qpos[2] - place[2]) < 1e-12
+
+
+FLAIL = """<mujoco><option timestep=".004"/><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<geom name="wall" type="box" size=".02 .5 .5" pos=".35 0 .3"/>
+<body pos="0 0 .5" euler="20 40 10"><freejoint/><geom type="box" size=".05 .03 .02"/>
+<body pos=".1 .02 0"><joint type="ball" pos="-.05 0 0" damping="1e-5"/><geom type="cylinder" size=".02 .04"/>
+<body pos=".08 0 .03"><joint axis=".3 1 .2" pos="-.04 0 0"/><geom type="capsule" size=".01 .03"/></body></body></body>
+<body pos=".1 .1 .8"><freejoint/><geom type="ellipsoid" size=".04 .03 .02"/>
+<body pos=".06 0 0"><joint axis="0 1 .3" pos="-.03 0 0"/><geom type="box" size=".02 .01 .03"/></body></body>
+</worldbody></mujoco>"""
+
+
+def test_what_is_reset_goes_as_what_is_new():
+    """Chains that flail and strike: of the run before nothing is left, be it a bound on how fast they were."""
+    model = load_model(FLAIL, [("*", "*", ContactPair("rubber", "steel", 0.5, 0.5))])
+
+    def run(data):
+        data.qvel[:] = 2.0 * np.random.default_rng(3).normal(size=model.nv)
+        mujoco.mj_forward(model, data)
+        mujoco.mj_step(model, data, 120)
+        return data.qpos.copy()
+
+    new = run(mujoco.MjData(model))
+    for steps in (30, 150):
+        data = mujoco.MjData(model)
+        run(data)
+        mujoco.mj_step(model, data, steps)
+        mujoco.mj_resetData(model, data)
+        assert np.array_equal(run(data), new)

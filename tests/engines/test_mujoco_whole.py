@@ -1,5 +1,6 @@
 """The law for every contact that a model makes by itself: which these are, who has them, and that the model runs."""
 
+import re
 import warnings
 
 import numba
@@ -138,6 +139,29 @@ def test_a_table_of_materials_and_frictions():
     assert by_law(few) == expected and len(instances_of(few)) == 3
     with pytest.raises(ValueError, match=r"contacts\['ba\*'\] = 3: must be a contactlaw.Material"):
         load_model(scene, {"ba*": 3})
+    assert by_law(load_model(scene, {"*": "steel", "ba*": "rubber"})) == expected
+    with pytest.raises(ValueError, match=r"contacts = \{\}: must be .*, not empty"):
+        load_model(scene, {})
+    with pytest.warns(ContactWarning, match="no two geoms that may touch are both in the table"):
+        assert instances_of(load_model(scene, {"ball": RUBBER})) == []
+
+
+def test_what_a_list_of_contacts_does_not_have_is_no_setting_of_it():
+    for name in ("friction", "restitution"):
+        with pytest.raises(ValueError, match=f"{name} = 0.3: is of a table of materials"):
+            load_model(HEAP, [("*", "*", SOFT)], **{name: 0.3})
+    with pytest.raises(ValueError, match=r"contacts\[0\] = .*: must be .* and maybe a dict of settings"):
+        load_model(HEAP, [("*", "*", SOFT, None)])
+
+
+def test_what_is_read_of_no_instance_is_an_error():
+    """MuJoCo looks a name that is None up, which ended the process; a model without the law has the same signature."""
+    model, plain = load_model(HEAP, [("*", "*", SOFT)]), mujoco.MjModel.from_xml_string(HEAP)
+    for name in (None, 0, "", "none"):
+        with pytest.raises(ValueError, match=f"name = {name!r}: must be the name of a plugin instance"):
+            contacts_of(model, mujoco.MjData(model), name)
+    with pytest.raises(ValueError, match="data: is of another model"):
+        contacts_of(model, mujoco.MjData(plain), instances_of(model)[0])
 
 
 def test_a_ball_bounces_by_its_own_entry():
@@ -270,6 +294,47 @@ def test_what_leaves_where_it_was_built_in_meets_it_from_then_on():
     mujoco.mj_setState(model, again, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     mujoco.mj_step(model, again, 400)
     assert np.array_equal(data.qpos, again.qpos)
+
+
+DEEP = """<mujoco><option timestep=".001" gravity="0 0 0" integrator="RK4"/><asset>
+<mesh name="cube" vertex="-.03 -.03 -.03 .03 -.03 -.03 .03 .03 -.03 -.03 .03 -.03 -.03 -.03 .03 .03 -.03 .03"/></asset>
+<worldbody><body><freejoint/><geom {}/></body>
+<body name="two" pos=".01 .005 -.005"><freejoint/><geom {}/></body></worldbody></mujoco>"""
+ELLIPSOID, CYLINDER = 'type="ellipsoid" size=".03 .02 .04"', 'type="cylinder" size=".03 .02"'
+BOX, CUBE = 'type="box" size=".03 .04 .02"', 'type="mesh" mesh="cube"'
+
+
+@pytest.mark.filterwarnings("ignore::contactlaw.pair.ContactWarning")
+@pytest.mark.parametrize(
+    ("one", "two"), [(ELLIPSOID, BOX), (ELLIPSOID, CUBE), (ELLIPSOID, CYLINDER), (CYLINDER, CYLINDER)]
+)
+def test_what_is_deep_in_each_other_gains_nothing(one, two):
+    """Two bodies turned at random, their middles 12 mm apart, come out of each other with no more than they had."""
+    model = load_model(DEEP.format(one, two), [("*", "*", ContactPair("steel", "steel", 0.5, 0.3))])
+    for seed in range(6):
+        rng, data = np.random.default_rng(seed), mujoco.MjData(model)
+        data.qpos[[3, 4, 5, 6, 10, 11, 12, 13]] = rng.normal(size=8)
+        mujoco.mj_normalizeQuat(model, data.qpos)
+        data.qvel[:] = rng.normal(size=12) * np.repeat([0.3, 3.0, 0.3, 3.0], 3)
+        mujoco.mj_forward(model, data)
+        mujoco.mj_energyVel(model, data)
+        start = data.energy[1]
+        for _ in range(100):
+            mujoco.mj_step(model, data)
+            mujoco.mj_energyVel(model, data)
+            assert data.energy[1] < 1.001 * start, seed
+
+
+def test_an_ellipsoid_stands_as_deep_in_a_table_as_it_is():
+    """Its middle 10 mm below the table's top, where its ball is within; it tips over, and is not thrown out."""
+    ball = f'<body name="ball" pos=".2 0 -.01" quat=".3 .5 .1 .7"><freejoint/><geom name="ball" {ELLIPSOID}/></body>'
+    with pytest.warns(ContactWarning):
+        model = load_model(re.sub('<body name="ball".*</body>', ball, BUILT_IN), [("*", "*", SOFT)])
+    data = mujoco.MjData(model)
+    for _ in range(500):
+        mujoco.mj_step(model, data)
+        assert -0.04 < data.qpos[9] < 0.0
+    assert np.abs(data.qvel[6:9]).max() < 0.5
 
 
 PINNED = """<mujoco><option timestep="{step}"><flag energy="enable"/></option><worldbody>

@@ -1,0 +1,57 @@
+"""Soft bodies that meet so fast that their cores lie in each other: nothing of it is energy from nothing."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from contactlaw import ContactPair, Material
+from contactlaw.mujoco_plugin import load_model
+
+SOFT = ContactPair(Material(1e7, 0.45), Material(1e7, 0.45), friction=0.0, restitution=1.0)
+STEP, SPEED, STEPS = 1e-3, 10.0, 250  # [s], [m/s]: an impact lies within the first fifty
+
+
+def words(numbers: object) -> str:
+    return " ".join(f"{x:.9g}" for x in np.ravel(np.asarray(numbers)))
+
+
+def two_of(kind: str, seed: int) -> str:
+    """Two bodies of random shapes and turns, 12 cm apart."""
+    rng = np.random.default_rng(seed)
+    bodies, meshes = "", ""
+    for i, place in enumerate((0.0, 0.12)):
+        turn, off = rng.normal(size=4), rng.uniform(-0.01, 0.01, 2)
+        size = rng.uniform(0.01, 0.04, 2 if kind == "cylinder" else 3)
+        shape = f'size="{words(size)}"'
+        if kind == "mesh":
+            points = rng.normal(size=(30, 3))
+            points *= size / np.linalg.norm(points, axis=1)[:, None]
+            meshes += f'<mesh name="m{i}" vertex="{words(points)}"/>'
+            shape = f'mesh="m{i}"'
+        bodies += (
+            f'<body pos="{place} {words(off)}" quat="{words(turn)}"><freejoint/>'
+            f'<geom type="{kind}" {shape} density="1200"/></body>'
+        )
+    option = f'<option timestep="{STEP}" gravity="0 0 0" integrator="RK4"><flag energy="enable"/></option>'
+    return f"<mujoco>{option}<asset>{meshes}</asset><worldbody>{bodies}</worldbody></mujoco>"
+
+
+@pytest.mark.parametrize("kind", ["mesh", "box", "cylinder"])
+def test_cores_in_each_other_give_no_energy(kind: str, tmp_path: Path):
+    path = tmp_path / "two.xml"
+    met = 0
+    for seed in range(12):
+        path.write_text(two_of(kind, seed))
+        model = load_model(path, [("*", "*", SOFT)])
+        data = mujoco.MjData(model)
+        data.qvel[6] = -SPEED
+        mujoco.mj_forward(model, data)
+        start = data.energy[1]
+        for _ in range(STEPS):
+            mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, data)
+        met += abs(data.qvel[6] + SPEED) > 0.1
+        assert data.energy[1] <= 1.01 * start, (kind, seed)
+    assert met > 6
