@@ -44,7 +44,7 @@ def _cpu() -> str:
 
 def interleaved(
     runs: Mapping[str, Callable[[], object]], repeats: int, prepare: Mapping[str, Callable[[], object]] | None = None,
-    progress: Callable[[float], None] = lambda part: None, clock: Callable[[], float] = perf_counter,
+    clock: Callable[[], float] = perf_counter,
 ) -> dict[str, Array]:  # fmt: skip
     """Time several things side by side, so that the drift of the machine meets all of them alike.
 
@@ -65,7 +65,6 @@ def interleaved(
                 start = clock()
                 runs[name]()
                 seconds[name][max(number, 0)] = clock() - start
-            progress((number + 3) / (repeats + 2))
     finally:
         if enabled:
             gc.enable()

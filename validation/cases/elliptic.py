@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import ContactPair, rebound
 from contactlaw.world import World
 from validation.ball import FLOOR, STEEL
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told, worst
+from validation.case import Array, Case, Data, Limit, Outcome, Table, worst
 from validation.cases.shapes import elongation
 from validation.prediction import SPHERE
 
@@ -32,13 +32,13 @@ class Elliptic(Case):
     place = 53
     title = "Elliptic contacts"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         kappa, rows = float(PAIR.kappa), []
         nu = 2.0 * (1.0 - kappa) / (2.0 - kappa)  # of like materials
         chi = SPHERE * kappa / 2.0
         bodies: dict[str, Any] = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
         bodies[CROSSED] = (1.0 / 0.03, 1.0 / 0.01)
-        for (name, curvatures), (way, angle) in told(product(bodies.items(), WAYS.items()), progress):
+        for (name, curvatures), (way, angle) in product(bodies.items(), WAYS.items()):
             ratio, found, circle = exp(-elongation(*curvatures)), [], []
             along = np.array([cos(radians(angle)), sin(radians(angle))])
             for psi in PSI[1:3] if quick else PSI:

@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import MATERIALS, RIGID, Body, Material, collide
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.prediction import quiet_pair
 
 STEEL, RUBBER, GLASS, ALUMINA = (MATERIALS[name] for name in ("steel", "rubber", "glass", "alumina"))
@@ -62,7 +62,7 @@ class LeftOut(Case):
     place = 95
     title = "What the theory leaves out"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         shape = _shape()
         waves = [_waves(*strike) for strike in STRIKES]
         travel = [_travel(angle) for angle in ANGLES]

@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import Puck
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Array, Case, Data, Limit, Outcome, Table
 from validation.stroboscope import Reading, fit_motion, pictured, read_impact
 
 DRAFTING = [0.1, 0.25, 0.5]  # standard deviation of a coordinate on the print [mm]
@@ -30,13 +30,13 @@ class StroboscopicError(Case):
     place = 8
     title = "Paper's procedure: what the drafting error does"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         draws = 60 if quick else 400
         random = np.random.default_rng(SEED)
         materials: dict[str, list[Data]] = {material: [] for material in INCIDENCES}
         ratios, exact = [], 0.0
         scenes = [_scene(material, psi_1) for material, incidences in INCIDENCES.items() for psi_1 in incidences]
-        for scene in told(scenes, progress):
+        for scene in scenes:
             exact = max(exact, float(np.abs(np.array(_psi(scene, _read(scene, None))) - scene.psi).max()))
             row: Data = {"psi_1": scene.psi[0], "psi_2": scene.psi[1], "flashes": [x.size for x in scene.times]}
             for drafting in DRAFTING:
