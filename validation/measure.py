@@ -75,8 +75,3 @@ def spread(values: Array) -> Spread:
     """Median and quartiles."""
     low, median, high = np.percentile(values, [25, 50, 75])
     return {"median": float(median), "low": float(low), "high": float(high)}
-
-
-def order_of(sizes: Array, errors: Array) -> float:
-    """Order of convergence: minus the slope of log(error) over log(size), least squares."""
-    return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])

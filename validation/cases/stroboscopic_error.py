@@ -37,12 +37,12 @@ class StroboscopicError(Case):
         ratios, exact = [], 0.0
         scenes = [_scene(material, psi_1) for material, incidences in INCIDENCES.items() for psi_1 in incidences]
         for scene in scenes:
-            exact = max(exact, float(np.abs(np.array(_psi(scene, _read(scene, None))) - scene.psi).max()))
+            exact = max(exact, float(np.abs(_read(scene, None).psi(scene.kappa, scene.friction)[0] - scene.psi).max()))
             row: Data = {"psi_1": scene.psi[0], "psi_2": scene.psi[1], "flashes": [x.size for x in scene.times]}
             for drafting in DRAFTING:
                 error = 1e-3 * drafting / PRINT_SCALE
                 readings = [_read(scene, error, random) for _ in range(draws)]
-                found = np.array([_psi(scene, one) for one in readings])
+                found = np.array([one.psi(scene.kappa, scene.friction)[0] for one in readings])
                 friction = np.array([one.friction for one in readings]) / scene.friction
                 row[f"{drafting:g}"] = {"scatter": found.std(axis=0), "friction": float(friction.std()),
                                         "friction_bias": float(friction.mean() - 1.0)}  # fmt: skip
@@ -119,8 +119,3 @@ def _read(scene: _Scene, error: float | None, random: np.random.Generator | None
             centres, markers = (x + error * random.standard_normal(x.shape) for x in (centres, markers))
         motions.append(fit_motion(times, centres, markers, radii, 1e-6 if error is None else error))
     return read_impact(*motions, normal=(1.0, 0.0), radius=scene.radius, inertia_factor=3.0)
-
-
-def _psi(scene: _Scene, reading: Reading) -> Array:
-    """psi_1 and psi_2 with the scene's own friction."""
-    return reading.psi(scene.kappa, scene.friction)[0]

@@ -6,7 +6,7 @@ import numpy as np
 
 from validation.case import Array, Case, Data, Limit, Outcome, Table
 from validation.impacts import judge
-from validation.measure import interleaved, order_of, spread
+from validation.measure import interleaved, spread
 from validation.reference import annulus, superposition
 
 DISK = 1.256  # chi of the paper's figures, a steel disk
@@ -81,7 +81,8 @@ def _errors(counts: list[int]) -> Data:
 
     limit = by_steps(FINE) + (by_steps(FINE) - by_steps(FINE // 2)) / 3.0
     own = np.array([by_steps(steps) - limit for steps in counts])
-    data: Data = {"steps": counts, "order": order_of(np.array(counts), np.sqrt(np.mean(own**2, axis=1))),
+    order = -np.polyfit(np.log(counts), np.log(np.sqrt(np.mean(own**2, axis=1))), 1)[0]  # of convergence
+    data: Data = {"steps": counts, "order": order,
                   "superposition": {"steps": counts, "error": np.abs(own).max(axis=1)}, "annuli": {}}  # fmt: skip
     for n in ANNULI:
         runs = [[annulus.impact(psi_1, DISK, n, steps=steps) for psi_1 in INCIDENCES] for steps in counts]
