@@ -18,7 +18,7 @@ class Sample(Case):
     title = "A sample"
     claim = "Seven is at most five."
 
-    def run(self, quick, progress):
+    def run(self, quick):
         """Of two sorts, one of each missed."""
         limits = [
             Limit("error, near", 10.0, 9.0), Limit("error, far", 1.0, 1.5, "m"),
@@ -92,7 +92,7 @@ def test_what_has_no_full_result_is_said_not_to_be_measured(tmp_path, monkeypatc
 
 def test_a_run_that_is_not_sane_has_no_figures(tmp_path, monkeypatch):
     class Broken(Sample):
-        def run(self, quick, progress):
+        def run(self, quick):
             return Outcome([Limit("rate", 1.0, 2.0, at_least=True)], {}, ["the ball is gone"])
 
     monkeypatch.setattr(readme, "ROWS", [Row("front", "row", "sample", "^rate")])

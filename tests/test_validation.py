@@ -27,9 +27,8 @@ class Sample(Case):
     title = "A sample"
     claim = "Seven is at most five."
 
-    def run(self, quick, progress):
+    def run(self, quick):
         """Two limits."""
-        progress(1.0)
         return Outcome([Limit("seven", 5.0, 7.0), Limit("eight", 5.0, 8.0, "us", at_least=True)], {"seven": 7.0})
 
     def table(self, data):
@@ -96,7 +95,7 @@ def test_a_missed_limit_shows(tmp_path):
 
 def test_a_case_that_raises_is_not_sane_and_stops_nothing(tmp_path):
     class Broken(Sample):
-        def run(self, quick, progress):
+        def run(self, quick):
             raise ValueError("step = 0: must be > 0")
 
     result = runner.run_case(Broken(), tmp_path)
@@ -198,9 +197,9 @@ def test_a_run_that_was_interrupted_goes_on(tmp_path, monkeypatch):
     class First(Sample):
         name = "first"
 
-        def run(self, quick, progress):
+        def run(self, quick):
             ran.append(self.name)
-            return super().run(quick, progress)
+            return super().run(quick)
 
     class Second(First):
         name = "second"
@@ -208,7 +207,7 @@ def test_a_run_that_was_interrupted_goes_on(tmp_path, monkeypatch):
     class Cut(First):
         name = "second"
 
-        def run(self, quick, progress):
+        def run(self, quick):
             raise KeyboardInterrupt
 
     monkeypatch.setattr("validation.__main__.select", lambda pattern: [First(), Cut()])

@@ -1,12 +1,11 @@
 """`python -m validation`: run the cases, save their results, and write the report."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer  # noqa: TID253
 from rich.console import Console  # noqa: TID253
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: TID253
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: TID253
 from rich.table import Table as RichTable  # noqa: TID253
 
 from contactlaw.ending import run
@@ -62,26 +61,23 @@ def main(
 
 
 def _run(cases: list[Case], folder: Path, quick: bool, resume: bool, console: Console) -> dict[str, Result]:
-    """Results by name, of the cases that can run here; a bar for all and one for the case that runs."""
+    """Results by name, of the cases that can run here; behind a bar that names the one that runs."""
     results: dict[str, Result] = {}
-    name, part = TextColumn("{task.description:<20}"), TextColumn("{task.percentage:>3.0f} %")
-    with Progress(name, BarColumn(), part, TimeElapsedColumn(), console=console) as bars:
-        total = bars.add_task(f"{len(cases)} cases", total=len(cases))
+    name = TextColumn("{task.description:<20}")
+    with Progress(name, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=console) as bars:
+        task = bars.add_task("", total=len(cases))
         for case in cases:
+            bars.update(task, description=case.name)
             if missing := runner.missing_modules(case):
                 text = f"skipped, needs {', '.join(missing)} ({runner.how_to_install(case)})"
             elif resume and (done := runner.finished(case, folder, quick=quick)):
                 results[case.name] = done
                 text = f"{report.verdict(done)}, measured before"
             else:
-                task = bars.add_task(case.name, total=1.0)
-                told = partial(lambda task, done: bars.update(task, completed=done), task)
-                result = runner.run_case(case, folder, quick=quick, progress=told)
-                bars.remove_task(task)
-                results[case.name] = result
+                results[case.name] = result = runner.run_case(case, folder, quick=quick)
                 text = f"{report.verdict(result)}, {result['seconds']:.0f} s"
             console.print(f"{case.name}: {text}", markup=False, highlight=False, soft_wrap=True)
-            bars.advance(total)
+            bars.advance(task)
     return results
 
 

@@ -3,12 +3,12 @@
 import re
 from abc import ABC, abstractmethod
 from collections import ChainMap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ Data = dict[str, Any]
 """What a case measured, as it is saved: JSON types only."""
 Axes = Any
 """matplotlib's, which is imported only to draw."""
-Item = TypeVar("Item")
-Progress = Callable[[float], None]
-"""Told by a running case which part of it is done, 0 to 1."""
 
 
 class Outcome(NamedTuple):
@@ -59,16 +56,6 @@ def worst(runs: Iterable[Data], *keys: str, **known: Any) -> float:
     return max(run[key] for run in runs if known.items() <= run.items() for key in keys)
 
 
-def told(
-    items: Iterable[Item], progress: Progress, begin: float = 0.0, end: float = 1.0, count: int = 0
-) -> Iterator[Item]:
-    """The items, `count` of them where they come by and by; after each, the part done is told, from one to another."""
-    known = items if count else list(items)
-    for number, item in enumerate(known, 1):
-        yield item
-        progress(begin + (end - begin) * number / (count or len(known)))  # type: ignore[arg-type]
-
-
 class Case(ABC):
     """One claim, and how it is measured.
 
@@ -93,7 +80,7 @@ class Case(ABC):
     place: ClassVar[int] = 100
 
     @abstractmethod
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         """Measure; quick: fewer impacts and repeats, seconds instead of up to a minute."""
 
     @abstractmethod

@@ -1,10 +1,11 @@
 """The impacts that laws are judged by, and what the annulus reference says of them."""
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from validation.case import Array, Progress, told
+from validation.case import Array
 from validation.reference.annulus import rebound_extrapolated
 
 Impact = tuple[float, float, float]
@@ -21,17 +22,16 @@ class Judged(NamedTuple):
     uncertainty: Array
 
 
-_KNOWN: dict[tuple[Impact, int], tuple[float, float]] = {}
-"""What the reference has been asked already, by impact and annuli."""
+@cache
+def _converged(impact: Impact, annuli: int) -> tuple[float, float]:
+    """psi_2 and its uncertainty, kept: cases ask for the same impacts."""
+    return rebound_extrapolated(*impact, annuli=annuli)
 
 
-def judge(impacts: list[Impact], annuli: int = 40, progress: Progress = lambda part: None) -> Judged:
+def judge(impacts: list[Impact], annuli: int = 40) -> Judged:
     """Ask the reference; annuli: the middle one of its three resolutions."""
-    new = [one for one in dict.fromkeys(impacts) if (one, annuli) not in _KNOWN]
-    for one in told(new, progress):
-        _KNOWN[one, annuli] = rebound_extrapolated(*one, annuli=annuli)
     psi_1, chi, restitution = np.array(impacts, dtype=float).T.copy()
-    psi_2, uncertainty = np.array([_KNOWN[one, annuli] for one in impacts]).T.copy()
+    psi_2, uncertainty = np.array([_converged(one, annuli) for one in impacts]).T.copy()
     return Judged(psi_1, chi, restitution, psi_2, uncertainty)
 
 

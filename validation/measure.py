@@ -44,7 +44,7 @@ def _cpu() -> str:
 
 def interleaved(
     runs: Mapping[str, Callable[[], object]], repeats: int, prepare: Mapping[str, Callable[[], object]] | None = None,
-    progress: Callable[[float], None] = lambda part: None, clock: Callable[[], float] = perf_counter,
+    clock: Callable[[], float] = perf_counter,
 ) -> dict[str, Array]:  # fmt: skip
     """Time several things side by side, so that the drift of the machine meets all of them alike.
 
@@ -65,7 +65,6 @@ def interleaved(
                 start = clock()
                 runs[name]()
                 seconds[name][max(number, 0)] = clock() - start
-            progress((number + 3) / (repeats + 2))
     finally:
         if enabled:
             gc.enable()
@@ -76,8 +75,3 @@ def spread(values: Array) -> Spread:
     """Median and quartiles."""
     low, median, high = np.percentile(values, [25, 50, 75])
     return {"median": float(median), "low": float(low), "high": float(high)}
-
-
-def order_of(sizes: Array, errors: Array) -> float:
-    """Order of convergence: minus the slope of log(error) over log(size), least squares."""
-    return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])

@@ -48,11 +48,6 @@ class Measured:
         return len(next(iter({**self.numbers, **self.words}.values())))
 
 
-def names() -> list[str]:
-    """Every table there is."""
-    return sorted(path.stem for path in FOLDER.glob("*.csv"))
-
-
 def load(name: str, folder: Path = FOLDER) -> Measured:
     """Read a table, by its file name without .csv.
 

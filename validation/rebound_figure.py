@@ -18,7 +18,7 @@ import numpy as np
 from contactlaw.collision import Body, Impact, collide
 from sims import puck as scene
 from sims.puck import SURFACES, Puck
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Table
 from validation.reference.annulus import rebound
 
 INCH = 0.0254  # [m]
@@ -68,16 +68,15 @@ class ReboundFigure(Case):
     """psi_1 of the throws."""
     sheet = {"width": 6.4, "height": 4.8}  # noqa: RUF012
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         """Curves by the annuli, throws by the law alone and in both engines."""
         restitution = SURFACES[self.material].restitution
         base = Puck(material=self.material)
         psi = np.linspace(0.0, 1.4 * self.span, 281)
         annuli = 20 if quick else 40
         elastic, damped = (np.asarray(rebound(psi, base.chi, annuli, restitution=e)) for e in (1.0, restitution))
-        progress(0.2)
         incidences = self.incidences[::3] if quick else self.incidences
-        throws, problems = self._throws(incidences, base, progress)
+        throws, problems = self._throws(incidences, base)
         reference, reference_elastic = (
             [scene.reference(round(psi_1, 12), base.chi, e) for psi_1 in incidences] for e in (restitution, 1.0)
         )
@@ -101,11 +100,11 @@ class ReboundFigure(Case):
         ]  # fmt: skip
         return Outcome(limits, data, problems)
 
-    def _throws(self, incidences: list[float], base: Puck, progress: Progress) -> tuple[dict[str, Any], list[str]]:
+    def _throws(self, incidences: list[float], base: Puck) -> tuple[dict[str, Any], list[str]]:
         """psi_2 by route, shape (incidences, throws), over sizes, speeds and ways to launch; and what is not sane."""
         found: dict[str, list[list[float]]] = {"microslip": [], **{name: [] for name in ENGINES}}
         problems = []
-        for psi_1 in told(incidences, progress, 0.2):
+        for psi_1 in incidences:
             pucks = [sized(replace(base, psi_1=psi_1, speed=speed, launch=launch), diameter)
                      for diameter, speed, launch
                      in product(self.diameters.values(), self.speeds, scene.LAUNCHES)]  # fmt: skip

@@ -7,7 +7,7 @@ from time import perf_counter
 
 from contactlaw.ending import whole
 from validation import readme, report, store
-from validation.case import Case, Outcome, Progress, find_cases
+from validation.case import Case, Outcome, find_cases
 from validation.measure import machine
 from validation.store import Result
 
@@ -45,7 +45,7 @@ def finished(case: Case, folder: Path, *, quick: bool = False) -> Result | None:
     return result if {**result["machine"], "date": ""} == {**machine(), "date": ""} else None
 
 
-def run_case(case: Case, folder: Path, *, quick: bool = False, progress: Progress = lambda part: None) -> Result:
+def run_case(case: Case, folder: Path, *, quick: bool = False) -> Result:
     """Run one case, draw its picture and save its result, in this order: what is saved is whole.
 
     A case that fails is saved as not sane, with the error, so that the others still run.
@@ -53,7 +53,7 @@ def run_case(case: Case, folder: Path, *, quick: bool = False, progress: Progres
     sources = store.stamp_of(case)
     start = perf_counter()
     try:
-        outcome = case.run(quick, progress)
+        outcome = case.run(quick)
     except Exception as error:
         outcome = Outcome([], {}, [f"{type(error).__name__}: {error}"])
     seconds = perf_counter() - start

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 from math import pi
 from typing import Any
 
@@ -20,7 +19,6 @@ INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")
 FEET = 0.3  # of the smallest half length, radius of ball feet
 ROLLING = 0.05  # coefficient of rolling resistance, without which what is round rolls on
 WALL = 0.25  # [m], of the pit
-FRICTIONLESS = 0.05  # friction below which nothing stops what slides or spins
 GRAVITY = 9.81
 
 
@@ -105,16 +103,6 @@ class Drop:
     def pair(self, one: Material, two: Material) -> ContactPair:
         """The contact of two materials."""
         return ContactPair(one, two, self.friction, self.restitution, rolling_resistance=ROLLING)
-
-    @property
-    def slows(self) -> bool:
-        """Whether friction stops what slides or spins."""
-        return self.friction > FRICTIONLESS
-
-    @property
-    def couples(self) -> list[tuple[int, int]]:
-        """Of things that may touch."""
-        return list(combinations(range(len(self.things)), 2))
 
     @property
     def energy(self) -> float:

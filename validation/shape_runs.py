@@ -3,7 +3,7 @@
 import warnings
 from abc import ABC, abstractmethod
 from contextlib import closing
-from itertools import product
+from itertools import combinations, product
 from time import process_time
 from typing import Any, ClassVar, NamedTuple
 
@@ -26,6 +26,7 @@ LIGHT = 1e-4  # of the same, energy in contacts that is none
 STILL = 1e-6  # of the same, energy of motion of centres that is none: what spins on a small patch does so for minutes
 FLIGHT = 0.1  # of the same: where an engine's own flight changes it by more, what contacts do is not told
 DEEPER = 1.3  # times the overlap that holds all the energy in one contact
+FRICTIONLESS = 0.05  # friction below which nothing stops what slides or spins
 FLOOR = (0.4, 0.4, 0.05)  # half lengths of one that is a box [m]
 
 
@@ -61,8 +62,8 @@ class Run(ABC):
         parts = [self.add(f"thing{number}", thing) for number, thing in enumerate(drop.things)]
         for part, thing in zip(parts, drop.things, strict=True):
             self.world.contact(part, pit, drop.pair(thing.material, thing.material))
-        for i, j in drop.couples:
-            self.world.contact(parts[i], parts[j], drop.pair(drop.things[i].material, drop.things[j].material))
+        for (one, first), (two, second) in combinations(zip(parts, drop.things, strict=True), 2):
+            self.world.contact(one, two, drop.pair(first.material, second.material))
         self.world.start()
 
     def add(self, name: str, thing: Thing) -> str:
@@ -251,6 +252,6 @@ def _judge(run: Run, drop: Drop) -> Verdict:
         wrong.append(f"overlaps by {depth / deepest:.2g} of what holds its energy")
     if np.abs(places[:, :2]).max() > WALL or places[:, 2].min() < 0.0:
         wrong.append("went through")
-    if rest == np.inf and drop.slows and not wrong:
+    if rest == np.inf and drop.friction > FRICTIONLESS and not wrong:
         wrong.append(f"moves after {LONGEST:g} s, fastest {np.abs(velocities).max():.2g} m/s")
     return Verdict(wrong, gain / scale, depth / deepest, rest, flight / scale)

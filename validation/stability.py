@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from validation.case import Axes, Case, Data, Limit, Progress, Table, told
+from validation.case import Axes, Case, Data, Limit, Table
 from validation.stability_trials import RADIUS, Trial
 from validation.stability_worlds import ENGINES, SUB_CYCLED, TITLES, WAYS, TrialWorld
 
@@ -114,12 +114,10 @@ def short(gain: float) -> str:
     return NOT_FINITE if gain >= 1e300 else f"{gain:.0e}" if gain > 0.0 else "none"
 
 
-def on_all_cores(
-    function: Callable[[Input], Answer], inputs: Sequence[Input], progress: Callable[[float], None]
-) -> list[Answer]:
+def on_all_cores(function: Callable[[Input], Answer], inputs: Sequence[Input]) -> list[Answer]:
     """The answers, in the order of the inputs, from as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), _say_nothing) as pool:
-        return list(told(pool.map(function, inputs, chunksize=4), progress, count=len(inputs)))
+        return list(pool.map(function, inputs, chunksize=4))
 
 
 def _say_nothing() -> None:
@@ -147,10 +145,10 @@ class StabilityCase(Case):
     def named(self, fails: list[list[bool]], data: Data) -> str:
         """The cells that fail."""
 
-    def measured(self, function: Callable[[Any], Data], rows: Sequence[Sequence[Any]], progress: Progress) -> Data:
+    def measured(self, function: Callable[[Any], Data], rows: Sequence[Sequence[Any]]) -> Data:
         """By engine and way, of a function of (engine, way, *cell)."""
         ways = list(product(ENGINES, WAYS))
-        found = iter(on_all_cores(function, [(*way, *cell) for way in ways for row in rows for cell in row], progress))
+        found = iter(on_all_cores(function, [(*way, *cell) for way in ways for row in rows for cell in row]))
         out: Data = {engine: {} for engine in ENGINES}
         for engine, way in ways:
             grid = [[next(found) for _ in row] for row in rows]

@@ -1,16 +1,18 @@
 """A trial inside an engine, with the law, with its own contact, or with the law evaluated but once a step."""
 
 from hashlib import sha256
-from itertools import combinations
-from math import cos, inf, sin, sqrt
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
 
 from contactlaw import LAWS
 from contactlaw.jit import jit_for
-from contactlaw.laws.record import CONTACT_SIZE, OPEN, PAIR_SIZE, contact_of, pair_of
+from contactlaw.laws.record import OPEN, PAIR_SIZE, pair_of
 from contactlaw.laws.step import ask, know, press
+from contactlaw.world.records import CONTACT
+from contactlaw.world.touch import force_of, turn_frame
+from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from sims.panel import ENGINE_NAMES
 from sims.scene import Settings
 from sims.worlds import State, new_world
@@ -81,78 +83,56 @@ class OnceAStep:
     def __init__(self, trial: Trial, law: str = "microslip") -> None:
         pair = trial.pair(law)
         count, planes = len(trial.masses), len(trial.planes)
-        couples = [(ball, -1 - plane) for plane in range(planes) for ball in range(count)]
-        couples = np.array(couples + [*combinations(range(count), 2)])
+        couples = np.array([*product(range(count), range(-planes, 0)), *combinations(range(count), 2)])
         points, normals = (np.array(one, dtype=float) for one in zip(*trial.planes, strict=True))
         inverse = np.column_stack([1.0 / trial.masses, 1.0 / trial.inertias])
         self.scene = couples, points, normals, inverse, trial.gravity, trial.step
-        self.contacts = np.zeros((len(couples), CONTACT_SIZE)), np.zeros((len(couples), pair.memory_size))
-        self.frames = np.zeros((len(couples), 6)), np.full(len(couples), -inf)
-        self.parameters = pair.parameters()
+        self.contacts = np.zeros(len(couples), CONTACT)
+        self.contacts["touch"]["overlap"] = np.nan  # not known before the first step
+        self.memory, self.parameters = np.zeros((len(couples), pair.memory_size)), pair.parameters()
 
     def push(self, places: Array, velocities: Array, spins: Array) -> Array:
         """Force [N] and torque [N m] on every ball, shape (n, 6), for the coming step, of places at its start [m] and
         velocities and spins of half a step before, as a semi-implicit engine keeps them, shape (n, 3)."""
         out = np.zeros((len(places), 6))
-        _push(self.scene, self.parameters, self.contacts, self.frames, places, velocities, spins, out)
+        _push(self.scene, self.parameters, self.contacts, self.memory, places, velocities, spins, out)
         return out
 
 
 @jit
-def _push(scene, p, contacts, frames, places, velocities, spins, out):
+def _push(scene, p, contacts, memories, places, velocities, spins, out):
     couples, points, normals, inverse, gravity, dt = scene
+    pair = pair_of(p)
     for number in range(couples.shape[0]):
         a, b = couples[number]
-        arm = RADIUS
+        c, memory, arm, free = contacts[number], memories[number], RADIUS, 0.0
+        velocity, spin, (mobility, turning) = load(velocities[a]), load(spins[a]), (inverse[a, 0], inverse[a, 1])
         if b < 0:
-            normal = normals[-1 - b].copy()
-            overlap = RADIUS - np.sum((places[a] - points[-1 - b]) * normal)
-            velocity, spin = velocities[a].copy(), spins[a].copy()
-            free = -np.sum(gravity * normal)
-            mobility, turning = inverse[a, 0], RADIUS**2 * inverse[a, 1]
+            n = load(normals[b])
+            overlap, free = RADIUS - dot(sub(load(places[a]), load(points[b])), n), -dot(load(gravity), n)
         else:
-            between = places[a] - places[b]
-            distance = sqrt(np.sum(between * between))
-            normal = between / distance
-            overlap, arm, free = 2.0 * RADIUS - distance, 0.5 * distance, 0.0
-            velocity, spin = velocities[a] - velocities[b], spins[a] + spins[b]
-            mobility = inverse[a, 0] + inverse[b, 0]
-            turning = arm**2 * (inverse[a, 1] + inverse[b, 1])
-        velocity -= arm * np.cross(spin, normal)
-        frame, before = frames[0][number], frames[1][number]
-        frames[1][number] = overlap
-        first = _tangent(frame, normal, 0.5 * dt * np.sum(spin * normal))
-        second = np.cross(normal, first)
-        frame[:3], frame[3:] = first, normal
-        header, memory = contacts[0][number], contacts[1][number]
+            between = sub(load(places[a]), load(places[b]))
+            arm = 0.5 * norm(between)
+            n, overlap = scale(0.5 / arm, between), 2.0 * (RADIUS - arm)
+            velocity, spin = sub(velocity, load(velocities[b])), add(spin, load(spins[b]))
+            mobility, turning = mobility + inverse[b, 0], turning + inverse[b, 1]
+        t, before = c.touch, c.touch.overlap
+        t.overlap, t.before = overlap, overlap if before != before else before
         if overlap <= 0.0:
-            header[:], memory[:] = 0.0, 0.0
+            t.state, memory[:] = OPEN, 0.0
             continue
-        contact, pair = contact_of(header), pair_of(p)
-        if contact.state == OPEN:
-            know(contact, pair, pair.radius)
-            contact.mass, contact.tangential_mass = 1.0 / mobility, 1.0 / (mobility + turning)
-        contact.overlap, contact.before = overlap, overlap if before == -np.inf else before
-        contact.closing = -np.sum(velocity * normal)
-        slide, aside = dt * np.sum(velocity * first), dt * np.sum(velocity * second)
-        press(contact, pair, free, dt)
-        ask(contact, pair, p[PAIR_SIZE:], memory, slide, aside, dt)
-        total = contact.force * normal - contact.f * first - contact.g * second
-        torque = -arm * np.cross(normal, total)
-        out[a, :3] += total
-        out[a, 3:] += torque
-        if b >= 0:
-            out[b, :3] -= total
-            out[b, 3:] += torque
-
-
-@jit
-def _tangent(frame, normal, twist):
-    """The first tangent brought into the new tangent plane by the shortest rotation, and turned by twist [rad]."""
-    old, n = frame[:3], frame[3:]
-    lean = max(1.0 + np.sum(normal * n), 1e-300)
-    t = old - np.sum(old * normal) / lean * (normal + n)
-    if lean < 1.0 or np.sum(t * t) < 0.5:  # no contact yet, or a normal that has jumped: any tangent will do
-        t = np.cross(np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.6 else np.array([0.0, 1.0, 0.0]), normal)
-    t = cos(twist) * t + sin(twist) * np.cross(normal, t)
-    return t / sqrt(np.sum(t * t))
+        if t.state == OPEN:
+            know(t, pair, pair.radius)
+            t.mass, t.tangential_mass = 1.0 / mobility, 1.0 / (mobility + arm**2 * turning)
+            store(c.normal, n)
+            store(c.tangent, tangent(n))
+        turn_frame(c, n, 0.5 * dt * dot(spin, n))
+        velocity, first = axpy(-arm, cross(spin, n), velocity), load(c.tangent)
+        t.closing = -dot(velocity, n)
+        press(t, pair, free, dt)
+        ask(t, pair, p[PAIR_SIZE:], memory, dt * dot(velocity, first), dt * dot(velocity, cross(n, first)), dt)
+        force = force_of(c)
+        for ball, side in ((a, 1.0), (b, -1.0)):
+            if ball >= 0:
+                store(out[ball], add(load(out[ball]), scale(side, force)))
+                store(out[ball, 3:], axpy(-arm, cross(n, force), load(out[ball, 3:])))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.measured import Array, load
 from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, rms
@@ -43,9 +43,9 @@ class AluminaOnGlass(Case):
         f"Errors of e_t: an angle unsure by {UNSURE} degrees, which tells below 5 degrees."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         pair, measures, shown = PAIR, {}, {}
-        for quantity in told(TABLES, progress):
+        for quantity in TABLES:
             theta, value = measured(quantity)
             differences = {law: found[quantity] - value for law, found in quantities(pair, theta).items()}
             below = theta < STICKING

@@ -9,7 +9,7 @@ from contactlaw import ContactPair
 from contactlaw.laws.microslip import NODES, Microslip
 from validation import ball
 from validation.ball import FRICTION, INCIDENCES, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, in_words
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.front import largest, rms
 from validation.impacts import judge
 from validation.measure import interleaved, spread
@@ -47,7 +47,7 @@ class AnyStep(Case):
         "for the number of substeps written at the marks."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         psi_1 = INCIDENCES[::3] if quick else INCIDENCES
         phases = 12 if quick else 100
         data: Data = {"psi_1": psi_1, "steps": STEPS, "error": {}, "substeps": COUNTS, "in_substeps": {},
@@ -72,7 +72,7 @@ class AnyStep(Case):
                 problems.append(f"{what}: energy grown to {found[..., 2].max():.4f}")
             return found[..., 0] - truth.psi_2[:, None]
 
-        for e in told(RESTITUTIONS, progress, 0.0, 0.7):
+        for e in RESTITUTIONS:
             pair = ball.steel_pair(restitution=e)
             for engine, steps in STEPS.items():
                 found = [errors(engine, dt, pair) for dt in steps]

@@ -7,7 +7,7 @@ import numpy as np
 
 from contactlaw import Body, ContactPair, Material, collide
 from contactlaw.losses import FallingFriction
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.prediction import rms
 
 PHENOLIC = Material(5.8e9, 0.34, 1700.0, "phenolic resin", "usual for billiard balls; E is without effect on throw")
@@ -31,10 +31,10 @@ class Billiards(Case):
     place = 18
     title = "Throw of billiard balls"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         rows: list[Data] = [
             {"speed": name} | _shot(speed, radians(cut), spin)
-            for (name, speed), cut, spin in told(product(SPEEDS.items(), CUTS, SPINS), progress)
+            for (name, speed), cut, spin in product(SPEEDS.items(), CUTS, SPINS)
         ]
         sliding = [row for row in rows if row["slides"]]
         limits = [

@@ -6,7 +6,7 @@ from math import sqrt
 import numpy as np
 
 from validation.ball import DOWN, GRAVITY, INTEGRATORS, RADIUS, Array, at, ball_world, static_overlap, steel_pair
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, told, worst
+from validation.case import Case, Data, Limit, Outcome, Table, worst
 
 DROP = 0.05  # [m]
 ENERGY = 1e-3
@@ -31,11 +31,11 @@ class Bouncing(Case):
     place = 43
     title = "Bouncing and coming to rest"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         data: Data = {"elastic": [], "rest": []}
         problems: list[str] = []
         runs = [(engine, dt, seconds) for engine, steps in ELASTIC.items() for dt, seconds in steps.items()]
-        for engine, dt, whole in told(runs, progress, 0.0, 0.7):
+        for engine, dt, whole in runs:
             seconds = max(whole * (0.1 if quick and dt < 2e-3 else 0.5 if quick else 1.0), 0.5)
             tops = _tops(engine, dt, seconds)
             if tops.size == 0:

@@ -1,12 +1,10 @@
 """What tables of impacts as the paper had them, and published ones, tell of friction and stiffness."""
 
-from typing import Any
-
 import numpy as np
 
 from contactlaw import Calibration, calibrate
 from validation import calibration_tables as tables
-from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.cases.alumina_on_glass import PAIR
 
 NAMES = ("friction", "restitution", "stiffness_ratio")
@@ -29,11 +27,9 @@ class CalibrationCase(Case):
     place = 17
     title = "A contact from a table of impacts"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         repeats = 12 if quick else 150
-        pucks: dict[str, Any] = {}
-        for number, table in enumerate((tables.STEEL, tables.RUBBER)):
-            pucks[table.name] = _repeated(table, repeats, lambda part, n=number: progress(0.45 * (n + part)))
+        pucks = {table.name: _repeated(table, repeats) for table in (tables.STEEL, tables.RUBBER)}
         mu, kappa = PAIR.friction, PAIR.kappa
         real = {one.name: _as_data(_of(one, kappa), mu, kappa) for one in tables.alumina()}
         single = {one.name: _as_data(_of(one)) for one in tables.balls()}
@@ -93,7 +89,7 @@ def _of(table: tables.Published | tables.PuckTable, kappa: float | None = None, 
     )  # fmt: skip
 
 
-def _repeated(table: tables.PuckTable, repeats: int, progress: Progress) -> Data:
+def _repeated(table: tables.PuckTable, repeats: int) -> Data:
     """What noisy tables of one truth give."""
     truth = dict(zip(NAMES, (table.friction, table.restitution, table.kappa), strict=True))
     pulls, shares, sliding = [], [], []
@@ -105,7 +101,6 @@ def _repeated(table: tables.PuckTable, repeats: int, progress: Progress) -> Data
                       for name in NAMES])  # fmt: skip
         shares.append([known[name].uncertainty / truth[name] if name in known else np.inf for name in NAMES])
         sliding.append(result.sliding_friction.uncertainty or np.nan)
-        progress((seed + 1) / repeats)
     z1, x1, z2, x2 = table.true()
     ratio = 1.0 + 1.0 / tables.DISK
     slides = np.array(table.incidences) >= table.kappa * ratio * (1.0 + table.restitution) - table.restitution

@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import LAWS, MATERIALS, RIGID, Body, ContactPair, Material, collide
 from contactlaw import force_along_path as law_along_path
 from contactlaw import rebound as law_rebound
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Array, Case, Data, Limit, Outcome, Table
 from validation.prediction import quiet_pair
 
 EXACT = 1e-6
@@ -31,7 +31,7 @@ class ClosedForms(Case):
     place = 12
     title = "Closed forms"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         found: dict[str, Limit] = {}
 
         def add(name: str, error: Any, asked: float = EXACT) -> None:

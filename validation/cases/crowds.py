@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Case, Data, Limit, Outcome, Table
 
 CREEP = {"law": {}, "native, default": {}, "native, best": {"best": 1.0}}
 LONG = 60.0  # [s]
@@ -33,7 +33,7 @@ class Crowds(Case):
     place = 49
     title = "Crowds, and whatever lasts"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         from sims import heap
         from sims.scene import NATIVE, NONE, Settings, find_scenes
         from validation import lasting_scenes as lasting
@@ -53,7 +53,6 @@ class Crowds(Case):
         for name in ("law, steel", "law, rubber"):
             reached = np.inf if slip[name] is None else abs(slip[name])
             limits.append(Limit(f"slip of a ball held and shaken, {name}", 1e-4, reached, "um/s"))
-        progress(0.1)
 
         kept: list[Data] = []
         for count in (8,) if quick else (8, 64):
@@ -65,7 +64,6 @@ class Crowds(Case):
                   max(abs(one["support_over_weight_less_1"]) for one in kept)),
             Limit("a heap sleeps after", 10.0, max(one["settled"] or np.inf for one in kept), "s"),
         ]  # fmt: skip
-        progress(0.3)
 
         heaps = [(f"heap of {count}", asked, count, seconds, {}) for count, (asked, seconds) in DROPS.items()]
         heaps += [("heap of 64 in a wide box", 2.0, 64, WIDE[1], {"pitch": WIDE[0]})]
@@ -94,7 +92,6 @@ class Crowds(Case):
         found = heap.timed({"law": lasting.tube(True), "native": lasting.tube(False)}, 3.0)
         drops.append(found | {"what": "tube of 5"})
         limits += _limits("tube of 5", found, 2.0, "native")
-        progress(0.8)
 
         steps = {"a box on ball feet on a slope": lasting.lying_box()}
         if (path := lasting.ant()) is not None:

@@ -2,15 +2,14 @@
 
 from itertools import product
 from math import cos, exp, radians, sin
-from typing import Any
 
 import numpy as np
 
 from contactlaw import ContactPair, rebound
 from contactlaw.world import World
 from validation.ball import FLOOR, STEEL
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told, worst
-from validation.cases.shapes import elongation
+from validation.case import Array, Case, Data, Limit, Outcome, Table, worst
+from validation.cases.shapes import elongation, struck
 from validation.prediction import SPHERE
 
 ASKED = 1e-2  # in psi_2, where 1 is friction times the speed of approach
@@ -32,13 +31,13 @@ class Elliptic(Case):
     place = 53
     title = "Elliptic contacts"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         kappa, rows = float(PAIR.kappa), []
         nu = 2.0 * (1.0 - kappa) / (2.0 - kappa)  # of like materials
         chi = SPHERE * kappa / 2.0
-        bodies: dict[str, Any] = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
+        bodies = {name: partial_curvatures(half) for name, half in ELLIPSOIDS.items()}
         bodies[CROSSED] = (1.0 / 0.03, 1.0 / 0.01)
-        for (name, curvatures), (way, angle) in told(product(bodies.items(), WAYS.items()), progress):
+        for (name, curvatures), (way, angle) in product(bodies.items(), WAYS.items()):
             ratio, found, circle = exp(-elongation(*curvatures)), [], []
             along = np.array([cos(radians(angle)), sin(radians(angle))])
             for psi in PSI[1:3] if quick else PSI:
@@ -71,12 +70,9 @@ def impact(name: str, psi_1: Array) -> Array:
         other = world.add_cylinder(None, 0.03, 0.05, axis=(0.0, 1.0, 0.0))
         shapes = world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0)), other
     world.add_contact(*shapes, PAIR)
-    for _ in range(400):
-        world.step()
-        if world.contacts.size and not world.contacts["closed"].any():
-            v, w = world.velocity[body], world.spin[body]
-            return np.array([v[0] - below * w[1], v[1] + below * w[0]]) / unit
-    raise RuntimeError(f"{name}: no impact has come to an end")
+    struck(world)
+    v, w = world.velocity[body], world.spin[body]
+    return np.array([v[0] - below * w[1], v[1] + below * w[0]]) / unit
 
 
 def by_grid(psi_1: Array, chi: float, nu: float, ratio: float, quick: bool) -> Array:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, ContactPair, force_along_path, rebound
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Array, Case, Data, Limit, Outcome, Table
 
 RESTITUTIONS = [1.0, 0.99, 0.93, 0.86, 0.7, 0.5]  # each needs tables of its own, hence a few, the first most often
 CREATORS = ("mindlin",)  # measured and reported, not limited
@@ -19,7 +19,7 @@ class Energy(Case):
     place = 30
     title = "No energy from nothing"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         count = 2_000 if quick else 10_000
         random = np.random.default_rng(2)
         chi = np.exp(random.uniform(np.log(0.3), np.log(10.0), count))
@@ -29,7 +29,7 @@ class Energy(Case):
         kappa = random.uniform(0.6, 1.0, count)
         drawn = {"psi_1": psi_1, "chi": chi, "e": e, "mu": friction}
         data: Data = {"gain": {}, "grown": {}, "worst": {}}
-        for name in told(LAWS, progress):
+        for name in LAWS:
             psi_2 = np.atleast_1d(rebound(psi_1, chi, name, e))
             before, after = (kinetic(psi, v, chi, friction, kappa) for psi, v in ((psi_1, 1.0), (psi_2, e)))
             gain = after / before - 1.0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, RIGID, Material
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.measured import Array, load
 from validation.picture import curves, legend_below, points
 from validation.prediction import REFERENCE, SPHERE, over_the_next_best, quiet_pair, rebounds, reference, rms
@@ -34,12 +34,12 @@ class FiniteElements(Case):
         "elements (points, with the two curves' rms disagreement as error) and laws."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         pair = quiet_pair(STEEL, RIGID, FRICTION)
         kappa, chi = pair.kappa, SPHERE * pair.kappa / 2.0
         both = published()
         measures, shown, found = {}, {}, {}
-        for name, (x, y) in told(both.items(), progress):
+        for name, (x, y) in both.items():
             after = found[name] = {law: psi_2 / kappa for law, psi_2 in rebounds(kappa * x, chi).items()}
             differences = {law: (v if name == "recoil" else spin_of(x, v)) - y for law, v in after.items()}
             part = x < PARTIAL

@@ -16,7 +16,7 @@ from sims.panel import ENGINE_NAMES
 from sims.worlds import World
 from validation import ball, front
 from validation.ball import INCIDENCES
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Table
 from validation.front import Rung
 from validation.front_ways import ANNULI, CLOSER, DEFAULT, FASTER, SINGLE
 from validation.impacts import judge
@@ -73,12 +73,11 @@ class FrontEngines(Case):
         "as stiff as the law's."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         data: Data = {}
         problems: list[str] = []
-        for number, engine in enumerate(OWN_STEPS):
-            half: Progress = lambda part, n=number: progress(0.5 * (n + part))  # noqa: E731
-            data[engine], wrong = measured(ways(engine, quick), 12 if quick else 50, quick, half)
+        for engine in OWN_STEPS:
+            data[engine], wrong = measured(ways(engine, quick), 12 if quick else 50, quick)
             problems += [f"{engine}: {one}" for one in wrong]
         limits = [limit for engine, one in data.items() for limit in _limits(one, ENGINE_NAMES[engine])]
         return Outcome(limits, data, problems)
@@ -143,7 +142,7 @@ def settings(own_step: float, quick: bool) -> dict[str, tuple[str | Law, float, 
     return found | {f"microslip, 64 nodes, {fine}": (Microslip(node_count=64), steps[fine], ball.SUBSTEPS)}
 
 
-def measured(ways: Mapping[str, Way], repeats: int, quick: bool, progress: Progress) -> tuple[Data, list[str]]:
+def measured(ways: Mapping[str, Way], repeats: int, quick: bool) -> tuple[Data, list[str]]:
     """Errors and times of every way, and of annuli of their own, side by side; and what makes the default not sane.
 
     Each round is one impact, the same incidence for all; only the engine's steps are timed, from the step of the
@@ -152,7 +151,7 @@ def measured(ways: Mapping[str, Way], repeats: int, quick: bool, progress: Progr
     psi_1 = INCIDENCES[::3] if quick else INCIDENCES
     truth = judge([(psi, CHI, ball.RESTITUTION) for psi in psi_1], 20 if quick else 40)
     bounces = {name: _Bounces(way, psi_1, truth.psi_2) for name, way in ways.items()}
-    for one in told(bounces.values(), progress, 0.0, 0.5):
+    for one in bounces.values():
         one.throw_all()
     runs: Data = {name: one.timed for name, one in bounces.items()}
     prepare: Data = {name: one.next for name, one in bounces.items()}
@@ -162,7 +161,7 @@ def measured(ways: Mapping[str, Way], repeats: int, quick: bool, progress: Progr
         runs[name] = lambda n=n, turns=turns: annulus.impact(next(turns), CHI, n, restitution=ball.RESTITUTION)
         found = [annulus.rebound(psi, CHI, n, restitution=ball.RESTITUTION) for psi in psi_1]
         errors[name] = np.array(found) - truth.psi_2
-    seconds = interleaved(runs, repeats, prepare, lambda part: progress(0.5 + 0.5 * part))
+    seconds = interleaved(runs, repeats, prepare)
     rungs = {name: Rung(ways[name].family, one.errors, seconds[name], one.problem, one.counts_of(repeats))
              for name, one in bounces.items()}  # fmt: skip
     rungs |= {name: Rung("annuli", error, seconds[name]) for name, error in errors.items()}

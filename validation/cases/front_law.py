@@ -7,7 +7,7 @@ import numpy as np
 
 from contactlaw import rebound
 from validation import front, front_ways
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Table
 from validation.front import Rung
 from validation.impacts import judge, sticking
 from validation.picture import legend_below
@@ -49,22 +49,17 @@ class FrontLaw(Case):
         "route, the default."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         impacts = np.array([(psi_1, chi) for chi in CHIS for psi_1 in sticking(chi, 5 if quick else 20)]).T.copy()
         fine, finer = (np.asarray(superposition.rebound(impacts[0], impacts[1], steps)) for steps in (FINE // 2, FINE))
         truth = finer + (finer - fine) / 3.0
-        progress(0.05)
         spot = slice(None, None, 10 if quick else 5)
         apart = float(np.abs(judge([(*one, 1.0) for one in impacts.T[spot].tolist()]).psi_2 - truth[spot]).max())
-        progress(0.15)
         repeats = 3 if quick else 15
         batch, call = _impacts(impacts, truth, quick, repeats)
-        progress(0.5)
         history = front_ways.histories(impacts[:, front_ways.SOME].copy(), repeats, quick)
-        progress(0.6)
         path = front_ways.along_paths(repeats, quick)
         uses = {use: front.weighed(rungs) for use, rungs in zip(USES, (batch, call, history, path), strict=True)}
-        progress(0.7)
         rates = front_ways.rates(2 if quick else 3, front_ways.MILLION // (10 if quick else 1))
         data: Data = {"reference_apart": apart, "uses": uses, "rates": rates,
                       "substeps": substep_times(15 if quick else 100)}  # fmt: skip

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from contactlaw import rebound
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Array, Case, Data, Limit, Outcome, Table
 from validation.front import largest
 from validation.impacts import judge, sticking
 from validation.lammps_wall import VARIANTS, contact, impacts
@@ -30,11 +30,11 @@ class Lammps(Case):
     title = "A discrete-element code"
     needs = {"lammps": "lammps mpich"}
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         pair = contact()
         chi = SPHERE * pair.kappa / 2.0
         psi_1 = np.array(sticking(chi, 8 if quick else 32))
-        truth = judge([(psi, chi, 1.0) for psi in psi_1.tolist()], progress=lambda part: progress(0.5 * part))
+        truth = judge([(psi, chi, 1.0) for psi in psi_1.tolist()])
         steps = STEPS[:3] if quick else STEPS
         runs = {variant: [impacts(psi_1, variant, count) for count in steps] for variant in VARIANTS}
         laws = {law: np.asarray(rebound(psi_1, chi, law)) for law in ("mindlin", "mindlin_rescaled", "microslip")}

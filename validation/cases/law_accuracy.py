@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import LAWS, rebound
-from validation.case import Array, Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Array, Axes, Case, Data, Limit, Outcome, Table
 from validation.front import rms
 from validation.impacts import Judged, incidences, judge
 from validation.picture import LAW_STYLES, legend_below
@@ -23,11 +23,11 @@ class LawAccuracy(Case):
     sheet = {"columns": 2}
     caption = "Left: error in psi_2 over the angle of incidence, a steel ball, elastic. Right: largest error over chi."
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         chis = [0.5, 1.256, SHOWN, 2.0, 4.5] if quick else [0.5, 0.75, 1.0, 1.256, SHOWN, 1.75, 2.0, 4.5]
         restitutions = [1.0, 0.86] if quick else RESTITUTIONS
         parts: list[Judged] = []
-        for chi in told(chis, progress, 0.0, 0.9):
+        for chi in chis:
             count = 5 if quick else (9 if chi > 3.0 else 13)
             if chi == SHOWN:
                 count = 9 if quick else 25

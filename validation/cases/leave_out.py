@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sims.panel import ENGINE_NAMES
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.leave_out_scenes import FULL, INGREDIENTS, SHIPPED, Build, Subject, difference, run, subjects
 
 QUICK = {"mujoco": ("puck", "superball", "cradle"), "pybullet": ("table tennis",)}
@@ -81,12 +81,12 @@ class LeaveOut(Case):
     place = 96
     title = "What each scene can leave out"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         data: Data = {"engines": {engine: {} for engine in QUICK}}
         problems = []
         known = subjects()
         scenes = [(engine, name) for engine, few in QUICK.items() for name in (few if quick else known)]
-        for engine, name in told(scenes, progress):
+        for engine, name in scenes:
             found = data["engines"][engine][name] = judge(known[name], engine, 2 if quick else 8)
             if not found["result"]:
                 problems.append(f"{name} in {engine}: no result")

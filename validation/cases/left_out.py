@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import MATERIALS, RIGID, Body, Material, collide
 from sims.puck import SURFACES, Puck
-from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.prediction import quiet_pair
 
 STEEL, RUBBER, GLASS, ALUMINA = (MATERIALS[name] for name in ("steel", "rubber", "glass", "alumina"))
@@ -24,8 +24,6 @@ RATIOS = np.array([0.28, 0.5])  # Poisson's ratio
 TYPICAL = 1.2  # psi_1 of the paper's typical impact
 PAPERS_TRAVEL = 1.5  # [%], as quoted in the paper for an oblique impact without spin
 ANGLES = [0, 40, 80]  # of the centre's velocity from the normal [degrees]
-
-
 CROSS = 4.0 * cos(radians(25.0))  # 4 m/s, 25 degrees from the normal: Cross, Phys. Teach. 48 (2010)
 STRIKES: list[tuple[str, Material, Material, float, float, float]] = [
     ("steel puck", STEEL, STEEL, Puck.radius, Puck("steel").mass, 1.0),
@@ -62,7 +60,7 @@ class LeftOut(Case):
     place = 95
     title = "What the theory leaves out"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         shape = _shape()
         waves = [_waves(*strike) for strike in STRIKES]
         travel = [_travel(angle) for angle in ANGLES]
@@ -124,7 +122,6 @@ def _shape() -> Data:
         u_x, u_y = gross_slip.displacement(r, theta, float(nu))
         mean = u_x.mean(axis=1, keepdims=True)
         part_x, part_y = u_x - mean, u_y
-
         whole, x, y = (float(area @ np.mean(one[:-1] ** 2, axis=1)) for one in (mean, part_x, part_y))
         found["rim"].append(float(max(np.abs(part_x / mean).max(), np.abs(part_y / mean).max())))
         found["rms_x"].append(sqrt(x / whole))

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from statistics import median
 
-from validation.case import Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Case, Data, Limit, Outcome, Table
 
 FOUND = Path(__file__).parents[1] / "data" / "census.json"
 HANDLED = FOUND.with_name("handling.json")  # by `validation.handling`
@@ -30,7 +30,7 @@ class Models(Case):
     title = "Whole models of other packages"
     place = 61
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         found = json.loads(FOUND.read_text())
         rows = found["rows"]
         ran = [row for row in rows if "failed" not in row]

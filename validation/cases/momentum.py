@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import ContactPair
 from validation import ball
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told, worst
+from validation.case import Array, Case, Data, Limit, Outcome, Table, worst
 from validation.impacts import judge
 
 State = tuple[Array, Array, Array]
@@ -29,14 +29,14 @@ class Momentum(Case):
     place = 46
     title = "Two balls in flight"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         count = 4 if quick else 16
         kinds = [("mujoco", dt, "Euler") for dt in STEPS["mujoco"]]
         kinds += [("mujoco", 2e-3, name) for name in ball.INTEGRATORS[1:]]
         kinds += [("pybullet", dt, "") for dt in STEPS["pybullet"]]
         runs: list[Data] = []
         problems: list[str] = []
-        for engine, dt, integrator in told(kinds, progress):
+        for engine, dt, integrator in kinds:
             for speed in SPEEDS:
                 run: Data = {"engine": engine, "step": dt, "integrator": integrator, "speed": speed}
                 met = [one for seed in range(count) if (one := _impact(engine, dt, integrator, speed, seed))]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.rebound_figure import thrown
 from validation.reference.annulus import impact
 
@@ -29,10 +29,10 @@ class PaperFigure1(Case):
         "chi = 1.256, e = 1. Lines: annulus solution; rings: microslip law. Grey: the friction limits +-P/P_max."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         annuli = 40 if quick else 100
         curves, problems = [], []
-        for psi_1 in told(INCIDENCES, progress):
+        for psi_1 in INCIDENCES:
             puck = Puck(material="steel", psi_1=psi_1, restitution=1.0)
             reference = impact(psi_1, puck.chi, annuli, steps=REFERENCE_STEPS)
             law = thrown(puck, steps=LAW_STEPS)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.reference.annulus import History, impact
 
 PSI_1 = 1.2
@@ -43,7 +43,7 @@ class PaperFigure2(Case):
         "contact radius over the ball's; right scale over mu times the greatest pressure."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         puck = Puck(material="steel", psi_1=PSI_1, restitution=1.0)
         paper = impact(PSI_1, puck.chi, ANNULI, steps=STEPS)
         finer = 3 if quick else FINER

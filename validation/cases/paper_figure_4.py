@@ -4,7 +4,7 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import SURFACES, Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.rebound_figure import INCH, sized
 
 PUCKS = {"3 in steel": ("steel", 3.0), "4 in steel": ("steel", 4.0), "4 in rubber": ("rubber", 4.0)}
@@ -24,7 +24,7 @@ class PaperFigure4(Case):
         "make the motion plane and frictionless, and start it."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         pucks = {}
         for name, (material, inches) in PUCKS.items():
             puck = sized(Puck(material=material), inches * INCH)

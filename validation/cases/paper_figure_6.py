@@ -11,7 +11,7 @@ import numpy as np
 from contactlaw import rebound
 from sims.puck import Puck, build, reference
 from sims.scene import Settings
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.stroboscope import Motion, fit_motion, read_impact
 
 SPEED = 1.0  # approach along the normal [m/s]
@@ -40,7 +40,7 @@ class PaperFigure6(Case):
         "the marker at the contact point, which turns back to the left."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         steel, psi = Puck(material="steel"), np.arange(0.0, 6.0, 0.01)
         psi_1 = float(psi[np.argmin(rebound(psi, steel.chi, restitution=steel.pair.restitution))].round(2))
         puck = Puck(material="steel", psi_1=psi_1, speed=SPEED, heading=-0.5 * pi, timestep=STEP, phase=FIELD / STEP)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, Material, rebound
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.cases.left_out import ZERODUR
 from validation.measured import Array, load
 from validation.prediction import REFERENCE, SPHERE, quiet_pair, reference, rms
@@ -51,10 +51,10 @@ class ReboundConstants(Case):
     place = 14
     title = "Measured constants of rebound"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         table = load("louge_impact_table")
         rows: list[dict[str, Any]] = []
-        for number, name in told(enumerate(table.words["pair"]), progress):
+        for number, name in enumerate(table.words["pair"]):
             a, b, remark = PAIRS[name]
             restitution, friction = float(table["e"][number]), float(table["mu"][number])
             pair = quiet_pair(a, b, friction, restitution)

@@ -7,7 +7,7 @@ import numpy as np
 
 from sims.worlds import World
 from validation import ball
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told, worst
+from validation.case import Array, Case, Data, Limit, Outcome, Table, worst
 
 ANGLES = [10, 15, 20, 25, 30, 40, 50, 60]  # [degrees]
 KINDS = [("mujoco", dt, name) for dt in (2e-3, 1.0 / 240.0) for name in ball.INTEGRATORS]
@@ -42,12 +42,12 @@ class Rolling(Case):
         "does not move."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         seconds = 6.0 if quick else LONG
         angles = ANGLES[::3] if quick else ANGLES
         level: list[Data] = []
         slopes: list[Data] = []
-        for engine, dt, integrator in told(KINDS, progress):
+        for engine, dt, integrator in KINDS:
             label, own = {"engine": engine, "step": dt, "integrator": integrator}, partial(made, engine, dt, integrator)
             level.append(label | _level(own(0.0), seconds))
             slopes += [label | {"angle": angle} | _slope(own(angle), angle) for angle in angles]

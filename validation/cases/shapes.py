@@ -13,7 +13,7 @@ import numpy as np
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
 from validation.ball import DOWN, FLOOR, RADIUS, STEEL, balls_world
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.measure import interleaved, spread
 from validation.shape_draws import KINDS, draw, draw_heap
 
@@ -206,7 +206,7 @@ class Shapes(Case):
     place = 52
     title = "Shapes"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         rest, fall = box_errors()
         forms = {
             "box on a plane: depth at rest": rest,
@@ -216,10 +216,9 @@ class Shapes(Case):
             "ball on a cylinder's side: approach and duration": max(map(ball_error, SECOND)),
         }
         ratios = costs(5 if quick else 25)
-        progress(0.05)
         seeds = range(10 if quick else DROPS)
         sums = [drops(engine, seeds, partial(draw, kinds=kinds))
-                for engine, kinds in told(ENGINES.items(), progress, 0.05, 0.8)]  # fmt: skip
+                for engine, kinds in ENGINES.items()]  # fmt: skip
         heaps = drops("none", range(2 if quick else HEAPS), draw_heap)
         memory = endure(10**5 if quick else STEPS)
         limits = [Limit(name, 1e-2, error) for name, error in forms.items()]

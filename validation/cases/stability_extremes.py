@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from validation.case import Axes, Data, Outcome, Progress
+from validation.case import Axes, Data, Outcome
 from validation.stability import StabilityCase, crosses, gains, scale_of_gains, tally
 from validation.stability_draws import EXTREMES, extreme
 from validation.stability_worlds import ENGINES, TITLES, WAYS
@@ -32,11 +32,11 @@ class StabilityExtremes(StabilityCase):
     cells = "levels"
     heads = "elastic balls keep | levels that fail"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         count = FEW_TRIALS if quick else TRIALS
         levels = [(name, level) for name, one in EXTREMES.items() for level in range(len(one.levels))
                   if not quick or level in (0, len(one.levels) - 1)]  # fmt: skip
-        data: Data = {"levels": levels, "engines": self.measured(partial(level_of, count), [levels], progress)}
+        data: Data = {"levels": levels, "engines": self.measured(partial(level_of, count), [levels])}
         return Outcome(self.limits(data), data)
 
     def kept(self, values: list[float]) -> str:

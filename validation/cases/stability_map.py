@@ -7,7 +7,7 @@ from math import pi, sqrt
 import numpy as np
 
 from contactlaw.laws.hertz import HERTZ_DURATION
-from validation.case import Axes, Data, Limit, Outcome, Progress
+from validation.case import Axes, Data, Limit, Outcome
 from validation.stability import DEFAULT, StabilityCase, crosses, gains, on_all_cores, scale_of_gains, tally
 from validation.stability_draws import bounces
 from validation.stability_trials import Trial
@@ -48,15 +48,15 @@ class StabilityMap(StabilityCase):
     cells = "cells"
     heads = "lossless ball keeps, least | median | cells that fail: E, and T/dt from"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         durations, moduli = (DURATIONS[::3], MODULI[::3]) if quick else (DURATIONS, MODULI)
         cells = [[((r, c), steps, modulus) for c, steps in enumerate(pairwise(durations))]
                  for r, modulus in enumerate(pairwise(moduli))]  # fmt: skip
         most = SEEDS if quick else SEEDS_OF_DEFAULT
         data: Data = {"durations": durations, "moduli": moduli, "wider": {}}
-        data["engines"] = self.measured(partial(cell_of, most), cells, lambda part: progress(0.7 * part))
+        data["engines"] = self.measured(partial(cell_of, most), cells)
         wider = [] if quick else [(engine, *cell) for engine in ENGINES for row in cells for cell in row]
-        more = on_all_cores(more_of, wider, lambda part: progress(0.7 + 0.3 * part))
+        more = on_all_cores(more_of, wider)
         for number, engine in enumerate(ENGINES if wider else ()):
             own = more[number * len(more) // len(ENGINES) :][: len(more) // len(ENGINES)]
             data["wider"][engine] = {"runs": sum(one["runs"] for one in own),

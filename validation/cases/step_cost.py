@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import LAWS
 from sims.worlds import World
 from validation import ball
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.measure import interleaved, spread
 from validation.picture import bars
 
@@ -118,14 +118,14 @@ class StepCost(Case):
     sheet = {"width": 6.4, "height": 5.4}
     caption = "Time of a step over that of the scene named in the table; whiskers: quartiles."
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         known = scenes()
         worlds = {name: scene.made() for name, scene in known.items()}
         problems = [f"{name}: {wrong}" for name, scene in known.items() for wrong in _check(scene, worlds[name])]
         times: dict[str, np.ndarray] = {}
         rounds = {(RESOLVED, "mujoco"): 1000, (RESOLVED, "pybullet"): 200,
                   (LONG, "mujoco"): 60, (BULLET, "pybullet"): 25}  # fmt: skip
-        for (dt, engine), repeats in told(rounds.items(), progress):
+        for (dt, engine), repeats in rounds.items():
             own = [name for name, scene in known.items() if (scene.dt, scene.engine) == (dt, engine)]
             seconds = interleaved({name: partial(worlds[name].step, known[name].steps) for name in own},
                                   max(repeats // (5 if quick else 1), 6),

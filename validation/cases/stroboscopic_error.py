@@ -6,7 +6,7 @@ import numpy as np
 
 from contactlaw import rebound
 from sims.puck import Puck
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Array, Case, Data, Limit, Outcome, Table
 from validation.stroboscope import Reading, fit_motion, pictured, read_impact
 
 DRAFTING = [0.1, 0.25, 0.5]  # standard deviation of a coordinate on the print [mm]
@@ -30,19 +30,19 @@ class StroboscopicError(Case):
     place = 8
     title = "Paper's procedure: what the drafting error does"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         draws = 60 if quick else 400
         random = np.random.default_rng(SEED)
         materials: dict[str, list[Data]] = {material: [] for material in INCIDENCES}
         ratios, exact = [], 0.0
         scenes = [_scene(material, psi_1) for material, incidences in INCIDENCES.items() for psi_1 in incidences]
-        for scene in told(scenes, progress):
-            exact = max(exact, float(np.abs(np.array(_psi(scene, _read(scene, None))) - scene.psi).max()))
+        for scene in scenes:
+            exact = max(exact, float(np.abs(_read(scene, None).psi(scene.kappa, scene.friction)[0] - scene.psi).max()))
             row: Data = {"psi_1": scene.psi[0], "psi_2": scene.psi[1], "flashes": [x.size for x in scene.times]}
             for drafting in DRAFTING:
                 error = 1e-3 * drafting / PRINT_SCALE
                 readings = [_read(scene, error, random) for _ in range(draws)]
-                found = np.array([_psi(scene, one) for one in readings])
+                found = np.array([one.psi(scene.kappa, scene.friction)[0] for one in readings])
                 friction = np.array([one.friction for one in readings]) / scene.friction
                 row[f"{drafting:g}"] = {"scatter": found.std(axis=0), "friction": float(friction.std()),
                                         "friction_bias": float(friction.mean() - 1.0)}  # fmt: skip
@@ -119,8 +119,3 @@ def _read(scene: _Scene, error: float | None, random: np.random.Generator | None
             centres, markers = (x + error * random.standard_normal(x.shape) for x in (centres, markers))
         motions.append(fit_motion(times, centres, markers, radii, 1e-6 if error is None else error))
     return read_impact(*motions, normal=(1.0, 0.0), radius=scene.radius, inertia_factor=3.0)
-
-
-def _psi(scene: _Scene, reading: Reading) -> Array:
-    """psi_1 and psi_2 with the scene's own friction."""
-    return reading.psi(scene.kappa, scene.friction)[0]

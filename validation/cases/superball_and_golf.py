@@ -5,7 +5,7 @@ from math import radians, sin, tan
 import numpy as np
 
 from contactlaw import LAWS, MATERIALS, RIGID, ContactPair, rebound
-from validation.case import Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Case, Data, Limit, Outcome, Table
 from validation.cases.rebound_constants import LAWS_HERE
 from validation.measured import Array, Measured, load
 from validation.prediction import REFERENCE, SPHERE, reference, rms
@@ -35,10 +35,10 @@ class SuperballAndGolf(Case):
     place = 15
     title = "Superballs and golf balls"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         balls, block = load("cross2010_balls"), load("cross2002_superball")
         rows = rows_2010(balls) + [row_2002(block)]
-        for row in told(rows, progress):
+        for row in rows:
             row["laws"] = {label: {law: extremes(kappa, row["tangent"], row["e_n"], law) for law in SHOWN}
                            for label, kappa in KAPPAS.items()}  # fmt: skip
             row["friction_at_least"] = impulse_ratio(row["tangent"], row["e_t"], row["e_n"])

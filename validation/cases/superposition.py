@@ -4,9 +4,9 @@ from functools import partial
 
 import numpy as np
 
-from validation.case import Array, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Array, Case, Data, Limit, Outcome, Table
 from validation.impacts import judge
-from validation.measure import interleaved, order_of, spread
+from validation.measure import interleaved, spread
 from validation.reference import annulus, superposition
 
 DISK = 1.256  # chi of the paper's figures, a steel disk
@@ -29,10 +29,10 @@ class Superposition(Case):
     place = 21
     title = "The paper's two methods"
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         chis = [DISK, OTHER_CHIS[0]] if quick else [DISK, *OTHER_CHIS]
         agreement: Data = {}
-        for chi in told(chis, progress, 0.0, 0.4):
+        for chi in chis:
             impacts = [(psi_1, chi, 1.0) for psi_1 in INCIDENCES]
             truth = judge(impacts, 80 if chi > 3.0 else 40)
             psi_2 = np.atleast_1d(superposition.rebound(INCIDENCES, chi))
@@ -40,8 +40,7 @@ class Superposition(Case):
                                    "difference": np.abs(psi_2 - truth.psi_2),
                                    "uncertainty": truth.uncertainty}  # fmt: skip
         errors = _errors(STEPS[:-2] if quick else STEPS)
-        progress(0.5)
-        cost = _cost(TIMED[:-1] if quick else TIMED, 3 if quick else 5, lambda part: progress(0.5 + 0.5 * part))
+        cost = _cost(TIMED[:-1] if quick else TIMED, 3 if quick else 5)
         data = {"incidences": INCIDENCES, "agreement": agreement, "errors": errors, "cost": cost}
         largest = {chi: max(one["difference"]) for chi, one in agreement.items()}
         limits = [
@@ -82,7 +81,8 @@ def _errors(counts: list[int]) -> Data:
 
     limit = by_steps(FINE) + (by_steps(FINE) - by_steps(FINE // 2)) / 3.0
     own = np.array([by_steps(steps) - limit for steps in counts])
-    data: Data = {"steps": counts, "order": order_of(np.array(counts), np.sqrt(np.mean(own**2, axis=1))),
+    order = -np.polyfit(np.log(counts), np.log(np.sqrt(np.mean(own**2, axis=1))), 1)[0]  # of convergence
+    data: Data = {"steps": counts, "order": order,
                   "superposition": {"steps": counts, "error": np.abs(own).max(axis=1)}, "annuli": {}}  # fmt: skip
     for n in ANNULI:
         runs = [[annulus.impact(psi_1, DISK, n, steps=steps) for psi_1 in INCIDENCES] for steps in counts]
@@ -91,7 +91,7 @@ def _errors(counts: list[int]) -> Data:
     return data
 
 
-def _cost(counts: list[int], repeats: int, progress: Progress) -> Data:
+def _cost(counts: list[int], repeats: int) -> Data:
     """Time a step of one impact, interleaved; the normal motion is tabulated in the rounds that do not count."""
     ways: Data = {"superposition": superposition.rebound}
     ways |= {f"annulus, N = {n}": partial(annulus.rebound, annuli=n) for n in ANNULI}
@@ -100,7 +100,7 @@ def _cost(counts: list[int], repeats: int, progress: Progress) -> Data:
     taken = {f"superposition|{n}": n for n in counts}
     taken |= {f"annulus, N = {annuli}|{n}": annulus.impact(TIMED_PSI, DISK, annuli, steps=n).steps
               for annuli in ANNULI for n in counts}  # fmt: skip
-    seconds = interleaved(runs, repeats, progress=progress)
+    seconds = interleaved(runs, repeats)
     steps = {name: [1e6 * seconds[f"{name}|{n}"] / taken[f"{name}|{n}"] for n in counts] for name in ways}
     return {"steps": counts, "microseconds": {name: [*map(spread, one)] for name, one in steps.items()},
             "growth": {name: spread(one[-1] / one[0])["median"] for name, one in steps.items()},

@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw.laws.microslip import Microslip
 from contactlaw.turning import MicroslipTurning
 from validation import ledger, spinning, turning
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.measure import interleaved, spread
 from validation.picture import BROAD, legend_below
 from validation.reference.turning_data import load
@@ -38,14 +38,11 @@ class Turning(Case):
         "displacement of full slip in size, at constant load."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         saved = load()
         paths = {name: _paths(saved["forces"], law) for name, law in LAWS.items()}
-        progress(0.2)
         impacts = {name: _impacts(saved["uneven"], law) for name, law in LAWS.items()}
-        progress(0.3)
         energy = _energy(1000 if quick else 20_000)
-        progress(0.5)
         spun = {way: spinning.most_given(way, 400 if quick else 20_000) for way in spinning.WAYS}
         rng = np.random.default_rng(5)
         cycles = max(spinning.worst_cycle("sectors", rng, *kind, looks=300)
@@ -155,7 +152,7 @@ def _cost(rows: list[Any], rounds: int) -> dict[str, dict[str, float]]:
 
     def prepare(name: str) -> None:
         worlds[name], _ = turning.impacts_world(*scenes[name])
-        assert worlds[name].arrays
+        _ = worlds[name].arrays  # are made when first asked for
 
     runs: Data = {name: lambda name=name: worlds[name].step(3) for name in scenes}
     runs |= {name: partial(ledger.dissipated, LAWS["turning"], np.ones(len(around)), lines[name]) for name in lines}

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactlaw import RIGID, ContactPair
-from validation.case import Axes, Case, Data, Limit, Outcome, Progress, Table, told
+from validation.case import Axes, Case, Data, Limit, Outcome, Table
 from validation.cases import alumina_on_glass as alumina
 from validation.cases import finite_elements as elements
 from validation.measured import Array
@@ -34,11 +34,10 @@ class UnlikeMaterials(Case):
         "restitution of alumina on glass (right), with and without the coupling of unlike materials."
     )
 
-    def run(self, quick: bool, progress: Progress) -> Outcome:
+    def run(self, quick: bool) -> Outcome:
         pair = quiet_pair(elements.STEEL, RIGID, elements.FRICTION)
         fine = np.linspace(0.05, 6.5, 60)
         change = coupled_change(pair, pair.friction, PSI, quick)
-        progress(0.4)
         both = elements.published()
         found: dict[str, list[float]] = {}
         for name, (x, y) in both.items():
@@ -51,7 +50,7 @@ class UnlikeMaterials(Case):
         psi_1 = glass.kappa / glass.friction * np.tan(np.radians(theta))
         before = both_ways(glass, psi_1, np.zeros(PSI.size))[0]
         held = {0.0: rms(restored(psi_1, before) - e_t)}
-        for friction in told(FRICTIONS, progress, 0.4, 0.7):
+        for friction in FRICTIONS:
             psi = glass.kappa / friction * np.tan(np.radians(theta))
             after = before + psi_1 * coupled_change(glass, friction, psi, quick)
             held[friction] = rms(restored(psi_1, after) - e_t)

@@ -22,14 +22,14 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from validation.reference.normal_motion import Array, impact_motion
-from validation.reference.paths import along_motion, force_along_path
+from validation.reference.paths import force_along_path
+from validation.reference.refinement import broadcast
 from validation.reference.response import History, rings, solve
 
-__all__ = ["History", "along_motion", "force_along_path", "impact", "rebound", "rebound_extrapolated"]
+__all__ = ["History", "force_along_path", "impact", "rebound", "rebound_extrapolated"]
 
 STEPS_PER_ANNULUS = 16  # with these the error of time stepping is about a tenth of that of the annuli
 ANNULI_TO_EXTRAPOLATE = 40  # the middle one of three resolutions, up to chi = 3
@@ -39,12 +39,7 @@ def rebound(
     psi_1: ArrayLike, chi: ArrayLike, annuli: int = 20, *, restitution: ArrayLike = 1.0, steps: int | None = None
 ) -> float | Array:
     """Rebound psi_2 = (kappa/mu) V_x2/V_z1, told as `impact` is: a float for scalars, arrays broadcast."""
-
-    def one(psi: float, ratio: float, e: float) -> float:
-        return _history(psi, ratio, annuli, e, steps).psi_2
-
-    result = np.vectorize(one, otypes=[float])(psi_1, chi, restitution)
-    return float(result) if result.ndim == 0 else result
+    return broadcast(lambda psi, ratio, e: _history(psi, ratio, annuli, e, steps).psi_2, psi_1, chi, restitution)
 
 
 def rebound_extrapolated(

@@ -68,7 +68,7 @@ def _march(
         problem = Step(h, nu, radius[k], caps, arms[window], free, compliance, slipped[window] - parted, ratio)
         new = np.zeros_like(traction)
         if radius[k] > 0.0:
-            new[window], _ = problem.solve(2.0 * traction[window] - before[window])
+            new[window] = problem.solve(2.0 * traction[window] - before[window])
         slipped[window] = problem.slipped_after(new[window]) + parted
         before, traction = traction, new
         end = problem.resultant(new[window])
@@ -95,7 +95,7 @@ def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, nu: float 
         ValueError: A number of cells that is odd or too small.
         RuntimeError: The iterations of a step do not end.
     """
-    radius, path = sampled(approach, displacement, 1)
+    radius, path = sampled(approach, displacement)
     lengths = np.array([1.0, 1.0, radius.max()])
     return lengths * _march((radius, np.ones(radius.size)), cells, nu, path * lengths, np.zeros(3), np.zeros(3))[0]
 

@@ -89,8 +89,8 @@ class Step:
         rigid = w[:2, None, None] + self.arms * w[2]
         return rigid - self.slipped - self.h * displacement(traction, self.nu, self.height)
 
-    def solve(self, guess: Array) -> tuple[Array, int]:
-        """The traction, found from a guess, and the number of iterations.
+    def solve(self, guess: Array) -> Array:
+        """The traction, found from a guess.
 
         Raises:
             RuntimeError: The iterations do not end.
@@ -101,11 +101,11 @@ class Step:
         enough = TOLERANCE * self.caps.sum()
         traction = ahead = capped(guess, self.caps)
         momentum = 1.0
-        for iteration in range(1, MOST_ITERATIONS + 1):
+        for _ in range(MOST_ITERATIONS):
             slip = self.slip(ahead)
             new = capped(ahead + slip / softest, self.caps)
             if sizes(new - ahead).sum() <= enough:
-                return new, iteration
+                return new
             if (slip * (new - traction)).sum() < 0.0:
                 momentum = 1.0
             following = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * momentum**2))

@@ -1,4 +1,5 @@
-"""Finer samples of a path; the limit of a computation that is refined, with an estimate of what is left."""
+"""A path as its solvers take it; a figure for arrays; the limit of a computation that is refined, with an estimate of
+what is left."""
 
 from collections.abc import Callable
 
@@ -8,13 +9,15 @@ from numpy.typing import ArrayLike
 from validation.reference.normal_motion import Array
 
 
-def sampled(approach: ArrayLike, displacement: ArrayLike, substeps: int) -> tuple[Array, Array]:
-    """Contact radius and displacement along a path of overlaps (n,) and displacements (n, m), sampled more finely."""
-    depth, moved = np.array(approach, dtype=float), np.array(displacement, dtype=float)
-    given = np.arange(depth.size)
-    fine = np.linspace(0.0, depth.size - 1.0, (depth.size - 1) * substeps + 1)
-    path = np.stack([np.interp(fine, given, one) for one in moved.T], 1)
-    return np.sqrt(np.maximum(np.interp(fine, given, depth), 0.0)), path
+def sampled(approach: ArrayLike, displacement: ArrayLike) -> tuple[Array, Array]:
+    """Contact radius and displacement along a path of overlaps (n,) and displacements (n, m)."""
+    return np.sqrt(np.maximum(np.array(approach, dtype=float), 0.0)), np.array(displacement, dtype=float)
+
+
+def broadcast(one: Callable[..., float], *given: ArrayLike) -> float | Array:
+    """A function of numbers, of arrays that broadcast; a float for scalars."""
+    result = np.vectorize(one, otypes=[float])(*given)
+    return float(result) if result.ndim == 0 else result
 
 
 def extrapolated(run: Callable[[int], Array], least: int) -> tuple[Array, float]:

@@ -62,14 +62,14 @@ def _march(
     return force, psi
 
 
-def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, rings: int = 64, substeps: int = 1) -> Array:
+def force_along_path(approach: ArrayLike, displacement: ArrayLike, *, rings: int = 64) -> Array:
     """F/mu along a prescribed quasi-static motion that begins without traction, with E* = R = 1.
 
-    Overlap, shape (n,), and kappa s/mu, shape (n, 2), in so many straight steps from sample to sample; the force, shape
+    Overlap, shape (n,), and kappa s/mu, shape (n, 2), in a straight step from sample to sample; the force, shape
     (n, 2), is along a first displacement.
     """
-    radius, path = sampled(approach, displacement, substeps)
-    return _march((radius, np.ones(radius.size)), rings, path, np.zeros(2), np.zeros(2))[0][::substeps]
+    radius, path = sampled(approach, displacement)
+    return _march((radius, np.ones(radius.size)), rings, path, np.zeros(2), np.zeros(2))[0]
 
 
 def rebound(psi_1: ArrayLike, chi: ArrayLike, *, rings: int = 32, steps: int = 800) -> Array:

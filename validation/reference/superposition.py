@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import beta, betainc
 
 from validation.reference.normal_motion import Array
+from validation.reference.refinement import broadcast
 from validation.reference.superposition_kernel import march_impact, march_path
 
 __all__ = ["Impact", "force_along_path", "impact", "rebound", "traction_along_path"]
@@ -53,12 +54,7 @@ class Impact(NamedTuple):
 
 def rebound(psi_1: ArrayLike, chi: ArrayLike, steps: int = STEPS) -> float | Array:
     """Rebound psi_2 = (kappa/mu) V_x2/V_z1, told as `impact` is: a float for scalars, arrays broadcast."""
-
-    def one(psi: float, ratio: float) -> float:
-        return impact(psi, ratio, steps).psi_2
-
-    result = np.vectorize(one, otypes=[float])(psi_1, chi)
-    return float(result) if result.ndim == 0 else result
+    return broadcast(lambda psi, ratio: impact(psi, ratio, steps).psi_2, psi_1, chi)
 
 
 def impact(psi_1: float, chi: float, steps: int = STEPS) -> Impact:

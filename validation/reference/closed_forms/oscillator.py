@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from validation.reference.normal_motion import Array
+from validation.reference.refinement import broadcast
 
 ROUNDING = 1e-13  # forces and velocities are of order one: below this a difference has no sign
 MOST_PHASES = 50  # and as many again for each unit of chi; two or three are usual
@@ -82,12 +83,7 @@ def phases(psi_1: float, chi: float) -> list[Phase]:
 
 def rebound(psi_1: ArrayLike, chi: ArrayLike) -> float | Array:
     """Rebound psi_2; psi_1 and chi broadcast, as for `phases`."""
-
-    def one(psi: float, ratio: float) -> float:
-        return float(phases(psi, ratio)[-1].at(pi)[1])
-
-    result = np.vectorize(one, otypes=[float])(psi_1, chi)
-    return float(result) if result.ndim == 0 else result
+    return broadcast(lambda psi, ratio: float(phases(psi, ratio)[-1].at(pi)[1]), psi_1, chi)
 
 
 def _end_of_slip(phase: Phase) -> float:
