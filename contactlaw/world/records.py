@@ -89,6 +89,7 @@ TREE = record(
     q_size="i8", v_size="i8", joint_count="i8",
     # what it hangs on, which stands still in a step
     base=VECTOR, base_turn=("f8", (4,)),  # place [m] and quaternion
+    hangs_on="i8",  # which body that is
     gravity=VECTOR,
     # addresses of its numbers
     q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
