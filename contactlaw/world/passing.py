@@ -15,7 +15,7 @@ from contactlaw.world.motion import closing_at
 from contactlaw.world.records import CLEAR, MET, PASSES, STAYS
 from contactlaw.world.vec import load, norm, sub
 
-FURTHEST_TURN = 1.0  # [rad] of a body in a step that passes: forces turn with it, both ends tell too little of what is between
+FURTHEST_TURN = 1.0  # [rad] of a body in a step that passes: forces turn with it, and its ends tell too little
 DOUBT = 0.125  # of a step, times the change of a closing speed: by how much a gap may be less
 
 

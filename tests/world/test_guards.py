@@ -147,7 +147,8 @@ def test_parts_that_were_away_are_met_when_they_are_back() -> None:
 def test_what_turns_about_the_normal_of_a_gap_never_closes_it(axes, held: bool, listed: bool) -> None:
     """A cube 0.2 mm above a plate, on a hinge: it is not looked at where the plane between them stays as it is."""
     world, half = World(gravity=0.0, timestep=1e-3), 0.02
-    plate = world.add_hull(None if held else world.add_body(np.inf, 1.0), np.array((0.5, 0.5, 0.05)) * CUBE, at=(0, 0, -0.05))
+    under = None if held else world.add_body(np.inf, 1.0)
+    plate = world.add_hull(under, np.array((0.5, 0.5, 0.05)) * CUBE, at=(0, 0, -0.05))
     joints = [Joint("hinge", axis=np.array(axis) / np.linalg.norm(axis)) for axis in axes]
     tree, (body,) = world.add_tree(
         Tree([Part(0.5, 1e-4, joints, position=(0, 0, half + 2e-4))]), v=[300.0, 0.0][: len(axes)]
