@@ -125,7 +125,7 @@ def test_a_weld_that_is_switched_off_is_gone_and_jacobians_kept_whole_say_the_sa
 
 @pytest.mark.parametrize("mocap", [False, True])
 def test_a_base_that_is_moved_meets_what_only_turns_above_the_ground_otherwise(mocap):
-    """A hinge across the gap to a table, 7 mm: what it carries never meets the table, and is not listed; unless its base may be led there."""
+    """A hinge across a gap of 7 mm: what it carries never meets the table, unless its base may be led there."""
     model = load_model(
         f"""<mujoco><option timestep="1e-3"/><worldbody><geom name="table" type="box" size=".1 .1 .05"/>
         <body name="base" pos="0 0 .077" mocap="{str(mocap).lower()}"><body><joint axis="0 0 1"/>
