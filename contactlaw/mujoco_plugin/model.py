@@ -253,6 +253,9 @@ class Model:
                 self._placed.append({"body": self._rows[body] + 1, "id": body})
             elif not body:
                 self._rows[0] = self._world.add_body(np.inf, 1.0)
+        for tree in self._trees:
+            base, _ = self._carrier(tree["base"])
+            self._world.arrays.trees["hangs_on"][tree["tree"]] = self._rows.get(base, -1) + 1
 
     @cached_property
     def _roots(self) -> NDArray[np.int64]:

@@ -8,7 +8,17 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.access import body_at, contact_at, guard_at, near_at, shape_at
+from contactlaw.world.access import (
+    axis_at,
+    body_at,
+    contact_at,
+    guard_at,
+    joint_at,
+    link_at,
+    near_at,
+    shape_at,
+    tree_at,
+)
 from contactlaw.world.call import ask_over_face
 from contactlaw.world.geometry import OF_FACE, asked_of, centre, half_axis, is_sunk, meet
 from contactlaw.world.guards import enough, new_guard, parted
@@ -20,6 +30,7 @@ from contactlaw.world.records import (
     DISC,
     EDGE,
     ELLIPSOID,
+    HINGE,
     HULL,
     NEVER,
     PLANE,
@@ -122,7 +133,7 @@ def consider_parts(w, i, j, margin):
     g = guard_at(w.guards, k)
     n, low, high = parted(w, g, ZERO)
     near = enough(w, g)
-    if low - high > margin:
+    if low - high > margin or turns_past(w, g):
         w.guard_count -= 1
     elif low - high > near:
         g.limit, g.without = low - high, 1
@@ -134,6 +145,28 @@ def consider_parts(w, i, j, margin):
         list_parts(w, (j, i), scale(-1.0, n), -low, (k, near))
         if meets(sa.kind, sb.kind):
             enlist(w, i, j, k, low - high)
+
+
+@jit_inside
+def turns_past(w, g):
+    """Whether two shapes can never meet, as a plane across the one hinge between their bodies parts them.
+
+    The hinge is fixed to both bodies, and so is the plane: of each point the height over it stays as it is.
+    """
+    a, b = shape_at(w.shapes, g.a).body, shape_at(w.shapes, g.b).body
+    for one, other in ((a, b), (b, a)):
+        own = body_at(w.bodies, one)
+        if own.tree == 0:
+            continue
+        t = tree_at(own.tree, 0)
+        link = link_at(t.links, own.member)
+        before = t.first + link.parent if link.parent >= 0 else t.hangs_on
+        if before == other and link.joints == 1 and joint_at(t.joints, link.first_joint).kind == HINGE:
+            n = load(axis_at(t.axes, link.first_axis).spin)
+            _, bottom, top = parted(w, g, scale(-1.0, n))
+            _, low, high = parted(w, g, n)
+            return max(low - high, bottom - top) > 0.0 and shape_at(w.shapes, g.b).kind != PLANE
+    return False
 
 
 @jit_inside

@@ -15,6 +15,7 @@ from contactlaw.world.motion import closing_at
 from contactlaw.world.records import CLEAR, MET, PASSES, STAYS
 from contactlaw.world.vec import load, norm, sub
 
+FURTHEST_TURN = 1.0  # [rad] of a body in a step that passes: forces turn with it, and its ends tell too little
 DOUBT = 0.125  # of a step, times the change of a closing speed: by how much a gap may be less
 
 
@@ -29,7 +30,7 @@ def find_passing(world):
         b = body_at(w.bodies, i)
         if passes(b):
             way = norm(sub(load(b.position), load(b.mark))) + b.turned * b.reach
-            if way > b.margin:
+            if way > b.margin or w.step * norm(load(b.spin)) > FURTHEST_TURN:
                 tree_at(b.tree, 0).passes = STAYS
             if way + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1

@@ -115,7 +115,8 @@ def activate(w, now, until):
             if (a.still != 0 and b.still != 0) or a.done != 0 or b.done != 0:
                 continue
             if p.active != 0:
-                found = bound_delta_v(w, p, a, b, length, enough) or found
+                if hands_on(a, b):  # or nothing of its bound has changed
+                    found = bound_delta_v(w, p, a, b, length, enough) or found
                 continue
             if p.closed == 0 and (not first or p.toi > until):
                 if a.delta_v == 0.0 and b.delta_v == 0.0:
@@ -154,7 +155,7 @@ def bound_delta_v(w, p, a, b, length, enough):
         square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass + (t.force * length / t.mass) ** 2
     for_a, for_b = lightness(a, a.reach), lightness(b, b.reach)
     both = for_a + for_b
-    handed = 0.0 if a.tree != 0 and a.tree == b.tree else 1.0  # within a tree `spread` has done so
+    handed = 1.0 if hands_on(a, b) else 0.0
     for_a *= 2.0 * max(sqrt(square), handed * b.delta_v) / both
     for_b *= 2.0 * max(sqrt(square), handed * a.delta_v) / both
     more = (for_a > GROWN * a.delta_v and a.delta_v < enough) or (for_b > GROWN * b.delta_v and b.delta_v < enough)
@@ -164,6 +165,12 @@ def bound_delta_v(w, p, a, b, length, enough):
             if one.tree != 0:
                 call_with_body(tree_at(one.tree, 0).spread, one)
     return more
+
+
+@jit_inside
+def hands_on(a, b):
+    """Whether what one body may be given it may hand on to another one; within a tree `spread` has done so."""
+    return (a.tree == 0 or a.tree != b.tree) and a.inverse_mass != 0.0 and b.inverse_mass != 0.0
 
 
 @jit_inside

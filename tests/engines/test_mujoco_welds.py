@@ -10,6 +10,9 @@ if numba.config.DISABLE_JIT:
 
 from contactlaw import MATERIALS, ContactPair  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
+from contactlaw.mujoco_plugin.layout import record_at  # noqa: E402
+from contactlaw.mujoco_plugin.readout import world_of  # noqa: E402
+from contactlaw.world.records import WORLD  # noqa: E402
 
 SPEED, MU = 0.1, 0.3  # [m/s] of the mocap body; friction on the floor
 FREE = "<freejoint/>"
@@ -118,3 +121,19 @@ def test_a_weld_that_is_switched_off_is_gone_and_jacobians_kept_whole_say_the_sa
     assert speeds[1] == pytest.approx(speeds[3], abs=1e-9)
     assert 0.2 * speeds[1][0] + 5.0 * speeds[1][1] == pytest.approx(-5.0, rel=1e-6)
     assert speeds[1][1] < -0.9 < -0.5 < speeds[0][1]
+
+
+@pytest.mark.parametrize("mocap", [False, True])
+def test_a_base_that_is_moved_meets_what_only_turns_above_the_ground_otherwise(mocap):
+    """A hinge across a gap of 7 mm: what it carries never meets the table, unless its base may be led there."""
+    model = load_model(
+        f"""<mujoco><option timestep="1e-3"/><worldbody><geom name="table" type="box" size=".1 .1 .05"/>
+        <body name="base" pos="0 0 .077" mocap="{str(mocap).lower()}"><body><joint axis="0 0 1"/>
+        <geom name="hand" type="box" size=".02 .02 .02" mass="1"/></body></body></worldbody></mujoco>""",
+        [("hand", "table", ContactPair(MATERIALS["rubber"], MATERIALS["steel"], MU, 0.5))],
+    )
+    data = mujoco.MjData(model)
+    data.qvel[0] = 100.0
+    mujoco.mj_step(model, data, 10)
+    world = record_at(int(world_of(model, data)[1]["world"]), WORLD, 1)[0]
+    assert (world["nears"] > 0) == mocap

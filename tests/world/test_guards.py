@@ -18,6 +18,7 @@ from contactlaw.world.guards import follow, keep_gap, known_gap, over_plane, way
 from contactlaw.world.motion import fly
 from contactlaw.world.near import list_near
 from contactlaw.world.step import begin
+from contactlaw.world.tree import Joint, Part, Tree
 from tests.world.test_hulls import CUBE, rock
 from tests.world.world_scenes import steel_pair
 
@@ -132,3 +133,30 @@ def test_parts_that_were_away_are_met_when_they_are_back() -> None:
     world.place(body, velocity=(0.0, 0.0, -1.0))
     world.step(3)
     assert world.velocity[0, 2] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("axes", "held", "listed"),
+    [
+        ([(0, 0, 1)], True, False),
+        ([(0, 0, 1)], False, True),  # the plate may be moved
+        ([(0, 0.05, 1)], True, True),  # the corners dip by 1.4 mm
+        ([(0, 0, 1), (1, 0, 0)], True, True),
+    ],
+)
+def test_what_turns_about_the_normal_of_a_gap_never_closes_it(axes, held: bool, listed: bool) -> None:
+    """A cube 0.2 mm above a plate, on a hinge: it is not looked at where the plane between them stays as it is."""
+    world, half = World(gravity=0.0, timestep=1e-3), 0.02
+    under = None if held else world.add_body(np.inf, 1.0)
+    plate = world.add_hull(under, np.array((0.5, 0.5, 0.05)) * CUBE, at=(0, 0, -0.05))
+    joints = [Joint("hinge", axis=np.array(axis) / np.linalg.norm(axis)) for axis in axes]
+    tree, (body,) = world.add_tree(
+        Tree([Part(0.5, 1e-4, joints, position=(0, 0, half + 2e-4))]), v=[300.0, 0.0][: len(axes)]
+    )
+    world.add_contact(world.add_hull(body, half * CUBE), plate, steel_pair(0.3, restitution=1.0))
+    world.step(20)
+    assert (world.arrays.world["nears"][0] > 0) == listed
+    if len(axes) == 1:
+        touches = axes[0][1] != 0.0
+        assert (abs(world.tree(tree)[1][0] - 300.0) > 1.0) == touches
+        assert (world.arrays.world["kicks"][0] > 0) == touches
