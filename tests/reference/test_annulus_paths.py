@@ -123,6 +123,16 @@ def test_reopened_contact_starts_without_traction():
     assert force[6] == pytest.approx(force[2], abs=1e-9)
 
 
+@pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5])
+def test_free_motion_along_a_sampled_impact_agrees_with_impact(restitution):
+    motion = impact_motion(restitution, 8, 2000)
+    history = annulus.along_motion(motion.time, motion.overlap, motion.force, 1.2, 1.256, 8)
+    assert history.psi.shape == motion.time.shape
+    # Force is sampled and summed by the trapezoidal rule; damped, it starts as time^(1/4).
+    expected = annulus.impact(1.2, 1.256, 8, restitution=restitution, steps=2000).psi_2
+    assert history.psi[-1] == pytest.approx(expected, abs=2e-4)
+
+
 # --- normal motion ----------------------------------------------------------------------------------------------------
 
 

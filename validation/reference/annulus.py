@@ -25,11 +25,11 @@ from itertools import pairwise
 from numpy.typing import ArrayLike
 
 from validation.reference.normal_motion import Array, impact_motion
-from validation.reference.paths import force_along_path
+from validation.reference.paths import along_motion, force_along_path
 from validation.reference.refinement import broadcast
 from validation.reference.response import History, rings, solve
 
-__all__ = ["History", "force_along_path", "impact", "rebound", "rebound_extrapolated"]
+__all__ = ["History", "along_motion", "force_along_path", "impact", "rebound", "rebound_extrapolated"]
 
 STEPS_PER_ANNULUS = 16  # with these the error of time stepping is about a tenth of that of the annuli
 ANNULI_TO_EXTRAPOLATE = 40  # the middle one of three resolutions, up to chi = 3

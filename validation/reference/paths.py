@@ -1,10 +1,12 @@
 """The annulus solver along a path given by samples, with instants added so that every annulus enters at one of them."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from validation.reference.normal_motion import Array, NormalMotion, hertz_force
-from validation.reference.response import rings, solve
+from validation.reference.response import History, rings, solve
 
 STEPS_PER_ANNULUS = 4  # instants while the contact edge, or the displacement, moves by one annulus
 MOST_STEPS = 8  # per annulus in all: a stroke this long slides anyhow
@@ -14,7 +16,8 @@ def _refine(overlap: Array, displacement: Array, points: Array) -> tuple[Array, 
     """Positions along a path where the solver should stop, and the indices among them of the given samples.
 
     Positions count samples, from 0 to n - 1: 2.25 lies a quarter of the way from sample 2 to 3; between samples overlap
-    and scaled displacement, shape (n,), run straight. points: radii where the annuli are watched, rising from zero.
+    and scaled displacement (zeros if it is not known yet), shape (n,), run straight. points: radii where the annuli are
+    watched, rising from zero.
     """
     width = points[-1] / (points.size - 0.5)
     radius = np.sqrt(np.maximum(overlap, 0.0))
@@ -32,6 +35,25 @@ def _refine(overlap: Array, displacement: Array, points: Array) -> tuple[Array, 
 def _at(positions: Array, samples: Array) -> Array:
     """Samples, shape (n,), interpolated at positions counted in samples."""
     return np.interp(positions, np.arange(samples.size), samples)
+
+
+def along_motion(
+    time: ArrayLike, overlap: ArrayLike, normal_force: ArrayLike, psi_1: float, chi: float, annuli: int = 20
+) -> History:
+    """Free tangential motion of a body whose normal motion is given, in units of E* = R = m_N = 1.
+
+    Rising instants, overlap, zero or less out of contact, and P >= 0 with the damper's part if there is one, shape (n,)
+    each. The response is that at these instants; between them more are added, on straight lines in overlap and P.
+    """
+    instants, depth, force = (np.array(one, dtype=float) for one in (time, overlap, normal_force))
+    boundaries, points = rings(depth, annuli)
+    positions, given = _refine(depth, np.zeros_like(depth), points)
+    fine_time, fine_force = _at(positions, instants), _at(positions, force)
+    impulse = np.append(0.0, 0.5 * (fine_force[1:] + fine_force[:-1]) * np.diff(fine_time))
+    motion = NormalMotion(fine_time, np.maximum(_at(positions, depth), 0.0), fine_force, impulse)
+    history = solve(motion, boundaries, points, psi_1=float(psi_1), chi=float(chi))
+    chosen = {f.name: getattr(history, f.name)[given] for f in fields(history) if f.name not in ("boundaries", "radii")}
+    return replace(history, **chosen)
 
 
 def force_along_path(
