@@ -208,21 +208,24 @@ def turn_frame(c, n, twist):
 
 
 @jit_inside
-def meet_on(sa, a, sb, b, last):
-    """`geometry.meet` of a contact of which the last normal is known.
+def meet_on(c, sa, a, sb, b):
+    """`geometry.meet` of a contact, of which the last overlap and normal are known.
 
     Where cores lie in each other no normal is the shortest way out, so that any chosen anew could give energy. The last
     one is held, fixed to B: they overlap by as much as the highest place of B along it is above the lowest of A. That
-    begins where the cores touch; where they have left each other the overlap is less, so that nothing is gained.
+    begins where the cores touch; where they have left each other the overlap is less, so that nothing is gained. Of
+    what was found in each other there is no such normal: its overlap would be more at once than surfaces have moved.
     """
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
     if sb.parting != 0 and sa.kind != ELLIPSOID:
         most = most_overlap(sa, sb)
         if overlap > SUNK * most:
-            n = rotate(load(b.twist), last)
-            n, low, high, arm_a = ask_parting(sb.parting, sa, a, sb, b, n)
-            overlap = high - low + (most if sa.kind < BOX else (1.0 - BACK) * most)
-            arm_b = add(arm_a, sub(load(a.position), load(b.position)))
+            held = rotate(load(b.twist), load(c.normal))
+            held, low, high, lowest = ask_parting(sb.parting, sa, a, sb, b, held)
+            deeper = high - low + (most if sa.kind < BOX else (1.0 - BACK) * most)
+            if deeper <= max(c.touch.overlap + c.built, most) + a.stride + b.stride:
+                overlap, n, arm_a = deeper, held, lowest
+                arm_b = add(arm_a, sub(load(a.position), load(b.position)))
     return overlap, n, arm_a, arm_b
 
 
@@ -233,7 +236,7 @@ def look(w, c, a, b):
     A loop of its own over all contacts: with the law in it, one would wait for another's roots and quotients.
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    overlap, n, arm_a, arm_b = meet_on(sa, a, sb, b, load(c.normal))
+    overlap, n, arm_a, arm_b = meet_on(c, sa, a, sb, b)
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
