@@ -22,7 +22,7 @@ from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 
 Array = NDArray[np.float64]
 _READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
-FIRST = object()
+FIRST = object()  # the instance where none is asked for: None may be a name that a caller has lost
 STUCK, FULL = 0.01, 1e-6  # shares of mu P
 
 

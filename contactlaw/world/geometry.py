@@ -12,7 +12,7 @@ from contactlaw.world.records import BOX, CYLINDER, DISC, ELLIPSOID, HULL, NEVER
 from contactlaw.world.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
-SUNK = 0.975  # of that overlap, which crowns and `convex.BACK` leave
+SUNK = 0.975  # of `most_overlap`, what crowns and BACK leave of it
 ALONE = 1e9  # [m] that count as none: more than any shapes overlap
 OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)
 """Which of the addresses of `long`."""

@@ -154,9 +154,9 @@ def seek(sa, a, sb, b, shift, last):
     d = add(sub(load(a.position), load(b.position)), shift)
     to_a = centre(sa, a)
     v = add(d, sub(to_a, centre(sb, b)))
-    p, q, r, x, y, z = ZERO, ZERO, ZERO, ZERO, ZERO, ZERO  # vertices of the simplex, and their points on B
-    count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), ZERO
     known, (x, y, z) = last
+    p, q, r = ZERO, ZERO, ZERO  # vertices of the simplex, whose points on B are x, y and z
+    count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), ZERO
     if known > 0:
         above = add(d, to_a)
         p, q, r = sub(above, x), sub(above, y), sub(above, z)

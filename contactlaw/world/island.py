@@ -135,8 +135,7 @@ def run(w, bodies, pairs, t, now, until):
         if p.closed != 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             apply_force(contact_at(w.contacts, p.slot), a, b, 0.5 * h)
-    done, going, closed, listed, left_out, stirred, spacing = 0, True, 0, pairs, -1, False, h
-    rest = pairs
+    done, going, closed, rest, stirred, spacing = 0, True, 0, pairs, False, h
     joints = False
     for i in range(bodies):
         joints = joints or jointed(body_at(w.bodies, whole_at(w.island_bodies, i)))
@@ -147,25 +146,19 @@ def run(w, bodies, pairs, t, now, until):
         t = until if last else t + h
         for i in range(bodies):
             drift(body_at(w.bodies, whole_at(w.island_bodies, i)), h)
-        if rest < listed and (stirred or last or done == BLOCK or h != spacing):
-            call_land(address(w, LAND), w, listed - rest)
-            rest = listed
+        if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
+            call_land(address(w, LAND), w, pairs - rest)
+            rest = pairs
         w.twists = EACH
         if joints or closed > w.crowd:
             w.twists = NOW if last or done % TWISTS == 0 else LATER
-        far = travel(w, bodies, max(following / h, 1.0)) and left_out >= 0
-        if far:
-            left_out = take_up(w, listed, pairs, left_out)
-            listed = rest = pairs
+        travel(w, bodies, max(following / h, 1.0))
         closed, news = forces(w, rest, (h, following), closed <= w.crowd)
-        closed += listed - rest
+        closed += pairs - rest
         going = closed > 0 and not last
         if not going:
             following = 0.0
         anew = going and news < (NEVER if closed <= w.crowd else LEAST_CHANGE * following)
-        if left_out >= 0 and (anew or not going or done == BLOCK):
-            left_out = take_up(w, listed, pairs, left_out)
-            listed = rest = pairs
         if anew or (going and done == BLOCK):
             target = max(min(length(w, pairs, t), left), shortest)
             going = not lost(w, bodies, whole)
@@ -184,16 +177,13 @@ def run(w, bodies, pairs, t, now, until):
                 apply_force(c, a, b, c.end_weight * h)
                 open_up(p, c)
         stirred = anew
-        if rest < listed:
-            stirred = call_coast(address(w, COAST), w, listed - rest, (h, 0.5 * (h + following))) or anew
+        if rest < pairs:
+            stirred = call_coast(address(w, COAST), w, pairs - rest, (h, 0.5 * (h + following))) or anew
         w.kicks += closed
         if rest == pairs and done <= 1 and following == h and closed > w.crowd:
             count = min(BLOCK, (until - t) / h)
             if count > LEAST_COASTED and ready(w, SET_OUT):
                 rest, spacing = call_set_out(address(w, SET_OUT), w, pairs, h, count), h
-        if going and left_out < 0 and rest == pairs and (far or done == 1):
-            listed, left_out = leave_out(w, bodies, pairs)
-            rest = listed
         h = following
     w.twists = EACH
     for i in range(bodies):
@@ -203,54 +193,12 @@ def run(w, bodies, pairs, t, now, until):
 
 @jit_inside
 def travel(w, bodies, longer):
-    """Note how far surfaces went in a substep, and may go in the next one, which is so many times longer; returns
-    whether one may leave its range.
-    """
-    out = False
+    """Note how far surfaces went in a substep, and may go in the next one, which is so many times longer."""
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
         b.way += way
         b.stride = longer * way
-        out = out or b.way + AHEAD * b.stride > b.range
-    return out
-
-
-@jit_inside
-def leave_out(w, bodies, pairs):
-    """Leave open pairs out of an island's list whose bodies, at their strides, do not meet within a block of substeps.
-
-    Each body has a range, and who leaves it ends this: until then `forces` would pass these pairs by. Returns how many
-    are listed, and the last one that is not.
-    """
-    for i in range(bodies):
-        b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        b.range = b.way + (AHEAD + BLOCK) * b.stride
-    listed, last = 0, -1
-    for i in range(pairs):
-        k = whole_at(w.island_pairs, i)
-        p = near_at(w.near, k)
-        if p.closed == 0 and p.room > body_at(w.bodies, p.body_a).range + body_at(w.bodies, p.body_b).range:
-            p.link, last = last, k
-        else:
-            set_whole(w.island_pairs, listed, k)
-            listed += 1
-    return listed, last
-
-
-@jit_inside
-def take_up(w, listed, pairs, last):
-    """List those again, in the order of the near pairs; returns that none is left out."""
-    for place in range(pairs - 1, -1, -1):
-        if last < 0:
-            break
-        if listed > 0 and whole_at(w.island_pairs, listed - 1) > last:
-            listed -= 1
-            set_whole(w.island_pairs, place, whole_at(w.island_pairs, listed))
-        else:
-            set_whole(w.island_pairs, place, last)
-            last = near_at(w.near, last).link
-    return -1
 
 
 @jit_inside

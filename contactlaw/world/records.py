@@ -69,7 +69,6 @@ BODY = record(
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
     way="f8",  # [m] that its surface has gone in the substeps of a window, at most
     stride="f8",  # [m] that it may go in the next one
-    range="f8",  # [m] that it has gone when pairs are taken up again that were left out, see `island.leave_out`
     island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
     # broad phase
     mark=VECTOR, turned="f8",  # position, and angle turned since, of the last list of near pairs

@@ -2,12 +2,16 @@
 
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
-from contactlaw import ContactPair, Material
-
 mujoco = pytest.importorskip("mujoco")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from contactlaw import ContactPair, Material  # noqa: E402
+from contactlaw.mujoco_plugin import load_model  # noqa: E402
 
 SOFT = ContactPair(Material(1e7, 0.45), Material(1e7, 0.45), friction=0.0, restitution=1.0)
 STEP, SPEED, STEPS = 1e-3, 10.0, 250  # [s], [m/s]: an impact lies within the first fifty
@@ -41,8 +45,6 @@ def two_of(kind: str, seed: int) -> str:
 @pytest.mark.filterwarnings("ignore::contactlaw.ContactWarning")
 @pytest.mark.parametrize("kind", ["mesh", "box"])
 def test_cores_in_each_other_give_no_energy(kind: str, tmp_path: Path):
-    from contactlaw.mujoco_plugin import load_model
-
     path = tmp_path / "two.xml"
     met = 0
     for seed in range(12):
