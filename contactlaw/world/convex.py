@@ -17,6 +17,7 @@ from contactlaw.world.curvature import feature, radius_between, rim, side_at
 from contactlaw.world.geometry import BACK, centre
 from contactlaw.world.gjk import nearest, seek, support
 from contactlaw.world.records import BOX, DISC, EDGE, PLANE, SEGMENT
+from contactlaw.world.segments import clip
 from contactlaw.world.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 
 DEEP = 1e-6  # of both radii: a distance of cores that is none
@@ -40,7 +41,7 @@ def radius(sa, a, sb, b):
 
 def meet(sa, a, sb, b):
     """`geometry.meet` of two shapes of which one is convex without a closed form."""
-    radius_a, radius_b, from_a = sa.radius, sb.radius, centre(sa, a)
+    radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
     if sa.kind == DISC:
         way, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
         from_a = add(from_a, way)
@@ -55,8 +56,9 @@ def meet(sa, a, sb, b):
     far = norm(v)
     if far > DEEP * both:
         n = scale(1.0 / far, v)
-    else:  # as between two balls
+    else:  # as between two balls, of a line the one that is nearest to the middle of the other
         n = sub(add(load(a.position), from_a), add(load(b.position), centre(sb, b)))
+        n = axpy(clip(-dot(n, u) / max(dot(u, u), 1e-300)), u, n)
         n = scale(1.0 / max(norm(n), 1e-300), n)
     overlap = both - far
     if sa.kind >= BOX:

@@ -148,6 +148,16 @@ def test_a_ball_meets_a_cube_as_its_core_within_a_radius() -> None:
 
 
 @pytest.mark.heavy
+def test_a_line_through_a_cube_is_pushed_across_itself() -> None:
+    """Not along: its middle is far off the cube, and says nothing of the way out."""
+    world = World(gravity=0.0)
+    hull = world.add_hull(cube(world, 0.1, (0.0, 0.0, 0.0))[0], 0.1 * CUBE)
+    rod = world.add_body(1.0, np.eye(3), (0.3, 0.02, 0.05))
+    side = world.add_capsule(rod, 0.02, 0.4, axis=(1.0, 0.0, 0.0))[0]
+    (_, normal, _, _), _ = meeting(world.arrays.bound().world, side, hull)
+    assert normal == pytest.approx((0.0, 0.02 / np.hypot(0.02, 0.05), 0.05 / np.hypot(0.02, 0.05)), abs=1e-12)
+
+
 def test_two_hulls_meet_where_no_plane_parts_them_further() -> None:
     """The gap is that of a plane across the normal, on which one vertex of each core lies (separating axis)."""
     rng = np.random.default_rng(2)
