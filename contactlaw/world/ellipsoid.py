@@ -19,10 +19,10 @@ from functools import lru_cache
 from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.call import MEETING, RADIUS
+from contactlaw.world.call import MEETING, PARTING, RADIUS
 from contactlaw.world.core import excess_of, local
 from contactlaw.world.curvature import feature, radius_between
-from contactlaw.world.geometry import centre
+from contactlaw.world.geometry import SUNK, centre
 from contactlaw.world.gjk import nearest, support
 from contactlaw.world.records import BOX, CYLINDER, ELLIPSOID, NEVER, PLANE
 from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
@@ -31,7 +31,7 @@ STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron
 WIDEST = 0.5  # [rad] of a step
 NARROW = 1e-6  # [rad] of one that is not asked whether it climbs: rounding hides that
 SAME = 1e-9  # [rad], a normal that is another's
-INSIDE = 0.9  # of the least radius of curvature, a ball that touches it from inside
+INSIDE = SUNK  # of the least radius of curvature, a ball that touches it from inside
 
 
 @jit_inside
@@ -274,7 +274,15 @@ def radius(sa, a, sb, b):
     return radius_between(one, two)
 
 
+def part(sa, a, sb, b, n):
+    """`convex.part` of an ellipsoid and a core, along a normal that is known."""
+    lowest = facing(sa, a, scale(-1.0, n))
+    low = dot(n, add(sub(load(a.position), load(b.position)), lowest))
+    return n, low, low - plane_gap(sa, a, sb, b, n), lowest
+
+
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of both, compiled where there are ellipsoids."""
-    return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    """Of these, compiled where there are ellipsoids."""
+    known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    return known | {"parting": address_of(part, PARTING)}

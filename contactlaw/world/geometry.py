@@ -77,6 +77,13 @@ def most_overlap(sa, sb):
     core = sb.kind == BOX or sb.kind == CYLINDER
     if core and sa.kind == ELLIPSOID:
         return max(sa.half[0], sa.half[1], sa.half[2]) + sb.radius
+    return overlap_of_cores(sa, sb)
+
+
+@jit_inside
+def overlap_of_cores(sa, sb):
+    """Overlap [m] beyond which what they sweep, or the ball in an ellipsoid's tip, is in each other too."""
+    core = sb.kind == BOX or sb.kind == CYLINDER
     return curl(sa) + (0.0 if core and sa.kind == SEGMENT else curl(sb))
 
 

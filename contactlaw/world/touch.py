@@ -15,7 +15,7 @@ from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_a
 from contactlaw.world.call import address, ask_parting, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
-from contactlaw.world.geometry import BACK, SUNK, build_in, is_sunk, meet, most_overlap
+from contactlaw.world.geometry import BACK, SUNK, build_in, is_sunk, meet, most_overlap, overlap_of_cores
 from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
 from contactlaw.world.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED
@@ -217,12 +217,16 @@ def meet_on(c, sa, a, sb, b):
     what was found in each other there is no such normal: its overlap would be more at once than surfaces have moved.
     """
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
-    if sb.parting != 0 and sa.kind != ELLIPSOID:
-        most = most_overlap(sa, sb)
+    if sb.parting != 0 and sb.kind != ELLIPSOID:
+        if sa.kind == ELLIPSOID:
+            most, where, swept = overlap_of_cores(sa, sb), sa.parting, sb.radius
+        else:
+            most, where = most_overlap(sa, sb), sb.parting
+            swept = most if sa.kind < BOX else (1.0 - BACK) * most
         if overlap > SUNK * most:
             held = rotate(load(b.twist), load(c.normal))
-            held, low, high, lowest = ask_parting(sb.parting, sa, a, sb, b, held)
-            deeper = high - low + (most if sa.kind < BOX else (1.0 - BACK) * most)
+            held, low, high, lowest = ask_parting(where, sa, a, sb, b, held)
+            deeper = high - low + swept
             if deeper <= max(c.touch.overlap + c.built, most) + a.stride + b.stride:
                 overlap, n, arm_a = deeper, held, lowest
                 arm_b = add(arm_a, sub(load(a.position), load(b.position)))
