@@ -26,6 +26,7 @@ from contactlaw.world.records import EDGE, HULL, PLANE, SEGMENT
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
 
 STEPS = 60  # of Newton's method; it takes three to six
+CUTS = 40  # of a step that goes too far, which is slow to find across edges of a hull
 FOUND = 1e-14  # of the radius, a step that is none
 ROOTS = 50  # looks for the place along the axis
 CLOSE = 1e-12  # of half the length, the same of it
@@ -90,7 +91,7 @@ def nearest_in_disc(m, e1, e2, radius, crown, one):
         if not start < 0.0 or step[0] * step[0] + step[1] * step[1] <= (FOUND * radius) ** 2:
             break
         share = 1.0
-        for _ in range(4):
+        for _ in range(CUTS):
             new = y[0] + share * step[0], y[1] + share * step[1]
             (e, count, other, _), g, k = slope_at(m, e1, e2, crown, new, one)
             end = g[0] * step[0] + g[1] * step[1]

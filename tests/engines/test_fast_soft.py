@@ -45,7 +45,13 @@ def two_of(kinds: tuple[str, str], seed: int) -> str:
 @pytest.mark.filterwarnings("ignore::contactlaw.ContactWarning")
 @pytest.mark.parametrize(
     ("kind", "other", "first"),
-    [("mesh", "mesh", 0), ("box", "box", 0), ("ellipsoid", "box", 0), ("ellipsoid", "mesh", 12)],
+    [
+        ("mesh", "mesh", 0),
+        ("box", "box", 0),
+        ("ellipsoid", "box", 0),
+        ("ellipsoid", "mesh", 12),
+        ("cylinder", "mesh", 12),
+    ],
 )
 def test_cores_in_each_other_give_no_energy(kind: str, other: str, first: int, tmp_path: Path):
     path = tmp_path / "two.xml"
