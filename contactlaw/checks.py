@@ -121,6 +121,13 @@ def hint(value: Any, names: Iterable[str]) -> str:
     return f" (did you mean {known[near[0]]!r}?)" if near else ""
 
 
+def truth(name: str, value: Any) -> bool:
+    """Return value if it is True or False; no number or text says so, as "no" would count as True."""
+    if not isinstance(value, bool | np.bool_):
+        raise ValueError(f"{name} = {value!r}: must be True or False")
+    return bool(value)
+
+
 def count(name: str, value: Any, least: int) -> int:
     """Return value as an int that is not below the least."""
     try:

@@ -64,7 +64,7 @@ def calibrate(
     kappa = None if stiffness_ratio is None else checks.number(
         "stiffness_ratio", stiffness_ratio, "in [0.2, 3]", low=0.2, high=3.0
     )  # fmt: skip
-    if hold_stiffness_ratio and kappa is None:
+    if checks.truth("hold_stiffness_ratio", hold_stiffness_ratio) and kappa is None:
         raise ValueError("hold_stiffness_ratio = True: needs the stiffness_ratio to hold")
     velocities = velocities_of(before, after, given)
     if (normal_error is None) != (tangential_error is None):

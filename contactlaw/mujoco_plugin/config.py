@@ -81,6 +81,8 @@ class Contact:
         """Raises ValueError where a setting is not allowed."""
         checks.count("substeps", self.substeps, LEAST_SUBSTEPS)
         checks.one_of("overlaps", self.overlaps, OVERLAPS)
+        checks.truth("others", self.others)
+        checks.truth("as_native", self.as_native)
         if self.rounding is not None:
             checks.positive("rounding", self.rounding)
 

@@ -74,11 +74,9 @@ class ContactCallback:
     def __init__(self, client: int = 0, *, fixed_bodies_move: bool = True) -> None:
         if isinstance(client, bool) or not isinstance(client, int | np.integer) or not p.isConnected(int(client)):
             raise ValueError(f"client = {client!r}: must be the id of a connected physics client")
-        if not isinstance(fixed_bodies_move, bool):
-            raise ValueError(f"fixed_bodies_move = {fixed_bodies_move!r}: must be True or False")
         if INTERPRETED:
             raise RuntimeError("the callback needs compiled code, and NUMBA_DISABLE_JIT is set: unset it")
-        self._client, self._moves = int(client), fixed_bodies_move
+        self._client, self._moves = int(client), checks.truth("fixed_bodies_move", fixed_bodies_move)
         self._contacts: dict[int, Contact] = {}
         self._handles = count()
         self._marks = Marks(self._client)

@@ -79,6 +79,7 @@ def load_urdf(
         raise ValueError(f"callback = {callback!r}: must be a ContactCallback")
     if isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
         raise ValueError(f"contacts = {contacts!r}: must be a sequence of (links, other, pair), not empty")
+    checks.truth("undamped", undamped)
     client = callback._client
     try:
         body = p.loadURDF(os.fspath(path), physicsClientId=client, **options)

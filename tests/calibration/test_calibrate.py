@@ -179,6 +179,7 @@ def test_unit_of_velocity_and_side_change_nothing(scale, seed, signs):
         ({"normal_error": 0.1, "tangential_error": [0.1] * 3}, r"must be a number, \(2,\) or \(2, 2\)"),
         ({"stiffness_ratio": 5.0}, "stiffness_ratio = 5.0: must be in"),
         ({"hold_stiffness_ratio": True}, "needs the stiffness_ratio"),
+        ({"hold_stiffness_ratio": "no"}, "must be True or False"),
     ],
 )
 def test_bad_input_is_named(change, message):

@@ -77,6 +77,11 @@ def test_a_ball_from_a_file_bounces_and_flies_undamped(client, floor, callback, 
     assert callback.ledger(loaded.handles[0]).impacts == 1
 
 
+def test_a_text_is_no_answer_to_yes_or_no(callback, floor):
+    with pytest.raises(ValueError, match="undamped = 'no': must be True or False"):
+        load_urdf(callback, "sphere_small.urdf", [("*", floor, PAIR)], undamped="no")
+
+
 def test_damping_of_the_file_stays_if_asked_for(client, floor, callback):
     loaded = load_urdf(callback, "sphere_small.urdf", [("*", floor, PAIR)], undamped=False, basePosition=[0, 0, 2])
     p.resetBaseVelocity(loaded.body, [1.0, 0, 0], [0, 0, 0], client)
