@@ -30,7 +30,17 @@ from contactlaw.mujoco_plugin.block import (
 from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
-from contactlaw.mujoco_plugin.notices import DAMAGED, EDITED, SWITCHED_OFF, UNSAVED, edited, look_over, notice, tell_of
+from contactlaw.mujoco_plugin.notices import (
+    DAMAGED,
+    EDITED,
+    LED,
+    SWITCHED_OFF,
+    UNSAVED,
+    edited,
+    look_over,
+    notice,
+    tell_of,
+)
 from contactlaw.world.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.checksum import mix, one_of
@@ -110,13 +120,17 @@ def trees(head, stage):
 def read_placed(head, w, p):
     """Where such a body is; one that has been turned makes the list of near pairs anew."""
     b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
-    q = floats(d.xquat, 4 * p.id, 4)
-    store(b.position, load(floats(d.xpos, 3 * p.id, 3)))
+    q, place_now = floats(d.xquat, 4 * p.id, 4), load(floats(d.xpos, 3 * p.id, 3))
+    moves = place_now != load(b.position)
+    store(b.position, place_now)
     for i in range(4):
         if b.quaternion[i] != q[i]:
-            w.stale = 1
+            w.stale, moves = 1, True
         b.quaternion[i] = q[i]
     set_axes(b)
+    for k in range(w.nears if moves else 0):
+        if near_at(w.near, k).body_a == p.body or near_at(w.near, k).body_b == p.body:
+            notice(head, LED, float(p.id))
 
 
 @jit
