@@ -153,7 +153,8 @@ def test_a_mocap_body_that_is_moved_near_others_is_told(recwarn):
     mujoco.mj_resetData(model, data)
     mujoco.mj_step(model, data, 50)
     assert not [w for w in recwarn if "mocap" in str(w.message)]
-    with pytest.warns(ContactWarning, match="mocap body 2 is moved where others are near"):
-        for _ in range(100):
-            data.mocap_pos[0, 0] += 0.002
-            mujoco.mj_step(model, data)
+    for _ in range(100):
+        data.mocap_pos[0, 0] += 0.002
+        mujoco.mj_step(model, data)
+    told = [w for w in recwarn if issubclass(w.category, ContactWarning)]
+    assert ["mocap body 2 is moved where others are near" in str(w.message) for w in told] == [True]
