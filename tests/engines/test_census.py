@@ -44,9 +44,11 @@ def test_what_becomes_unstable_is_counted_over_seeds(tmp_path, monkeypatch):
     """Draws of torque pass 1e10 rad/s^2 in half of the runs; the arm touches nothing, so both ways are alike."""
     monkeypatch.chdir(tmp_path)  # where MuJoCo leaves its log
     path = tmp_path / "arm.xml"
-    path.write_text("""<mujoco><option timestep="2e-3"/><worldbody><body><joint name="j" axis="0 1 0"/>
+    path.write_text(
+        """<mujoco><option timestep="2e-3"/><worldbody><body><joint name="j" axis="0 1 0"/>
         <geom type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass="1e-3"/></body></worldbody>
-        <actuator><motor joint="j" ctrlrange="-SIZE SIZE"/></actuator></mujoco>""".replace("SIZE", "1.6e5"))
+        <actuator><motor joint="j" ctrlrange="-SIZE SIZE"/></actuator></mujoco>""".replace("SIZE", "1.6e5")
+    )
     found = often(str(path), 0.1, 10.0)["often"]
     native, law = found["native"], found["law"]
     assert (native["runs"], law["runs"]) == (60, 10)
@@ -54,7 +56,7 @@ def test_what_becomes_unstable_is_counted_over_seeds(tmp_path, monkeypatch):
     assert by_chance(found) > CHANCE
 
 
-@pytest.mark.parametrize("bad, missed", [(3, False), (5, False), (6, True), (10, True)])
+@pytest.mark.parametrize(("bad", "missed"), [(3, False), (5, False), (6, True), (10, True)])
 def test_more_runs_unstable_than_chance_allows_are_missed(bad, missed):
     """Of 10, beside 7 of 60; with 5 the chance is 0.0102, with 6 0.0018."""
     often = {"law": {"bad": bad, "runs": 10}, "native": {"bad": 7, "runs": 60}}
