@@ -5,10 +5,9 @@
 It leaves what it found in validation/data/census.json, of which `validation.cases.models` makes a chapter. Run it in
 an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
 actions, for so long or until so much processor time is spent; then it falls without any, and its energy is looked at.
-Where the law's run becomes unstable, other seeds tell how often each way does: robosuite's spot_arm asked for this, an
-undamped arm driven by torques, which becomes unstable natively too, in 7 of 60 seeds, if not in the first.
-Files that MuJoCo does not load by themselves are parts of other models and are left out. Each file has a process of its
-own, forked from one that has all compiled code, and a limit of processor time; those of few freedoms go first.
+Where the law's run becomes unstable, further seeds tell how often each way does. Files that MuJoCo does not load by
+themselves are parts of other models and are left out. Each file has a process of its own, forked from one that has all
+compiled code, and a limit of processor time; those of few freedoms go first.
 """
 
 # The wheel describes little of what it exports.
