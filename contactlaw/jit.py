@@ -185,7 +185,10 @@ class _Haste:
 
 
 class _Said:
-    """Says on stderr that something is compiled: what, for how long, and that it happens once; and that it goes on."""
+    """Says on stderr that something is compiled: what, for how long, and that it happens once.
+
+    On a terminal a clock goes on beside it; a log has no use for one.
+    """
 
     def __init__(self) -> None:
         self.doing = ["kernels: some seconds"]
@@ -200,10 +203,9 @@ class _Said:
         if what in self.told:
             return
         self.told |= {what, self.doing[0]}
-        if self.kept:
-            print(f"contactlaw: compiling {what}, once; later runs read it from numba's cache", file=sys.stderr)
-        else:
-            print(f"contactlaw: compiling {what}", file=sys.stderr)
+        once = ", once; later runs read it from numba's cache" if self.kept else ""
+        print(f"contactlaw: compiling {what}{once}", file=sys.stderr)
+        if not self.kept:
             lament("no folder for numba's cache")
 
     def begin(self) -> None:
@@ -212,7 +214,7 @@ class _Said:
         if self.depth == 0:
             self.haste.begin()
         self.depth += 1
-        if not self.clock.is_alive():
+        if not self.clock.is_alive() and sys.stderr and sys.stderr.isatty():
             self.clock = threading.Thread(target=self.tick, args=(time.monotonic(),), daemon=True)
             self.clock.start()
 
@@ -225,8 +227,7 @@ class _Said:
     def tick(self, begun: float) -> None:
         """Say every other second how long it has taken."""
         while time.sleep(TICK) is None and self.depth > 0:
-            end = "\r" if sys.stderr.isatty() else "\n"
-            print(f"contactlaw: compiling, {time.monotonic() - begun:.0f} s", end=end, file=sys.stderr, flush=True)
+            print(f"contactlaw: compiling, {time.monotonic() - begun:.0f} s", end="\r", file=sys.stderr, flush=True)
 
 
 TICK = 2.5  # [s]

@@ -55,34 +55,26 @@ def element(dtype: np.dtype) -> Any:
     return built(kind(types.uint64, types.int64), build)
 
 
-def _load_int(context: Any, builder: Any, _: Any, values: Any) -> Any:
-    return builder.load(builder.inttoptr(values[0], ir.IntType(32).as_pointer()))
-
-
-def _place(builder: Any, values: Any) -> Any:
-    return builder.gep(builder.inttoptr(values[0], _WHOLE.as_pointer()), [values[1]])
-
-
-def _load_whole(context: Any, builder: Any, _: Any, values: Any) -> Any:
-    return builder.load(_place(builder, values))
+def _pointer(builder: Any, values: Any, kind: Any = _WHOLE) -> Any:
+    return builder.inttoptr(values[0], kind.as_pointer())
 
 
 def _store_whole(context: Any, builder: Any, _: Any, values: Any) -> Any:
-    builder.store(values[2], _place(builder, values))
+    builder.store(values[2], builder.gep(_pointer(builder, values), [values[1]]))
     return context.get_dummy_value()
 
 
-def _doubles(context: Any, builder: Any, _: Any, values: Any) -> Any:
-    return builder.inttoptr(values[0], ir.DoubleType().as_pointer())
-
-
-load_int: Any = built(types.int32(types.uint64), _load_int)
+load_int: Any = built(types.int32(types.uint64), lambda _, b, __, values: b.load(_pointer(b, values, ir.IntType(32))))
 """The C int at an address."""
 
-doubles_at: Any = built(types.CPointer(types.float64)(types.uint64), _doubles)
+doubles_at: Any = built(
+    types.CPointer(types.float64)(types.uint64), lambda _, b, __, values: _pointer(b, values, ir.DoubleType())
+)
 """An address as a pointer to float64."""
 
-whole_at: Any = built(types.int64(types.uint64, types.int64), _load_whole)
+whole_at: Any = built(
+    types.int64(types.uint64, types.int64), lambda _, b, __, values: b.load(b.gep(_pointer(b, values), [values[1]]))
+)
 """Element of an array of int64, by its address."""
 
 set_whole: Any = built(types.none(types.uint64, types.int64, types.int64), _store_whole)

@@ -122,7 +122,7 @@ def test_entries_never_outgrow_the_pieces_of_the_path() -> None:
         place = target
         assert top <= j + 1
     assert top > 0.99 * pieces
-    assert (np.diff(stack[: top + 1, line.END]) > 0.0).all()
+    assert (np.diff(stack[: top + 1]["end"]) > 0.0).all()
     stack = line.new_stack(1)
     top, s = line.advance(stack, 0, 0.3, 1.0, 1.0)
     with pytest.raises(IndexError, match="room"):
@@ -161,8 +161,8 @@ def test_state_keeps_to_its_bounds(points: list[tuple[float, float]]) -> None:
     for count in range(1, len(points) + 1):
         stack, top, s = followed(np.array(points[:count]))
         overlap = points[count - 1][0]
-        assert stack[top, line.END] == overlap and stack[top, line.PLACE] == pytest.approx(s, abs=1e-14)
-        assert (np.abs(stack[1 : top + 1, line.SLOPE]) <= 1.0).all() and abs(s) <= overlap * (1.0 + 1e-14)
+        assert stack[top]["end"] == overlap and stack[top]["place"] == pytest.approx(s, abs=1e-14)
+        assert (np.abs(stack[1 : top + 1]["slope"]) <= 1.0).all() and abs(s) <= overlap * (1.0 + 1e-14)
         assert line.stored(stack, top, s) >= 0.0
         assert abs(line.spring_sum(stack, top, s)) <= 2.0 / 3.0 * overlap**1.5 * (1.0 + 1e-12)
 

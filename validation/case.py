@@ -65,7 +65,7 @@ class Case(ABC):
       2. `needs`: modules that the extra `all` does not bring, and what to install for each; without them the case is
          skipped, and says so. Import engines, matplotlib and scipy inside the methods alone;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
-      4. `table` and, where it helps, `draw`: from the saved data alone;
+      4. `table`, where there are figures that no limit tells, and, where it helps, `draw`: from the saved data alone;
       5. `caption`: what the picture shows; the empty default means that there is none; `sheet`: its panels, as
          `picture.panels` takes them;
       6. `place`: where it comes in the report, small numbers first.
@@ -83,9 +83,8 @@ class Case(ABC):
     def run(self, quick: bool) -> Outcome:
         """Measure; quick: fewer impacts and repeats, seconds instead of up to a minute."""
 
-    @abstractmethod
-    def table(self, data: Data) -> Table:
-        """The figures as text."""
+    def table(self, data: Data) -> Table | None:  # noqa: B027
+        """The figures that no limit tells, as text."""
 
     def draw(self, data: Data, *axes: Axes) -> None:  # noqa: B027
         """The picture, on the panels of its sheet."""

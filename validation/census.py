@@ -5,8 +5,9 @@
 It leaves what it found in validation/data/census.json, of which `validation.cases.models` makes a chapter. Run it in
 an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
 actions, for so long or until so much processor time is spent; then it falls without any, and its energy is looked at.
-Files that MuJoCo does not load by themselves are parts of other models and are left out. Each file has a process of its
-own, forked from one that has all compiled code, and a limit of processor time; those of few freedoms go first.
+Where the law's run becomes unstable, further seeds tell how often each way does. Files that MuJoCo does not load by
+themselves are parts of other models and are left out. Each file has a process of its own, forked from one that has all
+compiled code, and a limit of processor time; those of few freedoms go first.
 """
 
 # The wheel describes little of what it exports.
@@ -19,7 +20,7 @@ import multiprocessing
 import resource
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ from typing import Any
 FOUND = Path(__file__).parent / "data" / "census.json"
 HOLD = 10  # steps that an action is held for
 FALL = 2.0  # [s]
+SEEDS = {"native": 60, "law": 10}  # further ones, where the first run with the law becomes unstable
+PATIENCE = 10  # for these, over the limit of the first
 EVERY_SHAPE = """<mujoco><asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>
 <geom type="plane" size="1 1 1"/><body pos="0 0 9"><freejoint/><geom size="1"/></body>
 <body pos="9 0 9"><joint/><geom type="capsule" size="1 1"/></body>
@@ -99,7 +102,29 @@ def start(mujoco: Any, model: Any) -> Any:
     return data
 
 
-def driven(mujoco: Any, models: tuple[Any, Any], seconds: float, budget: float) -> tuple[float, list[dict[str, Any]]]:
+def often(path: str, seconds: float, budget: float) -> dict[str, Any]:
+    """In how many runs of further seeds a model becomes unstable, and of how many, each way.
+
+    budget: processor time [s] after which the law's are no more begun.
+    """
+    import mujoco
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        models, out = {"native": mujoco.MjModel.from_xml_path(path), "law": with_law(path)}, {}
+        for way, model in models.items():
+            bad: list[bool] = []
+            begin = time.thread_time()
+            while len(bad) < SEEDS[way] and (way == "native" or time.thread_time() - begin < budget):
+                _, (found,) = driven(mujoco, (model,), seconds, float("inf"), 1 + len(bad))
+                bad.append(found["unstable"] > 0)
+            out[way] = {"bad": sum(bad), "runs": len(bad)}
+    return {"often": out}
+
+
+def driven(
+    mujoco: Any, models: tuple[Any, ...], seconds: float, budget: float, seed: int = 0
+) -> tuple[float, list[dict[str, Any]]]:
     """Random actions: for how long [s]; processor time of a step [us], how often the engine found the state unstable.
 
     The models take turns of a few steps, so that what else the machine does meets both. budget: processor time [s];
@@ -107,8 +132,8 @@ def driven(mujoco: Any, models: tuple[Any, Any], seconds: float, budget: float) 
     """
     import numpy as np
 
-    data, spent = [start(mujoco, model) for model in models], [0.0, 0.0]
-    rngs = [np.random.default_rng(0) for _ in models]
+    data, spent = [start(mujoco, model) for model in models], [0.0] * len(models)
+    rngs = [np.random.default_rng(seed) for _ in models]
     steps, done = int(seconds / models[0].opt.timestep), 0
     while done < steps and sum(spent) < budget:
         count = min(HOLD, steps - done)
@@ -188,20 +213,20 @@ def moving(paths: list[Path]) -> list[Path]:
     return [path for _, path in sorted(known)]
 
 
-def work(pipe: Any, asked: tuple[Any, ...], limit: float) -> None:
-    """Examine a model within so much processor time [s]: what a process of its own does."""
+def work(pipe: Any, what: Callable[..., Any], asked: tuple[Any, ...], limit: float) -> None:
+    """Look at a model within so much processor time [s]: what a process of its own does."""
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit + time.process_time()), resource.RLIM_INFINITY))
     try:
-        pipe.send(examine(*asked))
+        pipe.send(what(*asked))
     except Exception as error:  # whatever a model does, the next one has its turn
         pipe.send({"failed": f"{type(error).__name__}: {error}"[:120]})
 
 
-def told(path: Path, seconds: float, limit: float) -> dict[str, Any]:
-    """What a model does, examined by a process of its own."""
+def told(what: Callable[..., Any], path: Path, seconds: float, limit: float) -> dict[str, Any]:
+    """What a model does, looked at by a process of its own."""
     here, there = multiprocessing.Pipe()
     asked = str(path), seconds, 0.3 * limit
-    process = multiprocessing.get_context("fork").Process(target=work, args=(there, asked, limit))
+    process = multiprocessing.get_context("fork").Process(target=work, args=(there, what, asked, limit))
     process.start()
     there.close()
     try:
@@ -241,8 +266,11 @@ def main() -> None:
         for number, path in enumerate(paths, 1):
             row = {"package": package, "name": f"{path.parent.name}/{path.name}", "versions": versions(package)}
             rows = [other for other in rows if (other["package"], other["name"]) != (package, row["name"])]
-            rows.append(row | told(path, asked.seconds, asked.limit))
-            print(f"{package}/{row['name']} {rows[-1].get('failed') or round(rows[-1]['cost'], 2)}", flush=True)
+            row |= told(examine, path, asked.seconds, asked.limit)
+            if "law" in row and row["law"]["unstable"]:
+                row["often"] = told(often, path, row["seconds"], PATIENCE * asked.limit).get("often")
+            rows.append(row)
+            print(f"{package}/{row['name']} {row.get('failed') or round(row['cost'], 2)}", flush=True)
             if not asked.only:
                 left[package] = len(paths) - number  # that a run which was stopped has not come to
             FOUND.write_text(json.dumps({"left": left, "rows": rows}, indent=1) + "\n")

@@ -156,9 +156,6 @@ def _standing(data: Data, name: str) -> str:
 HEADS = "way | largest error | rms | time an impact [us] | quartiles | time a step [us] | on the front"
 """Of `rows`."""
 
-COMPARED = {"closer": "default closer than any single spring as fast", "faster": "default faster than annuli as close"}
-"""What `closer` and `faster` say."""
-
 
 def short(value: float) -> str:
     """Three significant digits, never in powers of ten."""

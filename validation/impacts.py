@@ -22,16 +22,13 @@ class Judged(NamedTuple):
     uncertainty: Array
 
 
-@cache
-def _converged(impact: Impact, annuli: int) -> tuple[float, float]:
-    """psi_2 and its uncertainty, kept: cases ask for the same impacts."""
-    return rebound_extrapolated(*impact, annuli=annuli)
+_KEPT = cache(rebound_extrapolated)  # cases ask for the same impacts
 
 
 def judge(impacts: list[Impact], annuli: int = 40) -> Judged:
     """Ask the reference; annuli: the middle one of its three resolutions."""
     psi_1, chi, restitution = np.array(impacts, dtype=float).T.copy()
-    psi_2, uncertainty = np.array([_converged(one, annuli) for one in impacts]).T.copy()
+    psi_2, uncertainty = np.array([_KEPT(*one, annuli=annuli) for one in impacts]).T.copy()
     return Judged(psi_1, chi, restitution, psi_2, uncertainty)
 
 

@@ -13,6 +13,7 @@ from validation.reference import annulus
 
 REFERENCE = "(the reference)"
 """The annulus solver's name among the laws."""
+_KEPT = cache(annulus.rebound)  # cases and pictures ask for the same impacts
 ANNULI = 40  # its error in psi_2 is below 1e-3 then, a tenth of what can be read from a figure
 SPHERE = 3.5
 """1 + 1/K^2 of a homogeneous sphere (K^2 = 2/5), or of two equal ones: chi = 3.5 kappa/2."""
@@ -25,15 +26,9 @@ def quiet_pair(*told: Any, **more: Any) -> ContactPair:
         return ContactPair(*told, **more)
 
 
-@cache
-def _reference(psi_1: float, chi: float, restitution: float) -> float:
-    """The annulus solver, kept: cases and pictures ask for the same impacts."""
-    return float(annulus.rebound(psi_1, chi, ANNULI, restitution=restitution))
-
-
 def reference(psi_1: ArrayLike, chi: float, restitution: float = 1.0) -> Array:
     """psi_2 of the annulus solver at each psi_1, shape (n,)."""
-    return np.array([_reference(float(psi), chi, restitution) for psi in np.atleast_1d(psi_1)])
+    return np.array([_KEPT(float(psi), chi, ANNULI, restitution=restitution) for psi in np.atleast_1d(psi_1)])
 
 
 def rebounds(psi_1: ArrayLike, chi: float, e: float = 1.0, *, with_reference: bool = True) -> dict[str, Array]:

@@ -53,6 +53,11 @@ def asked(limit: dict[str, Any]) -> str:
     return f"{'at least' if limit['at_least'] else 'at most'} {with_unit(limit['asked'], limit['unit'])}"
 
 
+def reached(limit: dict[str, Any]) -> str:
+    """What was reached of it."""
+    return with_unit(limit["reached"], limit["unit"])
+
+
 def kept(limit: dict[str, Any]) -> str:
     """Whether a saved limit is kept."""
     return "kept" if limit["passed"] else "MISSED"
@@ -135,7 +140,7 @@ def _cells(row: Row, result: Result | None) -> list[str]:
         names = ", ".join(repr(limit["name"]) for limit in result["limits"])
         raise LookupError(f"README row {row.text!r}: {row.limits!r} is no limit of {row.case}; there are {names}")
     worst = max(found, key=_badness)
-    return [asked(worst), with_unit(worst["reached"], worst["unit"]), kept(worst)]
+    return [asked(worst), reached(worst), kept(worst)]
 
 
 def _figure(row: Row, data: Any) -> float:

@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Iterable
+from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from contactlaw.ending import whole
 from validation import readme
 from validation.case import Case, Table
-from validation.readme import asked, kept, markdown, with_unit
+from validation.readme import asked, kept, markdown, reached
 from validation.store import Result, load
 
 COVER = "law_accuracy"
@@ -42,7 +42,7 @@ an interruption left. `--quick` takes at most two minutes, with fewer impacts an
 `--report` only writes this page and draws the pictures again. The command ends with 1 if a limit is missed. Times are
 to be compared on a quiet machine. No number on this page is typed.
 """
-MOST_ROWS = 10
+MOST_ROWS = 8
 """Of the figures of a chapter; the rest stands in its results."""
 
 
@@ -77,7 +77,7 @@ def limits_table(result: Result) -> Table:
     """Asked and reached."""
     table = Table("limit | asked | reached |")
     for limit in result["limits"]:
-        table.rows.append([limit["name"], asked(limit), with_unit(limit["reached"], limit["unit"]), kept(limit)])
+        table.rows.append([limit["name"], asked(limit), reached(limit), kept(limit)])
     return table
 
 
@@ -100,19 +100,19 @@ def _missed(present: list[tuple[Case, Result]]) -> str:
 def _summary(present: list[tuple[Case, Result]]) -> str:
     """How many limits each case has and misses, and what it was measured on."""
     table = Table("case | asked | reached | missed | took | on")
-    all_asked = all_reached = 0
+    all_asked = all_kept = 0
     for case, result in present:
-        count, reached = len(result["limits"]), sum(limit["passed"] for limit in result["limits"])
-        all_asked, all_reached = all_asked + count, all_reached + reached
-        figures = [str(count), str(reached), f"**{count - reached}**" if count > reached else ""] if count else [""] * 3
+        count, held = len(result["limits"]), sum(limit["passed"] for limit in result["limits"])
+        all_asked, all_kept = all_asked + count, all_kept + held
+        figures = [str(count), str(held), f"**{count - held}**" if count > held else ""] if count else [""] * 3
         if not result["sane"]:
             figures[2] = "**NOT SANE**"
         quick = ", quick" if result["quick"] else ""
         took = f"{result['seconds']:.0f} s{quick}"
         table.rows.append([link(case, case.name), *figures, took, result["machine"]["date"]])
     minutes = sum(result["seconds"] for _, result in present) / 60.0
-    missed = all_asked - all_reached
-    totals = [str(all_asked), str(all_reached), str(missed) if missed else "", f"{minutes:.1f} min", ""]
+    missed = all_asked - all_kept
+    totals = [str(all_asked), str(all_kept), str(missed) if missed else "", f"{minutes:.1f} min", ""]
     table.rows.append([f"all {len(present)}", *totals])
     keys = ("cpu", "cores", "python", "numpy", "numba", "mujoco", "pybullet")
     machines = {", ".join(f"{key} {result['machine'][key]}" for key in keys if key in result["machine"])
@@ -130,21 +130,16 @@ def _chapter(case: Case, result: Result, folder: Path) -> str:
         lines += ["**This run is not sane, its figures do not count:** " + "; ".join(result["problems"]), ""]
     if _drawn(case, result, folder):
         lines += [_picture(case), ""]
-    missed = [f"{limit['name']}: {_against(limit)}" for limit in result["limits"] if not limit["passed"]]
-    held = [f"{limit['name']} {_against(limit)}" for limit in result["limits"] if limit["passed"]]
-    lines += [f"**MISSED**: {one}.\n" for one in missed]
-    lines += [f"Kept: {'; '.join(held)}.\n"] if held else []
-    if result["data"]:
-        table = case.table(result["data"])
+    for word, sign, passed in (("**MISSED**", ": ", False), ("Kept", " ", True)):
+        alike = groupby((limit for limit in result["limits"] if limit["passed"] is passed), asked)
+        told = [([one["name"] + sign + reached(one) for one in limits], most) for most, limits in alike]
+        each = [f"{'; '.join(ones)} ({'each ' if ones[1:] else ''}{most})" for ones, most in told]
+        lines += [f"{word}: {'; '.join(each)}.\n"] if each else []
+    if result["data"] and (table := case.table(result["data"])):
         rest = len(table.rows) - MOST_ROWS
         lines += [markdown(table, MOST_ROWS), ""]
         lines += [f"{rest} more rows are made from [its results](results/{case.name}.json).\n"] if rest > 0 else []
     return "\n".join(lines)
-
-
-def _against(limit: dict[str, Any]) -> str:
-    """Reached, and what was asked."""
-    return f"{with_unit(limit['reached'], limit['unit'])} ({asked(limit)})"
 
 
 def _drawn(case: Case, result: Result, folder: Path) -> bool:

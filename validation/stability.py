@@ -141,10 +141,6 @@ class StabilityCase(Case):
     def kept(self, values: list[float]) -> str:
         """What elastic balls keep of their energy, of all cells."""
 
-    @abstractmethod
-    def named(self, fails: list[list[bool]], data: Data) -> str:
-        """The cells that fail."""
-
     def measured(self, function: Callable[[Any], Data], rows: Sequence[Sequence[Any]]) -> Data:
         """By engine and way, of a function of (engine, way, *cell)."""
         ways = list(product(ENGINES, WAYS))
@@ -182,15 +178,14 @@ class StabilityCase(Case):
             kept = self.kept([value for row in one["kept"] for value in row if value is not None])
             fails = np.array(one["fails"])
             table.add(f"{way}, {TITLES[engine]} | {{runs}} | {fails.size} | {fails.sum()} | {{infinite}} | "
-                      f"{short(np.max(one['gain']))} | {kept} | {self.named(one['fails'], data)}", one)  # fmt: skip
+                      f"{short(np.max(one['gain']))} | {kept}", one)  # fmt: skip
         for engine, one in wider.items():
             table.add(f"{DEFAULT}, {TITLES[engine]}, wider draw, runs that fail | {{runs}} | | {len(one['failures'])}",
                       one)  # fmt: skip
-        blank = " |" * (len(table.heads) - 7)
         for engine, ways in data["engines"].items():
             for failure in ways[DEFAULT]["failures"] + wider.get(engine, {"failures": []})["failures"]:
-                table.add(f"FAILS: {DEFAULT}, {TITLES[engine]} | | | | | {short(failure['gain'])} |{blank} "
-                          "{problem}: {trial}", failure)  # fmt: skip
+                table.add(f"FAILS: {DEFAULT}, {TITLES[engine]}, {{problem}}: {{trial}} | | | | | " +
+                          short(failure["gain"]), failure)  # fmt: skip
         refused = sum(one["refused"] for ways in data["engines"].values() for one in ways.values())
         table.add(f"beyond the accelerations that MuJoCo takes, not counted | {refused}")
         return table

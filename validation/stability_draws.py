@@ -168,11 +168,6 @@ class Extreme(NamedTuple):
     levels: tuple[float, ...]
     words: tuple[str, ...]
 
-    @property
-    def plain(self) -> str:
-        """The name where mathematics cannot be set."""
-        return self.name.replace("$", "").replace("\\,", " ").replace("\\", "")
-
 
 EXTREMES = {
     "poisson": Extreme("Poisson's ratio", (0.0, 0.3, 0.49, 0.4999, 0.5), ("0", "0.3", "0.49", "0.4999", "0.5")),

@@ -19,6 +19,8 @@ from contactlaw.laws import record
 Array = NDArray[np.float64]
 Impacts = Callable[[Array, Array, Array], object]
 
+PACKAGE = Path(__file__).parents[1]  # whose sources key the cache
+
 
 def stuck_stiffness(contact: Any, law: Any) -> float:
     """2 G* a [N/m]: Mindlin (1949)."""
@@ -143,12 +145,7 @@ def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tupl
         number(contact, law, record.MEMORY_TYPE),
     )
     first, second, third = (
-        float(address_of(function, signature, ours=_is_ours(function)))
+        float(address_of(function, signature, ours=Path(function.__code__.co_filename).is_relative_to(PACKAGE)))
         for function, signature in zip(functions, signatures, strict=True)
     )
     return first, second, third
-
-
-def _is_ours(function: Callable[..., Any]) -> bool:
-    """Whether a function stands in this package, whose sources key the cache."""
-    return Path(function.__code__.co_filename).is_relative_to(Path(__file__).parents[1])

@@ -46,33 +46,29 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
-from contactlaw.laws.record import pair_of
+from contactlaw.laws.record import pair_of, record
 
-# A row of the stack: outer end of a piece, its root w, v there; the piece itself, v = BASE + SLOPE y; I, J up to there.
-END, ROOT, PLACE, BASE, SLOPE, SUM, SUM_OF_SQUARES = range(7)
-ROW = 7
+PIECE = np.dtype((np.record, record("end", "root", "place", "origin", "slope", "integral", "squares")))
+"""Of the stack: outer end of a piece, its root w, v there; the piece itself, v = origin + slope y; I, J up to there."""
 
 
 @jit
 def new_stack(pieces):
     """An empty stack with room for a path of so many straight pieces; row 0 is the centre of the contact."""
-    stack = np.empty((pieces + 1, ROW))
-    stack[0] = 0.0
-    return stack
+    return np.zeros(pieces + 1, PIECE)
 
 
 @jit
 def put(stack_io, top, end, root, place, base, slope):
     """Write the piece v = base + slope y, from the end of the one before, into row top."""
-    inner, inner_root = stack_io[top - 1, END], stack_io[top - 1, ROOT]
-    width, product = root - inner_root, root * inner_root
+    one, before = stack_io[top], stack_io[top - 1]
+    inner = before.end
+    width, product = root - before.root, root * before.root
     cubic = (end + product + inner) / 3.0  # of (w^3 - w_0^3)/3, over the width
     fifth = (end * (end + product + inner) + inner * (product + inner)) / 5.0
-    stack_io[top, END], stack_io[top, ROOT], stack_io[top, PLACE] = end, root, place
-    stack_io[top, BASE], stack_io[top, SLOPE] = base, slope
-    stack_io[top, SUM] = stack_io[top - 1, SUM] + width * (base + slope * cubic)
-    squares = base * (base + 2.0 * slope * cubic) + slope * slope * fifth
-    stack_io[top, SUM_OF_SQUARES] = stack_io[top - 1, SUM_OF_SQUARES] + width * squares
+    one.end, one.root, one.place, one.origin, one.slope = end, root, place, base, slope
+    one.integral = before.integral + width * (base + slope * cubic)
+    one.squares = before.squares + width * (base * (base + 2.0 * slope * cubic) + slope * slope * fifth)
 
 
 @jit
@@ -81,14 +77,14 @@ def advance(stack_io, top, s, overlap, root):
 
     top: row of the rim; 0: the contact was open, and s counts from the touch. Returns the new top and s.
     """
-    if stack_io[top, END] > overlap:
-        while stack_io[top - 1, END] >= overlap:
+    if stack_io[top].end > overlap:
+        while stack_io[top - 1].end >= overlap:
             top -= 1
-        base, slope = stack_io[top, BASE], stack_io[top, SLOPE]
+        base, slope = stack_io[top].origin, stack_io[top].slope
         put(stack_io, top, overlap, root, base + slope * overlap, base, slope)
     if top + 1 == stack_io.shape[0]:
         raise IndexError("more pieces of path than the stack has room for")
-    rise, growth = s - stack_io[top, PLACE], overlap - stack_io[top, END]
+    rise, growth = s - stack_io[top].place, overlap - stack_io[top].end
     if abs(rise) <= growth:
         if growth > 0.0:
             slope = rise / growth
@@ -99,12 +95,12 @@ def advance(stack_io, top, s, overlap, root):
     base = s - sense * overlap
     while top > 0:
         inner = top - 1
-        spare = sense * (stack_io[inner, PLACE] - base) - stack_io[inner, END]  # before the inner end would slip
-        turn = 1.0 - sense * stack_io[top, SLOPE]
+        spare = sense * (stack_io[inner].place - base) - stack_io[inner].end  # before the inner end would slip
+        turn = 1.0 - sense * stack_io[top].slope
         if spare > 0.0 and turn > 0.0:
-            end = stack_io[inner, END] + spare / turn
-            if end < stack_io[top, END]:
-                own, slope = stack_io[top, BASE], stack_io[top, SLOPE]
+            end = stack_io[inner].end + spare / turn
+            if end < stack_io[top].end:
+                own, slope = stack_io[top].origin, stack_io[top].slope
                 put(stack_io, top, end, sqrt(end), own + slope * end, own, slope)
             put(stack_io, top + 1, overlap, root, s, base, sense)
             return top + 1, s
@@ -116,13 +112,13 @@ def advance(stack_io, top, s, overlap, root):
 @jit
 def spring_sum(stack, top, s):
     """Integral of s - v over w [m^1.5]: F over 2 mu E* sqrt(R)."""
-    return s * stack[top, ROOT] - stack[top, SUM]
+    return s * stack[top].root - stack[top].integral
 
 
 @jit
 def stored(stack, top, s):
     """Integral of (s - v)^2 over w [m^2.5]: energy over G* sigma^2 sqrt(R)."""
-    return max(s * (s * stack[top, ROOT] - 2.0 * stack[top, SUM]) + stack[top, SUM_OF_SQUARES], 0.0)
+    return max(s * (s * stack[top].root - 2.0 * stack[top].integral) + stack[top].squares, 0.0)
 
 
 @jit

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from contactlaw.jit import address_of
-from contactlaw.world import tree_dynamics, tree_kinematics, tree_lasting, tree_motion, trees
+from contactlaw.world import tree_dynamics, tree_kinematics, tree_motion, trees
+from contactlaw.world import tree_lasting as lasting
 from contactlaw.world.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
 from contactlaw.world.records import Array, Arrays, numbers_of
 
@@ -17,15 +18,12 @@ from contactlaw.world.records import Array, Arrays, numbers_of
 @lru_cache
 def addresses() -> dict[str, int]:
     """Where these functions stand, compiled, by their names in `records.TREE`."""
-    return {
-        "fly": address_of(tree_motion.fly, WITH_NUMBER), "drift": address_of(tree_motion.drift, WITH_NUMBER),
-        "settle": address_of(trees.settle, WITH_BODY), "kick": address_of(trees.kick, WITH_VECTORS),
-        "mobility": address_of(trees.mobility, MOBILITY), "spread": address_of(trees.spread, WITH_BODY),
-        "press": address_of(trees.press, WITH_VECTORS), "rest": address_of(trees.rest, WITH_BODY),
-        "stand": address_of(tree_lasting.stand, WITH_BODY), "weigh": address_of(tree_lasting.weigh, WITH_BODY),
-        "resist": address_of(tree_lasting.resist, WITH_BODY), "carry": address_of(tree_lasting.carry, WITH_VECTORS),
-        "move": address_of(tree_kinematics.move, ON_TREE), "accelerate": address_of(tree_dynamics.accelerate, ON_TREE),
+    made = {
+        ON_TREE: (tree_kinematics.move, tree_dynamics.accelerate), WITH_NUMBER: (tree_motion.fly, tree_motion.drift),
+        WITH_BODY: (trees.settle, trees.spread, trees.rest, lasting.stand, lasting.weigh, lasting.resist),
+        WITH_VECTORS: (trees.kick, trees.press, lasting.carry), MOBILITY: (trees.mobility,),
     }  # fmt: skip
+    return {one.__name__: address_of(one, kind) for kind, functions in made.items() for one in functions}
 
 
 def numbers(world: Arrays, number: int, name: str) -> Array:

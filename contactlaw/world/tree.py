@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.world.frames import principal, unit_quaternion
 from contactlaw.world.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
-from contactlaw.world.tree_rows import V_SIZE, Bodies, TreeRows
+from contactlaw.world.tree_rows import V_SIZE, TreeRows
 
 KINDS = {"free": FREE_JOINT, "ball": BALL, "slide": SLIDE, "hinge": HINGE}
 ZERO = {FREE_JOINT: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], BALL: [1.0, 0.0, 0.0, 0.0], SLIDE: [0.0], HINGE: [0.0]}
@@ -90,7 +91,7 @@ class Tree:
             if not -1 <= part.parent < number:
                 raise ValueError(f"parent = {part.parent}: of part {number} must be from -1 to {number - 1}")
         self.rows = TreeRows(
-            Bodies(
+            SimpleNamespace(
                 body_parentid=[part.parent for part in parts],
                 body_jntnum=count,
                 body_jntadr=np.cumsum([0] + count)[:-1],

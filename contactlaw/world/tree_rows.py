@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,45 +15,16 @@ Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
 V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
 
 
-@dataclass(frozen=True)
-class Bodies:
-    """Bodies and joints as arrays, named as in MuJoCo's model, which does in its place.
-
-    Attributes:
-        body_parentid, body_jntnum, body_jntadr: Of each body: its parent, how many joints, the first of them.
-        body_pos, body_quat: Its frame in its parent's.
-        body_ipos, body_iquat: Centre of mass and principal axes, in its frame.
-        body_mass, body_inertia: [kg], and principal moments [kg m^2].
-        jnt_type: 0 free, 1 ball, 2 slide, 3 hinge; a free joint hangs on nothing.
-        jnt_pos, jnt_axis: In the body's frame.
-        jnt_qposadr, jnt_dofadr: First of its coordinates and of its velocities.
-        qpos0, dof_armature, dof_damping: Of all coordinates; of all velocities.
-    """
-
-    body_parentid: Any
-    body_jntnum: Any
-    body_jntadr: Any
-    body_pos: Any
-    body_quat: Any
-    body_ipos: Any
-    body_iquat: Any
-    body_mass: Any
-    body_inertia: Any
-    jnt_type: Any
-    jnt_pos: Any
-    jnt_axis: Any
-    jnt_qposadr: Any
-    jnt_dofadr: Any
-    qpos0: Any
-    dof_armature: Any
-    dof_damping: Any
-
-
 class TreeRows:
     """The records of one tree, from arrays; bodies without joints are one with the body that they are fixed to.
 
     Args:
-        model: Arrays of all bodies.
+        model: Arrays of all bodies and joints, named as in MuJoCo's model, which does itself. Of each body its parent,
+            how many joints, the first of them (body_parentid, body_jntnum, body_jntadr); its frame in its parent's
+            (body_pos, body_quat); centre of mass and principal axes in its frame (body_ipos, body_iquat); mass [kg] and
+            principal moments [kg m^2] (body_mass, body_inertia). Of each joint jnt_type, 0 free, 1 ball, 2 slide, 3
+            hinge; jnt_pos, jnt_axis in the body's frame; first coordinate and velocity (jnt_qposadr, jnt_dofadr). Of
+            all coordinates qpos0, of all velocities dof_armature, dof_damping.
         bodies: Numbers of those of the tree, parents before children; the first hangs on the world or on a body that
             is not among them.
 
@@ -70,7 +40,7 @@ class TreeRows:
             another joint.
     """
 
-    def __init__(self, model: Bodies | Any, bodies: Sequence[int]) -> None:
+    def __init__(self, model: Any, bodies: Sequence[int]) -> None:
         known = {int(body): number for number, body in enumerate(bodies)}
         heads = [body for body in known if model.body_jntnum[body] > 0]
         link_of = {body: number for number, body in enumerate(heads)}
@@ -110,7 +80,7 @@ class TreeRows:
         self._hang_joints(model, joints, kinds)
         self._weigh(model, list(known))
 
-    def _hang_joints(self, model: Bodies | Any, joints: list[int], kinds: list[int]) -> None:
+    def _hang_joints(self, model: Any, joints: list[int], kinds: list[int]) -> None:
         """Joints and degrees of freedom, in their order."""
         q, v = 0, 0
         for row, joint, kind in zip(self.joints, joints, kinds, strict=True):
@@ -132,7 +102,7 @@ class TreeRows:
                 self.axes["depth"][k] = 0 if before < 0 else self.axes["depth"][before] + 1
                 before = k
 
-    def _weigh(self, model: Bodies | Any, bodies: list[int]) -> None:
+    def _weigh(self, model: Any, bodies: list[int]) -> None:
         """Mass, centre of mass and principal axes of each link, of all bodies that are part of it."""
         for number, link in enumerate(self.links):
             parts = [i for i in range(len(bodies)) if self.row[i] == number and model.body_mass[bodies[i]] > 0.0]

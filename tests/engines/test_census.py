@@ -1,4 +1,4 @@
-"""How the census judges energy."""
+"""How the census judges energy, and what becomes unstable."""
 
 import numba
 import pytest
@@ -9,7 +9,8 @@ if numba.config.DISABLE_JIT:
 
 from contactlaw import ContactPair  # noqa: E402
 from contactlaw.mujoco_plugin import load_model  # noqa: E402
-from validation.census import fallen  # noqa: E402
+from validation.cases.models import CHANCE, by_chance  # noqa: E402
+from validation.census import fallen, often  # noqa: E402
 
 
 def test_what_overlaps_store_at_the_start_is_no_gain():
@@ -37,3 +38,27 @@ def test_what_passed_joint_limits_store_at_the_start_is_no_gain():
         mujoco.mj_step(model, data)
     assert data.qvel[0] > 1.0
     assert -1.0 < fallen(mujoco, model, 10.0)["gain"] < 0.0
+
+
+def test_what_becomes_unstable_is_counted_over_seeds(tmp_path, monkeypatch):
+    """Draws of torque pass 1e10 rad/s^2 in half of the runs; the arm touches nothing, so both ways are alike."""
+    monkeypatch.chdir(tmp_path)  # where MuJoCo leaves its log
+    path = tmp_path / "arm.xml"
+    path.write_text(
+        """<mujoco><option timestep="2e-3"/><worldbody><body><joint name="j" axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass="1e-3"/></body></worldbody>
+        <actuator><motor joint="j" ctrlrange="-SIZE SIZE"/></actuator></mujoco>""".replace("SIZE", "1.6e5")
+    )
+    found = often(str(path), 0.1, 10.0)["often"]
+    native, law = found["native"], found["law"]
+    assert (native["runs"], law["runs"]) == (60, 10)
+    assert 0 < native["bad"] < 60
+    assert by_chance(found) > CHANCE
+
+
+@pytest.mark.parametrize(("bad", "missed"), [(3, False), (5, False), (6, True), (10, True)])
+def test_more_runs_unstable_than_chance_allows_are_missed(bad, missed):
+    """Of 10, beside 7 of 60; with 5 the chance is 0.0102, with 6 0.0018."""
+    often = {"law": {"bad": bad, "runs": 10}, "native": {"bad": 7, "runs": 60}}
+    assert (by_chance(often) < CHANCE) == missed
+    assert by_chance(None) < CHANCE

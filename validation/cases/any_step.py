@@ -8,8 +8,8 @@ import numpy as np
 from contactlaw import ContactPair
 from contactlaw.laws.microslip import NODES, Microslip
 from validation import ball
-from validation.ball import FRICTION, INCIDENCES, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS, in_words
-from validation.case import Axes, Case, Data, Limit, Outcome, Table
+from validation.ball import FRICTION, INCIDENCES, INTEGRATORS, MASS, RESTITUTION, SUBSTEPS, TANGENTIAL_MASS
+from validation.case import Axes, Case, Data, Limit, Outcome
 from validation.front import largest, rms
 from validation.impacts import judge
 from validation.measure import interleaved, spread
@@ -103,22 +103,6 @@ class AnyStep(Case):
               for n, reached in zip(RESOLVED, data["resolved"][f"{engine}, {NODES} nodes"], strict=True)),
         ]  # fmt: skip
         return Outcome(limits, data, problems)
-
-    def table(self, data: Data) -> Table:
-        words = {engine: [*map(in_words, steps)] for engine, steps in data["steps"].items()}
-        resolved = [f"T/{n}" for n in RESOLVED]
-        times = [f"{n} substeps ({one['median']:.1f} us)"
-                 for n, one in zip(data["substeps"], data["microseconds"], strict=True)]  # fmt: skip
-        rows = [
-            *((key, words[key.split(",")[0]], errors) for key, errors in data["error"].items()),
-            *((f"{key}, e = 1, spun about the normal", words[key], errors) for key, errors in data["twirl"].items()),
-            *((f"{key}, e = {RESTITUTION:g}", resolved, errors) for key, errors in data["resolved"].items()),
-            *((f"mujoco, 2 ms, {key}", times, found["error"]) for key, found in data["in_substeps"].items()),
-        ]
-        table = Table("engine, impact | step: largest error")
-        for what, places, errors in rows:
-            table.add(f"{what} | " + ", ".join(f"{at}: {error:.1e}" for at, error in zip(places, errors, strict=True)))
-        return table
 
     def draw(self, data: Data, left: Axes, right: Axes) -> None:
         times = [one["median"] for one in data["microseconds"]]

@@ -6,7 +6,7 @@ from math import sqrt
 import numpy as np
 
 from validation.ball import DOWN, GRAVITY, INTEGRATORS, RADIUS, Array, at, ball_world, static_overlap, steel_pair
-from validation.case import Case, Data, Limit, Outcome, Table, worst
+from validation.case import Case, Data, Limit, Outcome, worst
 
 DROP = 0.05  # [m]
 ENERGY = 1e-3
@@ -61,20 +61,6 @@ class Bouncing(Case):
             )
         ]
         return Outcome(limits, data, problems)
-
-    def table(self, data: Data) -> Table:
-        table = Table(
-            "engine, step | run | bounces | largest change of energy | error of overlap | jitter / overlap | "
-            "drift [m] | time to rest over closed form",
-            "{engine}, {ms:.4g} ms | e = 1, {seconds:g} s | {bounces} | {largest:.1e}",
-            (run | {"ms": 1e3 * run["step"]} for run in data["elastic"]),
-        )
-        for engine, dt, e in dict.fromkeys((one["engine"], one["step"], one["e"]) for one in data["rest"]):
-            found = {key: worst(data["rest"], key, engine=engine, step=dt, e=e)
-                     for key in ("overlap_error", "jitter", "drift", "time")}  # fmt: skip
-            table.add(f"{engine}, {1e3 * dt:.4g} ms | e = {e:g}, at rest | | | {{overlap_error:.1e}} | "
-                      "{jitter:.1e} | {drift:.1e} | {time:.3f}", found)  # fmt: skip
-        return table
 
 
 def _tops(engine: str, dt: float, seconds: float) -> Array:

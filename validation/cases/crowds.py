@@ -54,10 +54,9 @@ class Crowds(Case):
             reached = np.inf if slip[name] is None else abs(slip[name])
             limits.append(Limit(f"slip of a ball held and shaken, {name}", 1e-4, reached, "um/s"))
 
-        kept: list[Data] = []
-        for count in (8,) if quick else (8, 64):
-            one = pile.measure(pile.run(Settings(NONE, options={"balls": count})))
-            kept.append({key: one[key] for key in ("balls", "settled", "energy_rise", "support_over_weight_less_1")})
+        kept = [
+            pile.measure(pile.run(Settings(NONE, options={"balls": count}))) for count in (8, 64)[: 1 if quick else 2]
+        ]
         limits += [
             Limit("energy a heap gains in a step, over the first", 1e-6, max(one["energy_rise"] for one in kept)),
             Limit("support of a heap over its weight, less 1", 1e-9,
@@ -100,7 +99,7 @@ class Crowds(Case):
             steps[f"{MANY} balls that fall"] = lasting.step_costs(MANY, STEPS, 4)
         limits += [Limit(f"{name}, over native", 1.2 if "slope" in name else 1.5, one["law"] / one["native"])
                    for name, one in steps.items()]  # fmt: skip
-        data = {"creep": creep, "slip": slip, "kept": kept, "drops": drops, "grasps": grasps, "steps": steps}
+        data = {"creep": creep, "slip": slip, "drops": drops, "grasps": grasps, "steps": steps}
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
@@ -110,22 +109,6 @@ class Crowds(Case):
         for name, speed in data["slip"].items():
             text = "falls" if speed is None else f"{abs(speed):.2g} um/s"
             table.add(f"slip of a ball held with twice the force needed, shaken, {name} | {text}")
-        for one in data["kept"]:
-            table.add("heap of {balls}, without an engine | sleeps at {settled:.2f} s | energy a step at most "
-                      "{energy_rise:.1e} of the first | support over weight less 1: {support_over_weight_less_1:.1e}",
-                      one | {"settled": one["settled"] or float("nan")})  # fmt: skip
-        for one in data["drops"]:
-            rest = "not asleep" if one["settled"] is None else "asleep at {settled:.2f} s"
-            for name in [key for key in one["drop"] if key != "law"]:
-                lying = "" if one["lying"] is None else f"asleep {one['lying']['law'] / one['lying'][name]:.2f}"
-                table.add(f"{{what}}, CPU time over {name}, MuJoCo | {one['drop']['law'] / one['drop'][name]:.2f} | "
-                          f"{lying} | {rest}", one)  # fmt: skip
-        for one in data["grasps"]:
-            table.add(f"{{what}} | {one['law'] / one['native']:.2f} of native | {1e6 * one['law']:.1f} us | "
-                      f"slip {1e6 * one['slip']:.1e} um", one)  # fmt: skip
-        for name, one in data["steps"].items():
-            table.add(f"{name} | {one['law'] / one['native']:.2f} of native | {1e6 * one['law']:.1f} us | "
-                      f"native {1e6 * one['native']:.1f} us")  # fmt: skip
         return table
 
 

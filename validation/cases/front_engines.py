@@ -86,8 +86,6 @@ class FrontEngines(Case):
         found = Table(f"engine | {front.HEADS}")
         for engine, one in data.items():
             found.rows.extend([ENGINE_NAMES[engine], *row] for row in front.rows(one, DEFAULT))
-            for name, words in front.COMPARED.items():
-                found.add(f"{ENGINE_NAMES[engine]} | {words} | | | | | | {front.short(one[name])} times")
         return found
 
     def draw(self, data: Data, *both: Axes) -> None:

@@ -107,8 +107,6 @@ class LeaveOut(Case):
                         for what in ("together", "shipped")]  # fmt: skip
                 table.add(f"{name}, {ENGINE_NAMES[engine]} | {{milliseconds:.2f}} | {'; '.join(free)} | "
                           f"{'; '.join(needed)} | {ends[0]} | {{laws}}: {ends[1]}", found)  # fmt: skip
-        for engine, change in data["grouping"].items():
-            table.add(f"cradle with a call for each couple, {ENGINE_NAMES[engine]} | | | | changes {_number(change)}")
         return table
 
 

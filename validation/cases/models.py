@@ -14,17 +14,32 @@ FOUND = Path(__file__).parents[1] / "data" / "census.json"
 HANDLED = FOUND.with_name("handling.json")  # by `validation.handling`
 COST, WORST = 1.5, 3.0  # over the engine's own contact
 GAIN = 1e-2  # of the weight times 1 m
+WAYS = "law", "native"
+CHANCE = 0.01  # that a model is said to be unstable more often than natively and is not
 SUNK, CREPT, LIFT = 1e-3, 1e-5, 0.2  # [m] of a cube of 2 kg on four corners; in 10 s and in a minute; asked
 PALM = 0.04  # [m], height below which the package's own environment takes its block for dropped
 SLIP, RAISED = 5e-5, 0.1  # [m] in 10 s; asked
+
+
+def by_chance(often: Data | None) -> float:
+    """Chance that as many of the unstable runs or more are the law's, were both ways alike: Fisher's exact test."""
+    from scipy.stats import hypergeom
+
+    if not often:  # not finished
+        return 0.0
+    bad, runs = (often["law"][key] + often["native"][key] for key in ("bad", "runs"))
+    return float(hypergeom.sf(often["law"]["bad"] - 1, runs, bad, often["law"]["runs"]))
 
 
 class Models(Case):
     """Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, for as
     long as the processor time given allowed, 10 s at most, then a passive fall of 2 s. A step's cost is its processor
     time over that with the engine's own contact, the two taking turns; the energy gained is the greatest in the fall
-    over that at its start, over the weight times 1 m. Files that hold no whole model are not counted.
-    Four scenes use their robots as they are meant, steel on steel: `validation.handling` sets them up.
+    over that at its start, over the weight times 1 m. Files that hold no whole model are not counted. A model that
+    becomes unstable is run with further seeds, 60 natively and up to 10 with the law, and is missed where the law's
+    share is larger than chance allows one time in a hundred: robosuite's spot_arm, undamped and driven by torques,
+    asked for this, as it becomes unstable natively too, if not with the first seed. Four scenes use their robots as
+    they are meant, steel on steel: `validation.handling` sets them up.
     """
 
     title = "Whole models of other packages"
@@ -36,11 +51,11 @@ class Models(Case):
         ran = [row for row in rows if "failed" not in row]
         costs = [row["cost"] for row in ran]
         gains = [row["law"]["gain"] - max(row["native"]["gain"], 0.0) for row in ran]
-        shaken = [row for row in ran if row["law"]["unstable"] > row["native"]["unstable"]]
+        shaken = [row for row in ran if row["law"]["unstable"] and by_chance(row.get("often")) < CHANCE]
         limits = [
             Limit("cost over the engine's own contact, median", COST, median(costs)),
             Limit("cost over the engine's own contact, worst", WORST, max(costs)),
-            Limit("models unstable that are not so natively", 0.0, float(len(shaken))),
+            Limit("models unstable more often than natively", 0.0, float(len(shaken))),
             Limit("models refused, or not finished in the time given", 0.0, float(len(rows) - len(ran))),
             Limit("files of the five packages not examined", 0.0, float(sum(found["left"].values()))),
             Limit("energy gained in a fall beyond the native model's", GAIN, max(gains)),
@@ -64,17 +79,16 @@ class Models(Case):
         return Outcome(limits, found)
 
     def table(self, data: Data) -> Table:
-        table = Table("model | dofs | ran [s] | native step [us] | cost | unstable, law / native | gain, law / native")
+        table = Table("package | models | native step [us] | median of the cost | greatest | of | "
+                      "greatest gain, law / native | became unstable, law / native")  # fmt: skip
         for package in dict.fromkeys(row["package"] for row in data["rows"]):
-            own = [row for row in data["rows"] if row["package"] == package]
-            costs = [row["cost"] for row in own if "cost" in row]
-            said = f"{own[0]['versions']}: {len(own)} models, {len(own) - len(costs)} refused or not finished"
-            said += f"; {data['left'][package]} files not examined" if data["left"][package] else ""
-            table.add(f"{said} | | | median | " + (f"{median(costs):.2f}" if costs else ""))
-            for row in own:
-                told = (
-                    "{dofs} | {seconds:.3g} | {native[us]:.0f} | {cost:.2f} | {law[unstable]} / {native[unstable]} | "
-                    "{law[gain]:.3f} / {native[gain]:.3f}"
-                )
-                table.add("{package}/{name} | " + ("| | | {failed}" if "failed" in row else told), row)
+            own = [row for row in data["rows"] if row["package"] == package and "cost" in row]
+            costs, gains = [row["cost"] for row in own], [max(row[way]["gain"] for row in own) for way in WAYS]
+            bad = [f"{row['name']}: {' / '.join('{bad} of {runs}'.format_map(row['often'][way]) for way in WAYS)}"
+                   for row in own if row.get("often")]  # fmt: skip
+            table.add(
+                f"{{versions}} | {len(own)} | {median(row['native']['us'] for row in own):.0f} | {median(costs):.2f} | "
+                f"{max(costs):.3g} | {{name}} | {gains[0]:.1e} / {gains[1]:.1e} | {'; '.join(bad)}",
+                own[costs.index(max(costs))],
+            )
         return table

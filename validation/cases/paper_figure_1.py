@@ -3,7 +3,7 @@
 import numpy as np
 
 from sims.puck import Puck
-from validation.case import Axes, Case, Data, Limit, Outcome, Table
+from validation.case import Axes, Case, Data, Limit, Outcome
 from validation.rebound_figure import thrown
 from validation.reference.annulus import impact
 
@@ -57,15 +57,6 @@ class PaperFigure1(Case):
         largest_difference = max(curve["difference"] for curve in curves)
         data = {"tau": at, "envelope": envelope, "curves": curves}
         return Outcome([Limit("largest difference in F/(mu P_max)", 5e-3, largest_difference)], data, problems)
-
-    def table(self, data: Data) -> Table:
-        table = Table("psi_1 | sticks from tau | slips everywhere from | least F/(mu P_max) | "
-                      "law less annuli, largest | at tau")  # fmt: skip
-        for curve in data["curves"]:
-            times = ["-" if (time := curve[key]) is None else f"{time:.3f}" for key in ("stick", "slip_again")]
-            table.add("{psi_1:g} | {times[0]} | {times[1]} | {least:.4f} | {difference:.1e} | {difference_at:.3f}",
-                      curve, times=times)  # fmt: skip
-        return table
 
     def draw(self, data: Data, axes: Axes) -> None:
         envelope = np.array(data["envelope"])

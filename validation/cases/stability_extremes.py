@@ -30,7 +30,7 @@ class StabilityExtremes(StabilityCase):
     )
     sheet = {"width": 13.2, "height": 4.6}
     cells = "levels"
-    heads = "elastic balls keep | levels that fail"
+    heads = "elastic balls keep"
 
     def run(self, quick: bool) -> Outcome:
         count = FEW_TRIALS if quick else TRIALS
@@ -42,14 +42,6 @@ class StabilityExtremes(StabilityCase):
     def kept(self, values: list[float]) -> str:
         """Median over the levels of the median energy that elastic balls keep; friction may take some."""
         return f"{np.median(values):.3g}"
-
-    def named(self, fails: list[list[bool]], data: Data) -> str:
-        """By extreme."""
-        failing: dict[str, list[str]] = {}
-        for (name, level), fail in zip(data["levels"], fails[0], strict=True):
-            if fail:
-                failing.setdefault(EXTREMES[name].plain, []).append(EXTREMES[name].words[level])
-        return "; ".join(f"{name}: {', '.join(words)}" for name, words in failing.items()) or "none"
 
     def draw(self, data: Data, axes: Axes) -> None:
         ways = list(product(ENGINES, WAYS))[::-1]

@@ -46,7 +46,7 @@ class StabilityMap(StabilityCase):
     sheet = {"columns": len(WAYS), "rows": len(ENGINES), "width": 13.2 / len(WAYS), "height": 2.2, "layout": None,
              "sharex": True, "sharey": True}  # fmt: skip
     cells = "cells"
-    heads = "lossless ball keeps, least | median | cells that fail: E, and T/dt from"
+    heads = "lossless ball keeps, least | median"
 
     def run(self, quick: bool) -> Outcome:
         durations, moduli = (DURATIONS[::3], MODULI[::3]) if quick else (DURATIONS, MODULI)
@@ -79,15 +79,6 @@ class StabilityMap(StabilityCase):
         """None where the ball sank into the floor and stayed."""
         parts = min(values), float(np.median(values))
         return " | ".join(f"{max(part, 0.0):.5f}" if part < 1.001 else f"{part:.3g}" for part in parts)
-
-    def named(self, fails: list[list[bool]], data: Data) -> str:
-        """By their lower edges."""
-        rows = []
-        for row, modulus in zip(fails, data["moduli"], strict=False):
-            steps = [f"{10.0**low:.2g}" for fail, low in zip(row, data["durations"], strict=False) if fail]
-            if steps:
-                rows.append(f"1e{modulus:.0f} Pa: {'all' if all(row) else ', '.join(steps)}")
-        return "; ".join(rows) or "none"
 
     def draw(self, data: Data, *axes: Axes) -> None:
         x, y = 10.0 ** np.array(data["durations"]), 10.0 ** np.array(data["moduli"])

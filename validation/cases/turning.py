@@ -78,18 +78,13 @@ class Turning(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        table = Table("path | amplitude | force, springs | force | loss, springs | loss")
-        for one, springs in zip(data["paths"]["turning"], data["paths"]["springs"], strict=True):
-            losses = " | ".join("" if row["loss"] is None else f"{row['loss']:.1%}" for row in (springs, one))
-            table.add(f"{{path}} | {{amplitude}} | {springs['force']:.4f} | {{force:.4f}} | {losses}", one)
-        table.add("psi_2, masses 3:1 | | {springs:.4f} | {turning:.4f}", data["impacts"])
-        for sigma, error in data["spin"].items():
-            table.add(f"psi_2 with spin, default law | sigma = {sigma} | | {error:.4f}")
-        for kind in (*ledger.KINDS, "together"):
-            told = (f"{data['spun'][way][kind]:.1e}" for way in ("springs", "sectors"))
-            table.add(f"energy given back, {kind} | with spin | {' | '.join(told)}")
-        table.add("substep in a world, over straight | | 1 | {turning[median]:.1f}", data["cost"])
-        table.add("the law's own part of it | | 1 | {law alone[median]:.0f}", data["cost"])
+        table = Table("path | largest error of the force | springs | of the loss | springs")
+        for path in dict.fromkeys(one["path"] for one in data["paths"]["turning"]):
+            own, other = ([one for one in data["paths"][law] if one["path"] == path] for law in LAWS)
+            force, loss = (
+                [max(abs(one[key] or 0.0) for one in ran) for ran in (own, other)] for key in ("force", "loss")
+            )
+            table.add(f"{path} | {force[0]:.4f} | {force[1]:.4f} | {loss[0]:.1%} | {loss[1]:.1%}")
         return table
 
     def draw(self, data: Data, *axes: Axes) -> None:
