@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
-from contactlaw.laws.microslip import Microslip, displace, keeps_sliding, straight
+from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
 from contactlaw.laws.nodes import levers, step_of
 from contactlaw.laws.slip import carried
 
@@ -267,4 +267,4 @@ class MicroslipTurning(Microslip):
             pull_u, pull_v = displace_on_surface(law, memory, *step)
             return carried(contact, pull_u * share, pull_v * share)
         pull_u, pull_v = displace(law, memory, *step)
-        return straight(contact, pull_u * share, pull_v * share)
+        return carried(contact, pull_u * share, pull_v * share)

@@ -30,7 +30,6 @@ from contactlaw.laws.record import OPEN, SLIDING, SPRUNG, UNSHEARED
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
-ALL = 1.0 - 1e-12  # of friction, all of it
 NODES = 24  # where nothing else is asked for: psi_2 within 5e-4 at any step; whole vectors, so hardly dearer than 16
 
 
@@ -88,19 +87,19 @@ class Microslip(Law):
             return contact.f, contact.g
         share, lever = levers(contact, law)
         pull_u, pull_v = displace(law, memory, *step_of(contact, lever * du, lever * dv))
-        return straight(contact, pull_u * share, pull_v * share)
+        return carried(contact, pull_u * share, pull_v * share)
 
     @staticmethod
     def energy(contact, law, memory):
-        """Integral of q^2/G* over half the line; q = mu p at all nodes of one that slides."""
+        """Integral of q^2/G* over half the line; q = mu p all along a line that slides."""
         if contact.overlap <= 0.0 or contact.state == UNSHEARED:
             return 0.0
-        s2, total = contact.scale * contact.scale / contact.radius, 0.0
+        if contact.state == SLIDING:
+            limit = contact.friction * contact.elastic
+            return 0.3 * limit * limit / (contact.g_star * sqrt(contact.radius * contact.overlap))
+        total = 0.0
         for i in range(law.w.size):
-            square = (1.0 + contact.skew) * memory[0, i] ** 2 + (1.0 - contact.skew) * memory[1, i] ** 2
-            if contact.state == SLIDING:
-                square = (contact.friction * contact.e_star * max(contact.overlap - s2 * law.x2[i], 0.0)) ** 2
-            total += law.w[i] * square
+            total += law.w[i] * ((1.0 + contact.skew) * memory[0, i] ** 2 + (1.0 - contact.skew) * memory[1, i] ** 2)
         return contact.scale * total / contact.g_star
 
     def functions(self) -> tuple[Callable[..., Any], ...]:
@@ -163,15 +162,6 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
         pull_u += law.w[i] * u
         pull_v += law.w[i] * v
     return pull_u, pull_v
-
-
-@jit_inline
-def straight(contact, f, g):
-    """What `carried` gives of the nodes' force along a line [N]; where it is all that friction holds, all slip."""
-    limit = ALL * contact.friction * contact.elastic
-    if f * f + g * g > limit * limit:
-        contact.state = SLIDING
-    return carried(contact, f, g)
 
 
 @jit_inline
