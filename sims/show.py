@@ -189,7 +189,7 @@ def _text(value: object) -> str:
 
 
 def bar(*more: ProgressColumn) -> Progress:
-    """One that goes when it is done; off a terminal, where none is seen, a line now and then."""
+    """One that goes when it is done; off a terminal, where none is seen, a line now and then of what is new."""
     columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *more
     return (Progress if messages.is_terminal else _Lines)(*columns, console=messages, transient=True)
 
@@ -203,8 +203,11 @@ class _Lines(Progress):
         self._over.set()
 
     def _say(self) -> None:
+        said: set[str] = set()
         while not self._over.wait(OFTEN):
             for task in self.tasks:
-                if not task.finished:
-                    part = "" if task.total is None else f": {task.percentage:.0f} %"
-                    messages.print(f"{task.description}{part}", highlight=False)
+                part = "" if task.total is None else f": {task.percentage:.0f} %"
+                line = f"{task.description}{part}"
+                if not task.finished and line not in said:
+                    said.add(line)
+                    messages.print(line, highlight=False)
