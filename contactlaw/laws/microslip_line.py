@@ -59,16 +59,16 @@ def new_stack(pieces):
 
 
 @jit
-def put(stack_io, top, end, root, place, base, slope):
-    """Write the piece v = base + slope y, from the end of the one before, into row top."""
+def put(stack_io, top, end, root, place, origin, slope):
+    """Write the piece v = origin + slope y, from the end of the one before, into row top."""
     one, before = stack_io[top], stack_io[top - 1]
     inner = before.end
     width, product = root - before.root, root * before.root
     cubic = (end + product + inner) / 3.0  # of (w^3 - w_0^3)/3, over the width
     fifth = (end * (end + product + inner) + inner * (product + inner)) / 5.0
-    one.end, one.root, one.place, one.origin, one.slope = end, root, place, base, slope
-    one.integral = before.integral + width * (base + slope * cubic)
-    one.squares = before.squares + width * (base * (base + 2.0 * slope * cubic) + slope * slope * fifth)
+    one.end, one.root, one.place, one.origin, one.slope = end, root, place, origin, slope
+    one.integral = before.integral + width * (origin + slope * cubic)
+    one.squares = before.squares + width * (origin * (origin + 2.0 * slope * cubic) + slope * slope * fifth)
 
 
 @jit
@@ -80,8 +80,8 @@ def advance(stack_io, top, s, overlap, root):
     if stack_io[top].end > overlap:
         while stack_io[top - 1].end >= overlap:
             top -= 1
-        base, slope = stack_io[top].origin, stack_io[top].slope
-        put(stack_io, top, overlap, root, base + slope * overlap, base, slope)
+        origin, slope = stack_io[top].origin, stack_io[top].slope
+        put(stack_io, top, overlap, root, origin + slope * overlap, origin, slope)
     if top + 1 == stack_io.shape[0]:
         raise IndexError("more pieces of path than the stack has room for")
     rise, growth = s - stack_io[top].place, overlap - stack_io[top].end
@@ -92,17 +92,17 @@ def advance(stack_io, top, s, overlap, root):
             put(stack_io, top, overlap, root, s, s - slope * overlap, slope)
         return top, s
     sense = 1.0 if rise > 0.0 else -1.0
-    base = s - sense * overlap
+    origin = s - sense * overlap
     while top > 0:
         inner = top - 1
-        spare = sense * (stack_io[inner].place - base) - stack_io[inner].end  # before the inner end would slip
+        spare = sense * (stack_io[inner].place - origin) - stack_io[inner].end  # before the inner end would slip
         turn = 1.0 - sense * stack_io[top].slope
         if spare > 0.0 and turn > 0.0:
             end = stack_io[inner].end + spare / turn
             if end < stack_io[top].end:
                 own, slope = stack_io[top].origin, stack_io[top].slope
                 put(stack_io, top, end, sqrt(end), own + slope * end, own, slope)
-            put(stack_io, top + 1, overlap, root, s, base, sense)
+            put(stack_io, top + 1, overlap, root, s, origin, sense)
             return top + 1, s
         top = inner
     put(stack_io, 1, overlap, root, sense * overlap, 0.0, sense)

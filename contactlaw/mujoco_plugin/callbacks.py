@@ -120,9 +120,9 @@ def trees(head, stage):
 def read_placed(head, w, p):
     """Where such a body is; one that has been turned makes the list of near pairs anew."""
     b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
-    q, place_now = floats(d.xquat, 4 * p.id, 4), load(floats(d.xpos, 3 * p.id, 3))
-    moves = place_now != load(b.position)
-    store(b.position, place_now)
+    q, at = floats(d.xquat, 4 * p.id, 4), load(floats(d.xpos, 3 * p.id, 3))
+    moves = at != load(b.position)
+    store(b.position, at)
     for i in range(4):
         if b.quaternion[i] != q[i]:
             w.stale, moves = 1, True

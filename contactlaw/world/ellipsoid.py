@@ -31,7 +31,7 @@ STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron
 WIDEST = 0.5  # [rad] of a step
 NARROW = 1e-6  # [rad] of one that is not asked whether it climbs: rounding hides that
 SAME = 1e-9  # [rad], a normal that is another's
-INSIDE = SUNK  # of the least radius of curvature, a ball that touches it from inside
+INSIDE = SUNK  # of the least radius of curvature, a ball inside: once it is in a core `touch.meet_on` holds the normal
 
 
 @jit_inside

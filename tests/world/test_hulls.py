@@ -147,7 +147,6 @@ def test_a_ball_meets_a_cube_as_its_core_within_a_radius() -> None:
     assert seen == {1, 2, 3}
 
 
-@pytest.mark.heavy
 def test_a_line_through_a_cube_is_pushed_across_itself() -> None:
     """Not along: its middle is far off the cube, and says nothing of the way out."""
     world = World(gravity=0.0)
@@ -158,6 +157,7 @@ def test_a_line_through_a_cube_is_pushed_across_itself() -> None:
     assert normal == pytest.approx((0.0, 0.02 / np.hypot(0.02, 0.05), 0.05 / np.hypot(0.02, 0.05)), abs=1e-12)
 
 
+@pytest.mark.heavy
 def test_two_hulls_meet_where_no_plane_parts_them_further() -> None:
     """The gap is that of a plane across the normal, on which one vertex of each core lies (separating axis)."""
     rng = np.random.default_rng(2)

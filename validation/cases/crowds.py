@@ -54,9 +54,8 @@ class Crowds(Case):
             reached = np.inf if slip[name] is None else abs(slip[name])
             limits.append(Limit(f"slip of a ball held and shaken, {name}", 1e-4, reached, "um/s"))
 
-        kept = [
-            pile.measure(pile.run(Settings(NONE, options={"balls": count}))) for count in (8, 64)[: 1 if quick else 2]
-        ]
+        counts = (8,) if quick else (8, 64)
+        kept = [pile.measure(pile.run(Settings(NONE, options={"balls": count}))) for count in counts]
         limits += [
             Limit("energy a heap gains in a step, over the first", 1e-6, max(one["energy_rise"] for one in kept)),
             Limit("support of a heap over its weight, less 1", 1e-9,

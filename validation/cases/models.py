@@ -80,12 +80,17 @@ class Models(Case):
 
     def table(self, data: Data) -> Table:
         table = Table("package | models | native step [us] | median of the cost | greatest | of | "
-                      "greatest gain, law / native | became unstable, law / native")  # fmt: skip
+                      "greatest gain, law / native | became unstable, law / native, or failed")  # fmt: skip
         for package in dict.fromkeys(row["package"] for row in data["rows"]):
-            own = [row for row in data["rows"] if row["package"] == package and "cost" in row]
+            rows = [row for row in data["rows"] if row["package"] == package]
+            own = [row for row in rows if "cost" in row]
             costs, gains = [row["cost"] for row in own], [max(row[way]["gain"] for row in own) for way in WAYS]
             bad = [f"{row['name']}: {' / '.join('{bad} of {runs}'.format_map(row['often'][way]) for way in WAYS)}"
                    for row in own if row.get("often")]  # fmt: skip
+            bad += [f"{row['name']}: {row['failed']}" for row in rows if "failed" in row]
+            if not own:
+                table.add(f"{package} | 0 | | | | | | {'; '.join(bad)}")
+                continue
             table.add(
                 f"{{versions}} | {len(own)} | {median(row['native']['us'] for row in own):.0f} | {median(costs):.2f} | "
                 f"{max(costs):.3g} | {{name}} | {gains[0]:.1e} / {gains[1]:.1e} | {'; '.join(bad)}",
