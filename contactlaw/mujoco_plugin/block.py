@@ -5,7 +5,8 @@ for bodies that touch through several of them move together. The blocks of the o
 
 Of plugin_state the leader uses, in doubles: a token, a check sum of the rest for this model; one of the coordinates and
 velocities that the step left, and of what the law reads of the model; the generalised force with which the contacts
-press, shape (nv,); the world between two steps (`world.state`).
+press, shape (nv,); where bodies that the user places have been put, and how they went there, shape (placed, 13); the
+world between two steps (`world.state`).
 """
 
 from __future__ import annotations
@@ -19,13 +20,14 @@ from contactlaw.memory import caller, doubles_at, element, load_int
 from contactlaw.world.records import VECTOR, Array, Arrays, record
 
 TOKEN, LEFT, PUSH = range(3)  # of the state: where its parts begin
+LED = 13  # numbers of a body that is led: place, quaternion, velocity, spin
 STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four times a step
 
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
     world="u8", serve="u8", press="u8",  # addresses of its `records.WORLD`, of `jointed.serve` and `jointed.press`
     report="u8", own="u8",  # addresses: what tells Python; this
-    state="i8", state_size="i8",  # where its part of plugin_state begins, and how long the world's own is
+    state="i8", row="i8",  # where its part of plugin_state begins, and in it the world's own
     nq="i8", nv="i8",
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
     left="u8",  # address of the state that the last step left: each is time, coordinates, velocities

@@ -16,6 +16,7 @@ from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import (
+    LED,
     LEFT,
     PUSH,
     STARTS,
@@ -33,7 +34,6 @@ from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import (
     DAMAGED,
     EDITED,
-    LED,
     SWITCHED_OFF,
     UNSAVED,
     edited,
@@ -46,12 +46,12 @@ from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.checksum import mix, one_of
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
-from contactlaw.world.motion import set_axes
+from contactlaw.world.leading import lead
 from contactlaw.world.sleep import lies
 from contactlaw.world.state import hole, stand, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import load, scale, store
+from contactlaw.world.vec import load, load4, scale, store, store4
 
 LARGEST = 1e100  # [N], a force that can be computed with
 CHANGED, MOVED, CALM = -1, 0, 1  # how a step went, see `move`
@@ -74,9 +74,9 @@ def move(head, w, state):
     known = known and state[LEFT] == left_of(head, place(head.start, 1), place(head.start, 1 + head.nq))
     for i in range(head.free_count):
         read_free(head, free_at(head.frees, i), known)
-    trees(head, FIND)
     for i in range(head.placed_count):
-        read_placed(head, w, placed_at(head.placed, i))
+        read_placed(head, w, placed_at(head.placed, i), state[PUSH + head.nv + LED * i :])
+    trees(head, FIND)
     if head.tree_count == 0 and head.placed_count == 0 and lies(w):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i))
@@ -84,7 +84,7 @@ def move(head, w, state):
     if head.calm != 0 and edited(head):
         return CHANGED
     call_step(address(w, STEP), w, head.step_size, PRESSED)
-    if trees(head, READ) and head.free_count == 0 and head.idle != 0:
+    if trees(head, READ) and head.free_count + head.placed_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
@@ -117,20 +117,20 @@ def trees(head, stage):
 
 
 @jit
-def read_placed(head, w, p):
-    """Where such a body is; one that has been turned makes the list of near pairs anew."""
+def read_placed(head, w, p, left_io):
+    """Let such a body go from where it was left, by the state, to where it has been put; no state: it is there."""
     b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
-    q, at = floats(d.xquat, 4 * p.id, 4), load(floats(d.xpos, 3 * p.id, 3))
-    moves = at != load(b.position)
-    store(b.position, at)
-    for i in range(4):
-        if b.quaternion[i] != q[i]:
-            w.stale, moves = 1, True
-        b.quaternion[i] = q[i]
-    set_axes(b)
-    for k in range(w.nears if moves else 0):
-        if near_at(w.near, k).body_a == p.body or near_at(w.near, k).body_b == p.body:
-            notice(head, LED, float(p.id))
+    place, turn = load(floats(d.xpos, 3 * p.id, 3)), load4(floats(d.xquat, 4 * p.id, 4))
+    known = left_io[3] != 0.0 or left_io[4] != 0.0 or left_io[5] != 0.0 or left_io[6] != 0.0
+    store(b.position, load(left_io) if known else place)
+    store4(b.quaternion, load4(left_io[3:]) if known else turn)
+    store(b.velocity, load(left_io[7:]))
+    store(b.spin, load(left_io[10:]))
+    lead(w, p.body, b, place, turn, head.step_size)
+    store(left_io, place)
+    store4(left_io[3:], turn)
+    store(left_io[7:], load(b.velocity))
+    store(left_io[10:], load(b.spin))
 
 
 @jit
@@ -175,7 +175,7 @@ def note(head, state):
 @jit
 def take(head):
     """The state; the world is brought to it."""
-    state = floats(data_at(head.data, 0).plugin_state, head.state, PUSH + head.nv + head.state_size)
+    state = floats(data_at(head.data, 0).plugin_state, head.state, head.own_size)
     if state[TOKEN] != head.token:
         take_over(head, world_at(head.world, 0), state)
     return state
@@ -189,7 +189,7 @@ def take_over(head, w, state):
         clear(state[PUSH:])
     stand(w)
     if ready(w, READ_STATE):
-        row = state[PUSH + head.nv :]
+        row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
         head.token, head.idle = state[TOKEN], 0
     if head.token == 0.0:  # a reset, perhaps to where all bodies were: who is in whom has to be found
@@ -223,11 +223,11 @@ def leave(head, w, state):
             press(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
     d, head.idle = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0
     state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
-    lost = write(w, state[PUSH + head.nv :])
+    lost = write(w, state[head.row :])
     if lost > 0:
         notice(head, UNSAVED, float(lost))
-    first, last = hole(w, state[PUSH + head.nv :])
-    head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
+    first, last = hole(w, state[head.row :])
+    head.token = token_of(head, state, head.row + first, head.row + last)
     state[TOKEN] = head.token
 
 

@@ -127,8 +127,8 @@ _TEXTS = {
     notices.SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
     "nothing touches",
     notices.UNSAVED: "the state has no room for {:.0f} of the contacts: they begin anew where it is set back",
-    notices.LED: "mocap body {:.0f} is moved where others are near: it is at rest wherever it is put: it neither "
-    "pushes as it moves, nor wakes what sleeps; weld a body with a free joint to it",
+    notices.TOWED: "body {:.0f}, on which others hang by joints, is moved by hand: for contacts these are at rest "
+    "wherever it takes them; weld it to a mocap body by an equality",
     notices.FULL: "more contacts at once than the {:.0f} there is room for: those left over are forgotten",
 }
 

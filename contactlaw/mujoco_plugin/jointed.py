@@ -29,8 +29,10 @@ from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, p
 from contactlaw.mujoco_plugin.equalities import hold
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
-from contactlaw.world.access import axis_at, body_at, link_at, tree_at, world_at
+from contactlaw.mujoco_plugin.notices import TOWED, notice
+from contactlaw.world.access import axis_at, body_at, link_at, near_at, tree_at, world_at
 from contactlaw.world.call import BODY_TYPE, VECTOR, call_with_body
+from contactlaw.world.motion import stands
 from contactlaw.world.passing import find_passing
 from contactlaw.world.records import ASKED, PASSES, SLIDE, STAYS
 from contactlaw.world.tree_dynamics import ascend, descend, mobility_along
@@ -102,6 +104,8 @@ def find_jointed(head, j):
     if j.base != 0:
         store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
+        if not stands(body_at(w.bodies, t.hangs_on)):
+            tell_of_tow(head, w, j, t)
     placed = not same_as_left(head, j.q, t.q_size, j.v, t.v_size)
     for i in range(t.count):
         body_at(t.bodies, i).placed = 1 if placed else 0
@@ -111,6 +115,15 @@ def find_jointed(head, j):
     if placed or j.there != (SLEEPS if t.passes == STAYS else PASSES):
         set_down(t, floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size))
     j.there = SLEEPS if t.passes == STAYS else ASKED
+
+
+@jit
+def tell_of_tow(head, w, j, t):
+    """Tell of a tree on a base that is led, if anything is near: its bodies are where that takes them, at rest."""
+    for k in range(w.nears):
+        p, own = near_at(w.near, k), body_at(t.bodies, 0).tree
+        if own == body_at(w.bodies, p.body_a).tree or own == body_at(w.bodies, p.body_b).tree:
+            notice(head, TOWED, float(j.base))
 
 
 @jit

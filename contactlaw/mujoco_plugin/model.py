@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import jointed, layout, sensors
-from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, PLACED, PUSH, SENSOR, STARTS, fill, size_of
+from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, LED, PLACED, PUSH, SENSOR, STARTS, fill, size_of
 from contactlaw.mujoco_plugin.members import Member, check, instances, members
 from contactlaw.mujoco_plugin.native import Rules
 from contactlaw.mujoco_plugin.notices import seen
@@ -148,7 +148,12 @@ class Model:
     @property
     def state_size(self) -> int:
         """Numbers in plugin_state."""
-        return PUSH + self._m.nv + self._world_size
+        return self._row + self._world_size
+
+    @property
+    def _row(self) -> int:
+        """Where the state of the world begins in it."""
+        return PUSH + self._m.nv + LED * len(self._placed)
 
     @property
     def _world_size(self) -> int:
@@ -181,7 +186,7 @@ class Model:
             "report": report, "body_count": self._m.nbody,
             "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
             "watch_count": len(self._seen[0]),
-            "state": addresses[self._members[0].number], "state_size": self._world_size,
+            "state": addresses[self._members[0].number], "row": self._row,
             "nq": self._m.nq, "nv": self._m.nv, "free_count": len(self._frees),
             "placed_count": len(self._placed), "tree_count": len(self._trees),
             "signature": self._m.signature,
@@ -247,7 +252,8 @@ class Model:
                 self._add_free(body)
         for first in dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body]):
             self._add_tree(first)
-        for body in carriers:
+        bases = {self._carrier(tree["base"])[0] for tree in self._trees}
+        for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
             if m.body_mocapid[body] >= 0:
                 self._rows[body] = self._world.add_body(np.inf, 1.0)
                 self._placed.append({"body": self._rows[body] + 1, "id": body})

@@ -22,7 +22,7 @@ from contactlaw.world.access import contact_at, near_at, pair_at, world_at
 from contactlaw.world.call import raise_later, waits
 from contactlaw.world.clear import is_clear
 
-DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, LED = (1 << bit for bit in range(9))
+DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
 OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from contactlaw import checks
 from contactlaw.laws.record import PAIR as LAW_PAIR
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import HEAD, PUSH, TOKEN
+from contactlaw.mujoco_plugin.block import HEAD, TOKEN
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.world.demand import READ, supply
@@ -199,7 +199,7 @@ def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> t
     head = record_at(int(data.plugin_data[known[0]]), HEAD, 1)[0]
     state = data.plugin_state[int(head["state"]) :][: int(head["own_size"])]
     if state[TOKEN] != head["token"]:
-        row = state[PUSH + int(head["nv"]) :]  # not what the world's own last step left
+        row = state[int(head["row"]) :]  # not what the world's own last step left
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
         head["token"] = state[TOKEN]
     return known.index(number), head

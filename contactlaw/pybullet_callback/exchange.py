@@ -21,7 +21,8 @@ from contactlaw.memory import element, set_whole
 from contactlaw.world.access import body_at, world_at
 from contactlaw.world.call import address, call_step
 from contactlaw.world.demand import STEP
-from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate
+from contactlaw.world.leading import lead
+from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate, stands
 from contactlaw.world.records import VECTOR, record
 from contactlaw.world.sleep import disturbed
 from contactlaw.world.step import PRESSED
@@ -104,10 +105,13 @@ def receive(head, w):
         store(b.torque, (0.0, 0.0, 0.0))
         r.strange = 0
         if r.ahead == 0.0 and alike(r.before, r.left):
-            if b.asleep == 0 and r.mass > 0.0:
+            if b.asleep == 0 and (r.mass > 0.0 or not stands(b)):
                 set_out(r, b, head.dt)
             continue
         v = load(r.before.velocity)
+        if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
+            go(w, k + 1, r, b, head.dt)
+            continue
         if r.mass > 0.0:
             r.strange = 0 if went(r, v) or (r.lacks != 0 and went(r, load(r.left.velocity))) else 1
         if r.lacks != 0 and r.strange == 0:
@@ -127,6 +131,17 @@ def receive(head, w):
         r.lacks = 0
         set_out(r, b, head.dt)
     return 2 * head.names + strange
+
+
+@jit_inside
+def go(w, i, r, b, dt):
+    """Let a body that nothing pushes, and that has not been given a velocity, go where it has been put."""
+    store(b.position, load(r.left.position))
+    store4(b.quaternion, quaternion_of(r.left))
+    lead(w, i, b, load(r.before.position), quaternion_of(r.before), dt)
+    r.pressed = 0
+    if b.placed != 0:
+        stir(w)
 
 
 @jit_inside

@@ -33,7 +33,7 @@ from contactlaw.world.clear import is_clear
 from contactlaw.world.demand import STEP
 from contactlaw.world.geometry import meet
 from contactlaw.world.guards import outgrown, surface_speed
-from contactlaw.world.motion import set_axes, spin_rate
+from contactlaw.world.motion import set_axes, spin_rate, stands
 from contactlaw.world.near import list_near, strayed
 from contactlaw.world.records import CLOSED, FREE, NEVER
 from contactlaw.world.step import GROWS
@@ -60,7 +60,7 @@ def set_off(place):
         for k in range(head.count):
             b = body_at(w.bodies, k + 1)
             if apart:
-                b.still = 1 if b.inverse_mass == 0.0 else 0
+                b.still = 1 if stands(b) else 0
             if strayed(b, 2.0 * head.dt):
                 w.stale = 1
         if outgrown(w, -NEVER, 2.0 * head.dt):

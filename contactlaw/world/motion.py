@@ -176,6 +176,12 @@ def gyroscopic(b, w):
 
 
 @jit_inside
+def stands(b):
+    """Whether a body that nothing can push does not move by itself either."""
+    return b.inverse_mass == 0.0 and dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin)) == 0.0
+
+
+@jit_inside
 def velocity_at(b, arm):
     """Velocity [m/s] of the point of a body at an arm [m] from its centre of mass."""
     return add(load(b.velocity), cross(load(b.spin), arm))

@@ -13,7 +13,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.access import body_at, guard_at, near_at, tree_at, world_at
 from contactlaw.world.geometry import meet_near
 from contactlaw.world.guards import fastest, follow, is_guarded, is_outgrown, keep_gap, parts_through
-from contactlaw.world.motion import closing_at
+from contactlaw.world.motion import closing_at, stands
 from contactlaw.world.records import CLEAR, MET, PASSES, STAYS
 from contactlaw.world.vec import load, norm, sub
 
@@ -77,7 +77,7 @@ def passes(b):
 @jit_inside
 def keeps(b):
     """Whether a body is where the engine has it, or stands."""
-    return b.inverse_mass == 0.0 or b.asleep != 0 or passes(b)
+    return stands(b) or b.asleep != 0 or passes(b)
 
 
 @jit_inside

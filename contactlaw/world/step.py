@@ -18,13 +18,13 @@ from contactlaw.world.demand import LAST, STEP
 from contactlaw.world.geometry import meet_near
 from contactlaw.world.guards import fastest, is_guarded, outgrown, part_at_start
 from contactlaw.world.island import integrate
-from contactlaw.world.motion import closing_at, fly, follow, settle
+from contactlaw.world.motion import closing_at, fly, follow, settle, stands
 from contactlaw.world.near import count_slots, list_near, strayed
 from contactlaw.world.pace import LONG, rests
 from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
 from contactlaw.world.touch import release, replace, stays_built
-from contactlaw.world.vec import dot, load, store
+from contactlaw.world.vec import load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
 PRESSED, FIXED, GROWS = range(3)  # what `step_once` is to do
@@ -202,8 +202,7 @@ def begin(w, dt):
             wake_body(b, 0.0)
             settle(b)
         follow(b)
-        moving = dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin))
-        b.still = 1 if b.asleep != 0 or (b.inverse_mass == 0.0 and moving == 0.0) else 0
+        b.still = 1 if b.asleep != 0 or stands(b) else 0
         w.rested = min(w.rested, b.still)
         if strayed(b, dt - b.time):
             w.stale = 1

@@ -8,7 +8,7 @@ mujoco = pytest.importorskip("mujoco")
 if numba.config.DISABLE_JIT:
     pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
 
-from contactlaw import MATERIALS, ContactPair, ContactWarning  # noqa: E402
+from contactlaw import MATERIALS, ContactPair  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
 from contactlaw.mujoco_plugin.layout import record_at  # noqa: E402
 from contactlaw.mujoco_plugin.readout import world_of  # noqa: E402
@@ -137,24 +137,3 @@ def test_a_base_that_is_moved_meets_what_only_turns_above_the_ground_otherwise(m
     mujoco.mj_step(model, data, 10)
     world = record_at(int(world_of(model, data)[1]["world"]), WORLD, 1)[0]
     assert (world["nears"] > 0) == mocap
-
-
-def test_a_mocap_body_that_is_moved_near_others_is_told(recwarn):
-    """It counts as at rest: a ball that sleeps would be left within it in silence."""
-    model = load_model(
-        """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
-        <body pos="0 0 .05"><freejoint/><geom name="ball" size=".05"/></body>
-        <body name="wall" mocap="true" pos="-.2 0 .1"><geom name="wall" type="box" size=".05 .5 .1"/></body></worldbody>
-        </mujoco>""",
-        {"*": "steel"},
-    )
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 50)
-    mujoco.mj_resetData(model, data)
-    mujoco.mj_step(model, data, 50)
-    assert not [w for w in recwarn if "mocap" in str(w.message)]
-    for _ in range(100):
-        data.mocap_pos[0, 0] += 0.002
-        mujoco.mj_step(model, data)
-    told = [w for w in recwarn if issubclass(w.category, ContactWarning)]
-    assert ["mocap body 2 is moved where others are near" in str(w.message) for w in told] == [True]

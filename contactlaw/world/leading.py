@@ -1,0 +1,55 @@
+"""Bodies that are led: nothing pushes them, and somebody puts them elsewhere from step to step.
+
+A place alone tells no velocity. A body goes evenly from where it was left to where it has been put, so that contacts
+see it come and drag what lies on it along, and is there as the step ends.
+"""
+
+from __future__ import annotations
+
+from math import atan2
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.access import near_at
+from contactlaw.world.motion import set_axes
+from contactlaw.world.touch import release
+from contactlaw.world.vec import ZERO, load, load4, norm, product, scale, store, store4, sub
+
+JUMP = (
+    5.0  # [m/s]: who is put so far that more than all of its speed, and more than this, changes in a step has jumped;
+)
+# arms of robots and belts set out with less, and 10 mm in 2 ms are no motion
+
+
+@jit_inside
+def lead(w, i, b, place, turn, h):
+    """Let body i, which is where it was left, go to a place [m] and a quaternion within a step of h [s].
+
+    Its velocities are those of the step before. One that jumps is there at once, at rest, and touches anew.
+    """
+    back = load4(b.quaternion)
+    c, x, y, z = product(turn, (back[0], -back[1], -back[2], -back[3]))
+    way, half = (x, y, z), norm((x, y, z))
+    angle = 2.0 * atan2(half, abs(c)) / half if half > 0.0 else 0.0
+    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale((angle if c > 0.0 else -angle) / h, way)
+    change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
+    if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
+        store(b.velocity, velocity)
+        store(b.spin, spin)
+    else:
+        store(b.position, place)
+        store4(b.quaternion, turn)
+        b.placed, w.stale = 1, 1
+        store(b.velocity, ZERO)
+        store(b.spin, ZERO)
+        part_from_all(w, i)
+    set_axes(b)
+
+
+@jit_inside
+def part_from_all(w, i):
+    """Forget the contacts of a body."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        if p.slot >= 0 and (p.body_a == i or p.body_b == i):
+            release(w, p.slot)
+            p.slot, p.closed = -1, 0

@@ -1,0 +1,122 @@
+"""Bodies that the user places anew in each step, in both engines: what they strike, carry and pass by."""
+
+import numba
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+p = pytest.importorskip("pybullet")
+if numba.config.DISABLE_JIT:
+    pytest.skip("the MuJoCo plugin needs compiled callbacks", allow_module_level=True)
+
+from contactlaw import ContactPair  # noqa: E402
+from contactlaw.mujoco_plugin import load_model  # noqa: E402
+from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
+
+ELASTIC = ContactPair("steel", "steel", friction=0.1, restitution=1.0)
+SOFT = ContactPair("rubber", "steel", friction=0.5, restitution=0.5)
+BALL = '<body><freejoint/><geom name="thing" size=".05" density="7800"/></body>'
+CUBE = '<body pos="0 0 .05"><freejoint/><geom name="thing" type="box" size=".05 .05 .05" density="1000"/></body>'
+SETS_OUT = 10  # steps in which a wall comes to its speed
+
+
+def wall_and(thing, pair, place, size, step, **options):
+    more = " ".join(f'{name}="{value}"' for name, value in options.items())
+    model = load_model(
+        f"""<mujoco><option timestep="{step}" {more}/><worldbody><body name="wall" mocap="true" pos="{place}">
+        <geom name="wall" type="box" size="{size}"/></body>{thing}</worldbody></mujoco>""",
+        [("thing", "wall", pair)],
+    )
+    return model, mujoco.MjData(model)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast"])
+@pytest.mark.parametrize(("step", "speed"), [(5e-4, 0.03), (2e-3, 0.3), (2e-3, 3.0), (5e-3, 0.3)])
+def test_a_ball_leaves_a_wall_that_comes_at_twice_its_speed(integrator, step, speed):
+    model, data = wall_and(BALL, ELASTIC, "-.2 0 0", ".05 .5 .5", step, gravity="0 0 0", integrator=integrator)
+    for number in range(round(0.35 / speed / step)):
+        data.mocap_pos[0, 0] += speed * step * min(1.0, (number + 1) / SETS_OUT)
+        mujoco.mj_step(model, data)
+    assert data.qvel[:3] == pytest.approx([2.0 * speed, 0.0, 0.0], abs=1e-6 * speed)
+
+
+@pytest.mark.parametrize(("step", "speed"), [(1e-3, 0.3), (1 / 240, 0.03), (1 / 240, 3.0), (1 / 60, 0.3)])
+def test_the_same_in_pybullet(client, step, speed):
+    p.setTimeStep(step, client)
+    wall = p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.5, 0.5]))
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.05))
+    p.changeDynamics(ball, -1, linearDamping=0, angularDamping=0)
+    contact, place = ContactCallback(client), -0.2
+    contact.add_contact(ball, wall, ELASTIC)
+    for number in range(round(0.35 / speed / step)):
+        place += speed * step * min(1.0, number / SETS_OUT)
+        p.resetBasePositionAndOrientation(wall, [place, 0, 0], [0, 0, 0, 1], client)
+        contact.step()
+    assert p.getBaseVelocity(ball, client)[0] == pytest.approx([2.0 * speed, 0.0, 0.0], abs=1e-6 * speed)
+
+
+def test_a_lift_takes_up_what_sleeps_on_it_and_a_turntable_turns_it():
+    model, data = wall_and(CUBE, SOFT, "0 0 -.05", ".5 .5 .05", 2e-3)
+    mujoco.mj_step(model, data, 300)
+    assert not data.qvel.any()  # it sleeps, as nobody moves what it lies on
+    began = data.qpos[:3] - data.mocap_pos[0]
+    for number in range(1000):
+        data.mocap_pos[0] += 2e-3 * min(1.0, number / 100) * np.array([0.05, 0.0, 0.1])
+        mujoco.mj_step(model, data)
+    assert data.qpos[:3] - data.mocap_pos[0] == pytest.approx(began, abs=1e-7)
+    assert data.qvel[:3] == pytest.approx([0.05, 0.0, 0.1], abs=1e-9)
+    angle = 0.0
+    for number in range(1000):
+        angle += 2e-3 * min(1.0, number / 100)
+        data.mocap_pos[0] += 2e-3 * max(1.0 - number / 100, 0.0) * np.array([0.05, 0.0, 0.1])
+        data.mocap_quat[0] = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
+        mujoco.mj_step(model, data)
+    assert data.qvel[5] == pytest.approx(1.0, abs=1e-6)
+    assert 2.0 * np.arctan2(data.qpos[6], data.qpos[3]) == pytest.approx(angle, abs=1e-4)
+
+
+def test_what_a_wall_is_put_across_in_one_step_is_left_alone():
+    """20 cm in 2 ms are no motion; nor is a wall that is put into a ball one that strikes it."""
+    for place in (0.2, 0.02):
+        model, data = wall_and(BALL, ELASTIC, "-.2 0 0", ".05 .5 .5", 2e-3, gravity="0 0 0")
+        mujoco.mj_step(model, data, 5)
+        data.mocap_pos[0, 0] = place
+        for _ in range(50):
+            mujoco.mj_step(model, data)
+        assert np.abs(data.qvel).max() == 0.0
+
+
+def test_a_step_goes_on_to_the_bit_from_a_state_saved_while_a_wall_comes():
+    model, data = wall_and(CUBE, SOFT, "-.11 0 .05", ".05 .5 .5", 2e-3, gravity="0 0 0")
+    saved, numbers = [], []
+    what = mujoco.mjtState.mjSTATE_INTEGRATION
+    for number in range(60):
+        saved.append(np.empty(mujoco.mj_stateSize(model, what)))
+        mujoco.mj_getState(model, data, saved[-1], what)
+        data.mocap_pos[0, 0] += 1e-3 * min(1.0, number / SETS_OUT)
+        mujoco.mj_step(model, data)
+        numbers.append(np.concatenate([data.qpos, data.qvel]))
+    assert numbers[-1][7] > 0.4
+    for number in range(60):
+        again = mujoco.MjData(model)
+        mujoco.mj_setState(model, again, saved[number], what)
+        again.mocap_pos[0, 0] += 1e-3 * min(1.0, number / SETS_OUT)
+        mujoco.mj_step(model, again)
+        assert np.array_equal(np.concatenate([again.qpos, again.qvel]), numbers[number])
+
+
+def test_what_hangs_by_joints_on_a_body_that_is_led_is_told_of(recwarn):
+    """Where others are near: its contacts do not know how fast it goes."""
+    arm = """<body name="base" mocap="true" pos="0 0 .5"><body pos="0 0 -.34"><joint axis="0 1 0"/>
+        <geom name="tip" size=".05" mass="1"/></body></body>"""
+    model = load_model(
+        f"""<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>{arm}{CUBE}</worldbody></mujoco>""",
+        [("tip", ["floor", "thing"], ELASTIC), ("thing", "floor", SOFT)],
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 10)
+    assert not [one for one in recwarn if "by joints" in str(one.message)]
+    for _ in range(20):
+        data.mocap_pos[0, 2] -= 1e-3
+        mujoco.mj_step(model, data)
+    assert len([one for one in recwarn if "body 1, on which others hang by joints" in str(one.message)]) == 1
