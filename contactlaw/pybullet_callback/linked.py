@@ -167,7 +167,9 @@ class Linked(Joints):
             return
         moments = self._turns @ (self.push[:, None] * self._axes["spin"])
         for k, owner, parent in self._slides:
-            push, place = self.push[k] * self._axes["velocity"][k], self._centres[owner].tolist()
+            push = self.push[k] * self._axes["velocity"][k]
+            # of a free base at its frame, which all is turned about; what is fixed to it moves the centre
+            place = (self._q[:3] if self.free and owner == 0 else self._centres[owner]).tolist()
             for member, own in ((owner, push), (parent, -push)):
                 if member >= 0:
                     link = self.heads[member]

@@ -274,3 +274,77 @@ def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str)
     assert np.ptp(heights[1000:]) < 1e-4
     weight = 9.81 * sum(p.getDynamicsInfo(robot, link, client)[0] for link in range(-1, p.getNumJoints(robot, client)))
     assert sum(state.normal_force for state in contact.states(handle)) == pytest.approx(weight, rel=1e-3)
+
+
+def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_should(client: int) -> None:
+    """Held up by a wheel on a hinge, 2 kg fixed 0.2 m off a base of 0.1 kg: the push of each step gives what it is to.
+
+    Were it applied at the centre of both, and not at the base's own, each step would turn the base.
+    """
+    lump = shape(client, p.GEOM_SPHERE, radius=0.05)
+    body = p.createMultiBody(
+        0.1, lump, -1, [0, 0, 0.2], linkMasses=[2.0, 0.3], linkCollisionShapeIndices=[lump, lump],
+        linkVisualShapeIndices=[-1, -1], linkPositions=[[0.2, 0.05, 0.1], [-0.1, 0, -0.1]],
+        linkOrientations=[[0, 0, 0, 1]] * 2, linkInertialFramePositions=[[0, 0, 0]] * 2,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * 2, linkParentIndices=[0, 0],
+        linkJointTypes=[p.JOINT_FIXED, p.JOINT_REVOLUTE], linkJointAxis=[[0, 0, 1], [0, 1, 0]], physicsClientId=client,
+    )  # fmt: skip
+    for link in range(-1, 2):
+        p.changeDynamics(body, link, localInertiaDiagonal=[1e-3] * 3, physicsClientId=client, **FREE)
+    p.setJointMotorControl2(body, 1, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
+    contact = ContactCallback(client)
+    contact.add_contact([(body, link) for link in (-1, 0, 1)], plane(client), pair_of("rubber"))
+    contact.step()
+    one = contact._scene.traffic.linked[0]
+    for k in range(3):
+        one.look_again()
+        one.receive(contact._scene.traffic.arrays, np.zeros(3))
+        one.set_out(contact._scene.traffic.arrays, 1 / 240)
+        one.push[:] = 10.0 * (np.arange(one.v_size) == k)
+        before = one.now[1]
+        one.apply_push()
+        p.stepSimulation(client)
+        one.left, one.ahead = one.read(), 0.0
+        gained = one.matrix @ ((one.left[1] - before) * 240.0 - one.own)
+        np.testing.assert_allclose(gained, one.push, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["racecar/racecar.urdf", "husky/husky.urdf"])
+def test_a_car_that_falls_on_its_wheels_gains_no_energy(client: int, name: str) -> None:
+    """Cars of pybullet_data have much that is fixed to their base: one reached sixty times its energy."""
+    p.setAdditionalSearchPath(pybullet_data.getDataPath(), client)
+    p.setGravity(0, 0, -G, client)
+    floor = p.loadURDF("plane.urdf", physicsClientId=client)
+    for turn in ((0, 0, 0, 1), (0.36, -0.48, 0.48, 0.64)):
+        car = p.loadURDF(name, [0, 0, 0.7], turn, physicsClientId=client)
+        links = range(-1, p.getNumJoints(car, client))
+        for link in links:
+            p.changeDynamics(car, link, physicsClientId=client, **FREE)
+        for link in links[1:]:
+            p.setJointMotorControl2(car, link, p.VELOCITY_CONTROL, force=0, physicsClientId=client)
+        contact = ContactCallback(client)
+        shaped = [(car, link) for link in links if p.getCollisionShapeData(car, link, client)]
+        contact.add_contact(shaped, floor, ContactPair("rubber", "steel", friction=0.6, restitution=0.5))
+        energies = []
+        for _ in range(360):
+            energies.append(energy_of(client, car))
+            contact.step()
+        assert max(energies) <= energies[0] * (1.0 + 1e-3)
+        p.removeBody(car, client)
+
+
+def energy_of(client: int, body: int) -> float:
+    """Of its motion and its height [J]."""
+    total = 0.0
+    for link in range(-1, p.getNumJoints(body, client)):
+        mass, _, moments = p.getDynamicsInfo(body, link, client)[:3]
+        if link < 0:
+            (place, turn), (velocity, spin) = (
+                p.getBasePositionAndOrientation(body, client),
+                p.getBaseVelocity(body, client),
+            )
+        else:
+            place, turn, *_, velocity, spin = p.getLinkState(body, link, 1, 1, client)
+        own = np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3).T @ spin
+        total += 0.5 * mass * np.dot(velocity, velocity) + 0.5 * own @ (moments * own) + mass * G * place[2]
+    return total
