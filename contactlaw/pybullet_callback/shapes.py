@@ -38,7 +38,8 @@ SHAPE_NAMES = {
     p.GEOM_HEIGHTFIELD: "heightfield",
 }
 WITH_RADIUS = "sphere, capsule, plane, box, cylinder"
-KNOWN = *WITH_RADIUS.split(", "), "mesh"
+PIECES = "compound of such"
+KNOWN = *WITH_RADIUS.split(", "), "mesh", PIECES
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +48,13 @@ class Side:
 
     Attributes:
         body, link: PyBullet's ids.
-        shape: "sphere", "box", ...; "compound" where the link has several shapes.
+        shape: "sphere", "box", ...; "compound" where the link has several shapes that are not all in `pieces`.
         size: Radius [m] of a sphere; radius and half length of a capsule or a cylinder; half lengths of a box.
         position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3); a plane's normal
             is its third axis.
         reach: How far from the centre of mass what must be measured may be [m].
         points: Of a mesh, whose convex hull it is: vertices (n, 3) in the body's inertial frame [m].
+        pieces: Of a compound of shapes that have a closed form: a side for each.
     """
 
     body: int
@@ -63,6 +65,7 @@ class Side:
     rotation: Array
     reach: float = 0.0
     points: Array | None = None
+    pieces: tuple[Side, ...] = ()
 
     @property
     def measured(self) -> bool:
@@ -74,6 +77,8 @@ class Side:
 
         rounding: radius [m] of edges.
         """
+        if self.pieces:
+            return [shape for piece in self.pieces for shape in piece.add_to(world, body, offset, turn, rounding)]
         at, own = (offset + turn @ self.position, turn @ self.rotation) if self.points is None else (offset, turn)
         return world.add_shape(self.shape, body, np.array(self.size), at, quaternion_of(own), rounding, self.points)
 
@@ -141,9 +146,15 @@ def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, No
     shapes = p.getCollisionShapeData(body, link, client)
     if not shapes:
         raise ValueError(f"body_{which} = {body}, link_{which} = {link}: has no collision shape to touch with")
-    kind, size, _, position, orientation = shapes[0][2:7]
-    name = SHAPE_NAMES.get(kind, f"shape of type {kind}") if len(shapes) == 1 else "compound"
-    return _side(client, body, link, name, size, np.array(position), rotation(orientation))
+    sides = [
+        _side(client, body, link, SHAPE_NAMES.get(kind, f"shape of type {kind}"), size, np.array(at), rotation(turn))
+        for _, _, kind, size, _, at, turn in shapes
+    ]
+    if len(sides) == 1:
+        return sides[0]
+    if all(side.size for side in sides):
+        return Side(body, link, PIECES, (), np.zeros(3), np.eye(3), pieces=tuple(sides))
+    return _side(client, body, link, "compound", (0.0, 0.0), np.zeros(3), np.eye(3))
 
 
 def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
@@ -176,8 +187,8 @@ def _identity(name: str, value: Any, allowed: Any, what: str) -> int:
 
 
 SERVED = (
-    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other; "
-    "let these two keep Bullet's own contact, or give them such shapes"
+    "the law serves spheres on any shape, and capsules, boxes, cylinders and meshes on planes, spheres and each other, "
+    "alone or as pieces of a compound; let these two keep Bullet's own contact, or give them such shapes"
 )
 
 

@@ -49,7 +49,7 @@ def test_substeps_are_refused(client: int) -> None:
 def test_shapes_without_a_radius_are_refused(client: int) -> None:
     floor, body = plane(client), ball(client, [0, 0, 1.0])
     two = p.createCollisionShapeArray(
-        [p.GEOM_SPHERE] * 2, radii=[0.1, 0.1], collisionFramePositions=[[0, 0, 0], [0.1, 0, 0]], physicsClientId=client
+        [p.GEOM_SPHERE, p.GEOM_PLANE], radii=[0.1, 0.0], planeNormals=[[0, 0, 1]] * 2, physicsClientId=client
     )
     tin = p.createMultiBody(1.0, two, physicsClientId=client)
     callback = ContactCallback(client)
@@ -58,6 +58,38 @@ def test_shapes_without_a_radius_are_refused(client: int) -> None:
     with pytest.raises(ValueError, match="neither can move"):
         callback.add_contact(slab(client), floor, pair_of())
     callback.add_contact(tin, body, pair_of(radius=0.02))
+
+
+def test_a_compound_of_balls_and_boxes_falls_as_links_fixed_to_each_other_do(client: int) -> None:
+    """And lies on the floor with its weight."""
+    p.setGravity(0, 0, -9.81, client)
+    places, turn = [[-0.1, 0, 0], [0.1, 0, 0]], p.getQuaternionFromEuler([0.0, 0.0, 0.8])
+    both = p.createCollisionShapeArray(
+        [p.GEOM_SPHERE, p.GEOM_BOX], radii=[0.05, 0], halfExtents=[[0, 0, 0], [0.05, 0.03, 0.02]],
+        collisionFramePositions=places, collisionFrameOrientations=[turn, turn], physicsClientId=client,
+    )  # fmt: skip
+    pieces = [shape(client, p.GEOM_SPHERE, radius=0.05), shape(client, p.GEOM_BOX, halfExtents=[0.05, 0.03, 0.02])]
+    tilt = [0.3, 0.1, 0.2, 0.9]
+    one = p.createMultiBody(1.0, both, -1, [0, 0, 0.3], tilt, physicsClientId=client)
+    other = p.createMultiBody(
+        1.0, -1, -1, [0, 2, 0.3], tilt, linkMasses=[0, 0], linkCollisionShapeIndices=pieces,
+        linkVisualShapeIndices=[-1, -1], linkPositions=places, linkOrientations=[turn] * 2,
+        linkInertialFramePositions=[[0, 0, 0]] * 2, linkInertialFrameOrientations=[[0, 0, 0, 1]] * 2,
+        linkParentIndices=[0, 0], linkJointTypes=[p.JOINT_FIXED] * 2, linkJointAxis=[[0, 0, 1]] * 2,
+        physicsClientId=client,
+    )  # fmt: skip
+    for body in (one, other):
+        p.changeDynamics(body, -1, localInertiaDiagonal=[2e-3, 6e-3, 7e-3], physicsClientId=client, **FREE)
+    callback, floor = ContactCallback(client), plane(client)
+    handle = callback.add_contact(one, floor, pair_of("rubber", restitution=0.5))
+    callback.add_contact([(other, 0), (other, 1)], floor, pair_of("rubber", restitution=0.5))
+    for _ in range(60):
+        callback.step()
+    places = [np.array(p.getBasePositionAndOrientation(body, client)[0]) for body in (one, other)]
+    assert np.abs(places[1] - places[0] - [0, 2, 0]).max() < 1e-6
+    for _ in range(1000):
+        callback.step()
+    assert sum(state.force[2] for state in callback.states(handle)) == pytest.approx(9.81, rel=1e-4)
 
 
 @pytest.mark.parametrize("ground", [plane, slab])
