@@ -12,15 +12,18 @@ import pybullet as p
 from contactlaw.pybullet_callback.exchange import (
     FLAGS,
     HEAD,
+    LIST,
     MOTION,
     NO_ROOM,
     NOT_FINITE,
     OTHERS,
+    PASSED,
     ROW,
+    complete,
     press,
+    set_off,
     steady,
 )
-from contactlaw.pybullet_callback.hand_back import LIST, PASSED, complete, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, name_of
