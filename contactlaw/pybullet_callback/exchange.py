@@ -13,23 +13,31 @@ shows more than gravity and the push, Python is asked to read the place too, and
 
 from __future__ import annotations
 
-from math import isfinite, nan, sqrt
+from math import isfinite, nan
 from typing import Any
 
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+
 from contactlaw.jit import jit, jit_inside
-from contactlaw.memory import element, set_whole
-from contactlaw.world.access import body_at, world_at
-from contactlaw.world.call import address, call_step
+from contactlaw.memory import doubles_at, element, set_whole
+from contactlaw.pair import DEEPEST
+from contactlaw.world.access import body_at, contact_at, near_at, pair_at, shape_at, world_at
+from contactlaw.world.call import address, call_step, ready
+from contactlaw.world.clear import is_clear
 from contactlaw.world.demand import STEP
+from contactlaw.world.geometry import meet
+from contactlaw.world.guards import outgrown, surface_speed
 from contactlaw.world.leading import lead
 from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate, stands
-from contactlaw.world.records import VECTOR, record
+from contactlaw.world.near import list_near, strayed
+from contactlaw.world.records import CLOSED, FREE, NEVER, VECTOR, record
 from contactlaw.world.sleep import disturbed
-from contactlaw.world.step import PRESSED
+from contactlaw.world.step import GROWS, PRESSED
 from contactlaw.world.vec import (
     add,
     axpy,
     dot,
+    half_turn,
     load,
     load4,
     norm,
@@ -40,6 +48,7 @@ from contactlaw.world.vec import (
     sub,
     to_body,
     to_world,
+    unit,
 )  # fmt: skip
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
@@ -76,6 +85,7 @@ HEAD = record(
 EXACT = 1e-12  # relative difference that is rounding
 NOTED, LISTED, FLAGS = 1, 2, 4
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4
+PASSED, LIST = -2, -3  # of `set_off`
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
@@ -88,9 +98,7 @@ def receive(head, w):
     Returns twice how many bodies must be put elsewhere before Bullet steps, and one more if somebody has put one where
     it is; or -1: not finite.
     """
-    head.names = 0
-    head.looked = 0
-    strange = 0
+    head.names, head.looked, strange, moved = 0, 0, 0, False
     for k in range(head.count):
         r = row_at(head.rows, k)
         if not finite(r.before):
@@ -110,38 +118,40 @@ def receive(head, w):
             continue
         v = load(r.before.velocity)
         if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
-            go(w, k + 1, r, b, head.dt)
+            moved = go(w, k + 1, r, b, head.dt) or moved
             continue
         if r.mass > 0.0:
             r.strange = 0 if went(r, v) or (r.lacks != 0 and went(r, load(r.left.velocity))) else 1
         if r.lacks != 0 and r.strange == 0:
             store(r.before.position, add(load(r.before.position), load(r.shift)))
-            q = product(load4(r.turn), quaternion_of(r.before))
-            one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-            store_quaternion(r.before, (one * q[0], one * q[1], one * q[2], one * q[3]))
+            store_quaternion(r.before, unit(product(load4(r.turn), quaternion_of(r.before))))
             if b.asleep != 0 and norm(v) + norm(load(r.before.spin)) <= EXACT * head.dt * norm(load(b.acceleration)):
                 store(r.before.velocity, (0.0, 0.0, 0.0))
                 store(r.before.spin, (0.0, 0.0, 0.0))
             name(head, k)
         if r.mass == 0.0 or r.strange != 0:
             strange |= r.strange
-            r.pressed = 0
-            w.stale = 1
-            stir(w)  # itself, and what it may have held
+            r.pressed, moved = 0, True
         r.lacks = 0
         set_out(r, b, head.dt)
+    if moved:  # something that does not sleep: itself and what it may have held wake
+        w.stale = 1
+        for i in range(1, w.body_count):
+            b = body_at(w.bodies, i)
+            if b.asleep != 0:
+                b.held[0] = nan
     return 2 * head.names + strange
 
 
 @jit_inside
 def go(w, i, r, b, dt):
-    """Let a body that nothing pushes, and that has not been given a velocity, go where it has been put."""
+    """Let a body that nothing pushes, and that has not been given a velocity, go where it has been put; returns whether
+    it jumps there."""
     store(b.position, load(r.left.position))
     store4(b.quaternion, quaternion_of(r.left))
     lead(w, i, b, load(r.before.position), quaternion_of(r.before), dt)
     r.pressed = 0
-    if b.placed != 0:
-        stir(w)
+    return b.placed != 0
 
 
 @jit_inside
@@ -168,15 +178,6 @@ def went(r, v):
     """Whether a body is where a velocity takes it in the time that Bullet has stepped since it was left."""
     x, way = load(r.before.position), scale(r.ahead, v)
     return norm(sub(sub(x, load(r.left.position)), way)) <= EXACT * (norm(x) + norm(way))
-
-
-@jit_inside
-def stir(w):
-    """Wake all bodies: something that does not sleep was moved."""
-    for i in range(1, w.body_count):
-        b = body_at(w.bodies, i)
-        if b.asleep != 0:
-            b.held[0] = nan
 
 
 @jit_inside
@@ -230,9 +231,9 @@ def compare(head, w):
     shows that the time step and gravity are those known; where all sleep, held, the step does not matter.
     """
     others, falls, sleep = 0, False, head.plain != 0
+    dt, gravity = head.dt, load(head.gravity)
     for k in range(head.count):
-        r = row_at(head.rows, k)
-        b = body_at(w.bodies, k + 1)
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
         r.other = 0
         if r.mass == 0.0 or r.linked != 0:
             continue
@@ -242,30 +243,27 @@ def compare(head, w):
             head.bad = k
             return -1
         sleep = sleep and b.asleep != 0 and not disturbed(b)
-        falls = falls or (r.pressed == 0 and b.asleep == 0 and norm(load(head.gravity)) > 0.0)
-        known = axpy(1.0 / r.mass, load(r.force), load(head.gravity))
-        other = sub(sub(v, old), scale(head.dt, known))
-        size = norm(v) + norm(old) + head.dt * (norm(load(head.gravity)) + norm(load(r.force)) / r.mass)
-        store(b.acceleration, load(head.gravity))
-        store(b.torque, sub(load(r.torque), gyroscopic(b, older)))
-        turning = give(b, load(b.torque))
-        twist = sub(sub(u, older), scale(head.dt, turning))
-        spins = norm(u) + norm(older) + head.dt * norm(turning) + norm(give(b, load(r.torque))) * head.dt
+        falls = falls or (r.pressed == 0 and b.asleep == 0 and norm(gravity) > 0.0)
+        other = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
+        size = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
+        store(b.acceleration, gravity)
+        turning = give(b, sub(load(r.torque), gyroscopic(b, older)))
+        twist = sub(sub(u, older), scale(dt, turning))
+        spins = norm(u) + norm(older) + dt * norm(turning) + norm(give(b, load(r.torque))) * dt
         store(b.torque, (0.0, 0.0, 0.0))
         slow, even = norm(other) <= EXACT * size, norm(twist) <= EXACT * spins
         if slow and even:
             if head.looked == 0:
-                store(r.after.position, axpy(head.dt, v, load(r.before.position)))
-                for i in range(4):  # as it matters for what sleeps
-                    r.after.quaternion[i] = r.before.quaternion[i]
+                store(r.after.position, axpy(dt, v, load(r.before.position)))
+                store4(r.after.quaternion, load4(r.before.quaternion))  # as it matters for what sleeps
             continue
         others += 1
         r.other = 2 if r.pressed != 0 else 1
         if not slow:
-            store(b.acceleration, axpy(1.0 / head.dt, other, load(head.gravity)))
+            store(b.acceleration, axpy(1.0 / dt, other, gravity))
         if not even:
-            store(b.torque, moment(r, b, scale(1.0 / head.dt, twist)))
-        set_out(r, b, head.dt)
+            store(b.torque, moment(r, b, scale(1.0 / dt, twist)))
+        set_out(r, b, dt)
     head.unknown = 0 if others == 0 and (sleep or falls) else 1
     return others
 
@@ -294,3 +292,211 @@ def name(head, k):
     """Name a row, of a body that Python must push or put."""
     set_whole(head.named, head.names, k)
     head.names += 1
+
+
+@jit
+def set_off(place):
+    """The beginning of a step: `receive` and `steady`. Returns how many bodies are pushed; or, where all are so far
+    from each other that they cannot touch in this step or the next, PASSED: there is no more to do.
+
+    Or LIST: the list of near pairs must be made anew; LIST less what `receive` found, where somebody must see to it; or
+    NOT_FINITE. Called again it does the same.
+    """
+    head = head_at(place, 0)
+    w = world_at(head.world, 0)
+    found = receive(head, w)
+    if found != 0:
+        return NOT_FINITE if found < 0 else LIST - found
+    apart = head.plain != 0 and w.spares == w.contact_room and w.step > 0.0
+    if apart or head.ahead != 0:
+        for k in range(head.count):
+            b = body_at(w.bodies, k + 1)
+            if apart:
+                b.still = 1 if stands(b) else 0
+            w.stale |= strayed(b, 2.0 * head.dt)
+        if outgrown(w, -NEVER, 2.0 * head.dt):
+            w.stale = 1
+    if w.stale != 0 and head.ahead != 0:
+        return LIST
+    if w.stale != 0 and apart:
+        list_near(w)
+        w.stale = 0 if 2 * w.nears <= w.near_room else 1
+    if w.stale != 0 or not (apart and far_apart(w, 2.0 * head.dt)):
+        return steady(place)
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        b.turned += head.dt * norm(load(b.spin))  # Bullet turns it, the world does not
+        keep(r, r.before, head.dt if r.mass > 0.0 else 0.0)
+    return PASSED
+
+
+@jit
+def flew(place):
+    """After a step in which all were far apart: whether the bodies that move have fallen, within a half, as in one of
+    the length and gravity known, from the velocities known: so much more they may move in what is called far apart.
+    """
+    head = head_at(place, 0)
+    w = world_at(head.world, 0)
+    for k in range(head.count):
+        if fell(head, row_at(head.rows, k), body_at(w.bodies, k + 1)) > 0.5 * head.dt * norm(load(head.gravity)):
+            return False
+    return norm(load(head.gravity)) > 0.0
+
+
+@jit_inside
+def fell(head, r, b):
+    """By how much more than gravity the velocity of a body's surface has changed in Bullet's step [m/s], at most."""
+    if r.mass == 0.0:
+        return 0.0
+    gained = axpy(-head.dt, load(head.gravity), sub(load(r.after.velocity), load(r.before.velocity)))
+    return norm(gained) + b.reach * norm(sub(load(r.after.spin), load(r.before.spin)))
+
+
+@jit
+def set_off_again(place):
+    """The same of the step that Bullet has taken since, if they did not: somebody has given those that fell otherwise
+    other velocities before it, or the step or gravity are others.
+    """
+    head = head_at(place, 0)
+    w = world_at(head.world, 0)
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        keep(r, r.before, 0.0)
+        if fell(head, r, b) > 0.5 * head.dt * norm(load(head.gravity)):
+            store(r.before.velocity, axpy(-head.dt, load(head.gravity), load(r.after.velocity)))
+            store(r.before.spin, load(r.after.spin))
+    return set_off(place)
+
+
+@jit_inside
+def far_apart(w, time):
+    """Whether no two near shapes can touch within a time [s]."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        if time * (surface_speed(a, time) + surface_speed(b, time)) >= -overlap:
+            return False
+    return True
+
+
+@jit
+def complete(place, stepped):
+    """The world's step, after `compare` if Bullet has stepped, and `hand_back`, which returns.
+
+    Or NOT_FINITE; or NO_ROOM: there may not be room enough in the world; or UNKNOWN: the time step and gravity must be
+    read; or OTHERS: also the places of bodies that something else moved, and masses of those of them that were pushed.
+    """
+    head = head_at(place, 0)
+    w = world_at(head.world, 0)
+    if stepped != 0:
+        others = compare(head, w)
+        if others < 0:
+            return NOT_FINITE
+        if (others > 0 or head.unknown != 0) and head.looked == 0:
+            head.looked = 1
+            return OTHERS if others > 0 else UNKNOWN
+    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
+        return NO_ROOM
+    return hand_back(head, w, stepped)
+
+
+@jit_inside
+def hand_back(head, w, stepped):
+    """After the world's step: names the bodies that were touched, to be pushed with `force` and `torque` or, where
+    Bullet has stepped, put where they are `left`.
+
+    Returns FLAGS times how many, and what `look` says.
+    """
+    head.names = 0
+    flags = look(head, w)
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        if r.linked != 0:
+            continue
+        if b.touched != 0 and r.mass > 0.0:
+            finish(head, k, r, b, stepped)
+        elif b.asleep != 0 or r.mass == 0.0:
+            keep(r, r.before, 0.0)
+            if r.mass > 0.0 and (stepped == 0 or not alike(r.after, r.before)):
+                name(head, k)
+        elif stepped == 0:
+            keep(r, r.before, head.dt)
+        else:
+            keep(r, r.after, 0.0)
+        if b.asleep != 0 and (stepped != 0 or b.touched == 0):  # what holds it
+            store(r.force, scale(-r.mass, load(b.acceleration)))
+            store(r.torque, scale(-1.0, load(b.torque)))
+    return FLAGS * head.names + flags
+
+
+@jit_inside
+def look(head, w):
+    """See which bodies have closed contacts; returns whether there is something to say of them, and whether the list
+    of near pairs is new.
+    """
+    flags = 0 if w.lists == head.lists else LISTED
+    head.lists = w.lists
+    for k in range(head.count):
+        row_at(head.rows, k).pressed = 0
+    said = carray(doubles_at(head.seen), w.contact_room)
+    for slot in range(w.contact_room):
+        c = contact_at(w.contacts, slot)
+        if c.phase == FREE:
+            said[slot] = 0.0
+            continue
+        notes = 1.0 if c.deepest > DEEPEST * c.touch.radius else 0.0
+        if said[slot] == 0.0:
+            said[slot] = 0.5
+            notes += 2.0 if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c) else 0.0
+        if notes > said[slot]:
+            said[slot] = notes
+            flags |= NOTED
+        if c.phase == CLOSED:
+            row_at(head.rows, c.body_a - 1).pressed = 1
+            row_at(head.rows, c.body_b - 1).pressed = 1
+    return flags
+
+
+@jit_inside
+def keep(r, m, ahead):
+    """Note how a body is left, and for how long Bullet will move it yet."""
+    r.left = m
+    r.ahead = ahead
+
+
+@jit_inside
+def finish(head, k, r, b, stepped):
+    """Hand back a body that was touched."""
+    dt, m, turned = head.dt, r.before, load4(b.quaternion)
+    lag = 0.0 if r.pressed != 0 else -0.5 * dt
+    v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), load(b.spin)
+    spin = axpy(lag, spin_rate(b, spin), spin)
+    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), load(b.acceleration))
+    store(r.force, scale(r.mass, gained))
+    # the moment at the start of the step, where Bullet takes its inertia
+    store4(b.quaternion, quaternion_of(m))
+    set_axes(b)
+    rate = sub(scale(1.0 / dt, sub(spin, load(m.spin))), spin_rate(b, load(m.spin)))
+    store(r.torque, moment(r, b, rate))
+    store4(b.quaternion, turned)
+    set_axes(b)
+    name(head, k)
+    if stepped != 0:
+        store(r.left.position, load(b.position))
+        store_quaternion(r.left, turned)
+        store(r.left.velocity, v)
+        store(r.left.spin, spin)
+        r.ahead, r.lacks = 0.0, 0
+        return
+    keep(r, m, dt)
+    store(r.left.velocity, v)
+    place = axpy(dt, v, load(m.position))
+    store(r.shift, sub(load(b.position), place))
+    c, s = half_turn(dt * dt * dot(spin, spin))
+    x, y, z = scale(s * dt, spin)
+    c, x, y, z = product((c, x, y, z), quaternion_of(m))  # where Bullet will have turned it
+    store4(r.turn, product(turned, (c, -x, -y, -z)))
+    off = norm(load(r.shift)) > EXACT * norm(sub(place, load(m.position)))
+    off = off or abs(r.turn[1]) + abs(r.turn[2]) + abs(r.turn[3]) > EXACT
+    r.lacks = 1 if off or b.asleep != 0 else 0

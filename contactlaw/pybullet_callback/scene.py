@@ -79,10 +79,9 @@ class Scene:
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
                 self._enter(self._side_of[owner], [part])
-        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves, check)
-        if any(contact.many for contact in contacts.values()):
-            self._known = np.zeros(0, np.int64)
-            self.traffic.tell_lists(self._silence)
+        self._known = np.zeros(0, np.int64)
+        listed = self._silence if any(contact.many for contact in contacts.values()) else None
+        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves, check, listed)
         if old:
             self._take_over(old)
 
@@ -92,8 +91,7 @@ class Scene:
         if side.body in there and p.getNumJoints(side.body, self._client) and can_move(self._client, side.body):
             if side.body not in linked:
                 linked[side.body] = Linked(self._client, side.body)
-                linked[side.body].add_to(self.world)
-                bodies += linked[side.body].keys
+                bodies += linked[side.body].add_to(self.world)
             if side.link in linked[side.body].links:
                 member, at, turn = linked[side.body].place_of(side.link)
                 row = linked[side.body].first + member

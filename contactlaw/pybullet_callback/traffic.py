@@ -12,15 +12,20 @@ import pybullet as p
 from contactlaw.pybullet_callback.exchange import (
     FLAGS,
     HEAD,
+    LIST,
     MOTION,
     NO_ROOM,
     NOT_FINITE,
     OTHERS,
+    PASSED,
     ROW,
+    complete,
+    flew,
     press,
+    set_off,
+    set_off_again,
     steady,
 )
-from contactlaw.pybullet_callback.hand_back import LIST, PASSED, complete, set_off
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, name_of
@@ -29,11 +34,10 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.demand import KEPT
 from contactlaw.world.frames import ALIKE
-from contactlaw.world.records import Arrays
+from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
 
 WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
-NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # read of a body yet
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
 STEP, PLACE, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
 BEFORE, AFTER, LEFT, FORCE = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force"))  # type: ignore[index]
@@ -44,9 +48,9 @@ STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 class Traffic:
     """The bodies of PyBullet that a world holds.
 
-    What is read is written into the rows only where it is not what was read before. The time step and gravity are not
-    read where bodies that fall free show that they are those known, and while all sleep, held; nor, while all are far
-    apart, velocities of bodies that cannot be moved.
+    Each call that reads a body costs a quarter of Bullet's step, so what is known is not read: the time step and
+    gravity where bodies that fall free show that they are those known, and while all sleep, held; and, while all are
+    far apart, velocities of bodies that cannot be moved, and before a step those that were read after the last one.
 
     Args:
         client: Physics client id.
@@ -56,6 +60,7 @@ class Traffic:
         measured: Who must be measured.
         moves: Whether bodies that nothing can move are read at every step.
         check: Raises an error where a body is another one than it was.
+        listed: Called when the list of near pairs is another one, which is made before Bullet's step then, or None.
 
     Attributes:
         dt: Of the step [s].
@@ -63,43 +68,34 @@ class Traffic:
 
     def __init__(
         self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool,
-        check: Callable[[], None],
+        check: Callable[[], None], listed: Callable[[], None] | None,
     ) -> None:  # fmt: skip
         self._client, self._world, self.keys, self._check = client, world, keys, check
-        self.linked, self._measured = linked, measured
-        self._listed: Callable[[], None] = lambda: None
+        self.linked, self._measured, self._listed = linked, measured, listed
         self.rows: Any = np.zeros(len(keys), ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
         self._named: Any = np.zeros(len(keys), np.int64)
         self._names = memoryview(self._named)
         self._head: Any = np.zeros(1, HEAD)
         self._head["plain"] = self._plain = not (linked or measured)
+        self._head["ahead"] = listed is not None
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed, self._foreseen = 0, [], False
-        self._passed = False
-        self.dt, self._fall, self._down = 0.0, 0.0, 0
-        self._parameters: tuple[float, ...] = ()
-        self._last: list[Any] = []  # read of each of `_bases`
+        self.dt, self._parameters = 0.0, ()
         for one in linked:
-            self.rows["linked"][one.first : one.first + len(one.keys)] = 1
-        plain = [(k, key) for k, key in enumerate(keys) if not self.rows["linked"][k]]
-        self._masses: dict[int, tuple[float, tuple[float, ...]]] = {}
+            self.rows["linked"][one.members] = 1
+        plain = np.flatnonzero(self.rows["linked"] == 0).tolist()
         self.bind(world.arrays)
-        self.weigh(k for k, _ in plain)
-        self._heavy = set(np.flatnonzero(self.rows["mass"]).tolist())
-        bases = [(key[0], k * SIZE, k in self._heavy) for k, key in plain if key[1] == BASE]
-        self._bases = sorted(bases, key=lambda one: not one[2])
-        self._moving = [one[:2] for one in self._bases if one[2]]
-        self._still = [(key, k * SIZE) for k, key in plain if key[1] != BASE]
+        self.weigh(plain)
+        self._heavy = [k for k in plain if self.rows["mass"][k] > 0.0]
+        self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
+        fixed = [(keys[k], k * SIZE) for k in plain if k not in self._heavy]
+        self._bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
+        self._still = [one for one in fixed if one[0][1] != BASE]
         if not moves:
             self._read()
-            self._bases, self._still = self._bases[: len(self._moving)], []
-
-    def tell_lists(self, listed: Callable[[], None]) -> None:
-        """Let the list of near pairs be made before Bullet's step, and call this when it is another one."""
-        self._listed = listed
-        self._head["ahead"] = 1
+            self._bases, self._still = self._moving, []
 
     def bind(self, arrays: Arrays) -> None:
         """Let the compiled code know where the arrays are."""
@@ -108,16 +104,16 @@ class Traffic:
         head = self._head
         head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._last, self._passed = [NOTHING] * len(self.keys), False
+        self._last: list[Any] = [((), ())] * len(self.keys)  # read of each of `_bases`, and after a step its velocity
+        self._after, self._passed = [()] * len(self.keys), False
 
     def weigh(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; what has others than before wakes."""
         for k in rows:
-            mass, moments = _mass_of(self.keys[k], self._client)
-            if self._masses.get(k) == (mass, moments):
+            row, own = self.rows[k], self.arrays.bodies[k + 1]
+            mass, inertia = _mass_of(self.keys[k], self._client)
+            if mass == row["mass"] and (inertia == row["inertia"]).all():
                 continue
-            self._masses[k] = mass, moments
-            row, own, inertia = self.rows[k], self.arrays.bodies[k + 1], np.array(moments)
             row["mass"], row["inertia"] = mass, inertia
             own["inverse_mass"] = 1.0 / mass if mass > 0.0 else 0.0
             own["inverse_inertia"] = np.divide(1.0, inertia, np.zeros(3), where=(mass > 0.0) & (inertia > 0.0))
@@ -127,9 +123,10 @@ class Traffic:
 
     def weigh_near(self) -> bool:
         """The same of all that may touch something soon; returns whether links have others than the trees know."""
-        self._listed()
-        near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
-        self.weigh([k - 1 for k in near if k - 1 in self._heavy])
+        if self._listed:
+            self._listed()
+        near = self.arrays.near_bodies[: self._state["near_body_count"][0]] - 1
+        self.weigh(np.intersect1d(near, self._heavy).tolist())
         return any(one.inertias() != one.known for one in self.linked)
 
     def foresee(self) -> int:
@@ -161,15 +158,19 @@ class Traffic:
         for one in self.linked:
             one.apply_steady_push()
         STEP_BULLET(self._client)
+        client, rows, after, velocity = self._client, self._bytes, self._after, p.getBaseVelocity
+        for i, (body, at) in enumerate(self._moving):
+            now = velocity(body, client)
+            if now != after[i]:
+                after[i] = now
+                SPEED.pack_into(rows, at + SPEED_AFTER, *now[0], *now[1])
         if pushed == PASSED:
-            if self._falls() or not self._look_up():
+            if flew(self._head_at):
                 return 0
-            set_off(self._head_at)  # once more: something may be met in such a step
-            self._passed = False
-        client, rows, pack, velocity = self._client, self._bytes, SPEED.pack_into, p.getBaseVelocity
-        for body, at in self._moving:
-            v, w = velocity(body, client)
-            pack(rows, at + SPEED_AFTER, *v, *w)
+            self._look_up()
+            if set_off_again(self._head_at) == PASSED:
+                return 0
+            self._passed = False  # something may be met in such a step
         for one in self.linked:
             one.compare(self.arrays, self.dt)
         done = self._complete(1)
@@ -182,7 +183,7 @@ class Traffic:
     def _set_off(self) -> int:
         """Read all bodies and set the world's out from there; returns how many are to be pushed, or PASSED."""
         for one in self.linked:
-            one.look_again()
+            one.now = one.read()
         if not self._read(self._passed) and self._foreseen:
             self._refuse_twice()
         self._foreseen = False
@@ -199,7 +200,7 @@ class Traffic:
         for one in self.linked:
             one.receive(self.arrays, self._head["gravity"][0])
             one.set_out(self.arrays, self.dt)
-            self.rows["strange"][one.first : one.first + len(one.keys)] = one.strange
+            self.rows["strange"][one.members] = one.strange
             found |= int(one.strange)
         if found:
             self._settle(found)
@@ -216,18 +217,7 @@ class Traffic:
             return False
         self.dt, self._parameters = known[0], known
         STEP.pack_into(self._head, STEP_AT, *known)
-        self._down = max(range(3), key=lambda i: abs(known[i + 1]))
-        self._fall = self.dt * known[self._down + 1]
         return True
-
-    def _falls(self) -> bool:
-        """Whether the first body that moves has fallen, within a half, as in a step of the length and gravity known:
-        so much longer it may be for what is called far apart.
-        """
-        if self._fall == 0.0:
-            return False
-        gained = p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
-        return abs(gained - self._last[0][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
 
     def _complete(self, stepped: int) -> int:
         """Move the world and hand it back."""
@@ -252,12 +242,10 @@ class Traffic:
         if found > 1:
             self._put(found >> 1, BEFORE)
             self._last = [(p.getBasePositionAndOrientation(body, self._client), p.getBaseVelocity(body, self._client))
-                          for body, *_ in self._bases]  # fmt: skip
-        if found & 1:
-            self._settle_in()
-
-    def _settle_in(self) -> None:
-        """Somebody has put bodies where they are: see who is near whom, and who lies on whom."""
+                          for body, _ in self._bases]  # fmt: skip
+        if not found & 1:
+            return
+        # somebody has put bodies where they are: see who is near whom, and who lies on whom
         self.weigh(np.flatnonzero((self.rows["strange"] != 0) & (self.rows["linked"] == 0)).tolist())
         self._list_anew()
         self.arrays.bodies["placed"][1:] = self.rows["strange"]
@@ -273,11 +261,11 @@ class Traffic:
         self._state["stale"] = 1
         while step(self._state, 0.0, 1) == 0:
             self._make_room()
-        if self._head["ahead"][0]:
+        if self._listed:
             self._listed()
 
     def _presses(self, one: Linked) -> bool:
-        return bool(self.rows["pressed"][one.first : one.first + len(one.keys)].any())
+        return bool(self.rows["pressed"][one.members].any())
 
     def _make_room(self) -> None:
         seen = self.seen
@@ -287,13 +275,14 @@ class Traffic:
     def _read(self, passed: bool = False) -> bool:
         """Where bodies are and how they move, into the rows; returns whether something is not as it was before.
 
-        passed: whether how those move that cannot be moved does not matter.
+        passed: all were far apart in the last step, after which the velocities of those that move were read.
         """
-        client, new = self._client, False
+        client, new, moving = self._client, False, len(self._moving)
         rows, last, pack = self._bytes, self._last, WHOLE.pack_into
         pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
-        for i, (body, at, moves) in enumerate(self._bases):
-            state = pose(body, client), velocity(body, client) if moves or not passed else last[i][1]
+        for i, (body, at) in enumerate(self._bases):
+            known = () if not passed else self._after[i] if i < moving else last[i][1]
+            state = pose(body, client), known or velocity(body, client)
             if state != last[i]:
                 last[i], new = state, True
                 (x, q), (v, w) = state
@@ -337,10 +326,10 @@ class Traffic:
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
 
 
-def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, ...]]:
+def _mass_of(key: Key, client: int) -> tuple[float, Array]:
     """Mass and principal moments of a body; none of a link that nothing can move, or of a body that has gone."""
     try:
-        info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, (0.0, 0.0, 0.0))
+        info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, np.zeros(3))
     except p.error:
-        return 0.0, (0.0, 0.0, 0.0)
-    return info[0], info[2]
+        return 0.0, np.zeros(3)
+    return info[0], np.array(info[2])
