@@ -47,6 +47,7 @@ from contactlaw.world.checksum import mix, one_of
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.motion import set_axes
+from contactlaw.world.records import RESIZED
 from contactlaw.world.sleep import lies
 from contactlaw.world.state import hole, stand, write
 from contactlaw.world.step import FIXED, PRESSED
@@ -196,7 +197,7 @@ def take_over(head, w, state):
         left = floats(head.left, 1, head.nq)
         for i in range(head.nq):
             left[i] = np.nan
-    if not sound or dropped > 0:
+    if not sound or (dropped > 0 and w.edited < RESIZED):
         notice(head, DAMAGED, float(dropped))
 
 
@@ -221,7 +222,7 @@ def leave(head, w, state):
             force = scale(mean_share(c, head.step_size), load(c.force))
             press(head, p.body_a, load(c.arm_a), force, push)
             press(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
-    d, head.idle = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0
+    d, head.idle, w.edited = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0, 0
     state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     lost = write(w, state[PUSH + head.nv :])
     if lost > 0:

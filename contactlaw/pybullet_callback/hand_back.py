@@ -40,6 +40,7 @@ from contactlaw.world.step import GROWS
 from contactlaw.world.vec import axpy, dot, half_turn, load, load4, norm, product, scale, store, store4, sub
 
 PASSED, LIST = -2, -3  # of `set_off`
+SEEN, TOO_FAR, NO_RADIUS, PUT_IN = 1, 2, 4, 8  # of `look`: what is known of a contact
 
 
 @jit
@@ -158,13 +159,14 @@ def look(head, w):
         if c.phase == FREE:
             said[slot] = 0.0
             continue
-        notes = 1.0 if c.deepest > DEEPEST * c.touch.radius else 0.0
-        if said[slot] == 0.0:
-            said[slot] = 0.5
-            notes += 2.0 if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c) else 0.0
-        if notes > said[slot]:
-            said[slot] = notes
+        known = int(said[slot])
+        notes = known | SEEN | (TOO_FAR if c.deepest > DEEPEST * c.touch.radius else 0)
+        notes |= PUT_IN if c.built > 0.0 else 0
+        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+            notes |= NO_RADIUS
+        if notes > known | SEEN:
             flags |= NOTED
+        said[slot] = notes
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1
