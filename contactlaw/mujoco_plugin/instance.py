@@ -95,7 +95,7 @@ def _block(view: layout.ModelView, leads: bool) -> int:
 
 
 def _renew(model: int, data: int) -> str:
-    """Make the leading block of an mjData anew, of the model as it is now; returns what it is not, and why."""
+    """Make the leading block of an mjData anew, of the model as it is now; returns what it does not heed, and why."""
     view = layout.ModelView(model)
     place = _place(data, members(view)[0])
     old = record_at(place.value, HEAD, 1)[0]
@@ -114,12 +114,14 @@ def _renew(model: int, data: int) -> str:
         ctypes.memmove(int(new[name]), int(old[name]), 8 * count)
     free(place.value)
     place.value = made
+    geoms = View(new).geoms.tolist()
     bits = [
         f"{name} = {getattr(view, name)[geom]} of geom {_name(view, _GEOM, geom)}"
         for name in notices.BITS
         for geom in changed[name]
+        if geom in geoms
     ]
-    return f"{', '.join(bits)}: no contact of the law goes by it; choose who touches anew by load_model" if bits else ""
+    return f"{', '.join(bits)}: no contact ends by it; choose who touches anew by load_model" if bits else ""
 
 
 _TEXTS = {
@@ -142,16 +144,13 @@ _TEXTS = {
 @keeps
 def report(address: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
-    text, head = _TEXTS[code].format(value), record_at(address, HEAD, 1)[0]
-    if code == notices.EDITED:
+    head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
+    if edited:
         head["told_a"] = head["told_b"] = -1
     where = _whereabouts(head)
-    if code == notices.EDITED:
-        why = _renew(int(head["model"]), int(head["data"]))
-        if not why:
-            return
-        text += why
-    warnings.warn(f"{where}: {text}", ContactWarning, stacklevel=3)
+    why = _renew(int(head["model"]), int(head["data"])) if edited else ""
+    if why or not edited:
+        warnings.warn(f"{where}: {_TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
 
 
 def _whereabouts(head: Any) -> str:

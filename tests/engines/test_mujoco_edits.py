@@ -364,18 +364,25 @@ def test_a_ball_that_is_put_deep_into_what_it_rests_on_is_not_thrown():
 
 
 def test_contype_that_is_edited_is_told_of():
-    model, data, height = resting()
-    mujoco.mj_step(model, data)
-    model.geom_contype[1] = model.geom_conaffinity[1] = 0
+    """But not that of a geom which the law does not have."""
+    other = '<geom name="other" size=".1" pos="1 0 0"/></worldbody>'
+    model = load_model(BALL.replace("</worldbody>", other), [("ball", "floor", steel_pair())])
+    data = mujoco.MjData(model)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, data, 20)
+        model.geom("other").contype = 0
+        mujoco.mj_step(model, data, 20)
+    model.geom("ball").contype = model.geom("ball").conaffinity = 0
     text = (
-        r"^contacts at .* geom_contype = 0 of geom 'ball', geom_conaffinity = 0 of geom 'ball': no contact of the law"
+        r"^contacts at .* geom_contype = 0 of geom 'ball', geom_conaffinity = 0 of geom 'ball': no contact ends by it"
     )
     with pytest.warns(ContactWarning, match=text):
         mujoco.mj_step(model, data, 5)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mujoco.mj_step(model, data, 20)
-    assert height[0] == pytest.approx(0.025, abs=1e-5)
+    assert data.qpos[2] == pytest.approx(0.025, abs=1e-5)
 
 
 def test_what_knows_the_contacts_of_the_engine_alone_is_told_of():
