@@ -47,6 +47,7 @@ from contactlaw.world.checksum import mix, one_of
 from contactlaw.world.demand import READ as READ_STATE
 from contactlaw.world.demand import STEP
 from contactlaw.world.leading import lead
+from contactlaw.world.records import RESIZED
 from contactlaw.world.sleep import lies
 from contactlaw.world.state import hole, stand, write
 from contactlaw.world.step import FIXED, PRESSED
@@ -126,7 +127,7 @@ def read_placed(head, w, p, left_io):
     store4(b.quaternion, load4(left_io[3:]) if known else turn)
     store(b.velocity, load(left_io[7:]))
     store(b.spin, load(left_io[10:]))
-    lead(w, p.body, b, place, turn, head.step_size)
+    lead(w, b, place, turn, head.step_size)
     store(left_io, place)
     store4(left_io[3:], turn)
     store(left_io[7:], load(b.velocity))
@@ -196,7 +197,7 @@ def take_over(head, w, state):
         left = floats(head.left, 1, head.nq)
         for i in range(head.nq):
             left[i] = np.nan
-    if not sound or dropped > 0:
+    if not sound or (dropped > 0 and w.edited < RESIZED):
         notice(head, DAMAGED, float(dropped))
 
 
@@ -221,7 +222,7 @@ def leave(head, w, state):
             force = scale(mean_share(c, head.step_size), load(c.force))
             press(head, p.body_a, load(c.arm_a), force, push)
             press(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
-    d, head.idle = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0
+    d, head.idle, w.edited = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0, 0
     state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     lost = write(w, state[head.row :])
     if lost > 0:

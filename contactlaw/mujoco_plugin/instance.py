@@ -14,13 +14,14 @@ import numpy as np
 from contactlaw.mujoco_plugin import config, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD, STARTS
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.mujoco_plugin.members import instances, members
+from contactlaw.mujoco_plugin.members import instances, left_out, members
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
-from contactlaw.pair import TOO_DEEP, ContactWarning
+from contactlaw.pair import FOUND_IN, TOO_DEEP, ContactWarning
 from contactlaw.world.clear import UNCLEAR
 from contactlaw.world.demand import keeps
+from contactlaw.world.records import EDITED, RESIZED, WORLD
 
 allocate, free = ctypes.pythonapi.PyMem_RawCalloc, ctypes.pythonapi.PyMem_RawFree
 allocate.argtypes, allocate.restype = [ctypes.c_size_t, ctypes.c_size_t], ctypes.c_void_p
@@ -61,6 +62,9 @@ def init(model: int, data: int, number: int) -> int:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         if int(mujoco.mjtStage.mjSTAGE_ACC) not in view.sensor_needstage:
             view.plugin[number] = layout.plugin_of(config.BLIND)[1]
+        if [number] == members(view)[:1]:
+            for text in left_out(view):
+                warnings.warn(text, ContactWarning, stacklevel=1)  # by default once, whoever makes an mjData
         _place(data, number).value = _block(view, [number] == members(view)[:1])
     except BaseException as error:  # an interrupt too: without a block no step may be taken
         _complain(number, error)
@@ -91,21 +95,18 @@ def _block(view: layout.ModelView, leads: bool) -> int:
 
 
 def _renew(model: int, data: int) -> str:
-    """Make the leading block of an mjData anew, of the model as it is now; returns why not, or nothing."""
+    """Make the leading block of an mjData anew, of the model as it is now; returns what it does not heed, and why."""
     view = layout.ModelView(model)
     place = _place(data, members(view)[0])
     old = record_at(place.value, HEAD, 1)[0]
+    changed = notices.take_note(old)
     try:
         made = _block(view, True)
     except Exception as error:
-        runs = record_at(int(old["watch"]), np.dtype(np.int64), 3 * int(old["watch_count"])).reshape(-1, 3)
-        at = int(old["seen"])
-        for field, first, count in runs.tolist():
-            start = ctypes.c_size_t.from_address(model + 8 * field).value
-            ctypes.memmove(at, start + 8 * first, 8 * count)
-            at += 8 * count
         return str(error)
     new = record_at(made, HEAD, 1)[0]
+    before, now = (record_at(int(head["world"]), WORLD, 1) for head in (old, new))
+    now["edited"] = max(before["edited"][0], RESIZED if changed["geom_size"] else EDITED)
     View(new).give_frictions(View(old).frictions)
     new["turn"] = old["turn"]  # and what is known of the step that is under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
@@ -113,14 +114,20 @@ def _renew(model: int, data: int) -> str:
         ctypes.memmove(int(new[name]), int(old[name]), 8 * count)
     free(place.value)
     place.value = made
-    return ""
+    geoms = View(new).geoms.tolist()
+    bits = [
+        f"{name} = {getattr(view, name)[geom]} of geom {_name(view, _GEOM, geom)}"
+        for name in notices.BITS
+        for geom in changed[name]
+        if geom in geoms
+    ]
+    return f"{', '.join(bits)}: no contact ends by it; choose who touches anew by load_model" if bits else ""
 
 
 _TEXTS = {
     notices.EDITED: "the model has been changed, and the law goes on with what it was: ",
     notices.DEEP: TOO_DEEP,
-    notices.BUILT: "found in each other by {:.2g} of the radius: that depth counts as none as long as it lasts; "
-    "overlaps='keep' takes it as given",
+    notices.BUILT: f"{FOUND_IN}; overlaps='keep' takes it as given",
     notices.UNCLEAR_RADIUS: UNCLEAR,
     notices.DAMAGED: "the part of plugin_state that is the law's is not what a step of this model leaves: it is of "
     "another model, or damaged; contacts start anew",
@@ -137,29 +144,27 @@ _TEXTS = {
 @keeps
 def report(address: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
-    text = _TEXTS[code].format(value)
-    if code == notices.EDITED:
-        head = record_at(address, HEAD, 1)[0]
-        why = _renew(int(head["model"]), int(head["data"]))
-        if not why:
-            return
-        text += why
-    warnings.warn(f"{_whereabouts(address)}: {text}", ContactWarning, stacklevel=3)
+    head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
+    if edited:
+        head["told_a"] = head["told_b"] = -1
+    where = _whereabouts(head)
+    why = _renew(int(head["model"]), int(head["data"])) if edited else ""
+    if why or not edited:
+        warnings.warn(f"{where}: {_TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
 
 
-def _whereabouts(address: int) -> str:
+def _whereabouts(head: Any) -> str:
     """Which geoms a notice is of, and when."""
-    head = record_at(address, HEAD, 1)[0]
     time = record_at(int(head["data"]), layout.DATA, 1)[0]["time"]
     view = layout.ModelView(int(head["model"]))
     geoms = [int(head[name]) for name in ("told_a", "told_b") if head[name] >= 0]
     bodies = view.geom_bodyid
-
-    def name(kind: int, number: int) -> str:
-        return repr(view.name(kind, number) or number)
-
-    named = [f"{name(_GEOM, geom)} of body {name(_BODY, int(bodies[geom]))}" for geom in geoms]
+    named = [f"{_name(view, _GEOM, geom)} of body {_name(view, _BODY, int(bodies[geom]))}" for geom in geoms]
     return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"
+
+
+def _name(view: layout.ModelView, kind: int, number: int) -> str:
+    return repr(view.name(kind, number) or number)
 
 
 _GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)

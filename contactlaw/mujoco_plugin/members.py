@@ -18,7 +18,10 @@ from contactlaw.mujoco_plugin.shapes import Shape, check_served, native_margin
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets, groups
 
-_GEOM, _PLUGIN = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_PLUGIN)
+_GEOM, _PLUGIN, _BODY, _TREE, _ACTUATOR, _OF_SENSOR = (
+    int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in ("GEOM", "PLUGIN", "BODY", "XBODY", "ACTUATOR", "SENSOR")
+)
+_ADHESION, _SENSOR = int(mujoco.mjtTrn.mjTRN_BODY), int(getattr(mujoco.mjtSensor, "mjSENS_CONTACT", -1))
 
 
 def configured(view: layout.ModelView, number: int) -> Iterator[tuple[str, str]]:
@@ -36,6 +39,33 @@ def instances(view: layout.ModelView) -> list[int]:
 def members(view: layout.ModelView) -> list[int]:
     """Those of them that are contacts; what is not configured at all is a sensor of all contacts."""
     return [number for number in instances(view) if any(configured(view, number))]
+
+
+def left_out(view: layout.ModelView) -> Iterator[str]:
+    """What knows the engine's own contacts alone, and is on geoms that touch by the law: words for each."""
+    sticky, sensors = (np.flatnonzero(own) for own in (view.actuator_trntype == _ADHESION, view.sensor_type == _SENSOR))
+    if not (sticky.size or sensors.size):
+        return
+    geoms = np.unique([geom for number in members(view) for geom in Member(view, number).geoms])
+
+    def on(kind: int, number: int) -> bool:
+        """Whether such geoms are of an object; a site, or no object, means any."""
+        bodies = view.geom_bodyid[geoms].copy()
+        while kind == _TREE and (bodies > number).any():
+            bodies[bodies > number] = view.body_parentid[bodies[bodies > number]]
+        own = {_GEOM: geoms, _BODY: bodies, _TREE: bodies}.get(kind)
+        return own is None or number in own
+
+    for k in sticky.tolist():
+        body = int(view.actuator_trnid[k, 0])
+        if on(_BODY, body):
+            what = f"actuator {view.name(_ACTUATOR, k) or k!r}: adhesion of body {view.name(_BODY, body) or body!r}"
+            yield f"{what} presses by the engine's own contacts, and not by those of the law"
+    for k in sensors.tolist():
+        ends = (view.sensor_objtype[k], view.sensor_objid[k]), (view.sensor_reftype[k], view.sensor_refid[k])
+        if all(on(int(kind), int(number)) for kind, number in ends):
+            what = f"sensor {view.name(_OF_SENSOR, k) or k!r}: tells of the engine's own contacts"
+            yield f"{what}, and not of those of the law; take contacts_of, or a sensor contactlaw.contact"
 
 
 class Member:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,8 @@ from contactlaw.world.clear import is_clear
 
 DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
-OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")
+BITS = "geom_contype", "geom_conaffinity"
+OF_GEOMS = (*BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
 BETWEEN = 32  # numbers between two runs, in less time than another run takes
 
@@ -92,16 +94,38 @@ def seen(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) ->
         own = getattr(view, name)
         start = own.ctypes.data // 8
         for first, end in _runs(bodies if name in OF_BODIES else geoms if name in OF_GEOMS else range(len(own))):
-            first, end = own[:first].size, own[:end].size
+            first, end = own[:first].nbytes // 8, -(-own[:end].nbytes // 8)
             if 0 <= start + first - last <= BETWEEN:
                 rows[-1][2] += start + end - last
             else:
                 rows.append([places[name][1] // 8, first, end - first])
             last = start + end
-    for pointer, first, count in rows:
-        start = int(layout.record_at(view.address + 8 * pointer, np.dtype(np.int64), 1)[0])
-        values.append(layout.record_at(start + 8 * first, np.dtype(float), count).copy())
-    return np.array(rows, np.int64).reshape(-1, 3), np.concatenate(values)
+    runs = np.array(rows, np.int64).reshape(-1, 3)
+    values += [layout.record_at(start, np.dtype(float), count).copy() for start, count in _places(view.address, runs)]
+    return runs, np.concatenate(values)
+
+
+def _places(model: int, runs: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    """Address and count of the numbers of runs, see `seen`."""
+    for pointer, first, count in runs.tolist():
+        yield int(layout.record_at(model + 8 * pointer, np.dtype(np.int64), 1)[0]) + 8 * first, count
+
+
+def take_note(head: Any) -> dict[str, list[int]]:
+    """Note what the numbers are now; returns whose have changed: rows of fields of geoms."""
+    view, found = layout.ModelView(int(head["model"])), dict[str, list[int]]()
+    runs = layout.record_at(int(head["watch"]), np.dtype(np.int64), 3 * int(head["watch_count"])).reshape(-1, 3)
+    kept = int(head["seen"])
+    for start, count in _places(view.address, runs):
+        now, was = (layout.record_at(place, np.dtype(np.int32), 2 * count) for place in (start, kept))
+        changed = start + 4 * np.flatnonzero(now != was)
+        for name in OF_GEOMS:
+            own = getattr(view, name)
+            rows = np.unique((changed - own.ctypes.data) // own.strides[0])
+            found.setdefault(name, []).extend(rows[(rows >= 0) & (rows < len(own))].tolist())
+        was[:] = now
+        kept += 8 * count
+    return found
 
 
 def _runs(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:

@@ -61,8 +61,10 @@ class ContactCallback:
       * Removing a contact turns the native response of its pairs on, whatever collision groups say: what
         setCollisionFilterPair said before cannot be read.
       * Remove a contact before its bodies. A body that has gone, or another one that PyBullet has given its id, is an
-        error at the next call if there are more or fewer bodies, or one is where it was not. They carry a user data
-        entry for this.
+        error at the next call if there are more or fewer bodies, or one is where it was not, or after resetSimulation.
+        They carry a user data entry for this.
+      * A body that is put deeper into another than a tenth of the radius counts as just touching it: that depth is
+        taken off the overlap as long as it lasts.
 
     Args:
         client: Physics client id.
@@ -232,7 +234,7 @@ class ContactCallback:
         """See that all bodies are there; None: there are no contacts."""
         if not self._contacts:
             return None
-        if (count := p.getNumBodies(self._client)) != self._body_count:
+        if (count := p.getNumBodies(self._client)) != self._body_count or self._marks.some_are_gone():
             self._marks.check()
             self._body_count = count
         return self._made or self._scene

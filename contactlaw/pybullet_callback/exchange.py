@@ -86,6 +86,7 @@ EXACT = 1e-12  # relative difference that is rounding
 NOTED, LISTED, FLAGS = 1, 2, 4
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4
 PASSED, LIST = -2, -3  # of `set_off`
+SEEN, TOO_FAR, NO_RADIUS, PUT_IN = 1, 2, 4, 8  # of `look`: what is known of a contact
 
 head_at: Any = element(HEAD)
 row_at: Any = element(ROW)
@@ -118,7 +119,9 @@ def receive(head, w):
             continue
         v = load(r.before.velocity)
         if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
-            moved = go(w, k + 1, r, b, head.dt) or moved
+            go(w, r, b, head.dt)
+            strange |= r.strange
+            moved = moved or r.strange != 0
             continue
         if r.mass > 0.0:
             r.strange = 0 if went(r, v) or (r.lacks != 0 and went(r, load(r.left.velocity))) else 1
@@ -144,14 +147,12 @@ def receive(head, w):
 
 
 @jit_inside
-def go(w, i, r, b, dt):
-    """Let a body that nothing pushes, and that has not been given a velocity, go where it has been put; returns whether
-    it jumps there."""
+def go(w, r, b, dt):
+    """Let a body that nothing pushes, and that has not been given a velocity, go where it has been put."""
     store(b.position, load(r.left.position))
     store4(b.quaternion, quaternion_of(r.left))
-    lead(w, i, b, load(r.before.position), quaternion_of(r.before), dt)
-    r.pressed = 0
-    return b.placed != 0
+    lead(w, b, load(r.before.position), quaternion_of(r.before), dt)
+    r.pressed, r.strange = 0, b.placed
 
 
 @jit_inside
@@ -445,13 +446,14 @@ def look(head, w):
         if c.phase == FREE:
             said[slot] = 0.0
             continue
-        notes = 1.0 if c.deepest > DEEPEST * c.touch.radius else 0.0
-        if said[slot] == 0.0:
-            said[slot] = 0.5
-            notes += 2.0 if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c) else 0.0
-        if notes > said[slot]:
-            said[slot] = notes
+        known = int(said[slot])
+        notes = known | SEEN | (TOO_FAR if c.deepest > DEEPEST * c.touch.radius else 0)
+        notes |= PUT_IN if c.built > 0.0 else 0
+        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+            notes |= NO_RADIUS
+        if notes > known | SEEN:
             flags |= NOTED
+        said[slot] = notes
         if c.phase == CLOSED:
             row_at(head.rows, c.body_a - 1).pressed = 1
             row_at(head.rows, c.body_b - 1).pressed = 1

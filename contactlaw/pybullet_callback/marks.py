@@ -7,8 +7,6 @@ from itertools import count
 
 import pybullet as p
 
-from contactlaw.pybullet_callback.shapes import BASE
-
 _NAMES = count()
 
 
@@ -16,30 +14,35 @@ class Marks:
     """User data entries of one callback's bodies.
 
     Attributes:
-        bodies: Those that have one, or had when it was put.
+        bodies: Those that have one, or had when it was put, and its id.
     """
 
     def __init__(self, client: int) -> None:
         self._client = client
         self._name = f"contactlaw {next(_NAMES)}"
-        self.bodies: set[int] = set()
+        self._text, self._first = self._name.encode(), -1
+        self.bodies: dict[int, int] = {}
 
     def put(self, bodies: Iterable[int]) -> None:
         """Mark bodies."""
-        new = set(bodies) - self.bodies
-        for body in new:
-            p.addUserData(body, self._name, "", physicsClientId=self._client)
-        self.bodies |= new
+        for body in set(bodies) - self.bodies.keys():
+            self.bodies[body] = p.addUserData(body, self._name, self._name, physicsClientId=self._client)
+        self._first = next(iter(self.bodies.values()), -1)
 
     def take(self, body: int) -> None:
         """Take the mark off a body, which may be gone."""
         if self.is_there(body):
-            p.removeUserData(p.getUserDataId(body, self._name, BASE, BASE, self._client), self._client)
-        self.bodies.discard(body)
+            p.removeUserData(self.bodies[body], self._client)
+        self.bodies.pop(body, None)
+        self._first = next(iter(self.bodies.values()), -1)
 
     def is_there(self, body: int) -> bool:
         """Whether the body still is the one that was marked."""
-        return p.getUserDataId(body, self._name, BASE, BASE, self._client) >= 0
+        return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self._text
+
+    def some_are_gone(self) -> bool:
+        """Whether the first is, as all are after resetSimulation; cheap enough for each step."""
+        return p.getUserData(self._first, self._client) != self._text
 
     def check(self) -> None:
         """Raise ValueError where one is not."""

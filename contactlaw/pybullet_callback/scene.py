@@ -10,8 +10,9 @@ import numpy as np
 import pybullet as p
 from numpy.typing import NDArray
 
-from contactlaw.pair import DEEPEST, TOO_DEEP
+from contactlaw.pair import FOUND_IN, TOO_DEEP
 from contactlaw.pybullet_callback.contact import Contact, ContactState
+from contactlaw.pybullet_callback.exchange import NO_RADIUS, PUT_IN, TOO_FAR
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.meetings import parents_of
@@ -79,6 +80,7 @@ class Scene:
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
                 self._enter(self._side_of[owner], [part])
+        self.world.arrays.pairs["relaxed"] = 1
         self._known = np.zeros(0, np.int64)
         listed = self._silence if any(contact.many for contact in contacts.values()) else None
         self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves, check, listed)
@@ -161,10 +163,10 @@ class Scene:
     def notes(self, slot: int, record: Any) -> Iterator[tuple[str, str]]:
         """What there is to say of a contact, and has not been said of its two sides: these, and the words."""
         contact, one, two, _ = self.sides_of(record)
-        radius, deepest = float(record["touch"]["radius"]), float(record["deepest"])
-        unclear = self.traffic.seen[slot] >= 2.0
+        radius, seen = float(record["touch"]["radius"]), int(self.traffic.seen[slot])
         for holds, text, value in (
-            (deepest > DEEPEST * radius, TOO_DEEP, deepest / max(radius, 1e-300)), (unclear, UNCLEAR, radius),
+            (seen & TOO_FAR, TOO_DEEP, record["deepest"] / max(radius, 1e-300)), (seen & NO_RADIUS, UNCLEAR, radius),
+            (seen & PUT_IN, FOUND_IN, record["built"] / max(radius, 1e-300)),
         ):  # fmt: skip
             if holds and (one.key, two.key, text) not in contact.told:
                 contact.told.add((one.key, two.key, text))

@@ -9,22 +9,19 @@ from __future__ import annotations
 from math import atan2
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.access import near_at
 from contactlaw.world.motion import set_axes
-from contactlaw.world.touch import release
 from contactlaw.world.vec import ZERO, load, load4, norm, product, scale, store, store4, sub
 
-JUMP = (
-    5.0  # [m/s]: who is put so far that more than all of its speed, and more than this, changes in a step has jumped;
-)
-# arms of robots and belts set out with less, and 10 mm in 2 ms are no motion
+# [m/s]: who would change speed by more in a step, and by more than all of it, has jumped. Arms of robots and belts set
+# out with less; 10 mm in 2 ms are no motion
+JUMP = 5.0
 
 
 @jit_inside
-def lead(w, i, b, place, turn, h):
-    """Let body i, which is where it was left, go to a place [m] and a quaternion within a step of h [s].
+def lead(w, b, place, turn, h):
+    """Let a body, which is where it was left, go to a place [m] and a quaternion within a step of h [s].
 
-    Its velocities are those of the step before. One that jumps is there at once, at rest, and touches anew.
+    Its velocities are those of the step before. One that jumps is there at once, at rest, as somebody who is `placed`.
     """
     back = load4(b.quaternion)
     c, x, y, z = product(turn, (back[0], -back[1], -back[2], -back[3]))
@@ -41,15 +38,4 @@ def lead(w, i, b, place, turn, h):
         b.placed, w.stale = 1, 1
         store(b.velocity, ZERO)
         store(b.spin, ZERO)
-        part_from_all(w, i)
     set_axes(b)
-
-
-@jit_inside
-def part_from_all(w, i):
-    """Forget the contacts of a body."""
-    for k in range(w.nears):
-        p = near_at(w.near, k)
-        if p.slot >= 0 and (p.body_a == i or p.body_b == i):
-            release(w, p.slot)
-            p.slot, p.closed = -1, 0

@@ -22,6 +22,7 @@ SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, 
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
 LATER, NOW, EACH = range(3)  # when contacts are twisted: not in this substep, in it of some, in each
+EDITED, RESIZED = 1, 2  # whether a world is another than in its last step
 STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
 WAITS = 8  # a power of two
 FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
@@ -294,6 +295,7 @@ WORLD = record(
     slots="i8",  # of contacts that have ever been in use: the first so many
     rested="i8",  # in the last step nobody moved
     stale="i8",  # a body has travelled further than the list of near pairs holds
+    edited="i8",  # somebody has changed bodies or shapes since the last step; RESIZED: what these grew by is no motion
     unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
     implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
     kicks="i8", lists="i8",  # counted for good

@@ -63,7 +63,7 @@ def strikes(w, p):
     """Whether a pair strikes within the step, or is none that lasts."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if p.closed == 0:
-        if p.gap < 0.0 and -p.gap > deep(shape_at(w.shapes, p.a), radius_of(w, p)):
+        if p.gap < 0.0 and -p.gap > deep(w, p.a, radius_of(w, p)):
             return True  # it is to be found so, see `touch.close`
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0

@@ -23,7 +23,7 @@ from contactlaw.world.near import count_slots, list_near, strayed
 from contactlaw.world.pace import LONG, rests
 from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
 from contactlaw.world.sleep import disturbed, wake, wake_body
-from contactlaw.world.touch import release, replace, stays_built
+from contactlaw.world.touch import forget_put_in, release, replace, stays_built
 from contactlaw.world.vec import load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
@@ -83,6 +83,8 @@ def find_pressed(w):
         for k in range(w.nears):
             p = near_at(w.near, k)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+            if closed * p.closed * (a.placed + b.placed) != 0:
+                forget_put_in(w, p)
             pressed = p.closed != 0
             if pressed != closed:
                 continue
@@ -198,7 +200,7 @@ def begin(w, dt):
         if b.tree != 0 and b.member == 0 and not passes:
             tree_at(b.tree, 0).span = dt
             settle(b)
-        if b.asleep != 0 and disturbed(b):
+        if b.asleep != 0 and (w.edited != 0 or disturbed(b)):
             wake_body(b, 0.0)
             settle(b)
         follow(b)

@@ -15,10 +15,10 @@ from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_a
 from contactlaw.world.call import address, ask_parting, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
-from contactlaw.world.geometry import BACK, SUNK, build_in, is_sunk, meet, most_overlap, overlap_of_cores
+from contactlaw.world.geometry import BACK, SUNK, build_in, is_sunk, meet, meet_near, most_overlap, overlap_of_cores
 from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
-from contactlaw.world.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED
+from contactlaw.world.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.rolling import moment_of, rolled
 from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 
@@ -53,7 +53,7 @@ def close(w, k, overlap):
     law = law_of(w, pair_at(w.pairs, q.pair))
     radius, along = ellipse_of(w, q)
     know(t, law, radius)
-    if overlap > deep(shape_at(w.shapes, q.a), radius) and pair_at(w.pairs, q.pair).relaxed != 0:
+    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > deep(w, q.a, radius):
         c.built, overlap = build_in(w, q, c.built + overlap), 0.0
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
@@ -89,9 +89,25 @@ def close(w, k, overlap):
 
 
 @jit_inside
-def deep(s, radius):
-    """Overlap [m] at which Hertz's theory no longer holds, of a shape as A; crowned edges have a radius of metres."""
-    return DEEPEST * (min(s.radius, radius) if s.radius > 0.0 else radius)
+def deep(w, a, radius):
+    """Overlap [m] at which Hertz's theory no longer holds, of a shape as A; crowned edges have a radius of metres.
+
+    Any, where shapes have grown.
+    """
+    s = shape_at(w.shapes, a)
+    return DEEPEST * (min(s.radius, radius) if s.radius > 0.0 else radius) if w.edited < RESIZED else 0.0
+
+
+@jit_inside
+def forget_put_in(w, p):
+    """Forget the contact of a closed pair that somebody has put deep into each other since; `close` finds it anew."""
+    c = contact_at(w.contacts, p.slot)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    overlap, _, _, _ = meet_near(w, p, a, b)
+    deeper = overlap - c.touch.overlap
+    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(deep(w, p.a, c.touch.radius), TOUCHING * c.touch.radius):
+        release(w, p.slot)
+        p.slot, p.closed, p.built = -1, 0, 0.0
 
 
 @jit_inside

@@ -313,3 +313,98 @@ def test_a_state_in_which_a_robot_sleeps_is_set_back_without_complaint():
         model.body_mass[1] *= 1.1
         mujoco.mj_step(model, data, 20)
     assert other.qpos == pytest.approx(data.qpos, abs=1e-4)
+
+
+SLIDES = '<joint type="slide" axis="0 0 1"/>'
+
+
+def resting(joint="<freejoint/>"):
+    """A steel ball that sleeps on the floor, and its height [m] above where the model has it."""
+    model = load_model(BALL.replace("<freejoint/>", joint), [("ball", "floor", steel_pair(restitution=0.9))])
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    assert not data.qvel.any()
+    return model, data, data.body("b").xpos[2:]
+
+
+@pytest.mark.parametrize("joint", ["<freejoint/>", SLIDES], ids=["free", "slide"])
+@pytest.mark.parametrize("factor", [1.05, 2.0])
+def test_a_ball_that_grows_where_it_rests_is_not_thrown(joint, factor):
+    model, data, height = resting(joint)
+    model.geom_size[1, 0] *= factor
+    found = f"'ball' of body 'b' on 'floor' .* {1 - 1 / factor:.2g} of the radius: that depth counts as none"
+    with pytest.warns(ContactWarning, match=found):
+        mujoco.mj_step(model, data, 4)
+    for _ in range(100):
+        mujoco.mj_step(model, data)
+        assert height[0] == pytest.approx(0.025, abs=1e-5)
+    data.qpos[-5 if model.nq == 7 else 0] += 0.025 * factor  # out of the floor, onto which it falls as any other
+    mujoco.mj_step(model, data, 2000)
+    assert height[0] == pytest.approx(0.025 * factor, abs=1e-5)
+
+
+@pytest.mark.parametrize("joint", ["<freejoint/>", SLIDES], ids=["free", "slide"])
+def test_a_ball_that_shrinks_where_it_sleeps_falls_without_a_word(joint):
+    model, data, height = resting(joint)
+    model.geom_size[1, 0] *= 0.3
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, data, 1000)
+    assert height[0] == pytest.approx(0.3 * 0.025, abs=1e-5)
+
+
+def test_a_ball_that_is_put_deep_into_what_it_rests_on_is_not_thrown():
+    model, data, height = resting()
+    data.qpos[2] -= 0.02
+    with pytest.warns(
+        ContactWarning, match="'ball' of body 'b' on 'floor' .* found in each other by 0.8 of the radius"
+    ):
+        mujoco.mj_step(model, data, 200)
+    assert height[0] == pytest.approx(0.005, abs=1e-5)
+
+
+def test_contype_that_is_edited_is_told_of():
+    """But not that of a geom which the law does not have."""
+    other = '<geom name="other" size=".1" pos="1 0 0"/></worldbody>'
+    model = load_model(BALL.replace("</worldbody>", other), [("ball", "floor", steel_pair())])
+    data = mujoco.MjData(model)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, data, 20)
+        model.geom("other").contype = 0
+        mujoco.mj_step(model, data, 20)
+    model.geom("ball").contype = model.geom("ball").conaffinity = 0
+    text = (
+        r"^contacts at .* geom_contype = 0 of geom 'ball', geom_conaffinity = 0 of geom 'ball': no contact ends by it"
+    )
+    with pytest.warns(ContactWarning, match=text):
+        mujoco.mj_step(model, data, 5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, data, 20)
+    assert data.qpos[2] == pytest.approx(0.025, abs=1e-5)
+
+
+def test_what_knows_the_contacts_of_the_engine_alone_is_told_of():
+    """Adhesion and <contact> sensors, where they are on what touches by the law."""
+    if not hasattr(mujoco.mjtSensor, "mjSENS_CONTACT"):
+        pytest.skip("this MuJoCo has no such sensor")
+    both = """<body name="c" pos="1 0 .025"><freejoint/><geom name="cube" type="box" size=".02 .02 .02"/></body>
+    </worldbody><actuator><adhesion name="grip" body="b" ctrlrange="0 1"/>
+    <adhesion name="other" body="c" ctrlrange="0 1"/></actuator><sensor>
+    <contact name="felt" geom1="ball"/><contact name="under" subtree1="b" body2="world"/><contact name="any"/>
+    <contact name="cubes" geom1="cube"/><contact name="far" subtree1="world" geom2="cube"/></sensor>"""
+    with pytest.warns(ContactWarning) as told:
+        model = load_model(BALL.replace("</worldbody>", both), [("ball", "floor", steel_pair())])
+    said = {str(one.message) for one in told}
+    assert {text.split(":")[0] for text in said} == {
+        "actuator 'grip'",
+        "sensor 'felt'",
+        "sensor 'under'",
+        "sensor 'any'",
+    }
+    assert (
+        "actuator 'grip': adhesion of body 'b' presses by the engine's own contacts, and not by those of the law"
+        in said
+    )
+    assert model.nsensor == 5

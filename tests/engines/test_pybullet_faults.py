@@ -16,6 +16,7 @@ if __import__("numba").config.DISABLE_JIT:
 
 from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, shape, velocities  # noqa: E402
 
+from contactlaw import ContactWarning  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 
 BY_BOTH = pytest.mark.parametrize("ahead", [True, False], ids=["call", "step"])
@@ -56,6 +57,35 @@ def test_reset_simulation_is_noticed_though_there_are_as_many_bodies(client: int
     callback.add_contact(body, floor, pair_of(restitution=1.0))
     go(client, callback, ahead)
     assert velocities(client, body)[0][2] == pytest.approx(1.0, abs=1e-3)
+
+
+@BY_BOTH
+def test_reset_simulation_is_noticed_though_all_bodies_are_where_they_were(client: int, ahead: bool) -> None:
+    body, callback, _ = resting(client)
+    place = p.getBasePositionAndOrientation(body, client)[0]
+    p.resetSimulation(physicsClientId=client)
+    p.setGravity(0, 0, -9.81, client)
+    assert plane(client) + 1 == ball(client, list(place)) == body
+    with pytest.raises(ValueError, match=r"body 0: removed.*resetSimulation"):
+        go(client, callback, ahead)
+
+
+@BY_BOTH
+@pytest.mark.parametrize("depth", [0.2, 2.0])
+@pytest.mark.parametrize("rests", [True, False], ids=["at rest", "in flight"])
+def test_a_ball_that_is_put_into_the_floor_is_not_thrown(client: int, ahead: bool, rests: bool, depth: float) -> None:
+    body, callback, _ = resting(client)
+    if not rests:
+        p.resetBasePositionAndOrientation(body, [0, 0, 1.0], [0, 0, 0, 1], client)
+        go(client, callback, ahead, 5)
+    p.resetBasePositionAndOrientation(body, [0, 0, (1.0 - depth) * RADIUS], [0, 0, 0, 1], client)
+    text = f"body {body} and body 0: found in each other by {depth:.2g} of the radius: that depth counts as none"
+    with pytest.warns(ContactWarning, match=text):
+        go(client, callback, ahead)
+    for _ in range(100):
+        go(client, callback, ahead)
+        height = p.getBasePositionAndOrientation(body, client)[0][2]
+        assert height == pytest.approx((1.0 - depth) * RADIUS, abs=1e-5)
 
 
 @pytest.mark.parametrize("then", ["call", "step"])
@@ -214,7 +244,7 @@ def test_sets_leave_out_a_link_and_its_parent(client: int) -> None:
     assert velocities(client, body)[0].tolist() == [0.0, 0.0, 0.0]
     for link, angle in enumerate((0.0, 2.0, 0.0)):
         p.resetJointState(body, link, angle, 0.0, client)
-    with pytest.warns(match="overlap over radius"):
+    with pytest.warns(match="found in each other"):
         callback.step()
     assert {(one.a[1], one.b[1]) for one in callback.states(handle)} <= {(-1, 1), (-1, 2), (0, 2)}
     assert callback.states(handle)
