@@ -14,33 +14,13 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
-from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import (
-    LEFT,
-    PUSH,
-    STARTS,
-    TOKEN,
-    call_sense,
-    floats,
-    free_at,
-    head_at,
-    place,
-    placed_at,
-)
+from contactlaw.mujoco_plugin import layout, notices
+from contactlaw.mujoco_plugin.block import LEFT, PUSH, STARTS, TOKEN, floats, free_at, head_at, place, placed_at
 from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
-from contactlaw.mujoco_plugin.notices import (
-    DAMAGED,
-    EDITED,
-    LED,
-    SWITCHED_OFF,
-    UNSAVED,
-    edited,
-    look_over,
-    notice,
-    tell_of,
-)
+from contactlaw.mujoco_plugin.notices import edited, look_over, notice, tell_of
+from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.world.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.checksum import mix, one_of
@@ -51,7 +31,7 @@ from contactlaw.world.sleep import lies
 from contactlaw.world.state import hole, stand, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import load, scale, store
+from contactlaw.world.vec import load, load4, scale, store, store4
 
 LARGEST = 1e100  # [N], a force that can be computed with
 CHANGED, MOVED, CALM = -1, 0, 1  # how a step went, see `move`
@@ -120,17 +100,17 @@ def trees(head, stage):
 def read_placed(head, w, p):
     """Where such a body is; one that has been turned makes the list of near pairs anew."""
     b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
-    q, at = floats(d.xquat, 4 * p.id, 4), load(floats(d.xpos, 3 * p.id, 3))
-    moves = at != load(b.position)
+    q, at = load4(floats(d.xquat, 4 * p.id, 4)), load(floats(d.xpos, 3 * p.id, 3))
+    turned = q != load4(b.quaternion)
+    if turned:
+        w.stale = 1
+    moves = turned or at != load(b.position)
     store(b.position, at)
-    for i in range(4):
-        if b.quaternion[i] != q[i]:
-            w.stale, moves = 1, True
-        b.quaternion[i] = q[i]
+    store4(b.quaternion, q)
     set_axes(b)
     for k in range(w.nears if moves else 0):
         if near_at(w.near, k).body_a == p.body or near_at(w.near, k).body_b == p.body:
-            notice(head, LED, float(p.id))
+            notice(head, notices.LED, float(p.id))
 
 
 @jit
@@ -197,7 +177,7 @@ def take_over(head, w, state):
         for i in range(head.nq):
             left[i] = np.nan
     if not sound or dropped > 0:
-        notice(head, DAMAGED, float(dropped))
+        notice(head, notices.DAMAGED, float(dropped))
 
 
 @jit
@@ -225,7 +205,7 @@ def leave(head, w, state):
     state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     lost = write(w, state[PUSH + head.nv :])
     if lost > 0:
-        notice(head, UNSAVED, float(lost))
+        notice(head, notices.UNSAVED, float(lost))
     first, last = hole(w, state[PUSH + head.nv :])
     head.token = token_of(head, state, PUSH + head.nv + first, PUSH + head.nv + last)
     state[TOKEN] = head.token
@@ -283,7 +263,7 @@ def compute(m, d, instance, capability):
             call_sense(head.sense, head.own, head.averages)
         return
     if (head.calm == 0 or head.turn == 0) and edited(head):
-        tell_of(head, EDITED, 0.0)
+        tell_of(head, notices.EDITED, 0.0)
         head = begin(m, d, instance)
     head.turn = (head.turn + 1) % STARTS
     note(head, place(head.starts, head.turn * (1 + head.nq + head.nv)))
@@ -304,11 +284,11 @@ def advance(m, d, instance):
     if not acts(head):
         return
     if model_at(m, 0).disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
-        notice(head, SWITCHED_OFF, 0.0)
+        notice(head, notices.SWITCHED_OFF, 0.0)
         return
     done = go_on(head)
     if done == CHANGED:
-        tell_of(head, EDITED, 0.0)
+        tell_of(head, notices.EDITED, 0.0)
         head = begin(m, d, instance)
         done = go_on(head)
     head.calm = 1 if done == CALM else 0

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from contactlaw.memory import set_whole, whole_at
+from contactlaw.memory import caller, set_whole, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import call_report, place
+from contactlaw.mujoco_plugin.block import place
 from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.pair import DEEPEST
 from contactlaw.world.access import contact_at, near_at, pair_at, world_at
@@ -27,6 +29,9 @@ OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "b
 OF_GEOMS = ("geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
 BETWEEN = 32  # numbers between two runs, in less time than another run takes
+
+call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
+"""Call void (*function)(int64 block, int64 code, double value) at an address."""
 
 
 @jit
@@ -99,8 +104,8 @@ def seen(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) ->
                 rows.append([places[name][1] // 8, first, end - first])
             last = start + end
     for pointer, first, count in rows:
-        start = int(layout.record_at(view.address + 8 * pointer, np.dtype(np.int64), 1)[0])
-        values.append(layout.record_at(start + 8 * first, np.dtype(float), count).copy())
+        start = int(layout.record_at(view.address + 8 * pointer, np.int64, 1)[0])
+        values.append(layout.record_at(start + 8 * first, np.float64, count).copy())
     return np.array(rows, np.int64).reshape(-1, 3), np.concatenate(values)
 
 
