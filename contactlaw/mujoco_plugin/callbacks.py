@@ -136,11 +136,11 @@ def find_start(head):
     """
     m, size = model_at(head.model, 0), 1 + head.nq + head.nv
     head.start = place(head.starts, size * head.turn)
-    if floats(head.start, 0, 1)[0] + m.timestep != data_at(head.data, 0).time:
+    if floats(head.start, 0, 1)[0] + m.opt.timestep != data_at(head.data, 0).time:
         head.start = place(head.starts, size * ((head.turn + 1) % STARTS))
-    head.step_size = m.timestep
-    head.lag = 0.0 if m.integrator == layout.RUNGE_KUTTA else 0.5 * m.timestep
-    store(head.gravity, (0.0, 0.0, 0.0) if m.disableflags & layout.NO_GRAVITY else load(m.gravity))
+    head.step_size = m.opt.timestep
+    head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
+    store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
 
 
 @jit
@@ -248,7 +248,7 @@ def begin(m, d, instance):
 @jit
 def acts(head):
     """Whether an instance leads, and anything may touch."""
-    return head.leads != 0 and model_at(head.model, 0).disableflags & layout.NO_CONTACT == 0
+    return head.leads != 0 and model_at(head.model, 0).opt.disableflags & layout.NO_CONTACT == 0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
@@ -283,7 +283,7 @@ def advance(m, d, instance):
     head = begin(m, d, instance)
     if not acts(head):
         return
-    if model_at(m, 0).disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
+    if model_at(m, 0).opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
         notice(head, notices.SWITCHED_OFF, 0.0)
         return
     done = go_on(head)

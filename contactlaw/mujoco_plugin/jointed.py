@@ -2,10 +2,10 @@
 
 All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
 springs, actuators, limits and other constraints. They stay what they are within the step, but for limits, equalities
-and what goes with the velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of
-passive and actuator forces, and v_f what it was last asked for forces at, under Runge-Kutta near the step's end. How
-velocities are read and handed back is told in `free`; here too the half step is one of what pushes at rest alone: with
-that of centripetal forces energy would be gained, and damping may be stiff.
+and what goes with the velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and
+actuator forces, and v_f what it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are
+read and handed back is told in `free`; here too the half step is one of what pushes at rest alone: with that of
+centripetal forces energy would be gained, and damping may be stiff.
 
 Joint limits that the engine has found reached are soft, and act in the world as they do there. The force of such a
 constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is how far the joint
@@ -103,17 +103,6 @@ def read_trees(head):
 
 
 @jit
-def read_damping(head, first, damping_out):
-    """-D of a tree whose degrees of freedom begin at `first`; its rows are kept as the engine keeps them."""
-    m, d = model_at(head.model, 0), data_at(head.data, 0)
-    for k in range(damping_out.shape[0]):
-        size = entry(m.D_diag, first + k) + 1
-        values = floats(d.qDeriv, entry(m.D_rowadr, first + k), size)
-        for p in range(size):
-            damping_out[k, p] = -values[p]
-
-
-@jit
 def find_jointed(head, j, t):
     """Where a tree is at the start of the step; it passes by everything unless something says otherwise."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
@@ -143,10 +132,10 @@ def set_down(t, coordinates, velocities):
 @jit
 def read_jointed(head, j, t):
     """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
-    d, n, f, v = data_at(head.data, 0), t.v_size, vector(t.f, t.v_size), vector(t.v, t.v_size)
+    m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
+    f, v, damping = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n))
     smooth, bias = floats(d.qfrc_smooth, j.v, n), floats(d.qfrc_bias, j.v, n)
     held, given = floats(d.qfrc_constraint, j.v, n), floats(head.given, j.v, n)
-    read_damping(head, j.v, vector(t.d, (n, n)))
     store(t.gravity, load(head.gravity))
     copy(floats(head.start, 1 + j.q, t.q_size), vector(t.q, t.q_size))
     copy(floats(asked(head), 1 + head.nq + j.v, n), vector(t.v_f, n))
@@ -154,6 +143,9 @@ def read_jointed(head, j, t):
     for i in range(n):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
         axis_at(t.axes, i).side = 0.0
+        values = floats(d.qDeriv, entry(m.D_rowadr, j.v + i), entry(m.D_diag, j.v + i) + 1)
+        for p in range(values.size):  # as the engine keeps its rows
+            damping[i, p] = -values[p]
     hold(head, j, t)
     t.stale, t.span = 1, head.step_size
     if d.nl > 0:

@@ -49,31 +49,18 @@ def structure(name: str) -> np.dtype:
     return _laid_out(structs.STRUCTS[name].fields)
 
 
-def _some(whole: np.dtype, *names: str) -> np.dtype:
-    """A struct of which compiled code knows some fields; option.name: one of its options, by that name."""
-    own: dict[str, tuple[np.dtype, int]] = {}
-    for name in names:
-        inside, first = whole, 0
-        for part in name.split("."):
-            inside, first = inside.fields[part][0], first + inside.fields[part][1]  # type: ignore[index]
-        own[part] = inside, first
-    kinds, places = zip(*own.values(), strict=True)
-    return np.dtype({"names": list(own), "formats": kinds, "offsets": places, "itemsize": whole.itemsize})
-
-
-DATA = _some(
-    structure("mjData"),
+DATA = structure("mjData")[[
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
     "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc", "sensordata",
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_id", "efc_type", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind",
-)  # fmt: skip
-MODEL = _some(
-    structure("mjModel"),
-    "opt.timestep", "opt.integrator", "opt.gravity", "opt.disableflags", "geom_bodyid", "D_rowadr", "D_diag",
-    "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "site_type", "site_size",
-)  # fmt: skip
+]]  # fmt: skip
+"""Of a struct what compiled code knows."""
+MODEL = structure("mjModel")[[
+    "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "site_type",
+    "site_size",
+]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
@@ -191,7 +178,7 @@ def check() -> None:
             array = getattr(live, field, None)
             if isinstance(array, np.ndarray) and array.size and own[field] != array.ctypes.data:
                 wrong.append(f"{name}.{field}")
-    own, opt = record_at(model._address, MODEL, 1)[0], model.opt
+    own, opt = record_at(model._address, MODEL, 1)[0]["opt"], model.opt
     if (own["timestep"], own["integrator"], own["disableflags"]) != (opt.timestep, opt.integrator, opt.disableflags):
         wrong.append("mjModel.opt")
     if ModelView(model._address).nv != model.nv or own["gravity"][2] != -9.81:

@@ -138,8 +138,10 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 class View:
-    """The world of an mjData, by the head of its block: its arrays, and of each pair its instance and the friction it
-    was given, NaN: none; number: of the instance that is asked for."""
+    """The world of an mjData: its arrays, and of each pair its instance and the friction it was given, NaN: none.
+
+    head: of the block. number: of the contact of the model that is asked for.
+    """
 
     def __init__(self, head: Any, number: int = 0) -> None:
         self.number = number

@@ -91,13 +91,12 @@ def sense(block, mean):
     The engine, asked to read its sensors, asks for those of the law in turn.
     """
     head = head_at(block, 0)
-    asked = head.sensing != 0
-    head.sensing = 1
-    if not asked and gather(head, mean):
+    asked, head.sensing = head.sensing, 1
+    if asked == 0 and gather(head, mean):
         read_again(head, mean)
     else:
         tell(head, mean)
-    head.sensing = 1 if asked else 0
+    head.sensing = asked
 
 
 @jit
@@ -155,7 +154,7 @@ def gather(head, mean):
 @jit
 def load_of(head, w, c, mean):
     """Force on A [N], and the moment on it besides [N m]."""
-    step = model_at(head.model, 0).timestep
+    step = model_at(head.model, 0).opt.timestep
     sleeps = body_at(w.bodies, c.body_a).asleep != 0 or body_at(w.bodies, c.body_b).asleep != 0
     if sleeps or mean == 0:
         force = load(c.force) if sleeps else scale(mean_share(c, step), load(c.force))
