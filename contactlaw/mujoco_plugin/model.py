@@ -17,12 +17,13 @@ from contactlaw.mujoco_plugin.notices import seen
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.demand import STEP, supply
-from contactlaw.world.frames import ORIGIN, UNTURNED, matrix_of, product
+from contactlaw.world.frames import matrix_of, product
 from contactlaw.world.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.tree_rows import TreeRows
 
 Array = NDArray[np.float64]
+UNIT = np.array([1.0, 0.0, 0.0, 0.0])
 # For each round shape, by its kind: contacts that there is room for at once (balls of any sizes that do not overlap
 # touch 7.5 times their number at most, Kuperberg & Schramm 1994), a hull's with those of its parts; and near pairs
 NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
@@ -40,15 +41,19 @@ class Pose(NamedTuple):
 
     def then(self, other: Pose) -> Pose:
         """Of something in this frame, given in it."""
+        if self is HERE or other is HERE:
+            return self if other is HERE else other
         return Pose(self.place + matrix_of(self.turn) @ other.place, product(self.turn, other.turn))
 
     def inverse(self) -> Pose:
         """Of that frame in this."""
+        if not self.place.any() and (self.turn == UNIT).all():
+            return HERE
         turn = self.turn * [1.0, -1.0, -1.0, -1.0]
         return Pose(-matrix_of(turn) @ self.place, turn)
 
 
-HERE = Pose(ORIGIN, UNTURNED)
+HERE = Pose(np.zeros(3), UNIT)
 
 
 class Model:
