@@ -11,17 +11,24 @@ world between two steps (`world.state`).
 
 from __future__ import annotations
 
+import ctypes
 from typing import Any
 
+import numpy as np
 from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import jit_inside
-from contactlaw.memory import caller, doubles_at, element, load_int
+from contactlaw.memory import doubles_at, element, load_int
+from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.world.records import VECTOR, Array, Arrays, record
 
 TOKEN, LEFT, PUSH = range(3)  # of the state: where its parts begin
 LED = 13  # numbers of a body that is led: place, quaternion, velocity, spin
 STARTS = 4  # states kept of the last calls of compute: Runge-Kutta asks four times a step
+
+allocate, free = ctypes.pythonapi.PyMem_RawCalloc, ctypes.pythonapi.PyMem_RawFree
+allocate.argtypes, allocate.restype = [ctypes.c_size_t, ctypes.c_size_t], ctypes.c_void_p
+free.argtypes, free.restype = [ctypes.c_void_p], None
 
 HEAD = record(
     leads="i8", own_size="i8",  # the latter: numbers of the instance in plugin_state
@@ -88,13 +95,6 @@ jointed_at: Any = element(JOINTED)
 sensor_at: Any = element(SENSOR)
 
 
-call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
-"""Call void (*function)(int64 who, int64 code, double value) at an address."""
-
-call_sense: Any = caller(types.void(types.uint64, types.uint64))
-"""Call void (*function)(uint64 block, uint64 mean) at an address."""
-
-
 @jit_inside
 def place(address, count):
     """The address of a number in an array of them; sums of addresses stay whole numbers."""
@@ -108,36 +108,39 @@ def floats(address, first, size):
 
 
 @jit_inside
+def number(address, i):
+    """A number of an array at an address."""
+    return doubles_at(place(address, i))[0]
+
+
+@jit_inside
 def entry(address, i):
     """A whole number of an array of C int at an address."""
     return int(load_int(types.uintp(address) + types.uintp(4 * i)))
 
 
-def size_of(world: Arrays, *more: Array) -> int:
-    """Bytes of a block."""
-    return HEAD.itemsize + sum(_padded(array) for array in (*world, *more))
+def build(world: Arrays, fields: dict[str, Any]) -> int:
+    """Make a block; returns its address.
 
-
-def fill(memory: Array, head: Array, world: Arrays, **more: Array) -> None:
-    """Write a block: its head, the world, and arrays whose addresses the head keeps by their names.
-
-    memory: bytes (size,), which stay where they are.
+    fields: what its head says, by name; of an array the head keeps the address.
     """
     at = HEAD.itemsize
+    tables = [value for value in fields.values() if isinstance(value, np.ndarray)]
+    address = allocate(1, at + sum(_padded(array) for array in (*world, *tables)))
 
     def moved(array: Array) -> Array:
         nonlocal at
-        here = memory[at : at + array.nbytes].view(array.dtype).reshape(array.shape)
+        here = record_at(address + at, array.dtype, array.size).reshape(array.shape)
         if any(array.strides):  # else it is room, and zero as the block is
             here[...] = array
         at += _padded(array)
         return here
 
-    arrays = Arrays(*map(moved, world)).bound()
-    head["world"], head["own"] = arrays.world.ctypes.data, memory.ctypes.data
-    for name, array in more.items():
-        head[name] = moved(array).ctypes.data
-    memory[: HEAD.itemsize].view(HEAD)[:] = head
+    head = record_at(address, HEAD, 1)[0]
+    head["world"], head["own"] = Arrays(*map(moved, world)).bound().world.ctypes.data, address
+    for name, value in fields.items():
+        head[name] = moved(value).ctypes.data if isinstance(value, np.ndarray) else value
+    return address
 
 
 def _padded(array: Array) -> int:

@@ -14,33 +14,13 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 
 from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
-from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import (
-    LED,
-    LEFT,
-    PUSH,
-    STARTS,
-    TOKEN,
-    call_sense,
-    floats,
-    free_at,
-    head_at,
-    place,
-    placed_at,
-)
+from contactlaw.mujoco_plugin import layout, notices
+from contactlaw.mujoco_plugin.block import LED, LEFT, PUSH, STARTS, TOKEN, floats, free_at, head_at, place, placed_at
 from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
-from contactlaw.mujoco_plugin.notices import (
-    DAMAGED,
-    EDITED,
-    SWITCHED_OFF,
-    UNSAVED,
-    edited,
-    look_over,
-    notice,
-    tell_of,
-)
+from contactlaw.mujoco_plugin.notices import edited, look_over, notice, tell_of
+from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.world.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.call import address, call_read, call_step, ready
 from contactlaw.world.checksum import mix, one_of
@@ -157,11 +137,11 @@ def find_start(head):
     """
     m, size = model_at(head.model, 0), 1 + head.nq + head.nv
     head.start = place(head.starts, size * head.turn)
-    if floats(head.start, 0, 1)[0] + m.timestep != data_at(head.data, 0).time:
+    if floats(head.start, 0, 1)[0] + m.opt.timestep != data_at(head.data, 0).time:
         head.start = place(head.starts, size * ((head.turn + 1) % STARTS))
-    head.step_size = m.timestep
-    head.lag = 0.0 if m.integrator == layout.RUNGE_KUTTA else 0.5 * m.timestep
-    store(head.gravity, (0.0, 0.0, 0.0) if m.disableflags & layout.NO_GRAVITY else load(m.gravity))
+    head.step_size = m.opt.timestep
+    head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
+    store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
 
 
 @jit
@@ -198,7 +178,7 @@ def take_over(head, w, state):
         for i in range(head.nq):
             left[i] = np.nan
     if not sound or (dropped > 0 and w.edited < RESIZED):
-        notice(head, DAMAGED, float(dropped))
+        notice(head, notices.DAMAGED, float(dropped))
 
 
 @jit
@@ -226,7 +206,7 @@ def leave(head, w, state):
     state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     lost = write(w, state[head.row :])
     if lost > 0:
-        notice(head, UNSAVED, float(lost))
+        notice(head, notices.UNSAVED, float(lost))
     first, last = hole(w, state[head.row :])
     head.token = token_of(head, state, head.row + first, head.row + last)
     state[TOKEN] = head.token
@@ -269,7 +249,7 @@ def begin(m, d, instance):
 @jit
 def acts(head):
     """Whether an instance leads, and anything may touch."""
-    return head.leads != 0 and model_at(head.model, 0).disableflags & layout.NO_CONTACT == 0
+    return head.leads != 0 and model_at(head.model, 0).opt.disableflags & layout.NO_CONTACT == 0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
@@ -284,7 +264,7 @@ def compute(m, d, instance, capability):
             call_sense(head.sense, head.own, head.averages)
         return
     if (head.calm == 0 or head.turn == 0) and edited(head):
-        tell_of(head, EDITED, 0.0)
+        tell_of(head, notices.EDITED, 0.0)
         head = begin(m, d, instance)
     head.turn = (head.turn + 1) % STARTS
     note(head, place(head.starts, head.turn * (1 + head.nq + head.nv)))
@@ -304,12 +284,12 @@ def advance(m, d, instance):
     head = begin(m, d, instance)
     if not acts(head):
         return
-    if model_at(m, 0).disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
-        notice(head, SWITCHED_OFF, 0.0)
+    if model_at(m, 0).opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
+        notice(head, notices.SWITCHED_OFF, 0.0)
         return
     done = go_on(head)
     if done == CHANGED:
-        tell_of(head, EDITED, 0.0)
+        tell_of(head, notices.EDITED, 0.0)
         head = begin(m, d, instance)
         done = go_on(head)
     head.calm = 1 if done == CALM else 0

@@ -138,7 +138,10 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
     substeps: Any = config.get("substeps", str(SUBSTEPS))
 
     def optional(key: str) -> float | None:
-        return _float(key, config[key]) if key in config else None
+        text = config.get(key)
+        if text is not None and not losses.NUMBER.fullmatch(text.strip()):
+            raise ValueError(f"{key} = {text!r}: must be a number")
+        return None if text is None else float(text)
 
     pair = ContactPair(
         _material("material1", config["material1"]),
@@ -179,9 +182,3 @@ def _material(key: str, text: str) -> Material:
         return Material(float(words[0]), float(words[1]))
     except ValueError as error:
         raise ValueError(f"{key} = {text!r}: {error}") from None
-
-
-def _float(key: str, text: str) -> float:
-    if not losses.NUMBER.fullmatch(text.strip()):
-        raise ValueError(f"{key} = {text!r}: must be a number")
-    return float(text)

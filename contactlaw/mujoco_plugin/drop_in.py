@@ -34,12 +34,11 @@ import numpy as np
 from contactlaw import checks
 from contactlaw.ending import whole
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.choose import Contacts, chosen, skipped
 from contactlaw.mujoco_plugin.members import members
 from contactlaw.mujoco_plugin.overlaps import part_joined, warn_of_start
 from contactlaw.mujoco_plugin.selection import give_names, label
 from contactlaw.mujoco_plugin.spec import take
-from contactlaw.mujoco_plugin.whole import put_natives
+from contactlaw.mujoco_plugin.whole import Contacts, chosen, put_natives, skipped
 from contactlaw.pair import ContactWarning
 from contactlaw.world.sets import groups
 

@@ -20,13 +20,19 @@ from contactlaw.world.access import body_at, world_at
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.motion import follow, give, set_axes, spin_rate
 from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, product, store, sub, turn_by
+from contactlaw.world.vec import add, axpy, cross, dot, load, load4, norm, product, store, store4, sub, turn_by
 
 
 @jit
 def coordinates(head, state, f):
     """Of a body: its coordinates and its velocities, of a state at an address."""
     return floats(state, 1 + f.q, 7), floats(state, 1 + head.nq + f.v, 6)
+
+
+@jit
+def back(q):
+    """The conjugate of a quaternion."""
+    return q[0], -q[1], -q[2], -q[3]
 
 
 @jit
@@ -86,9 +92,7 @@ def read_free(head, f, known):
         b.placed = 1
         b.held[0] = np.nan  # it wakes
     store(b.position, add(load(q), arm))
-    full = product(own, f.frame)
-    for i in range(4):
-        b.quaternion[i] = full[i]
+    store4(b.quaternion, product(own, f.frame))
     set_axes(b)
     spin = turn_by(own, (v[3], v[4], v[5]))
     store(b.spin, spin)
@@ -145,16 +149,14 @@ def same_as_left(head, q, q_size, v, v_size):
 @jit
 def axes_of(b, f):
     """The quaternion of a body's frame, and its centre of mass from the frame's origin [m]."""
-    own = (b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3])
-    own = product(own, (f.frame[0], -f.frame[1], -f.frame[2], -f.frame[3]))
+    own = product(load4(b.quaternion), back(load4(f.frame)))
     return own, turn_by(own, load(f.offset))
 
 
 @jit
 def write_free(head, f):
     """Put a body that was touched where the world has it."""
-    b = body_at(world_at(head.world, 0).bodies, f.body)
-    d = data_at(head.data, 0)
+    b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     if b.asleep != 0:
         copy(floats(head.start, 1 + f.q, 7), q)
@@ -168,10 +170,9 @@ def write_free(head, f):
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
         spin = axpy(-head.lag, give(b, load(b.torque)), spin)
     store(q, sub(load(b.position), arm))
-    for i in range(4):
-        q[3 + i] = own[i]
+    store4(floats(d.qpos, f.q + 3, 4), own)
     store(v, velocity)
-    v[3], v[4], v[5] = turn_by((own[0], -own[1], -own[2], -own[3]), spin)
+    v[3], v[4], v[5] = turn_by(back(own), spin)
 
 
 @jit
@@ -192,7 +193,7 @@ def mean_share(c, dt):
 def press_free(b, f, arm, force, push_io):
     """Add a force on a body [N], at an arm [m] from its centre of mass, to the generalised one."""
     own, centre = axes_of(b, f)
-    moment = turn_by((own[0], -own[1], -own[2], -own[3]), cross(add(arm, centre), force))
+    moment = turn_by(back(own), cross(add(arm, centre), force))
     for i in range(3):
         push_io[f.v + i] += force[i]
         push_io[f.v + 3 + i] += moment[i]

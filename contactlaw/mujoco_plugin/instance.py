@@ -1,4 +1,4 @@
-"""A plugin instance comes to life: what MuJoCo asks of Python when a model is compiled and when an mjData is made."""
+"""The plugin as MuJoCo has it: registered once in a process; what it asks of Python for each model and each mjData."""
 
 from __future__ import annotations
 
@@ -6,31 +6,34 @@ import copyreg
 import ctypes
 import sys
 import warnings
+from types import ModuleType
 from typing import Any
 
+import llvmlite.binding
 import mujoco
-import numpy as np
 
+from contactlaw import jit
 from contactlaw.mujoco_plugin import config, layout, notices
-from contactlaw.mujoco_plugin.block import HEAD, STARTS
+from contactlaw.mujoco_plugin.block import HEAD, STARTS, allocate, free
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.members import instances, left_out, members
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import FOUND_IN, TOO_DEEP, ContactWarning
+from contactlaw.world import demand
 from contactlaw.world.clear import UNCLEAR
-from contactlaw.world.demand import keeps
 from contactlaw.world.records import EDITED, RESIZED, WORLD
 
-allocate, free = ctypes.pythonapi.PyMem_RawCalloc, ctypes.pythonapi.PyMem_RawFree
-allocate.argtypes, allocate.restype = [ctypes.c_size_t, ctypes.c_size_t], ctypes.c_void_p
-free.argtypes, free.restype = [ctypes.c_void_p], None
-
-
-def _complain(number: int, error: BaseException) -> None:
-    """Errors cannot cross MuJoCo's C frames: the message goes out here, and MuJoCo then fails by itself."""
-    print(f"contactlaw: plugin instance {number}: {str(error) or type(error).__name__}", file=sys.stderr)
+COMPILE_TIME = 15  # [s]
+OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
+_POINTER_FIELDS = (
+    "nstate", "nsensordata", "init", "destroy", "copy", "reset", "compute", "advance", "visualize",
+    "actuator_act_dot", "sdf_distance", "sdf_gradient", "sdf_staticdistance", "sdf_attribute", "sdf_aabb",
+)  # fmt: skip
+CALLED = "mjd_smooth_vel", "mj_rnePostConstraint", "mj_sensorAcc", "mj_applyFT", "mj_solveM", "mju_rayGeom"
+REGISTERED = "_contactlaw_registered"
+"""In sys.modules: what has been registered, also where contactlaw is imported anew."""
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)
@@ -67,7 +70,8 @@ def init(model: int, data: int, number: int) -> int:
                 warnings.warn(text, ContactWarning, stacklevel=1)  # by default once, whoever makes an mjData
         _place(data, number).value = _block(view, [number] == members(view)[:1])
     except BaseException as error:  # an interrupt too: without a block no step may be taken
-        _complain(number, error)
+        # errors cannot cross MuJoCo's C frames: the message goes out here, and MuJoCo then fails by itself
+        print(f"contactlaw: plugin instance {number}: {str(error) or type(error).__name__}", file=sys.stderr)
         return -1
     return 0
 
@@ -84,14 +88,11 @@ def _block(view: layout.ModelView, leads: bool) -> int:
     Raises:
         ValueError: The law cannot serve the model.
     """
-    made = Model(view) if leads else None
-    if made:
-        made.check()
-    size = made.block_size() if made else HEAD.itemsize
-    memory = allocate(1, size)
-    if made:
-        made.fill(np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(memory)), _REPORT_ADDRESS)
-    return int(memory)
+    if not leads:
+        return allocate(1, HEAD.itemsize)
+    made = Model(view)
+    made.check()
+    return made.block(_REPORT_ADDRESS)
 
 
 def _renew(model: int, data: int) -> str:
@@ -116,7 +117,7 @@ def _renew(model: int, data: int) -> str:
     place.value = made
     geoms = View(new).geoms.tolist()
     bits = [
-        f"{name} = {getattr(view, name)[geom]} of geom {_name(view, _GEOM, geom)}"
+        f"{name} = {getattr(view, name)[geom]} of geom {view.label('geom', geom)}"
         for name in notices.BITS
         for geom in changed[name]
         if geom in geoms
@@ -141,7 +142,7 @@ _TEXTS = {
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
-@keeps
+@demand.keeps
 def report(address: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
@@ -155,19 +156,16 @@ def report(address: int, code: int, value: float) -> None:
 
 def _whereabouts(head: Any) -> str:
     """Which geoms a notice is of, and when."""
-    time = record_at(int(head["data"]), layout.DATA, 1)[0]["time"]
+    time = record_at(head["data"], layout.DATA, 1)[0]["time"]
     view = layout.ModelView(int(head["model"]))
-    geoms = [int(head[name]) for name in ("told_a", "told_b") if head[name] >= 0]
-    bodies = view.geom_bodyid
-    named = [f"{_name(view, _GEOM, geom)} of body {_name(view, _BODY, int(bodies[geom]))}" for geom in geoms]
+    named = [
+        f"{view.label('geom', geom)} of body {view.label('body', int(view.geom_bodyid[geom]))}"
+        for geom in (int(head["told_a"]), int(head["told_b"]))
+        if geom >= 0
+    ]
     return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"
 
 
-def _name(view: layout.ModelView, kind: int, number: int) -> str:
-    return repr(view.name(kind, number) or number)
-
-
-_GEOM, _BODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_BODY)
 _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0
 
 
@@ -192,3 +190,78 @@ def _read(kind: type, state: bytes) -> mujoco.MjModel | mujoco.MjData:
 
 for _kind in (mujoco.MjModel, mujoco.MjData):
     copyreg.pickle(_kind, _reduce)  # type: ignore[arg-type]
+
+
+class _Plugin(ctypes.Structure):
+    """mjpPlugin of mjplugin.h."""
+
+    _fields_ = [
+        ("name", ctypes.c_char_p),
+        ("nattribute", ctypes.c_int),
+        ("attributes", ctypes.POINTER(ctypes.c_char_p)),
+        ("capabilityflags", ctypes.c_int),
+        ("needstage", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in _POINTER_FIELDS),
+    ]
+
+
+def register() -> None:
+    """Fill the plugins' structs and register them, or take over what this process has registered before.
+
+    MuJoCo takes one plugin of a name and ends the process at a second, and mjData that live on call the first one's
+    compiled callbacks. These stay, therefore; only what MuJoCo asks of Python goes over to the modules of now.
+
+    Raises:
+        ImportError: Another MuJoCo than this works with, or another version of the plugin is registered already.
+    """
+    version = tuple(int(part) for part in mujoco.__version__.split(".")[:3])
+    if not OLDEST <= version <= NEWEST:
+        raise ImportError(
+            f"contactlaw works with MuJoCo {'.'.join(map(str, OLDEST))} to {NEWEST[0]}.x, not {mujoco.__version__}"
+        )
+    if jit.INTERPRETED:
+        raise ImportError("contactlaw.mujoco_plugin needs compiled callbacks, and NUMBA_DISABLE_JIT is set")
+    layout.check()
+    stamp = jit.SOURCE_STAMP + layout.KEY  # what compiled callbacks and the memory that they work on depend on
+    there = [address for name in (config.PLUGIN_NAME, config.BLIND) if (address := layout.plugin_of(name)[0])]
+    if there and getattr(sys.modules.get(REGISTERED), "stamp", None) != stamp:
+        raise ImportError(
+            f"the plugin {config.PLUGIN_NAME} is registered in this process already, by another version of contactlaw; "
+            "MuJoCo takes each plugin once: start a new process"
+        )
+    plugins = [_Plugin.from_address(address) for address in there] or _first()
+    for plugin in plugins:
+        for name, function in (("nstate", nstate), ("nsensordata", nsensordata), ("init", init)):
+            setattr(plugin, name, ctypes.cast(function, ctypes.c_void_p))
+    _keep(nstate, nsensordata, init, report, *demand.LASTS)
+    if not there:
+        for plugin in plugins:
+            layout.LIBRARY.mjp_registerPlugin(ctypes.byref(plugin))
+        sys.modules[REGISTERED] = known = ModuleType(REGISTERED, "What contactlaw has registered with MuJoCo.")
+        known.stamp = stamp
+
+
+def _first() -> list[_Plugin]:
+    """The structs of the plugin with sensors and without, but for what MuJoCo asks of Python."""
+    for function in (*(getattr(layout.LIBRARY, name) for name in CALLED), ctypes.pythonapi.PyMem_RawFree):
+        llvmlite.binding.add_symbol(function.__name__, ctypes.cast(function, ctypes.c_void_p).value)
+    with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
+        from contactlaw.mujoco_plugin import callbacks  # compiled against the symbols just added
+
+    plugins, passive = [_Plugin(), _Plugin()], int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
+    keys = (ctypes.c_char_p * len(config.KEYS))(*(key.encode() for key in config.KEYS))
+    for plugin, name, sensor in zip(plugins, (config.PLUGIN_NAME, config.BLIND), (layout.SENSOR, 0), strict=True):
+        layout.LIBRARY.mjp_defaultPlugin(ctypes.byref(plugin))
+        plugin.name = name.encode()
+        plugin.nattribute, plugin.attributes = len(keys), keys
+        plugin.capabilityflags, plugin.needstage = passive | sensor, int(mujoco.mjtStage.mjSTAGE_ACC)
+        plugin.compute, plugin.advance = callbacks.compute, callbacks.advance
+        plugin.reset, plugin.destroy = callbacks.reset, callbacks.destroy
+    _keep(plugins, keys, jit.CALLBACKS)
+    return plugins
+
+
+def _keep(*things: object) -> None:
+    """Let things live to the very end of the process: until then mjData may be freed, and models made."""
+    for thing in things:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))

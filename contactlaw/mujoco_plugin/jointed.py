@@ -2,10 +2,10 @@
 
 All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
 springs, actuators, limits and other constraints. They stay what they are within the step, but for limits, equalities
-(see there) and what goes with the velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of
-passive and actuator forces, and v_f what it was last asked for forces at, under Runge-Kutta near the step's end. How
-velocities are read and handed back is told in `free`; here too the half step is one of what pushes at rest alone: with
-that of centripetal forces energy would be gained, and damping may be stiff.
+and what goes with the velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and
+actuator forces, and v_f what it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are
+read and handed back is told in `free`; here too the half step is one of what pushes at rest alone: with that of
+centripetal forces energy would be gained, and damping may be stiff.
 
 Joint limits that the engine has found reached are soft, and act in the world as they do there. The force of such a
 constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is how far the joint
@@ -13,6 +13,17 @@ is beyond its limit and a the acceleration of r (MuJoCo documentation, Computati
 f, A = (M^-1)_kk, it changes by -D/(1 + D A) (K I dr + B d(dr/dt) + da_0). Held instead, it would go on against what a
 contact has turned back within the step, and give way to what strikes a joint at its stop. A limit that is reached
 behind a contact acts from the engine's next step on, as it does there.
+
+Equality constraints, welds, connects and joints that are held at a value, are soft too: the force along row J is D
+(a_ref - J a), with a_ref = -B J v - K I r. Within the step they go on as they do there: with
+
+    E = J^T D J        and        J^T D (B + h/2 K I) J        added to the damping
+
+the force is what the engine found, for the accelerations and velocities that it found it with; it answers to what
+contacts change about them, as a mass and a damper would. r goes by h/2 J v in the mean over a step of h seconds. Held
+constant instead, a weld would push on by 20 times what a light hand weighs after the hand has been stopped.
+
+What concerns joints of two branches, or of two trees, is held constant still.
 """
 
 from __future__ import annotations
@@ -25,8 +36,7 @@ from numba import types
 from contactlaw.jit import address_of, compiling
 from contactlaw.memory import caller
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, place
-from contactlaw.mujoco_plugin.equalities import hold
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, number, place
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, notice
@@ -59,48 +69,45 @@ def serve(block, stage):
     if stage == READ:
         return read_trees(head)
     for i in range(head.tree_count):
+        j = jointed_at(head.trees, i)
+        t = tree_at(world_at(head.world, 0).trees, j.tree)
         if stage == FIND:
-            find_jointed(head, jointed_at(head.trees, i))
+            find_jointed(head, j, t)
         else:
-            write_jointed(head, jointed_at(head.trees, i))
+            write_jointed(head, j, t)
     return False
 
 
 @jit
 def read_trees(head):
     """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
-    for i in range(head.tree_count):
-        foresee_jointed(head, jointed_at(head.trees, i))
+    w, d, known = world_at(head.world, 0), data_at(head.data, 0), False
+    for i in range(head.tree_count):  # to the engine's end of the step, for `passing`
+        j = jointed_at(head.trees, i)
+        t = tree_at(w.trees, j.tree)
+        if t.passes != STAYS:
+            set_down(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
+            for k in range(t.count):
+                b = body_at(t.bodies, k)
+                b.turned += head.step_size * norm(load(b.spin))
     find_passing(head.world)
-    known = False
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
-        if tree_at(world_at(head.world, 0).trees, j.tree).passes == PASSES:
+        t = tree_at(w.trees, j.tree)
+        if t.passes == PASSES:
             j.there = PASSES
             continue
         if not known:  # the engine finds D, that of the bias forces left out
             smooth_derivative(head.model, head.data, 0)
             known = True
-        read_jointed(head, j)
+        read_jointed(head, j, t)
     return not known
 
 
 @jit
-def read_damping(head, first, damping_out):
-    """-D of a tree whose degrees of freedom begin at `first`; its rows are kept as the engine keeps them."""
-    m, d = model_at(head.model, 0), data_at(head.data, 0)
-    for k in range(damping_out.shape[0]):
-        size = entry(m.D_diag, first + k) + 1
-        values = floats(d.qDeriv, entry(m.D_rowadr, first + k), size)
-        for p in range(size):
-            damping_out[k, p] = -values[p]
-
-
-@jit
-def find_jointed(head, j):
+def find_jointed(head, j, t):
     """Where a tree is at the start of the step; it passes by everything unless something says otherwise."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
-    t = tree_at(w.trees, j.tree)
     if j.base != 0:
         store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
@@ -129,52 +136,46 @@ def tell_of_tow(head, w, j, t):
 @jit
 def set_down(t, coordinates, velocities):
     """Put the bodies of a tree where coordinates and velocities have them."""
-    copy(coordinates, floats(t.start, 0, t.q_size))
-    copy(velocities, floats(t.v, 0, t.v_size))
-    clear(floats(t.x, 0, t.v_size))
+    copy(coordinates, vector(t.start, t.q_size))
+    copy(velocities, vector(t.v, t.v_size))
+    clear(vector(t.x, t.v_size))
     call_with_body(t.stand, body_at(t.bodies, 0))
 
 
 @jit
-def foresee_jointed(head, j):
-    """Take a tree to the engine's end of the step, for `passing`."""
-    t, d = tree_at(world_at(head.world, 0).trees, j.tree), data_at(head.data, 0)
-    if t.passes != STAYS:
-        set_down(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
-        for i in range(t.count):
-            b = body_at(t.bodies, i)
-            b.turned += head.step_size * norm(load(b.spin))
-
-
-@jit
-def read_jointed(head, j):
+def read_jointed(head, j, t):
     """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
-    t, d = tree_at(world_at(head.world, 0).trees, j.tree), data_at(head.data, 0)
-    q, v = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size)
-    start, rates = floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size)
-    asked = floats(head.starts, (1 + head.nq + head.nv) * head.turn + 1 + head.nq + j.v, t.v_size)
-    smooth, bias = floats(d.qfrc_smooth, j.v, t.v_size), floats(d.qfrc_bias, j.v, t.v_size)
-    held, given = floats(d.qfrc_constraint, j.v, t.v_size), floats(head.given, j.v, t.v_size)
-    f, v_f = floats(t.f, 0, t.v_size), floats(t.v_f, 0, t.v_size)
-    read_damping(head, j.v, vector(t.d, (t.v_size, t.v_size)))
+    m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
+    f, v, damping = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n))
+    smooth, bias = floats(d.qfrc_smooth, j.v, n), floats(d.qfrc_bias, j.v, n)
+    held, given = floats(d.qfrc_constraint, j.v, n), floats(head.given, j.v, n)
     store(t.gravity, load(head.gravity))
-    copy(start, q)
-    copy(asked, v_f)
-    for i in range(t.v_size):
-        v[i] = 0.0
+    copy(floats(head.start, 1 + j.q, t.q_size), vector(t.q, t.q_size))
+    copy(floats(asked(head), 1 + head.nq + j.v, n), vector(t.v_f, n))
+    clear(v)
+    for i in range(n):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
-    for k in range(t.v_size):
-        axis_at(t.axes, k).side = 0.0
+        axis_at(t.axes, i).side = 0.0
+        values = floats(d.qDeriv, entry(m.D_rowadr, j.v + i), entry(m.D_diag, j.v + i) + 1)
+        for p in range(values.size):  # as the engine keeps its rows
+            damping[i, p] = -values[p]
     hold(head, j, t)
     t.stale, t.span = 1, head.step_size
     if d.nl > 0:
         call_with_body(t.settle, body_at(t.bodies, 0))
         hand_over_limits(head, j, t)
     leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
-    a = accelerated(t, head.step_size) if leads else floats(t.a, 0, t.v_size)
-    for i in range(t.v_size):
-        v[i] = rates[i] + (head.lag * a[i] if leads else 0.0)  # the velocities at the time of the coordinates
+    a = accelerated(t, head.step_size) if leads else vector(t.a, n)
+    copy(floats(head.start, 1 + head.nq + j.v, n), v)
+    for i in range(n if leads else 0):
+        v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
     t.stale = 1
+
+
+@jit
+def asked(head):
+    """Address of the state that the engine was last asked for forces at."""
+    return place(head.starts, (1 + head.nq + head.nv) * head.turn)
 
 
 @jit
@@ -186,7 +187,7 @@ def accelerated(t, step):
     t.lag, t.stale = step, 1
     call_with_body(t.settle, body_at(t.bodies, 0))
     t.lag = 0.0
-    return floats(t.a, 0, t.v_size)
+    return vector(t.a, t.v_size)
 
 
 @jit
@@ -199,27 +200,26 @@ def is_pressed(t):
 
 
 @jit
-def write_jointed(head, j):
+def write_jointed(head, j, t):
     """Put a tree of which a body was touched, or that is at a limit, where the world has it."""
-    t, d = tree_at(world_at(head.world, 0).trees, j.tree), data_at(head.data, 0)
-    touched, asleep = False, body_at(t.bodies, 0).asleep != 0
+    n, touched, asleep = t.v_size, False, body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         touched = touched or body_at(t.bodies, i).touched != 0
-    for k in range(t.v_size):
+    for k in range(n):
         touched = touched or axis_at(t.axes, k).side != 0.0
     if not (touched or asleep):
         return
-    q, v, a = floats(t.q, 0, t.q_size), floats(t.v, 0, t.v_size), floats(t.a, 0, t.v_size)
-    coordinates, rates = floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size)
-    copy(q, coordinates)
-    for i in range(t.v_size):
-        rates[i] = 0.0 if asleep else v[i]
-    if not (is_pressed(t) or asleep) and head.lag > 0.0:
-        for i in range(t.v_size):
-            v[i] = 0.0
-        accelerated(t, head.step_size)
-        for i in range(t.v_size):
-            v[i] = rates[i]
+    d, v = data_at(head.data, 0), vector(t.v, n)
+    rates = floats(d.qvel, j.v, n)
+    copy(vector(t.q, t.q_size), floats(d.qpos, j.q, t.q_size))
+    copy(v, rates)
+    if asleep:
+        clear(rates)
+    elif head.lag > 0.0 and not is_pressed(t):
+        clear(v)
+        a = accelerated(t, head.step_size)
+        copy(rates, v)
+        for i in range(n):
             rates[i] -= head.lag * a[i]
 
 
@@ -241,7 +241,7 @@ def press(block, b, arm, force, push):
 
 @jit
 def hand_over_limits(head, j, t):
-    """Let the limits of a tree go with its coordinates and velocities, for a step whose other forces are known."""
+    """Let limits of a tree go with its coordinates and velocities, for a step whose other forces are known."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     first = d.ne + d.nf
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
@@ -249,34 +249,77 @@ def hand_over_limits(head, j, t):
     descend(t, factor, answer, n - 1, True)
     ascend(t, factor, answer)
     for row in range(first, first + d.nl):
-        if entry(d.efc_type, row) == layout.JOINT_LIMIT and entry(m.jnt_type, entry(d.efc_id, row)) >= SLIDE:
-            hand_over(head, j, row)
+        joint, force = entry(d.efc_id, row), number(d.efc_force, row)
+        if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:
+            continue
+        k, coordinate = entry(m.jnt_dofadr, joint) - j.v, entry(m.jnt_qposadr, joint)
+        if k < 0 or k >= n:
+            continue
+        axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
+        q, v = number(asked(head), 1 + coordinate), number(asked(head), 1 + head.nq + j.v + k)
+        beyond, weight = number(d.efc_pos, row), number(d.efc_D, row)
+        r = beyond - number(d.efc_margin, row)
+        side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
+        weight /= 1.0 + weight * mobility_along(t, k)
+        axis.side, axis.coordinate, axis.weight = side, coordinate - j.q, weight
+        axis.edge = side * q - r
+        axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
+        axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
+        vector(t.f, n)[k] -= side * force
 
 
 @jit
-def hand_over(head, j, row):
-    """The same for one limit, if it is of a hinge or slide of the tree."""
-    m, d = model_at(head.model, 0), data_at(head.data, 0)
-    t = tree_at(world_at(head.world, 0).trees, j.tree)
-    answer = vector(t.room, t.v_size)
-    joint = entry(d.efc_id, row)
-    k = entry(m.jnt_dofadr, joint) - j.v
-    force = floats(d.efc_force, row, 1)[0]
-    if k < 0 or k >= t.v_size or force <= 0.0:
-        return
-    axis, coordinate = axis_at(t.axes, k), entry(m.jnt_qposadr, joint)
-    asked = place(head.starts, (1 + head.nq + head.nv) * head.turn + 1)
-    q, v = floats(asked, coordinate, 1)[0], floats(asked, head.nq + j.v + k, 1)[0]
-    beyond, ends = floats(d.efc_pos, row, 1)[0], floats(m.jnt_range, 2 * joint, 2)
-    r = beyond - floats(d.efc_margin, row, 1)[0]
-    side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
-    reference, weight = floats(d.efc_KBIP, 4 * row, 3), floats(d.efc_D, row, 1)[0]
-    weight /= 1.0 + weight * mobility_along(t, k)
-    axis.side, axis.coordinate, axis.weight = side, coordinate - j.q, weight
-    axis.edge = side * q - r
-    axis.stiffness, axis.resistance = weight * reference[0] * reference[2], weight * reference[1]
-    axis.hold = force + axis.stiffness * r + axis.resistance * side * v + weight * side * answer[k]
-    vector(t.f, t.v_size)[k] -= side * force
+def hold(head, j, t):
+    """Let the equality constraints of a tree answer to its accelerations and velocities; f and D are known."""
+    d, n = data_at(head.data, 0), t.v_size
+    inertia, damping, row = vector(t.e, (n, n)), vector(t.d, (n, n)), vector(t.x, n)
+    f, v, a = vector(t.f, n), vector(t.v_f, n), floats(d.qacc, j.v, n)
+    for k in range(n):
+        clear(inertia[k])
+    for i in range(d.ne):
+        last = read_row(head, j, t, i)
+        reference, weight = floats(d.efc_KBIP, 4 * i, 3), number(d.efc_D, i)
+        spring = 0.5 * head.step_size * weight * reference[0] * reference[2]
+        k, push = last, 0.0
+        while k >= 0:
+            push += row[k] * (weight * a[k] - spring * v[k])
+            k = axis_at(t.axes, k).before
+        k = last
+        while k >= 0:
+            f[k] += push * row[k]
+            p, other = axis_at(t.axes, k).depth, k
+            while other >= 0:
+                inertia[k, p] += weight * row[k] * row[other]
+                damping[k, p] += (weight * reference[1] + spring) * row[k] * row[other]
+                p, other = p - 1, axis_at(t.axes, other).before
+            k = axis_at(t.axes, k).before
+
+
+@jit
+def read_row(head, j, t, number):
+    """Write a row of the engine's Jacobian into x; returns the last axis of it, -1: not all carry that, or are here."""
+    d, x = data_at(head.data, 0), vector(t.x, t.v_size)
+    sparse = d.nJ != d.nefc * head.nv  # if all entries are kept, they are in the order of a dense one
+    first = entry(d.efc_J_rowadr, number) if sparse else number * head.nv + j.v
+    values = floats(d.efc_J, first, entry(d.efc_J_rownnz, number) if sparse else t.v_size)
+    clear(x)
+    last, left = -1, 0
+    for i in range(values.size):
+        k = entry(d.efc_J_colind, first + i) - j.v if sparse else i
+        if values[i] != 0.0:
+            if k < 0 or k >= t.v_size:
+                return -1
+            x[k] = values[i]
+            last, left = max(last, k), left + 1
+    if last >= 0 and not sparse:
+        left = 0
+        for value in floats(d.efc_J, number * head.nv, head.nv):
+            left += 1 if value != 0.0 else 0
+    k = last
+    while k >= 0:
+        left -= 1 if x[k] != 0.0 else 0
+        k = axis_at(t.axes, k).before
+    return last if left == 0 else -1
 
 
 @lru_cache

@@ -49,31 +49,18 @@ def structure(name: str) -> np.dtype:
     return _laid_out(structs.STRUCTS[name].fields)
 
 
-def _some(whole: np.dtype, *names: str) -> np.dtype:
-    """A struct of which compiled code knows some fields; option.name: one of its options, by that name."""
-    own: dict[str, tuple[np.dtype, int]] = {}
-    for name in names:
-        inside, first = whole, 0
-        for part in name.split("."):
-            inside, first = inside.fields[part][0], first + inside.fields[part][1]  # type: ignore[index]
-        own[part] = inside, first
-    kinds, places = zip(*own.values(), strict=True)
-    return np.dtype({"names": list(own), "formats": kinds, "offsets": places, "itemsize": whole.itemsize})
-
-
-DATA = _some(
-    structure("mjData"),
+DATA = structure("mjData")[[
     "plugin_state", "plugin_data", "time", "qpos", "qvel", "qfrc_passive", "qfrc_applied", "qfrc_actuator",
     "qfrc_constraint", "qfrc_smooth", "qfrc_bias", "qDeriv", "xfrc_applied", "xpos", "xquat", "qacc", "sensordata",
     "geom_xpos", "geom_xmat", "xipos", "site_xpos", "site_xmat", "efc_id", "efc_type", "efc_pos", "efc_margin",
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind",
-)  # fmt: skip
-MODEL = _some(
-    structure("mjModel"),
-    "opt.timestep", "opt.integrator", "opt.gravity", "opt.disableflags", "geom_bodyid", "D_rowadr", "D_diag",
-    "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "site_type", "site_size",
-)  # fmt: skip
+]]  # fmt: skip
+"""Of a struct what compiled code knows."""
+MODEL = structure("mjModel")[[
+    "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "site_type",
+    "site_size",
+]]  # fmt: skip
 data_at: Any = element(DATA)
 model_at: Any = element(MODEL)
 JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
@@ -86,7 +73,6 @@ IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
 """These let `implicitfast` undo what a plugin writes to the angular velocity of free bodies."""
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
-SENSOR_SYMBOLS = ("mj_rnePostConstraint", "mj_sensorAcc", "mj_applyFT", "mj_solveM", "mju_rayGeom")
 SENSOR = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR)
 KEY = repr((mujoco.__version__, DATA, MODEL))
 """What compiled code that knows the offsets depends on."""
@@ -108,13 +94,21 @@ class ModelView:
         if not own.array_extent:
             return place
         shape = [extent if isinstance(extent, int) else getattr(self, extent) for extent in own.array_extent]
-        array = record_at(place, np.dtype(_kind(own.type.inner_type)), int(np.prod(shape)))
+        array = record_at(place, _kind(own.type.inner_type), np.prod(shape))
         self.__dict__[name] = array.reshape(shape)
         return self.__dict__[name]
 
-    def name(self, kind: int, number: int) -> str:
-        """Of a geom, a body, a plugin instance; empty: it has none."""
-        return (LIBRARY.mj_id2name(self.address, kind, number) or b"").decode()
+    def name(self, kind: str, number: int) -> str:
+        """Of a "geom", "body" or "plugin" instance; empty: it has none."""
+        return (LIBRARY.mj_id2name(self.address, mujoco.mju_str2Type(kind), number) or b"").decode()
+
+    def label(self, kind: str, number: int) -> str:
+        """For messages: its name, or else its number."""
+        return repr(self.name(kind, number) or number)
+
+    def geom(self, name: str) -> int:
+        """The id of a geom; -1: there is none of this name."""
+        return LIBRARY.mj_name2id(self.address, mujoco.mju_str2Type("geom"), name.encode())
 
     def option(self, field: str) -> int:
         """An integer option, such as disableflags."""
@@ -132,12 +126,11 @@ def number_of(what: bytes) -> int:
     return int.from_bytes(hashlib.sha256(what).digest()[:8], "little")
 
 
-def record_at(address: int, dtype: np.dtype, count: int) -> NDArray[Any]:
-    """So many records at an address, a view."""
-    size = dtype.itemsize * count
-    return (
-        np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(address)).view(dtype) if size else np.zeros(0, dtype)
-    )
+def record_at(address: Any, kind: Any, count: Any) -> NDArray[Any]:
+    """So many records or numbers of a kind at an address, a view."""
+    size = np.dtype(kind).itemsize * int(count)
+    whole: Any = (ctypes.c_uint8 * size).from_address(int(address)) if size else b""
+    return np.frombuffer(whole, kind)
 
 
 _MODEL = {field.name: field for field in structs.STRUCTS["mjModel"].fields}
@@ -185,7 +178,7 @@ def check() -> None:
             array = getattr(live, field, None)
             if isinstance(array, np.ndarray) and array.size and own[field] != array.ctypes.data:
                 wrong.append(f"{name}.{field}")
-    own, opt = record_at(model._address, MODEL, 1)[0], model.opt
+    own, opt = record_at(model._address, MODEL, 1)[0]["opt"], model.opt
     if (own["timestep"], own["integrator"], own["disableflags"]) != (opt.timestep, opt.integrator, opt.disableflags):
         wrong.append("mjModel.opt")
     if ModelView(model._address).nv != model.nv or own["gravity"][2] != -9.81:

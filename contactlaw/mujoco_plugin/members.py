@@ -1,26 +1,31 @@
-"""The contacts of a compiled model: what each plugin instance is configured for, and whether it can be served."""
+"""The contacts of a compiled model: what each plugin instance is configured for, and whether it can be served.
+
+The engine's rules (MuJoCo documentation, Computation, "Collision detection", Selection): two geoms are tested if
+`<contact><pair>` names them; else if the `contype` of one has a bit in common with the `conaffinity` of the other, and
+their bodies are not excluded, nor both without a joint, nor parent and child, unless the parent is welded to the world.
+Bodies that are welded together count as one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, combinations_with_replacement
 from math import inf, isnan, nan
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import LIBRARY
-from contactlaw.mujoco_plugin.native import Bits, Rules, explicit_pairs, friction_of, touch
-from contactlaw.mujoco_plugin.shapes import Shape, check_served, native_margin
+from contactlaw.mujoco_plugin.shapes import Bits, Shape, check_served, native_margin, touch, type_of
 from contactlaw.pair import ContactPair
 from contactlaw.world.sets import Sets, groups
 
-_GEOM, _PLUGIN, _BODY, _TREE, _ACTUATOR, _OF_SENSOR = (
-    int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in ("GEOM", "PLUGIN", "BODY", "XBODY", "ACTUATOR", "SENSOR")
-)
+FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+_GEOM, _BODY, _TREE = (int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in ("GEOM", "BODY", "XBODY"))
 _ADHESION, _SENSOR = int(mujoco.mjtTrn.mjTRN_BODY), int(getattr(mujoco.mjtSensor, "mjSENS_CONTACT", -1))
 
 
@@ -59,13 +64,66 @@ def left_out(view: layout.ModelView) -> Iterator[str]:
     for k in sticky.tolist():
         body = int(view.actuator_trnid[k, 0])
         if on(_BODY, body):
-            what = f"actuator {view.name(_ACTUATOR, k) or k!r}: adhesion of body {view.name(_BODY, body) or body!r}"
+            what = f"actuator {view.label('actuator', k)}: adhesion of body {view.label('body', body)}"
             yield f"{what} presses by the engine's own contacts, and not by those of the law"
     for k in sensors.tolist():
         ends = (view.sensor_objtype[k], view.sensor_objid[k]), (view.sensor_reftype[k], view.sensor_refid[k])
         if all(on(int(kind), int(number)) for kind, number in ends):
-            what = f"sensor {view.name(_OF_SENSOR, k) or k!r}: tells of the engine's own contacts"
+            what = f"sensor {view.label('sensor', k)}: tells of the engine's own contacts"
             yield f"{what}, and not of those of the law; take contacts_of, or a sensor contactlaw.contact"
+
+
+def friction_of(one: tuple[float, int], two: tuple[float, int]) -> float:
+    """Coefficient of geoms with these frictions and priorities: the greater, or that of the greater priority."""
+    return max(one[0], two[0]) if one[1] == two[1] else max(one, two, key=lambda own: own[1])[0]
+
+
+class Rule(NamedTuple):
+    """Each geom of the first touches each of the second, or none does."""
+
+    ones: frozenset[int]
+    twos: frozenset[int]
+    allowed: bool
+
+    def fits(self, one: int, two: int) -> bool:
+        """Whether it is about two geoms."""
+        return (one in self.ones and two in self.twos) or (two in self.ones and one in self.twos)
+
+
+def explicit_pairs(view: layout.ModelView) -> Iterable[tuple[int, int, float]]:
+    """Both geoms of each `<pair>`, and its margin [m]."""
+    return zip(view.pair_geom1.tolist(), view.pair_geom2.tolist(), view.pair_margin.tolist(), strict=True)
+
+
+def rules_of(view: layout.ModelView, bits: Mapping[int, Bits]) -> list[Rule]:
+    """Of geoms that may touch each other natively, those that do not; of two rules that fit, the later one holds.
+
+    Args:
+        view: The compiled model.
+        bits: Contype and conaffinity that geoms had before the law took their contacts. What the engine still does with
+            those that they have now is the engine's, and so are pairs of `<contact>` but for those with a negative
+            margin, by which a contact is turned off.
+    """
+    contype, affinity, owner = view.geom_contype, view.geom_conaffinity, view.geom_bodyid
+    weld, parent, tree = view.body_weldid, view.body_parentid, view.body_treeid
+    kinds = groups(bits, lambda geom: (bits[geom], (int(contype[geom]), int(affinity[geom]))))
+    known: list[tuple[Iterable[int], Iterable[int], bool]] = [
+        (kinds[one], kinds[two], False)
+        for one, two in combinations_with_replacement(kinds, 2)
+        if not touch(one[0], two[0]) or touch(one[1], two[1])
+    ]
+    carried = groups(bits, lambda geom: int(weld[owner[geom]]))
+    still = groups(bits, lambda geom: bool(tree[owner[geom]] < 0)).get(True, ())
+    known += [(geoms, geoms, False) for geoms in (*carried.values(), still) if len(geoms) > 1]
+    if not view.option("disableflags") & FILTER_PARENT:
+        above = {body: int(weld[parent[body]]) for body in carried if body}
+        known += [(carried[body], carried[up], False) for body, up in above.items() if up and up in carried]
+    of_body = groups(bits, lambda geom: int(owner[geom]))
+    excluded = ((signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist())
+    known += [(of_body[one], of_body[two], False) for one, two in excluded if one in of_body and two in of_body]
+    pairs = explicit_pairs(view)
+    known += [([one], [two], margin < 0.0) for one, two, margin in pairs if one in bits and two in bits]
+    return [Rule(frozenset(ones), frozenset(twos), allowed) for ones, twos, allowed in known]
 
 
 class Member:
@@ -83,23 +141,20 @@ class Member:
 
     def _geoms(self) -> list[list[int]]:
         """Ids of geoms, by names that have what stands before and behind the instance's own name."""
-        own = self.view.name(_PLUGIN, self.number)
+        own = self.view.name("plugin", self.number)
         name = self.contact.name
         start, _, end = own.partition(name) if name and name in own else ("", "", "")
         out = []
         for key, (text,) in (("geom1", self.contact.ones), ("geom2", self.contact.twos)):
-            ids = [self._id(start + text + end)]
+            ids = [self.view.geom(start + text + end)]
             if ids[0] < 0:
-                ids = [self._id(start + name + end) for name in config.split(text)]
+                ids = [self.view.geom(start + name + end) for name in config.split(text)]
             if not ids or min(ids) < 0:
                 raise ValueError(
                     f"{key} = {text!r}: must be the name of a geom of the model, or names with spaces between"
                 )
             out.append(list(dict.fromkeys(ids)))
         return out
-
-    def _id(self, name: str) -> int:
-        return LIBRARY.mj_name2id(self.view.address, _GEOM, name.encode())
 
     @cached_property
     def product(self) -> Sets:
@@ -114,7 +169,8 @@ class Member:
         """The geoms that may touch."""
         if not self.native:
             return self.product
-        return self.product.among(Rules(self.view, self.native).allow)
+        known = rules_of(self.view, self.native)[::-1]
+        return self.product.among(lambda one, two: next((rule.allowed for rule in known if rule.fits(one, two)), True))
 
     def by_friction(self, ones: Iterable[int], twos: Iterable[int]) -> Iterator[tuple[float, list[int], list[int]]]:
         """Geoms of one set that touch those of another, by their coefficient of friction."""
@@ -143,7 +199,7 @@ class Member:
     def shapes(self) -> dict[int, Shape]:
         """All geoms of the instance."""
         sizes, types, name = self.view.geom_size, self.view.geom_type, self.view.name
-        return {geom: Shape(name(_GEOM, geom), int(types[geom]), sizes[geom].copy()) for geom in self.geoms}
+        return {geom: Shape(name("geom", geom), type_of(int(types[geom])), sizes[geom].copy()) for geom in self.geoms}
 
 
 def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bool]) -> None:
@@ -154,7 +210,20 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
     Raises:
         ValueError: Not so; the message names the geoms.
     """
-    natively_on = _finder(view)
+    bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
+    owner, excluded = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist())
+    margins: dict[tuple[int, int], float] = {}
+    for one, two, margin in explicit_pairs(view):
+        key = min(one, two), max(one, two)
+        margins[key] = max(margin, margins.get(key, -inf))
+
+    def is_on(pair: tuple[int, int]) -> bool:
+        """Whether two geoms touch by the engine's own contact."""
+        low, high = sorted(owner[geom] for geom in pair)
+        if (min(pair), max(pair)) in margins:
+            return margins[min(pair), max(pair)] >= 0.0
+        return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
+
     for number, member in enumerate(known):
         shapes = member.shapes
         if not any(moves(geom) for geom in member.geoms):
@@ -165,8 +234,11 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
             twice = None if other.native else member.sets.common(other.sets)
             if twice:
                 raise ValueError(f"{_names(shapes, twice)}: this pair has been added before")
-        check_served(member.sets, shapes)
-        on = natively_on(member.sets)
+        sets = member.sets
+        check_served(sets, shapes)
+        named = [(two, one) if sets.reversed(one, two) else (one, two) for one, two in margins if sets.hold(one, two)]
+        some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
+        on = next(filter(is_on, chain(named, sets.every() if some else ())), None)
         if on:
             one, two = (shapes[geom] for geom in on)
             margin, gap = native_margin(one, two)
@@ -178,26 +250,3 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
 
 def _names(shapes: dict[int, Shape], pair: tuple[int, int]) -> str:
     return f"geom1 = {shapes[pair[0]].name!r}, geom2 = {shapes[pair[1]].name!r}"
-
-
-def _finder(view: layout.ModelView) -> Callable[[Sets], tuple[int, int] | None]:
-    """What finds two geoms of sets that touch by the engine's own contact; None: there are none."""
-    bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
-    owner, excluded = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist())
-    margins: dict[tuple[int, int], float] = {}
-    for one, two, margin in explicit_pairs(view):
-        key = min(one, two), max(one, two)
-        margins[key] = max(margin, margins.get(key, -inf))
-
-    def is_on(pair: tuple[int, int]) -> bool:
-        low, high = sorted(owner[geom] for geom in pair)
-        if (min(pair), max(pair)) in margins:
-            return margins[min(pair), max(pair)] >= 0.0
-        return (low << 16) + high not in excluded and touch(bits[pair[0]], bits[pair[1]])
-
-    def found(sets: Sets) -> tuple[int, int] | None:
-        named = [(two, one) if sets.reversed(one, two) else (one, two) for one, two in margins if sets.hold(one, two)]
-        some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
-        return next(filter(is_on, chain(named, sets.every() if some else ())), None)
-
-    return found

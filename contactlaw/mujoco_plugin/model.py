@@ -11,18 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import jointed, layout, sensors
-from contactlaw.mujoco_plugin.block import FREE, HEAD, JOINTED, LED, PLACED, PUSH, SENSOR, STARTS, fill, size_of
-from contactlaw.mujoco_plugin.members import Member, check, instances, members
-from contactlaw.mujoco_plugin.native import Rules
+from contactlaw.mujoco_plugin.block import FREE, JOINTED, LED, PLACED, PUSH, SENSOR, STARTS, build
+from contactlaw.mujoco_plugin.members import Member, check, instances, members, rules_of
 from contactlaw.mujoco_plugin.notices import seen
-from contactlaw.mujoco_plugin.shapes import BOX, CAPSULE, CYLINDER, ELLIPSOID, MESH
-from contactlaw.mujoco_plugin.shapes import SPHERE as SPHERE_GEOM
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.demand import STEP, supply
 from contactlaw.world.frames import matrix_of, product
-from contactlaw.world.records import CORNER, DISC, EDGE, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
-from contactlaw.world.records import ELLIPSOID as ELLIPSOID_SHAPE
+from contactlaw.world.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.state import size as state_size
 from contactlaw.world.tree_rows import TreeRows
 
@@ -30,11 +26,11 @@ Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
 # For each round shape, by its kind: contacts that there is room for at once (balls of any sizes that do not overlap
 # touch 7.5 times their number at most, Kuperberg & Schramm 1994), a hull's with those of its parts; and near pairs
-NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID_SHAPE: 8, HULL: 32}
+NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
 LISTED, LISTED_PART = 40, 8
 # Contacts of a geom that the state has room for: those that last from one step to the next. Equal balls touch three
 # times their number in the densest heap
-LASTING = {SPHERE_GEOM: 4, ELLIPSOID: 4, CAPSULE: 4, BOX: 8, CYLINDER: 8, MESH: 12}
+LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "mesh": 12}
 
 
 class Pose(NamedTuple):
@@ -76,6 +72,8 @@ class Model:
         self._frees: list[dict[str, Any]] = []
         self._placed: list[dict[str, Any]] = []
         self._add_bodies()
+        given = [(member.contact.rounding, member.geoms) for member in self._members]
+        self._roundings = {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
         self._instances: list[int] = []  # of each pair of the world
         self._pairs: dict[tuple[int, float], int] = {}  # of each instance and coefficient of friction
@@ -135,7 +133,7 @@ class Model:
     def _keep_rules(self, natives: list[int]) -> None:
         """Take from instances that touch as they would natively what the engine does not let touch, or others have."""
         bits = {geom: own for number in natives for geom, own in self._members[number].native.items()}
-        for rule in Rules(self._m, bits).known:
+        for rule in rules_of(self._m, bits):
             ones, twos = self._shapes_of(rule.ones), self._shapes_of(rule.twos)
             if not rule.allowed and ones and twos:
                 self._world.add_rule(ones, twos)
@@ -173,52 +171,31 @@ class Model:
         if self._m.npluginstate < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
-    def block_size(self) -> int:
-        """Bytes of the block."""
-        return size_of(self.arrays, *self._tables.values())
-
-    def fill(self, memory: NDArray[np.uint8], report: int) -> None:
-        """Write the block of the leading instance, where it will stay; report: as `block` has it."""
-        head = np.zeros(1, HEAD)
-        addresses = self._m.plugin_stateadr
-        fields = {
-            "leads": 1, "own_size": self.state_size,
-            "report": report, "body_count": self._m.nbody,
-            "sense": sensors.address() if self._sensors[0] else 0, "sensor_count": len(self._sensors[1]),
-            "watch_count": len(self._seen[0]),
-            "state": addresses[self._members[0].number], "row": self._row,
-            "nq": self._m.nq, "nv": self._m.nv, "free_count": len(self._frees),
-            "placed_count": len(self._placed), "tree_count": len(self._trees),
-            "signature": self._m.signature,
-            "made": layout.number_of(self._m.plugin_attr.tobytes() + self._seen[1].tobytes()),
-        } | (jointed.addresses() if self._trees else {})  # fmt: skip
-        for name, value in fields.items():
-            head[name] = value
-        supply(STEP)
-        fill(memory, head, self.arrays, **self._tables)
-
-    @cached_property
-    def _tables(self) -> dict[str, NDArray[Any]]:
-        """By the names of their addresses in the head."""
-        nv = self._m.nv
-        return {
-            "starts": np.zeros(STARTS * (1 + self._m.nq + nv)), "left": np.zeros(1 + self._m.nq + nv),
-            "given": np.zeros(nv),
-            "frees": with_rows(np.zeros(0, FREE), self._frees), "placed": with_rows(np.zeros(0, PLACED), self._placed),
-            "trees": with_rows(np.zeros(0, JOINTED), self._trees),
-            "geoms": self._geom_of_shapes(), "instances": np.array(self._instances, np.int64),
-            "said": np.zeros(len(self._members), np.int64), "frictions": np.full(len(self._instances), np.nan),
-            "watch": self._seen[0], "seen": self._seen[1], "sensors": with_rows(np.zeros(0, SENSOR), self._sensors[1]),
-            "centres": np.array([self._pose_of(int(geom)).inverse().place for geom in self._geom_of_shapes()]),
-            "loads": np.zeros(12 * self._m.nbody + 2 * nv + 6),
-        }  # fmt: skip
-
-    @cached_property
-    def _sensors(self) -> tuple[bool, list[dict[str, Any]]]:
+    def block(self, report: int) -> int:
+        """Address of a new block of the leading instance; report: as `block` has it."""
+        m, nq, nv = self._m, self._m.nq, self._m.nv
         own = {member.number: number for number, member in enumerate(self._members)}
-        return sensors.rows_of(self._m, dict.fromkeys(instances(self._m), -1) | own)
+        senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
+        watch, values = self._seen()
+        shapes = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
+        geoms = [shapes[owner] for owner in self._world.owners.tolist()]
+        supply(STEP)
+        return build(self.arrays, {
+            "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
+            "state": m.plugin_stateadr[self._members[0].number], "row": self._row, "nq": nq, "nv": nv,
+            "signature": m.signature, "made": layout.number_of(m.plugin_attr.tobytes() + values.tobytes()),
+            "starts": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + nv), "given": np.zeros(nv),
+            "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
+            "placed": with_rows(np.zeros(0, PLACED), self._placed), "placed_count": len(self._placed),
+            "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
+            "geoms": np.array(geoms, np.int64), "instances": np.array(self._instances, np.int64),
+            "said": np.zeros(len(self._members), np.int64), "frictions": np.full(len(self._instances), np.nan),
+            "watch": watch, "watch_count": len(watch), "seen": values, "sense": sensors.address() if senses else 0,
+            "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
+            "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),
+            "loads": np.zeros(12 * m.nbody + 2 * nv + 6),
+        } | (jointed.addresses() if self._trees else {}))  # fmt: skip
 
-    @cached_property
     def _seen(self) -> tuple[NDArray[np.int64], Array]:
         """What the world is made of: trees, and all that geoms hang on."""
         parent, roots = self._m.body_parentid.tolist(), self._roots
@@ -229,10 +206,6 @@ class Model:
                 bodies.add(body)
                 body = parent[body]
         return seen(self._m, sorted(bodies), sorted(self._kinds))
-
-    def _geom_of_shapes(self) -> NDArray[np.int64]:
-        geoms = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
-        return np.array([geoms[owner] for owner in self._world.owners.tolist()], np.int64)
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
         """The body that moves, is placed, or stands for good, and carries this one; where this one is in its frame."""
@@ -247,11 +220,22 @@ class Model:
         m, root = self._m, self._roots
         carriers = sorted({body for body, _ in self._carriers.values()})
         free = self._free
-        for body in carriers:
-            if free[body]:
-                self._add_free(body)
+        for body in (body for body in carriers if free[body]):
+            pose = Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
+            row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
+            self._rows[body], self._frames[body] = row, pose.inverse()
+            self._frees.append({
+                "body": row + 1, "id": body, "q": m.jnt_qposadr[m.body_jntadr[body]], "v": m.body_dofadr[body],
+                "offset": pose.place, "frame": pose.turn,
+            })  # fmt: skip
         for first in dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body]):
-            self._add_tree(first)
+            bodies = np.flatnonzero(root == first).tolist()  # welded ones among them
+            rows = TreeRows(m, bodies)
+            tree, made = self._world.add_tree_of(rows)
+            for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
+                self._rows[body], self._frames[body] = made[row], Pose(at, turn)
+            base = int(m.body_parentid[first])
+            self._trees.append({"tree": tree, "q": rows.q_of[0], "v": rows.v_of[0], "base": base})
         bases = {self._carrier(tree["base"])[0] for tree in self._trees}
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
             if m.body_mocapid[body] >= 0:
@@ -291,27 +275,6 @@ class Model:
             free[self._roots[ids[~at_site]]] = free[self._roots[m.site_bodyid[ids[at_site]]]] = False
         return free
 
-    def _add_free(self, body: int) -> None:
-        m = self._m
-        pose = Pose(m.body_ipos[body].copy(), m.body_iquat[body].copy())
-        row = self._world.add_body(float(m.body_mass[body]), m.body_inertia[body])
-        self._rows[body], self._frames[body] = row, pose.inverse()
-        self._frees.append({
-            "body": row + 1, "id": body, "q": int(m.jnt_qposadr[m.body_jntadr[body]]), "v": int(m.body_dofadr[body]),
-            "offset": pose.place, "frame": pose.turn,
-        })  # fmt: skip
-
-    def _add_tree(self, root: int) -> None:
-        """Bodies that joints hold together, welded ones among them."""
-        bodies = np.flatnonzero(self._roots == root).tolist()
-        rows = TreeRows(self._m, bodies)
-        tree, made = self._world.add_tree_of(rows)
-        for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
-            self._rows[body], self._frames[body] = made[row], Pose(at, turn)
-        self._trees.append({
-            "tree": tree, "q": int(rows.q_of[0]), "v": int(rows.v_of[0]), "base": int(self._m.body_parentid[root]),
-        })  # fmt: skip
-
     def _pose_of(self, geom: int) -> Pose:
         """Where a geom is, from the centre of mass of what carries it, along its principal axes."""
         carrier, pose = self._carriers[geom]
@@ -320,15 +283,9 @@ class Model:
     def _add_shape(self, geom: int) -> list[int]:
         """Give a geom to its body in the world; returns the shapes that it makes."""
         row, shape, pose = self._rows[self._carriers[geom][0]], self._kinds[geom], self._pose_of(geom)
-        kind = "sphere" if shape.is_spherical else shape.type_name
+        kind = "sphere" if shape.is_spherical else shape.type
         points = self._vertices(geom) if kind == "mesh" else None
         return self._world.add_shape(kind, row, shape.size, *pose, self._roundings.get(geom), points)
-
-    @cached_property
-    def _roundings(self) -> dict[int, float]:
-        """Of geoms whose edges have a radius of their own [m]."""
-        given = [(member.contact.rounding, member.geoms) for member in self._members]
-        return {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
 
     def _vertices(self, geom: int) -> Array:
         """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it.

@@ -12,11 +12,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from contactlaw.memory import set_whole, whole_at
+from contactlaw.memory import caller, set_whole, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import call_report, place
+from contactlaw.mujoco_plugin.block import place
 from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.pair import DEEPEST
 from contactlaw.world.access import contact_at, near_at, pair_at, world_at
@@ -29,6 +30,9 @@ BITS = "geom_contype", "geom_conaffinity"
 OF_GEOMS = (*BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction")
 OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
 BETWEEN = 32  # numbers between two runs, in less time than another run takes
+
+call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
+"""Call void (*function)(int64 block, int64 code, double value) at an address."""
 
 
 @jit
@@ -101,23 +105,23 @@ def seen(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) ->
                 rows.append([places[name][1] // 8, first, end - first])
             last = start + end
     runs = np.array(rows, np.int64).reshape(-1, 3)
-    values += [layout.record_at(start, np.dtype(float), count).copy() for start, count in _places(view.address, runs)]
+    values += [layout.record_at(start, np.float64, count).copy() for start, count in _places(view.address, runs)]
     return runs, np.concatenate(values)
 
 
 def _places(model: int, runs: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
     """Address and count of the numbers of runs, see `seen`."""
     for pointer, first, count in runs.tolist():
-        yield int(layout.record_at(model + 8 * pointer, np.dtype(np.int64), 1)[0]) + 8 * first, count
+        yield int(layout.record_at(model + 8 * pointer, np.int64, 1)[0]) + 8 * first, count
 
 
 def take_note(head: Any) -> dict[str, list[int]]:
     """Note what the numbers are now; returns whose have changed: rows of fields of geoms."""
     view, found = layout.ModelView(int(head["model"])), dict[str, list[int]]()
-    runs = layout.record_at(int(head["watch"]), np.dtype(np.int64), 3 * int(head["watch_count"])).reshape(-1, 3)
+    runs = layout.record_at(int(head["watch"]), np.int64, 3 * int(head["watch_count"])).reshape(-1, 3)
     kept = int(head["seen"])
     for start, count in _places(view.address, runs):
-        now, was = (layout.record_at(place, np.dtype(np.int32), 2 * count) for place in (start, kept))
+        now, was = (layout.record_at(place, np.int32, 2 * count) for place in (start, kept))
         changed = start + 4 * np.flatnonzero(now != was)
         for name in OF_GEOMS:
             own = getattr(view, name)

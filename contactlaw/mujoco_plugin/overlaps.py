@@ -100,10 +100,10 @@ def part_joined(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
 
 def _deep(model: mujoco.MjModel) -> dict[tuple[int, int], str]:
     """Geoms of the law that lie in each other too deep where the model begins, and the words for that."""
-    data = mujoco.MjData(model)
+    data, view = mujoco.MjData(model), layout.ModelView(model._address)
     mujoco.mj_kinematics(model, data)
     return {
-        (one, two): f"{_label(model, one)} and {_label(model, two)} by {1e3 * depth:.3g} mm"
+        (one, two): f"{view.label('geom', one)} and {view.label('geom', two)} by {1e3 * depth:.3g} mm"
         for one, two, depth in overlaps_of(model, data)
         if depth > INSIDE * min(reach for reach in model.geom_rbound[[one, two]] if reach > 0.0)
     }
@@ -145,7 +145,3 @@ def _way_out(model: mujoco.MjModel, data: mujoco.MjData, overlaps: list[Overlap]
                 push[i] += more
                 way += more * answer
     return way
-
-
-def _label(model: mujoco.MjModel, geom: int) -> str:
-    return repr(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom) or geom)

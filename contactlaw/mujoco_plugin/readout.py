@@ -74,13 +74,12 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
     Raises:
         ValueError: The model has no such contact.
     """
-    number, head = world_of(model, data, name)
-    world = View(head)
+    world = view_of(model, data, name)
     view = layout.ModelView(model._address)
-    sets = Member(view, members(view)[number]).product
+    sets = Member(view, members(view)[world.number]).product
     dt = float(model.opt.timestep)
     out = []
-    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == number)]
+    rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == world.number)]
     rows = rows[np.lexsort((rows["shape_b"], rows["shape_a"]))]
     for row, force, point in zip(rows, world.mean_forces(rows, dt), world.points(rows), strict=True):
         one, two = (int(world.geoms[row[shape]]) for shape in ("shape_a", "shape_b"))
@@ -102,9 +101,8 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
 
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
     """The account of an instance; arguments and errors as for `contacts_of`."""
-    number, head = world_of(model, data, name)
-    world = View(head)
-    return ledger(world.pairs, world.contacts, np.flatnonzero(world.instances == number))
+    world = view_of(model, data, name)
+    return ledger(world.pairs, world.contacts, np.flatnonzero(world.instances == world.number))
 
 
 def _patch(touch: Any, across: float) -> tuple[float, str, float]:
@@ -140,21 +138,21 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 class View:
-    """The world of an mjData: its arrays, and of each pair its instance and the friction it was given, NaN: none."""
+    """The world of an mjData: its arrays, and of each pair its instance and the friction it was given, NaN: none.
 
-    def __init__(self, head: Any) -> None:
-        world = record_at(int(head["world"]), WORLD, 1)[0]
+    head: of the block. number: of the contact of the model that is asked for.
+    """
 
-        def own(place: Any, kind: Any, count: Any) -> NDArray[Any]:
-            return record_at(int(place), np.dtype(kind), int(count))
-
-        self.contacts = own(world["contacts"], CONTACT, world["contact_room"])
-        self.bodies = own(world["bodies"], BODY, world["body_count"])
-        self.pairs = own(world["pairs"], PAIR, world["pair_count"])
+    def __init__(self, head: Any, number: int = 0) -> None:
+        self.number = number
+        world = self.world = record_at(head["world"], WORLD, 1)[0]
+        self.contacts = record_at(world["contacts"], CONTACT, world["contact_room"])
+        self.bodies = record_at(world["bodies"], BODY, world["body_count"])
+        self.pairs = record_at(world["pairs"], PAIR, world["pair_count"])
         self.numbers = int(world["numbers"])
-        self.instances = own(head["instances"], np.int64, self.pairs.size)
-        self.frictions = own(head["frictions"], np.float64, self.pairs.size)
-        self.geoms = own(head["geoms"], np.int64, world["shape_count"])
+        self.instances = record_at(head["instances"], np.int64, self.pairs.size)
+        self.frictions = record_at(head["frictions"], np.float64, self.pairs.size)
+        self.geoms = record_at(head["geoms"], np.int64, world["shape_count"])
 
     def points(self, rows: NDArray[Any]) -> Array:
         """Where contacts touch [m]."""
@@ -176,14 +174,8 @@ class View:
         self.bodies["held"] = np.nan  # who sleeps looks again
 
 
-def view_of(model: mujoco.MjModel, data: mujoco.MjData) -> View:
-    """The arrays of the world of an mjData whose model has the law."""
-    return View(world_of(model, data)[1])
-
-
-def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> tuple[int, Any]:
-    """Which contact of the model an instance is, and the head of the block with the world of an mjData, which is
-    brought to its state.
+def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> View:
+    """The world of an mjData, which is brought to its state.
 
     Raises:
         ValueError: The model has no such contact, or the data is of another model.
@@ -196,13 +188,13 @@ def world_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> t
         number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
-    head = record_at(int(data.plugin_data[known[0]]), HEAD, 1)[0]
+    head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
     state = data.plugin_state[int(head["state"]) :][: int(head["own_size"])]
     if state[TOKEN] != head["token"]:
         row = state[int(head["row"]) :]  # not what the world's own last step left
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
         head["token"] = state[TOKEN]
-    return known.index(number), head
+    return View(head, known.index(number))
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:
@@ -219,6 +211,5 @@ def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction
         ValueError: A value outside what is allowed, or no such instance.
     """
     mu = checks.not_negative("friction", friction)
-    number, head = world_of(model, data, name)
-    world = View(head)
-    world.give_frictions(np.where(world.instances == number, mu, world.frictions))
+    world = view_of(model, data, name)
+    world.give_frictions(np.where(world.instances == world.number, mu, world.frictions))

@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 
 from contactlaw import checks
+from contactlaw.mujoco_plugin.shapes import type_of
 
 BODY = "body:"
 MOST_NAMES = 20  # in a message
@@ -58,10 +59,7 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
 
 def label(geom: mujoco.MjsGeom) -> str:
     """A geom in messages: what it is, its name or else its place."""
-    kind = mujoco.mjtGeom(geom.type).name.removeprefix("mjGEOM_").lower()
-    if geom.name:
-        return f"{kind} {geom.name!r}"
-    return f"{kind} without a name of body {geom.parent.name!r}"
+    return f"{type_of(geom.type)} {repr(geom.name) if geom.name else f'without a name of body {geom.parent.name!r}'}"
 
 
 def give_names(every: Iterable[Any], geoms: Iterable[Any]) -> None:

@@ -23,18 +23,23 @@ import mujoco
 from numba import types
 
 from contactlaw.jit import address_of, compiling
-from contactlaw.memory import whole_at
+from contactlaw.memory import caller, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, place, sensor_at
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, number, place, sensor_at
 from contactlaw.mujoco_plugin.free import mean_share
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.world.access import body_at, contact_at, world_at
 from contactlaw.world.near import count_slots
 from contactlaw.world.records import CLOSED, FREE
+from contactlaw.world.trees import clear, copy
 from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_world
 
 NUMBERS = 10
 """Of a sensor of the law: contacts, force, moment, point."""
+
+SENSE = types.void(types.uint64, types.uint64)
+call_sense: Any = caller(SENSE)
+"""Call `sense` at an address."""
 
 POINTER = types.uintp
 find_forces = types.ExternalFunction("mj_rnePostConstraint", types.void(POINTER, POINTER))
@@ -43,12 +48,8 @@ generalise = types.ExternalFunction("mj_applyFT", types.void(*5 * [POINTER], typ
 solve = types.ExternalFunction("mj_solveM", types.void(*4 * [POINTER], types.int32))
 ray = types.ExternalFunction("mju_rayGeom", types.float64(*5 * [POINTER], types.int32, POINTER))
 
-_BODY, _XBODY, _GEOM, _SITE = (
-    int(kind) for kind in (
-        mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY, mujoco.mjtObj.mjOBJ_GEOM, mujoco.mjtObj.mjOBJ_SITE,
-    )
-)  # fmt: skip
-_TOUCH, _PLUGIN = int(mujoco.mjtSensor.mjSENS_TOUCH), int(mujoco.mjtSensor.mjSENS_PLUGIN)
+_OF = mujoco.mjtObj
+_PLACES = _OF.mjOBJ_BODY, _OF.mjOBJ_XBODY, _OF.mjOBJ_GEOM, _OF.mjOBJ_SITE
 
 
 def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, list[dict[str, Any]]]:
@@ -64,13 +65,13 @@ def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, li
     cutoffs, owner = view.sensor_cutoff.tolist(), view.site_bodyid
     rows = []
     for i, kind in enumerate(kinds):
-        own = kind == _PLUGIN and plugins[i] in instances
-        if own and on[i] not in (_BODY, _XBODY, _GEOM, _SITE):
+        own = kind == mujoco.mjtSensor.mjSENS_PLUGIN and plugins[i] in instances
+        if own and on[i] not in _PLACES:
             raise ValueError(f"sensor {i}: objtype of a sensor of contacts must be body, xbody, geom or site")
-        if own or kind == _TOUCH:
-            site = ids[i] if on[i] == _SITE else -1
+        if own or kind == mujoco.mjtSensor.mjSENS_TOUCH:
+            site = ids[i] if on[i] == _OF.mjOBJ_SITE else -1
             rows.append({
-                "own": own, "site": site, "geom": ids[i] if on[i] == _GEOM else -1, "at": places[i],
+                "own": own, "site": site, "geom": ids[i] if on[i] == _OF.mjOBJ_GEOM else -1, "at": places[i],
                 "body": owner[site] if site >= 0 else ids[i], "cutoff": cutoffs[i],
                 "instance": instances[plugins[i]] if own else -1,
             })  # fmt: skip
@@ -81,7 +82,7 @@ def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, li
 def address() -> int:
     """Of `sense`, compiled when a model that senses is made."""
     with compiling("sensors", 4):
-        return address_of(sense, types.void(types.uint64, types.uint64), layout.KEY)
+        return address_of(sense, SENSE, layout.KEY)
 
 
 def sense(block, mean):
@@ -90,15 +91,12 @@ def sense(block, mean):
     The engine, asked to read its sensors, asks for those of the law in turn.
     """
     head = head_at(block, 0)
-    if head.sensing != 0:
-        tell(head, mean)
-        return
-    head.sensing = 1
-    if gather(head, mean):
+    asked, head.sensing = head.sensing, 1
+    if asked == 0 and gather(head, mean):
         read_again(head, mean)
     else:
         tell(head, mean)
-    head.sensing = 0
+    head.sensing = asked
 
 
 @jit
@@ -115,7 +113,7 @@ def read_again(head, mean):
         kept[i] = applied[i]
         applied[i] += loads[i]
     if mean != 0:
-        d.time = floats(head.start, 0, 1)[0]
+        d.time = number(head.start, 0)
         push = place(head.loads, 2 * n)
         for body in range(1, head.body_count):
             wrench, centre = place(head.loads, 6 * body), place(d.xipos, 3 * body)
@@ -126,10 +124,8 @@ def read_again(head, mean):
     find_forces(head.model, head.data)
     read_sensors(head.model, head.data)
     d.time = now
-    for i in range(nv):
-        accelerations[i] = before[i]
-    for i in range(n):
-        applied[i] = kept[i]
+    copy(before, accelerations)
+    copy(kept, applied)
 
 
 @jit
@@ -139,8 +135,7 @@ def gather(head, mean):
     owner, d = model_at(head.model, 0).geom_bodyid, data_at(head.data, 0)
     loads = floats(head.loads, 0, 6 * head.body_count)
     count_slots(w)
-    for i in range(loads.size):
-        loads[i] = 0.0
+    clear(loads)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE or (mean == 0 and c.phase != CLOSED):
@@ -159,7 +154,7 @@ def gather(head, mean):
 @jit
 def load_of(head, w, c, mean):
     """Force on A [N], and the moment on it besides [N m]."""
-    step = model_at(head.model, 0).timestep
+    step = model_at(head.model, 0).opt.timestep
     sleeps = body_at(w.bodies, c.body_a).asleep != 0 or body_at(w.bodies, c.body_b).asleep != 0
     if sleeps or mean == 0:
         force = load(c.force) if sleeps else scale(mean_share(c, step), load(c.force))
@@ -183,19 +178,13 @@ def tell(head, mean):
     w, readings = world_at(head.world, 0), data_at(head.data, 0).sensordata
     for i in range(head.sensor_count):
         s = sensor_at(head.sensors, i)
-        out, s.weight = floats(readings, s.at, NUMBERS), 0.0
-        for k in range(NUMBERS if s.own != 0 else 0):
-            out[k] = 0.0
-    for slot in range(w.slots):
-        c = contact_at(w.contacts, slot)
-        if c.phase != FREE and (mean != 0 or c.phase == CLOSED):
-            for i in range(head.sensor_count):
-                add_to(
-                    head, sensor_at(head.sensors, i), c, floats(readings, sensor_at(head.sensors, i).at, NUMBERS), mean
-                )
-    for i in range(head.sensor_count):
-        s = sensor_at(head.sensors, i)
-        out = floats(readings, s.at, NUMBERS)
+        out, s.weight = floats(readings, s.at, NUMBERS if s.own != 0 else 1), 0.0
+        if s.own != 0:
+            clear(out)
+        for slot in range(w.slots):
+            c = contact_at(w.contacts, slot)
+            if c.phase != FREE and (mean != 0 or c.phase == CLOSED):
+                add_to(head, s, c, out, mean)
         if s.own == 0:
             out[0] = min(out[0], s.cutoff) if s.cutoff > 0.0 else out[0]
         elif s.weight > 0.0:

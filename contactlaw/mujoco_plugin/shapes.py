@@ -1,4 +1,4 @@
-"""Geoms as shapes of a world: which can touch, and what the engine takes for their bounds."""
+"""Geoms as shapes of a world: which can touch, by the law or natively, and what the engine takes for their bounds."""
 
 from __future__ import annotations
 
@@ -13,61 +13,55 @@ from numpy.typing import NDArray
 
 from contactlaw.world.sets import Sets
 
-_TYPE = mujoco.mjtGeom
-SPHERE, CAPSULE, PLANE, BOX, CYLINDER, ELLIPSOID, MESH = (
-    int(kind) for kind in (
-        _TYPE.mjGEOM_SPHERE, _TYPE.mjGEOM_CAPSULE, _TYPE.mjGEOM_PLANE, _TYPE.mjGEOM_BOX, _TYPE.mjGEOM_CYLINDER,
-        _TYPE.mjGEOM_ELLIPSOID, _TYPE.mjGEOM_MESH,
-    )
-)  # fmt: skip
-UNMEASURED = (int(_TYPE.mjGEOM_HFIELD), int(_TYPE.mjGEOM_SDF))
+Bits = tuple[int, int]
+UNMEASURED = "hfield", "sdf"
+
+
+def type_of(number: int) -> str:
+    """The type of a geom, as MJCF has it."""
+    return mujoco.mjtGeom(number).name.removeprefix("mjGEOM_").lower()
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A geom's type and sizes, as MuJoCo has them."""
+    """A geom's type and sizes, as MJCF has them."""
 
     name: str
-    type: int
+    type: str
     size: NDArray[np.float64]
 
     @property
     def is_spherical(self) -> bool:
         """A ball, if need be as an ellipsoid."""
-        return self.type == SPHERE or (self.type == ELLIPSOID and bool(np.ptp(self.size) == 0.0))
+        return self.type == "sphere" or (self.type == "ellipsoid" and bool(np.ptp(self.size) == 0.0))
 
     @property
     def bound(self) -> float:
         """Radius of a sphere around it [m], as MuJoCo has it; infinite of planes and meshes."""
         if self.is_spherical:
             return float(self.size[0])
-        if self.type == CAPSULE:
+        if self.type == "capsule":
             return float(self.size[0] + self.size[1])
-        if self.type == ELLIPSOID:
+        if self.type == "ellipsoid":
             return float(self.size.max())
-        if self.type == CYLINDER:
+        if self.type == "cylinder":
             return float(np.hypot(self.size[0], self.size[1]))
-        return float(np.linalg.norm(self.size)) if self.type == BOX else inf
+        return float(np.linalg.norm(self.size)) if self.type == "box" else inf
 
     @property
-    def kind(self) -> tuple[int, bool]:
+    def kind(self) -> tuple[str, bool]:
         """All that decides whether it can be measured and served, and its radius read."""
         return self.type, self.is_spherical
 
     @property
-    def type_name(self) -> str:
-        """As MJCF has it."""
-        return _TYPE(self.type).name.removeprefix("mjGEOM_").lower()
-
-    @property
     def label(self) -> str:
         """For messages."""
-        return f"{self.type_name} {self.name!r}"
+        return f"{self.type} {self.name!r}"
 
 
 def shape_of(geom: mujoco.MjsGeom) -> Shape:
     """Of a geom of a specification."""
-    return Shape(geom.name, int(geom.type), np.array(geom.size))
+    return Shape(geom.name, type_of(geom.type), np.array(geom.size))
 
 
 def why_not_served(one: Shape, two: Shape) -> str | None:
@@ -78,7 +72,7 @@ def why_not_served(one: Shape, two: Shape) -> str | None:
                 f"{shape.label}: MuJoCo computes no reliable distance to it, and bodies would fall through; a plane, "
                 "sphere, capsule, ellipsoid, cylinder, box or convex mesh will do"
             )
-    if one.type == two.type == PLANE:  # nothing round to meet by
+    if one.type == two.type == "plane":  # nothing round to meet by
         return f"{one.label} on {two.label}: planes do not touch each other; a box will do for one of them"
     return None
 
@@ -105,4 +99,9 @@ def native_margin(one: Shape, two: Shape) -> tuple[float, float]:
     bounds = [shape.bound for shape in (one, two)]
     if max(bounds) < inf:
         return -sum(bounds), 0.0
-    return -1e6, 0.0 if PLANE in (one.type, two.type) else 1e6
+    return -1e6, 0.0 if "plane" in (one.type, two.type) else 1e6
+
+
+def touch(one: Bits, two: Bits) -> bool:
+    """Whether geoms with this contype and conaffinity touch natively."""
+    return bool(one[0] & two[1] or two[0] & one[1])

@@ -1,22 +1,28 @@
-"""Put the law into a model that is still a specification."""
+"""Put the law into a model that is still a specification.
+
+The engine's own contacts of two sets of geoms are turned off, all others stay. A geom without `contype` touches all
+that have one, a geom without `conaffinity` all that have the other, but neither its like: one of the two is taken from
+all of a set at once, where this turns nothing else off. What is left, and few contacts in any case, gets an explicit
+pair each, with a margin so negative that the engine never makes it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import count
+from itertools import combinations_with_replacement, count
 from typing import Any
 
 import mujoco
 
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.native import silence
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of, give_names
-from contactlaw.mujoco_plugin.shapes import check_served, shape_of
+from contactlaw.mujoco_plugin.shapes import Bits, check_served, native_margin, shape_of, touch
 from contactlaw.pair import ContactPair
-from contactlaw.world.sets import Sets
+from contactlaw.world.sets import Sets, groups
 
 Geoms = Selector | Sequence[Selector]
+FEW = 256  # pairs that are written down one by one
 
 
 def add_contact(
@@ -76,7 +82,12 @@ def take(spec: mujoco.MjSpec, known: list[Any], contact: config.Contact) -> str:
     """Take the native contact of two sets of geoms, put that of the law in its place; known: all geoms there are."""
     parents = {geom: geom.parent for geom in known}
     sets = Sets(contact.ones, contact.twos, parents.__getitem__)
-    _check(sets)
+    ones, twos = sets.ones, sets.twos
+    if len(ones) == len(twos) == 1 and (ones == twos or (ones[0].name and ones[0].name == twos[0].name)):
+        raise ValueError(f"geom2 = {twos[0].name!r}: must be another geom than geom1")
+    if sets.example(ones, twos) is None:
+        raise ValueError("geom1, geom2: hold no two geoms of different bodies")
+    check_served(sets, {geom: shape_of(geom) for geom in sets.geoms})
     taken = {plugin.name for plugin in spec.plugins}
     names = [tuple(geom.name for geom in geoms) for geoms in (contact.ones, contact.twos)]
     if taken & {config.instance_name(*names), config.instance_name(*names[::-1])}:
@@ -106,12 +117,44 @@ def put(spec: mujoco.MjSpec, contact: config.Contact) -> str:
     return name
 
 
-def _check(sets: Sets) -> None:
-    """See that there are geoms that may touch, and that the law can serve them."""
-    if len(sets.ones) == len(sets.twos) == 1 and (
-        sets.ones == sets.twos or (sets.ones[0].name and sets.ones[0].name == sets.twos[0].name)
-    ):
-        raise ValueError(f"geom2 = {sets.twos[0].name!r}: must be another geom than geom1")
-    if sets.example(sets.ones, sets.twos) is None:
-        raise ValueError("geom1, geom2: hold no two geoms of different bodies")
-    check_served(sets, {geom: shape_of(geom) for geom in sets.geoms})
+def silence(spec: mujoco.MjSpec, geoms: list[Any], sets: Sets) -> None:
+    """Turn the native contacts of two sets of geoms off, which have names; geoms: all of the specification."""
+    known = {geom.name: geom for geom in geoms if geom.name}
+    for native in list(spec.pairs):
+        ends = native.geomname1, native.geomname2
+        if all(name in known for name in ends) and sets.hold(*(known[name] for name in ends)):
+            spec.delete(native)
+    if len(sets.ones) * len(sets.twos) > FEW:
+        _take_bits(spec.worldbody, geoms, sets)
+        if not any(touch(_bits(one), _bits(two)) for one, two in sets.by_kinds(_bits)):
+            return
+    for one, two in sets.every():
+        margin, gap = native_margin(shape_of(one), shape_of(two))
+        spec.add_pair(geomname1=one.name, geomname2=two.name, margin=margin, gap=gap)
+
+
+def _bits(geom: Any) -> Bits:
+    return geom.contype, geom.conaffinity
+
+
+def _take_bits(world: Any, every: list[Any], sets: Sets) -> None:
+    ones, twos = set(sets.ones), set(sets.twos)
+    alike = groups(every, lambda geom: (_bits(geom), geom in ones, geom in twos, geom.parent == world))
+    bits = {kind: kind[0] for kind in alike}
+
+    def wanted(one: Any, two: Any) -> bool:
+        """Whether geoms of two kinds touch natively and are to do so further."""
+        ours = (one[1] and two[2]) or (two[1] and one[2])
+        alone = one == two and len(alike[one]) == 1
+        return not ours and not alone and not (one[3] and two[3]) and touch(one[0], two[0])
+
+    kept = [pair for pair in combinations_with_replacement(alike, 2) if wanted(*pair)]
+    for kind, geoms in alike.items():
+        (contype, conaffinity), first, second, _ = kind
+        for taken in ((0, conaffinity), (contype, 0)):
+            tried = bits | {kind: taken}
+            if (first or second) and any(taken) and all(touch(tried[one], tried[two]) for one, two in kept):
+                bits = tried
+                for geom in geoms:
+                    geom.contype, geom.conaffinity = taken
+                break

@@ -1,4 +1,4 @@
-"""The law for every contact that a model would make by itself: `load_model(file, [("*", "*", pair)])`.
+"""What `load_model` is asked for, as geoms of a specification, and "*": every contact that a model makes by itself.
 
 What the law cannot serve keeps the engine's own contact. Both are told apart by bits: a geom of which the law has all
 contacts gets contype = conaffinity = 0, which also spares the engine's broad phase. Of the others those of one kind
@@ -11,24 +11,109 @@ them. What the bits were stands in the plugin's configuration.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement
 from typing import Any
 
 import mujoco
 
+from contactlaw.material import Material, material_of
 from contactlaw.mujoco_plugin import config
-from contactlaw.mujoco_plugin.native import touch
-from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, why_not_served
-from contactlaw.mujoco_plugin.spec import put
-from contactlaw.pair import ContactWarning
+from contactlaw.mujoco_plugin.config import Contact
+from contactlaw.mujoco_plugin.selection import geoms_of
+from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, touch, why_not_served
+from contactlaw.mujoco_plugin.spec import Geoms, put
+from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.world.sets import groups
 
+Contacts = (
+    Sequence[tuple[Geoms, Geoms, ContactPair] | tuple[Geoms, Geoms, ContactPair, Mapping[str, Any]]]
+    | Mapping[str, Material | str]
+)
+Value = float | Callable[[Material, Material], float]
 EVERY = "*"
 MOST_KINDS = 30
 NAMED = 4  # kinds of contacts that a warning names
 UNTOUCHED = 1 << 30  # a conaffinity that no contype has
+
+
+def chosen(
+    spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value
+) -> list[Contact]:
+    """All entries, those for every contact of a geom before those for two sets.
+
+    Raises:
+        ValueError: An entry is none, or means no geoms.
+    """
+    if isinstance(contacts, Mapping) and contacts:
+        listed: list[Any] = list(_of_materials(spec, contacts, friction, restitution))
+    elif isinstance(contacts, str | bytes) or not isinstance(contacts, Sequence) or not contacts:
+        raise ValueError(
+            f"contacts = {contacts!r}: must be a sequence of (geoms1, geoms2, pair), or a table of materials, not empty"
+        )
+    else:
+        listed = list(contacts)
+    found = [_entry(spec, number, entry, settings) for number, entry in enumerate(listed)]
+
+    return sorted(found, key=lambda entry: sum(map(is_every, listed[entry.number][:2])), reverse=True)
+
+
+def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
+    """What is to keep the engine's own contact: geoms, or pairs of choices of geoms."""
+    if isinstance(skip, str) or not isinstance(skip, Sequence):
+        raise ValueError(
+            f"skip = {skip!r}: must be a sequence of choices of geoms, or of pairs (geoms1, geoms2) of them"
+        )
+    out = []
+    for what in skip:
+        ones, twos = what if isinstance(what, tuple) and len(what) == 2 else (what, "*")
+        out.append(Contact(_geoms(spec, ones, "skip"), _geoms(spec, twos, "skip"), None))
+    return out
+
+
+def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
+    return solid(spec) if is_every(what) else geoms_of(spec, what, argument=argument)
+
+
+def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Contact:
+    some = list(entry) if isinstance(entry, Sequence) else []
+    if (
+        len(some) not in (3, 4)
+        or not isinstance(some[2], ContactPair)
+        or not isinstance(some[-1], ContactPair | Mapping)
+    ):
+        raise ValueError(
+            f"contacts[{number}] = {entry!r}: must be (geoms1, geoms2, pair), pair a contactlaw.ContactPair, and "
+            "maybe a dict of settings"
+        )
+    ones, twos = (_geoms(spec, entry[i], f"contacts[{number}], geoms{i + 1}") for i in range(2))
+    own = {**settings, **(entry[3] if len(entry) == 4 else {})}
+    unknown = set(own) - {"as_native", "others", "substeps", "rounding", "frictions", "overlaps"}
+    if unknown:
+        raise TypeError(f"contacts[{number}]: there is no setting {sorted(unknown)[0]!r}")
+    own.setdefault("as_native", is_every(entry[0]) or is_every(entry[1]))
+    try:
+        return Contact(ones, twos, entry[2], number=number, **own)
+    except ValueError as error:
+        raise ValueError(f"contacts[{number}]: {error}") from None
+
+
+def _of_materials(
+    spec: mujoco.MjSpec, table: Mapping[Any, Any], friction: Value | None, restitution: Value
+) -> Iterator[tuple[Any, ...]]:
+    """Entries for geoms of each two materials."""
+    owner: dict[Any, Material] = {}
+    for what, material in table.items():
+        own = material_of(f"contacts[{what!r}]", material)
+        owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
+    alike = groups(owner, owner.__getitem__)
+    room = config.FRICTIONS + len({(float(geom.friction[0]), geom.priority) for geom in owner})
+    for one, two in combinations_with_replacement(alike, 2):
+        mu = friction(one, two) if callable(friction) else friction or 0.0
+        e = restitution(one, two) if callable(restitution) else restitution
+        own = {"as_native": True, "frictions": room if friction is None else 0}
+        yield alike[one], alike[two], ContactPair(one, two, mu, e), own
 
 
 def is_every(what: Any) -> bool:
@@ -42,7 +127,7 @@ def solid(spec: mujoco.MjSpec) -> list[Any]:
     return [geom for geom in spec.geoms if geom.contype or geom.conaffinity or (geom.name and geom.name in named)]
 
 
-def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[config.Contact]) -> None:
+def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Contact]) -> None:
     """Give the law what entries say; of two that fit a pair of geoms the later one has it. All geoms have names.
 
     plain: the model as it is, compiled.
@@ -82,7 +167,7 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[co
             kept[first].append(second)
             kept[second].append(first)
         if why and _can_meet(plain, kinds[first], kinds[second]):
-            types = sorted((shapes[one].type_name, shapes[two].type_name))
+            types = sorted((shapes[one].type, shapes[two].type))
             said.setdefault((types[0], types[1]), f"{shapes[one].label} on {shapes[two].label}")
     served: set[Any] = set()
     for pair in spec.pairs:

@@ -10,9 +10,7 @@ if numba.config.DISABLE_JIT:
 
 from contactlaw import MATERIALS, ContactPair  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, instances_of, load_model  # noqa: E402
-from contactlaw.mujoco_plugin.layout import record_at  # noqa: E402
-from contactlaw.mujoco_plugin.readout import world_of  # noqa: E402
-from contactlaw.world.records import WORLD  # noqa: E402
+from contactlaw.mujoco_plugin.readout import view_of  # noqa: E402
 
 SPEED, MU = 0.1, 0.3  # [m/s] of the mocap body; friction on the floor
 FREE = "<freejoint/>"
@@ -135,5 +133,4 @@ def test_a_base_that_is_moved_meets_what_only_turns_above_the_ground_otherwise(m
     data = mujoco.MjData(model)
     data.qvel[0] = 100.0
     mujoco.mj_step(model, data, 10)
-    world = record_at(int(world_of(model, data)[1]["world"]), WORLD, 1)[0]
-    assert (world["nears"] > 0) == mocap
+    assert (view_of(model, data).world["nears"] > 0) == mocap
