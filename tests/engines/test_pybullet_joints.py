@@ -274,3 +274,14 @@ def test_a_robot_stands_still_on_the_motors_that_hold_it(client: int, name: str)
     assert np.ptp(heights[1000:]) < 1e-4
     weight = 9.81 * sum(p.getDynamicsInfo(robot, link, client)[0] for link in range(-1, p.getNumJoints(robot, client)))
     assert sum(state.normal_force for state in contact.states(handle)) == pytest.approx(weight, rel=1e-3)
+
+
+def test_contacts_of_joints_are_saved_and_added_before_the_first_step(client: int) -> None:
+    racket, body = paddle(client, 2.0), ball(client, [0.405, 0.0, 2.0 * RADIUS + 2e-3], [0.1, 0, -1.0])
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, racket, pair_of(), link_b=0)
+    callback.restore(callback.save())
+    assert not callback.state(handle).touching
+    callback.add_contact(plane(client), body, pair_of())
+    step(callback, 3)
+    assert callback.ledger(handle).impacts + callback.state(handle).touching > 0
