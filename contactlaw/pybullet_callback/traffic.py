@@ -129,7 +129,7 @@ class Traffic:
         return any(one.inertias() != one.known for one in self.linked)
 
     def foresee(self) -> int:
-        """The step that Bullet is about to take; returns what `hand_back.look` says of the contacts."""
+        """The step that Bullet is about to take; returns what `exchange.look` says of the contacts."""
         self._found, self._pushed, self._passed = 0, [], False
         self._look_up()
         if self._set_off() != PASSED:
