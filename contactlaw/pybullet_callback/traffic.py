@@ -87,7 +87,7 @@ class Traffic:
         plain = np.flatnonzero(self.rows["linked"] == 0).tolist()
         self.bind(world.arrays)
         self.weigh(plain)
-        self._heavy = [k for k in plain if self.rows["mass"][k] > 0.0]
+        self._heavy = dict.fromkeys(k for k in plain if self.rows["mass"][k] > 0.0)
         self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
         fixed = [(keys[k], k * SIZE) for k in plain if self.rows["mass"][k] == 0.0]
         self._bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
@@ -124,8 +124,8 @@ class Traffic:
         """The same of all that may touch something soon; returns whether links have others than the trees know."""
         if self._listed:
             self._listed()
-        near = self.arrays.near_bodies[: self._state["near_body_count"][0]] - 1
-        self.weigh(np.intersect1d(near, self._heavy).tolist())
+        near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
+        self.weigh([k - 1 for k in near if k - 1 in self._heavy])
         return any(one.inertias() != one.known for one in self.linked)
 
     def foresee(self) -> int:
