@@ -15,10 +15,9 @@ import pybullet as p
 from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
-from contactlaw.pybullet_callback.contact import Contact, ContactState
+from contactlaw.pybullet_callback.contact import Contact, ContactState, sets_of
 from contactlaw.pybullet_callback.exchange import FLAGS, LISTED, NOTED
 from contactlaw.pybullet_callback.marks import Marks
-from contactlaw.pybullet_callback.meetings import sets_of
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepping

@@ -331,44 +331,6 @@ def set_off(place):
     return PASSED
 
 
-@jit
-def flew(place):
-    """After a step in which all were far apart: whether the bodies that move have fallen, within a half, as in one of
-    the length and gravity known, from the velocities known: so much more they may move in what is called far apart.
-    """
-    head = head_at(place, 0)
-    w = world_at(head.world, 0)
-    for k in range(head.count):
-        if fell(head, row_at(head.rows, k), body_at(w.bodies, k + 1)) > 0.5 * head.dt * norm(load(head.gravity)):
-            return False
-    return norm(load(head.gravity)) > 0.0
-
-
-@jit_inside
-def fell(head, r, b):
-    """By how much more than gravity the velocity of a body's surface has changed in Bullet's step [m/s], at most."""
-    if r.mass == 0.0:
-        return 0.0
-    gained = axpy(-head.dt, load(head.gravity), sub(load(r.after.velocity), load(r.before.velocity)))
-    return norm(gained) + b.reach * norm(sub(load(r.after.spin), load(r.before.spin)))
-
-
-@jit
-def set_off_again(place):
-    """The same of the step that Bullet has taken since, if they did not: somebody has given those that fell otherwise
-    other velocities before it, or the step or gravity are others.
-    """
-    head = head_at(place, 0)
-    w = world_at(head.world, 0)
-    for k in range(head.count):
-        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
-        keep(r, r.before, 0.0)
-        if fell(head, r, b) > 0.5 * head.dt * norm(load(head.gravity)):
-            store(r.before.velocity, axpy(-head.dt, load(head.gravity), load(r.after.velocity)))
-            store(r.before.spin, load(r.after.spin))
-    return set_off(place)
-
-
 @jit_inside
 def far_apart(w, time):
     """Whether no two near shapes can touch within a time [s]."""

@@ -113,7 +113,7 @@ class Linked:
             ),
             range(count),
         )  # fmt: skip
-        self.left = self.start = np.full(self.q_size, np.nan), np.zeros(self.v_size)
+        self.now = self.left = self.start = np.full(self.q_size, np.nan), np.zeros(self.v_size)
         self.ahead, self.matrix = 0.0, np.zeros((self.v_size, self.v_size))
         self.lacks: Array | None = None
         self.force, self.push, self.own = np.zeros((3, self.v_size))

@@ -11,11 +11,10 @@ import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import FOUND_IN, TOO_DEEP
-from contactlaw.pybullet_callback.contact import Contact, ContactState
+from contactlaw.pybullet_callback.contact import Contact, ContactState, parents_of
 from contactlaw.pybullet_callback.exchange import NO_RADIUS, PUT_IN, TOO_FAR
 from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
-from contactlaw.pybullet_callback.meetings import parents_of
 from contactlaw.pybullet_callback.shapes import Key, Side, can_move
 from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World

@@ -20,10 +20,8 @@ from contactlaw.pybullet_callback.exchange import (
     PASSED,
     ROW,
     complete,
-    flew,
     press,
     set_off,
-    set_off_again,
     steady,
 )
 from contactlaw.pybullet_callback.linked import Linked
@@ -37,6 +35,7 @@ from contactlaw.world.frames import ALIKE
 from contactlaw.world.records import Array, Arrays
 from contactlaw.world.step import step
 
+NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # read of a body yet
 WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
 STEP, PLACE, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
@@ -48,9 +47,9 @@ STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 class Traffic:
     """The bodies of PyBullet that a world holds.
 
-    Each call that reads a body costs a quarter of Bullet's step, so what is known is not read: the time step and
-    gravity where bodies that fall free show that they are those known, and while all sleep, held; and, while all are
-    far apart, velocities of bodies that cannot be moved, and before a step those that were read after the last one.
+    What is read is written into the rows only where it is not what was read before. The time step and gravity are not
+    read where bodies that fall free show that they are those known, and while all sleep, held; nor, while all are far
+    apart, velocities of bodies that cannot be moved.
 
     Args:
         client: Physics client id.
@@ -82,15 +81,15 @@ class Traffic:
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed, self._foreseen = 0, [], False
-        self.dt, self._parameters = 0.0, ()
+        self.dt, self._fall, self._down, self._parameters = 0.0, 0.0, 0, ()
         for one in linked:
             self.rows["linked"][one.members] = 1
         plain = np.flatnonzero(self.rows["linked"] == 0).tolist()
         self.bind(world.arrays)
         self.weigh(plain)
-        self._heavy = [k for k in plain if self.rows["mass"][k] > 0.0]
+        self._heavy = dict.fromkeys(k for k in plain if self.rows["mass"][k] > 0.0)
         self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
-        fixed = [(keys[k], k * SIZE) for k in plain if k not in self._heavy]
+        fixed = [(keys[k], k * SIZE) for k in plain if self.rows["mass"][k] == 0.0]
         self._bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
         self._still = [one for one in fixed if one[0][1] != BASE]
         if not moves:
@@ -104,8 +103,8 @@ class Traffic:
         head = self._head
         head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._last: list[Any] = [((), ())] * len(self.keys)  # read of each of `_bases`, and after a step its velocity
-        self._after, self._passed = [()] * len(self.keys), False
+        self._passed = False
+        self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
 
     def weigh(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; what has others than before wakes."""
@@ -125,12 +124,12 @@ class Traffic:
         """The same of all that may touch something soon; returns whether links have others than the trees know."""
         if self._listed:
             self._listed()
-        near = self.arrays.near_bodies[: self._state["near_body_count"][0]] - 1
-        self.weigh(np.intersect1d(near, self._heavy).tolist())
+        near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
+        self.weigh([k - 1 for k in near if k - 1 in self._heavy])
         return any(one.inertias() != one.known for one in self.linked)
 
     def foresee(self) -> int:
-        """The step that Bullet is about to take; returns what `hand_back.look` says of the contacts."""
+        """The step that Bullet is about to take; returns what `exchange.look` says of the contacts."""
         self._found, self._pushed, self._passed = 0, [], False
         self._look_up()
         if self._set_off() != PASSED:
@@ -158,19 +157,17 @@ class Traffic:
         for one in self.linked:
             one.apply_steady_push()
         STEP_BULLET(self._client)
+        if pushed == PASSED:
+            if self._falls() or not self._look_up():
+                return 0
+            set_off(self._head_at)  # once more: something may be met in such a step
+            self._passed = False
         client, rows, after, velocity = self._client, self._bytes, self._after, p.getBaseVelocity
         for i, (body, at) in enumerate(self._moving):
             now = velocity(body, client)
             if now != after[i]:
                 after[i] = now
                 SPEED.pack_into(rows, at + SPEED_AFTER, *now[0], *now[1])
-        if pushed == PASSED:
-            if flew(self._head_at):
-                return 0
-            self._look_up()
-            if set_off_again(self._head_at) == PASSED:
-                return 0
-            self._passed = False  # something may be met in such a step
         for one in self.linked:
             one.compare(self.arrays, self.dt)
         done = self._complete(1)
@@ -217,7 +214,18 @@ class Traffic:
             return False
         self.dt, self._parameters = known[0], known
         STEP.pack_into(self._head, STEP_AT, *known)
+        self._down = max(range(3), key=lambda i: abs(known[i + 1]))
+        self._fall = self.dt * known[self._down + 1]
         return True
+
+    def _falls(self) -> bool:
+        """Whether the first body that moves has fallen, within a half, as in a step of the length and gravity known:
+        so much longer it may be for what is called far apart.
+        """
+        if self._fall == 0.0:
+            return False
+        gained = p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
+        return abs(gained - self._last[0][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
 
     def _complete(self, stepped: int) -> int:
         """Move the world and hand it back."""
@@ -275,14 +283,13 @@ class Traffic:
     def _read(self, passed: bool = False) -> bool:
         """Where bodies are and how they move, into the rows; returns whether something is not as it was before.
 
-        passed: all were far apart in the last step, after which the velocities of those that move were read.
+        passed: whether how those move that cannot be moved does not matter.
         """
         client, new, moving = self._client, False, len(self._moving)
         rows, last, pack = self._bytes, self._last, WHOLE.pack_into
         pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
         for i, (body, at) in enumerate(self._bases):
-            known = () if not passed else self._after[i] if i < moving else last[i][1]
-            state = pose(body, client), known or velocity(body, client)
+            state = pose(body, client), velocity(body, client) if i < moving or not passed else last[i][1]
             if state != last[i]:
                 last[i], new = state, True
                 (x, q), (v, w) = state

@@ -297,7 +297,7 @@ def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_
     contact.step()
     one = contact._scene.traffic.linked[0]
     for k in range(3):
-        one.look_again()
+        one.now = one.read()
         one.receive(contact._scene.traffic.arrays, np.zeros(3))
         one.set_out(contact._scene.traffic.arrays, 1 / 240)
         one.push[:] = 10.0 * (np.arange(one.v_size) == k)
@@ -348,3 +348,14 @@ def energy_of(client: int, body: int) -> float:
         own = np.array(p.getMatrixFromQuaternion(turn)).reshape(3, 3).T @ spin
         total += 0.5 * mass * np.dot(velocity, velocity) + 0.5 * own @ (moments * own) + mass * G * place[2]
     return total
+
+
+def test_contacts_of_joints_are_saved_and_added_before_the_first_step(client: int) -> None:
+    racket, body = paddle(client, 2.0), ball(client, [0.405, 0.0, 2.0 * RADIUS + 2e-3], [0.1, 0, -1.0])
+    callback = ContactCallback(client)
+    handle = callback.add_contact(body, racket, pair_of(), link_b=0)
+    callback.restore(callback.save())
+    assert not callback.state(handle).touching
+    callback.add_contact(plane(client), body, pair_of())
+    step(callback, 3)
+    assert callback.ledger(handle).impacts + callback.state(handle).touching > 0
