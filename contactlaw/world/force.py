@@ -26,6 +26,7 @@ from contactlaw.world.vec import dot, load, sub
 
 PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
 CALM = 0.3  # of critical damping: a dashpot across a contact that lasts, hardly moves and is damped along the normal
+FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 ROUNDING = 1e-12  # of what two bodies turn by, a twist about the normal that is none
 
 
@@ -109,12 +110,22 @@ def slopes(w, c, slot, moved, slide, stage):
 
     Returns d P, d F and d G by the overlap, which the closing speed follows within a stage of so many seconds, d F and
     d G by both displacements, which the slide follows, and that of the moment by the angle [N m].
+
+    What has slid as a whole by more than its springs give way has mu P along its displacement: no law is asked then.
     """
     t = c.touch
     f, g, m, overlap, closing, force = t.f, t.g, c.torsion.moment, t.overlap, t.closing, t.force
     way = PROBE * overlap
     more, (du, dv, angle), (u, v, spin) = way / stage, moved, slide
     t.overlap, t.closing = overlap + way, closing + more
+    far, gone = slide_to_slip(t), sqrt(du * du + dv * dv)
+    if c.torsion.span == 0.0 and gone > far and fully(t):
+        press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0, 0.0)
+        t.overlap, t.closing = overlap, closing
+        normal, one = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
+        x, y, turned = one * f, one * g, t.friction * force / (gone + far)
+        limit = t.friction * normal
+        return normal, limit * x, limit * y, turned * y * y, -turned * x * y, -turned * x * y, turned * x * x, 0.0
     fp, gp, _ = ask_at(w, c, slot, moved, slide)
     normal = (t.force - force) / way
     t.overlap, t.closing = overlap, closing
@@ -128,6 +139,18 @@ def slopes(w, c, slot, moved, slide, stage):
             turn = max(turned - m, 0.0) * radius / way
     across = (fp - f) / way, (gp - g) / way
     return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way, turn)
+
+
+@jit_inside
+def slide_to_slip(t):
+    """How far [m] what sticks slides until all of it slips."""
+    return t.friction * t.e_star / t.g_star * t.overlap
+
+
+@jit_inside
+def fully(t):
+    """Whether a contact slides as a whole: its friction force is all that it can be."""
+    return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2
 
 
 @jit_inside

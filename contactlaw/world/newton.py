@@ -28,7 +28,7 @@ from contactlaw.world.access import (
 from contactlaw.world.call import call_with_body, call_with_vectors
 from contactlaw.world.core import CROWN
 from contactlaw.world.equations import FIRST, FREE, NORMAL, RIGHT, SIDE_U, SIDE_V, TURN, VELOCITY, masses, matrix, part
-from contactlaw.world.force import ask_at, resistance_of, slopes
+from contactlaw.world.force import ask_at, fully, resistance_of, slopes
 from contactlaw.world.geometry import centre, half_axis, meet_near
 from contactlaw.world.motion import velocity_at
 from contactlaw.world.records import BOX, EDGE, NEVER, SEGMENT
@@ -38,6 +38,7 @@ from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import ZERO, add, cross, dot, load, scale, store, sub, to_body
 
 FOUND = 1e-9  # of its overlap, and across of its slide too, that a contact may still move
+SLID = 1e-6  # the same along the normal, where it slides as a whole, of mu times its slide: of what friction takes
 SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
 INNER = 1.0 - 1e-9  # of the cosine of a normal to a face's, and of a half length, from where it is none of the end's
 ROUNDING = 4e-15  # of a place along the normal, the same
@@ -156,8 +157,9 @@ def look_at(w, r, stage):
     push(a, impulse, sub(cross(arm_a, impulse), moment), part(w, RIGHT))
     push(b, scale(-1.0, impulse), sub(moment, cross(arm_b, impulse)), part(w, RIGHT))
     pace = min(stage * stage * t.force / (SQUARE * t.overlap * t.mass), 1.0)
-    least = FOUND * pace * t.overlap + rounding
     slid = stage * sqrt(slide[0] * slide[0] + slide[1] * slide[1])
+    taken = min(t.friction * slid, t.overlap) if fully(t) else 0.0
+    least = FOUND * pace * t.overlap + SLID * taken + rounding
     return not (along <= least and across <= least + FOUND * slid), least / stage  # NaN has moved
 
 

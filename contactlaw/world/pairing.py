@@ -39,7 +39,8 @@ from contactlaw.world.records import (
     SPHERE,
     TANGENT,
 )
-from contactlaw.world.vec import ZERO, add, dot, load, norm, scale, sub
+from contactlaw.world.segments import clip
+from contactlaw.world.vec import ZERO, add, axpy, dot, load, norm, scale, sub
 
 
 @jit_inside
@@ -172,19 +173,35 @@ def turns_past(w, g):
 @jit_inside
 def list_parts(w, shapes, n, top, listing):
     """List the parts of one shape that are near another one, which ends along n at `top` [m] from the first one's
-    centre of mass. listing: the guard, and how near they are to be [m]."""
+    centre of mass. listing: the guard, and how near they are to be [m].
+
+    Of a floor all that its top ends in is near by that plane: the sphere around the other shape tells what is far."""
     i, j = shapes
     guard, margin = listing
     other, body = shape_at(w.shapes, j), body_at(w.bodies, shape_at(w.shapes, i).body)
+    to, far = ZERO, NEVER
+    if other.kind != PLANE:
+        b = body_at(w.bodies, other.body)
+        to, far = add(sub(load(b.position), load(body.position)), centre(other, b)), margin + size(other)
     k = shape_at(w.shapes, i).next
     while k != 0:
         s = shape_at(w.shapes, k)
         u = half_axis(s, body)
-        gap = dot(n, centre(s, body)) - s.radius - (abs(dot(n, u)) if s.kind == EDGE else norm(u)) - top
+        at = centre(s, body)
+        gap = dot(n, at) - s.radius - (abs(dot(n, u)) if s.kind == EDGE else norm(u)) - top
         twice = s.kind == SIDE and s.body < other.body  # two sides meet once
-        if gap <= margin and meets(s.kind, other.kind) and not twice and not over_face(w, s, other, margin):
+        near = gap <= margin and apart(sub(to, at), u, s) <= far
+        if near and meets(s.kind, other.kind) and not twice and not over_face(w, s, other, margin):
             enlist(w, k, j, guard, gap)
         k = s.next
+
+
+@jit_inside
+def apart(d, u, s):
+    """How far [m] a point is from a part at least; d: from the part's middle, u: its half axis."""
+    if s.kind == EDGE:
+        d = axpy(-clip(dot(d, u) / dot(u, u)), u, d)
+    return norm(d) - s.radius - (0.0 if s.kind == EDGE else norm(u))
 
 
 @jit_inside

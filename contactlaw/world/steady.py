@@ -10,13 +10,12 @@ from contactlaw.memory import whole_at
 from contactlaw.world.access import body_at, contact_at, contact_kept, near_at, row_at, shape_at, tree_at
 from contactlaw.world.bounds import time_to_close
 from contactlaw.world.core import CROWN
-from contactlaw.world.force import hardly_moves, rigid, stored_energy
+from contactlaw.world.force import fully, hardly_moves, rigid, slide_to_slip, stored_energy
 from contactlaw.world.pace import radius_of, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
 from contactlaw.world.touch import deep
 from contactlaw.world.vec import cross, dot, load, norm, sub, to_body, to_world
 
-FULL = 1.0 - 1e-3  # of mu P, a friction force that is all of it
 WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
 GAINED = 1e-6  # of its energy, what rounding and a step of second order may add to an island
 LARGEST_TURN = 0.1  # [rad] of a body with shapes off its centre, in such a step
@@ -131,7 +130,7 @@ def changes(w, pairs):
             start, now = contact_kept(w, r.slot).touch, c.touch
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
-            far = now.friction * now.e_star / now.g_star * now.overlap  # the slide to gross slip
+            far = slide_to_slip(now)
             sticks = fully(start) and (not fully(now) or now.f * r.slide[0] + now.g * r.slide[1] < 0.0)
             if sticks and c.moved[0] ** 2 + c.moved[1] ** 2 > far * far:
                 return True
@@ -164,9 +163,3 @@ def energy(w, bodies, pairs):
             stored = stored_energy(w, contact_at(w.contacts, slot), slot)
             total, size = total + stored, size + stored
     return total, size
-
-
-@jit_inside
-def fully(t):
-    """Whether a contact slides as a whole: its friction force is all that it can be."""
-    return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2

@@ -73,11 +73,14 @@ def find_pressed(w):
 
     Before a step, open pairs of trees that may pass by come to know their gap and how fast it closes.
     """
-    if w.stale != 0 or outgrown(w, -NEVER, 2.0 * w.step):
-        list_near(w)
+    some = False
     for i in range(w.body_count):
-        body_at(w.bodies, i).pressed = 0
-    for k in range(w.guard_count):
+        b = body_at(w.bodies, i)
+        b.pressed = 0
+        some = some or b.placed != 0 or b.tree != 0
+    if w.stale != 0 or (some and outgrown(w, -NEVER, 2.0 * w.step)):
+        list_near(w)
+    for k in range(w.guard_count if some else 0):
         part_at_start(w, guard_at(w.guards, k))
     for closed in (1, 0):
         for k in range(w.nears):

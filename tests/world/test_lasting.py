@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from contactlaw import MATERIALS, ContactPair, Material
+from contactlaw.jit import jit
 from contactlaw.world import World
+from contactlaw.world.access import contact_at, keep_contact
 from contactlaw.world.equations import room_for
+from contactlaw.world.force import ask_at, slopes
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod
@@ -288,3 +291,34 @@ def test_a_block_that_rocks_on_two_edges_takes_implicit_steps():
     assert world.arrays.world["implicit"][0] - found == 20
     assert world.arrays.world["solved"][0] - solved <= 30
     assert len(world.contacts) == 2
+
+
+@jit
+def slopes_both_ways(world, moved, stage, out):
+    """What slopes are told of the first contact, after a slide, and the differences that its law makes of them."""
+    w = world[0]
+    keep_contact(w, 0)
+    c = contact_at(w.contacts, 0)
+    t, u, v = c.touch, moved[0], moved[1]
+    t.before, t.closing = t.overlap, 0.0
+    ask_at(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
+    force, f, g, overlap, way = t.force, t.f, t.g, t.overlap, 1e-4 * t.overlap
+    out[0, :7] = slopes(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0), stage)[:7]
+    t.overlap, t.closing = overlap + way, way / stage
+    ask_at(w, c, 0, (u, v, 0.0), (u / stage, v / stage, 0.0))
+    out[1, :3] = (t.force - force) / way, (t.f - f) / way, (t.g - g) / way
+    t.overlap, t.closing = overlap, 0.0
+    for k, (x, y) in enumerate(((u + way, v), (u, v + way))):
+        ask_at(w, c, 0, (x, y, 0.0), (x / stage, y / stage, 0.0))
+        out[1, 3 + 2 * k], out[1, 4 + 2 * k] = (t.f - f) / way, (t.g - g) / way
+
+
+@pytest.mark.parametrize("slide", [(6e-4, 0.0), (4e-4, 3e-4)])
+def test_slopes_of_what_slides_are_those_of_its_law(slide: tuple[float, float]) -> None:
+    """Of them no law is asked: the friction force is mu P along the slide."""
+    world = ball(2e-3, 1.0)
+    world.step(5)
+    assert world.contacts["closed"].all()
+    out = np.full((2, 7), np.nan)
+    slopes_both_ways(world.arrays.bound().world, np.array(slide), 6e-4, out)
+    np.testing.assert_allclose(out[0], out[1], rtol=1e-2, atol=1e-3 * FRICTION * out[1, 0] * 1e-3)

@@ -74,3 +74,12 @@ def test_moving_balls_meet_whoever_comes_in_their_way():
     reached = 0.6 * 40.0 / 0.08  # balls, if impacts took no time
     assert 0.97 * reached <= np.argmax(world.velocity[:, 0]) <= reached
     assert world.velocity[:, 0].max() == pytest.approx(40.0, rel=1e-3)
+
+
+def test_of_a_wide_floor_only_what_is_beneath_a_box_is_near_it():
+    """Its far edges and corners end in the plane that the box stands on; there four corners of the box touch it."""
+    world = World()
+    box = world.add_box(world.add_body(1.0, 1e-3, (0.0, 0.0, 0.02)), (0.03, 0.02, 0.02))
+    world.add_contact(box, world.add_box(None, (5.0, 5.0, 0.1), (0.0, 0.0, -0.1)), ContactPair(STEEL, STEEL, 0.3, 0.5))
+    world.step(50)
+    assert world.contacts["closed"].sum() == world.arrays.world["nears"][0] == 4
