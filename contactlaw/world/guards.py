@@ -27,6 +27,7 @@ ROUNDING = 1e-15  # of the trace
 PRISM = 0.003  # of its radius, by which a cylinder may be wider than the prism of `gjk.STAVE`
 SLACK = 0.2  # of both bodies' smallest radii: how near shapes are whose parts are listed, besides
 LASTS = 4.0  # steps at the speed there is
+MORE = 1.5  # of that way, a gap which stays open: who looks at it later may count what pushes once more
 
 
 @jit_inside
@@ -49,7 +50,7 @@ def new_guard(w, i, j, time):
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
         g.body_a, g.body_b = g.body_b, g.body_a
-    g.limit, g.without, g.clear, g.apart, g.planed = NEVER, 0, 0, 0.0, -1.0
+    g.limit, g.without, g.clear, g.apart, g.planed, g.paced = NEVER, 0, 0, 0.0, -1.0, -1.0
     store(g.normal, ZERO)
     follow(w, g, time)
     g.moved = g.lag
@@ -131,17 +132,10 @@ def over_plane(w, p, a, b):
 
     The gap is no wider then, at a product for a part. Of what has no such plane the overlap is endless.
     """
-    none = NEVER, ZERO, ZERO, ZERO
-    if p.guard < 0:
-        return none
+    if not has_plane(w, p, a, b):
+        return NEVER, ZERO, ZERO, ZERO
     g, sa = guard_at(w.guards, p.guard), shape_at(w.shapes, p.a)
     whole_a, whole_b = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
-    time = b.time if a.still != 0 else a.time
-    here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time  # and not aside
-    if whole_a.kind < BOX or whole_b.kind == PLANE or not here or (b.still == 0 and b.time != time):
-        return none
-    if g.planed != time:
-        place_plane(w, g, time)
     n, between = to_world(body_at(w.bodies, whole_b.body).axes, load(g.normal)), sub(load(a.position), load(b.position))
     top = g.high
     if p.body_a != whole_a.body:
@@ -152,6 +146,38 @@ def over_plane(w, p, a, b):
     gap = over - sa.radius - (abs(dot(n, half)) if sa.kind <= EDGE else norm(half))
     arm_a = axpy(-over, n, from_a)
     return -(gap if sa.kind < BOX else g.low - g.high), n, arm_a, add(arm_a, between)
+
+
+@jit_inside
+def has_plane(w, p, a, b):
+    """Whether the guard of a near pair has a plane between both whole shapes, which is placed where the bodies are."""
+    if p.guard < 0:
+        return False
+    g = guard_at(w.guards, p.guard)
+    time = b.time if a.still != 0 else a.time
+    here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time  # and not aside
+    flat = shape_at(w.shapes, g.a).kind >= BOX and shape_at(w.shapes, g.b).kind != PLANE
+    if not (flat and here) or (b.still == 0 and b.time != time):
+        return False
+    if g.planed != time:
+        place_plane(w, g, time)
+    return True
+
+
+@jit_inside
+def keeps_apart(w, p, a, b, left):
+    """Whether both whole shapes of a near pair are so far apart that no parts of them meet within a time to come [s].
+
+    What is known then is entered: one look does for all that meet by parts of the same two shapes.
+    """
+    if not has_plane(w, p, a, b):
+        return False
+    g = guard_at(w.guards, p.guard)
+    if g.planed != g.paced:
+        follow(w, g, left)
+        g.paced = g.planed
+    p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.speed, 0.0, NEVER
+    return p.gap > MORE * left * g.speed
 
 
 @jit_inside

@@ -14,7 +14,7 @@ from contactlaw.world.bounds import LARGEST_TURN, time_to_close, turning_bound
 from contactlaw.world.call import ask_time
 from contactlaw.world.force import hardly_moves
 from contactlaw.world.geometry import OF_TIME, centre, effective_radius, meet_near
-from contactlaw.world.guards import over_plane
+from contactlaw.world.guards import keeps_apart, over_plane
 from contactlaw.world.motion import (
     acceleration_at,
     acceleration_of,
@@ -64,10 +64,12 @@ def predict(w, p, a, b, now, left):
     bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
+    p.seen = now
+    if keeps_apart(w, p, a, b, left):
+        return
     overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
     if overlap > -OVER * sa.radius:
         overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
-    p.seen = now
     p.gap = -overlap
     p.closing = closing_at(a, arm_a, b, arm_b, n)
     rest = sub(acceleration_of(a), acceleration_of(b))

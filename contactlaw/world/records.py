@@ -231,6 +231,7 @@ GUARD = record(
     normal=VECTOR, apart="f8",  # in the frame of b's body, of a plane between both shapes; [m] that it parts them
     clear="i8",  # they have been so through a step, see `passing`
     planed="f8", low="f8", high="f8",  # [s] of the step when it was placed; of a lowest, of b highest along it [m]
+    paced="f8",  # [s] of the step, of that plane, when `speed` was found for what was left of it
     time="f8", lag="f8",  # [s] of the step when it was seen so; [m] that one body may have been behind the other then
 )  # fmt: skip
 """Between two shapes, see `guards`."""

@@ -212,7 +212,8 @@ def begin(w, dt):
         if strayed(b, dt - b.time):
             w.stale = 1
     for k in range(w.guard_count):
-        guard_at(w.guards, k).planed = -1.0
+        g = guard_at(w.guards, k)
+        g.planed, g.paced = -1.0, -1.0
     if outgrown(w, dt, 0.0):
         w.stale = 1
     count_slots(w)

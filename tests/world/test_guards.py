@@ -160,3 +160,19 @@ def test_what_turns_about_the_normal_of_a_gap_never_closes_it(axes, held: bool, 
         touches = axes[0][1] != 0.0
         assert (abs(world.tree(tree)[1][0] - 300.0) > 1.0) == touches
         assert (world.arrays.world["kicks"][0] > 0) == touches
+
+
+def test_one_look_does_for_all_parts_of_two_shapes_that_are_far_apart() -> None:
+    """A cube that slides along over a plate, as far up as it goes in a few steps: its parts are not looked at each."""
+    world = World(gravity=0.0, timestep=1e-3)
+    plate = world.add_hull(None, np.array((2.0, 2.0, 0.05)) * CUBE, at=(0, 0, -0.05))
+    body = world.add_body(0.5, 1e-4, (-0.5, 0, 0.045), (10.0, 0, 0))
+    world.add_contact(world.add_hull(body, 0.02 * CUBE), plate, steel_pair(0.3))
+    looked = []
+    for _ in range(40):
+        world.step()
+        near = world.arrays.near[: int(world.arrays.world["nears"][0])]
+        looked += [set(near["gap"][near["seen"] == 0.0].tolist())]
+    assert any(looked)
+    assert max(map(len, looked)) == 1
+    assert world.arrays.world["kicks"][0] == 0
