@@ -69,8 +69,8 @@ def left_out(view: layout.ModelView) -> Iterator[str]:
     for k in sensors.tolist():
         ends = (view.sensor_objtype[k], view.sensor_objid[k]), (view.sensor_reftype[k], view.sensor_refid[k])
         if all(on(int(kind), int(number)) for kind, number in ends):
-            what = f"sensor {view.label('sensor', k)}: tells of the engine's own contacts"
-            yield f"{what}, and not of those of the law; take contacts_of, or a sensor contactlaw.contact"
+            what = f"sensor {view.label('sensor', k)}: tells of the engine's own contacts, and not"
+            yield f"{what} of those of the law; take contacts_of, or a sensor contactlaw.contact"
 
 
 def friction_of(one: tuple[float, int], two: tuple[float, int]) -> float:
