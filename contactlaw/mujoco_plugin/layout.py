@@ -100,7 +100,7 @@ class ModelView:
 
     def name(self, kind: str, number: int) -> str:
         """Of a "geom", "body" or "plugin" instance; empty: it has none."""
-        return (LIBRARY.mj_id2name(self.address, mujoco.mju_str2Type(kind), number) or b"").decode()
+        return (LIBRARY.mj_id2name(self.address, _type_of(kind), number) or b"").decode()
 
     def label(self, kind: str, number: int) -> str:
         """For messages: its name, or else its number."""
@@ -108,7 +108,7 @@ class ModelView:
 
     def geom(self, name: str) -> int:
         """The id of a geom; -1: there is none of this name."""
-        return LIBRARY.mj_name2id(self.address, mujoco.mju_str2Type("geom"), name.encode())
+        return LIBRARY.mj_name2id(self.address, _type_of("geom"), name.encode())
 
     def option(self, field: str) -> int:
         """An integer option, such as disableflags."""
@@ -119,6 +119,11 @@ class ModelView:
         """What tells a model from others, also where it comes from a pickle or a binary file: its sizes and names."""
         sizes = [self.nq, self.nv, self.nbody, self.ngeom, self.npluginstate]
         return number_of(repr(sizes).encode() + self.names.tobytes())
+
+
+def _type_of(kind: str) -> int:
+    """MuJoCo's number for "geom" and the like. Its Python binding would end the error handling of who called `init`."""
+    return LIBRARY.mju_str2Type(kind.encode())
 
 
 def number_of(what: bytes) -> int:
@@ -144,7 +149,7 @@ def _library() -> ctypes.CDLL:
             library, model, text, number = ctypes.CDLL(str(path)), ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
             for name, result, *arguments in (
                 ("mj_getPluginConfig", text, model, number, text), ("mj_id2name", text, model, number, number),
-                ("mj_name2id", number, model, number, text),
+                ("mj_name2id", number, model, number, text), ("mju_str2Type", number, text),
                 ("mjp_getPlugin", ctypes.c_void_p, text, ctypes.POINTER(number)),
             ):  # fmt: skip
                 function = getattr(library, name)
