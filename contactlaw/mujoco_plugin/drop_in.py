@@ -66,10 +66,11 @@ def load_model(
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
             friction, restitution: Of a table, a number, or a function of two materials. Without one the friction is
                 that of the geoms, by the engine's rule; the restitution is 1.
-            overlaps: "relax": geoms that lie in each other by more than a tenth of their radius, where the model begins
-                or later, count as just touching there; those of the beginning are named by a warning. "raise" instead;
-                "keep": they are pressed together, silent. "exclude": bodies of one mechanism that are built into each
-                other by a tenth of their size, as a finger and its palm, do not touch; of others "relax".
+            overlaps: "relax": geoms that lie in each other by more than a tenth of their radius, or
+                deeper than an impact at 5 m/s would press them, where the model begins or later, count as just touching
+                there; those of the beginning are named by a warning. "raise" instead; "keep": they are pressed
+                together, silent. "exclude": bodies of one mechanism that are built into each other by a tenth of their
+                size, as a finger and its palm, do not touch; of others "relax".
 
     Raises:
         ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.

@@ -62,8 +62,8 @@ class ContactCallback:
       * Remove a contact before its bodies. A body that has gone, or another one that PyBullet has given its id, is an
         error at the next call if there are more or fewer bodies, or one is where it was not, or after resetSimulation.
         They carry a user data entry for this.
-      * A body that is put deeper into another than a tenth of the radius counts as just touching it: that depth is
-        taken off the overlap as long as it lasts.
+      * A body that is put deeper into another than a tenth of the radius, or than an impact at 5 m/s would
+        press it, counts as just touching it: that depth is taken off the overlap as long as it lasts.
 
     Args:
         client: Physics client id.

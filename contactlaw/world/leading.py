@@ -13,7 +13,7 @@ from contactlaw.world.motion import set_axes
 from contactlaw.world.vec import ZERO, load, load4, norm, product, scale, store, store4, sub
 
 # [m/s]: who would change speed by more in a step, and by more than all of it, has jumped. Arms of robots and belts set
-# out with less; 10 mm in 2 ms are no motion
+# out with less; 10 mm in 2 ms are no motion. Nor is it what an overlap stands for that would throw bodies so fast
 JUMP = 5.0
 
 

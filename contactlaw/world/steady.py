@@ -13,7 +13,7 @@ from contactlaw.world.core import CROWN
 from contactlaw.world.force import fully, hardly_moves, rigid, slide_to_slip, stored_energy
 from contactlaw.world.pace import radius_of, rests
 from contactlaw.world.records import DISC, NEVER, SIDE
-from contactlaw.world.touch import deep
+from contactlaw.world.touch import TOUCHING
 from contactlaw.world.vec import cross, dot, load, norm, sub, to_body, to_world
 
 WHIRL = 0.01  # [rad], by which the deepest point of a disc may run round it in such a step
@@ -62,7 +62,7 @@ def strikes(w, p):
     """Whether a pair strikes within the step, or is none that lasts."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     if p.closed == 0:
-        if p.gap < 0.0 and -p.gap > deep(w, p.a, radius_of(w, p)):
+        if p.gap < 0.0 and -p.gap > TOUCHING * radius_of(w, p):
             return True  # it is to be found so, see `touch.close`
         closing, gap, push = max(p.closing, 0.0), max(p.gap, 0.0), push_between(p, a, b)
         return time_to_close(gap, p.closing, push) < w.step and closing * closing + 2.0 * push * gap > 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
+from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import OPEN
 from contactlaw.laws.step import know
 from contactlaw.laws.torsion import RINGS
@@ -16,6 +17,7 @@ from contactlaw.world.call import address, ask_parting, call_roll, ready
 from contactlaw.world.demand import ROLL
 from contactlaw.world.ends import damped_end, elastic_end
 from contactlaw.world.geometry import BACK, SUNK, build_in, is_sunk, meet, meet_near, most_overlap, overlap_of_cores
+from contactlaw.world.leading import JUMP
 from contactlaw.world.motion import kick, moved_at, velocity_at
 from contactlaw.world.pace import TURNED, ellipse_of, masses
 from contactlaw.world.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED, RESIZED
@@ -53,8 +55,6 @@ def close(w, k, overlap):
     law = law_of(w, pair_at(w.pairs, q.pair))
     radius, along = ellipse_of(w, q)
     know(t, law, radius)
-    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > deep(w, q.a, radius):
-        c.built, overlap = build_in(w, q, c.built + overlap), 0.0
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
@@ -72,6 +72,8 @@ def close(w, k, overlap):
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
     masses(c, a, b)
+    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > deep(w, c):
+        c.built, overlap = build_in(w, q, c.built + overlap), 0.0
     t.overlap = overlap
     t.before = overlap
     slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
@@ -89,13 +91,15 @@ def close(w, k, overlap):
 
 
 @jit_inside
-def deep(w, a, radius):
-    """Overlap [m] at which Hertz's theory no longer holds, of a shape as A; crowned edges have a radius of metres.
+def deep(w, c):
+    """Overlap [m] that nobody means: Hertz's theory no longer holds there, or it would throw bodies as no motion does.
 
-    Any, where shapes have grown.
+    Any, where shapes have grown. Of a shape as A; crowned edges have a radius of metres.
     """
-    s = shape_at(w.shapes, a)
-    return DEEPEST * (min(s.radius, radius) if s.radius > 0.0 else radius) if w.edited < RESIZED else 0.0
+    s, t = shape_at(w.shapes, c.shape_a), c.touch
+    least = min(s.radius, t.radius) if s.radius > 0.0 else t.radius
+    thrown = greatest_overlap(hertz_stiffness(t), t.mass, 0.0, JUMP)
+    return min(DEEPEST * least, thrown) if w.edited < RESIZED else 0.0
 
 
 @jit_inside
@@ -105,7 +109,7 @@ def forget_put_in(w, p):
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     overlap, _, _, _ = meet_near(w, p, a, b)
     deeper = overlap - c.touch.overlap
-    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(deep(w, p.a, c.touch.radius), TOUCHING * c.touch.radius):
+    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(deep(w, c), TOUCHING * c.touch.radius):
         release(w, p.slot)
         p.slot, p.closed, p.built = -1, 0, 0.0
 

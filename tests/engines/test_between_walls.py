@@ -117,6 +117,7 @@ def test_what_a_compressed_contact_throws_off_meets_what_is_in_its_way(overlap):
         <body pos="0 0 {RADIUS - overlap}"><freejoint/><geom name="ball" size="{RADIUS}" density="1"/></body>
         </worldbody></mujoco>""",
         [("ball", ["floor", "ceiling"], pair)],
+        overlaps="keep",
     )
     data = mujoco.MjData(model)
     stiffness = hertz_stiffness(numbers_of(pair.parameters(RADIUS)))

@@ -353,14 +353,35 @@ def test_a_ball_that_shrinks_where_it_sleeps_falls_without_a_word(joint):
     assert height[0] == pytest.approx(0.3 * 0.025, abs=1e-5)
 
 
-def test_a_ball_that_is_put_deep_into_what_it_rests_on_is_not_thrown():
+@pytest.mark.parametrize("depth", [0.02, 1e-3])
+def test_a_ball_that_is_put_deep_into_what_it_rests_on_is_not_thrown(depth):
+    """A millimetre of steel throws it 86 m."""
     model, data, height = resting()
-    data.qpos[2] -= 0.02
-    with pytest.warns(
-        ContactWarning, match="'ball' of body 'b' on 'floor' .* found in each other by 0.8 of the radius"
-    ):
+    data.qpos[2] -= depth
+    says = f"'ball' of body 'b' on 'floor' .* found in each other by {depth / 0.025:.2g} of the radius"
+    with pytest.warns(ContactWarning, match=says):
         mujoco.mj_step(model, data, 200)
-    assert height[0] == pytest.approx(0.005, abs=1e-5)
+    assert height[0] == pytest.approx(0.025 - depth, abs=1e-5)
+
+
+def test_what_an_impact_of_five_metres_a_second_stores_is_taken_as_given():
+    """A ball that is put into the floor leaves with what it stores there, up to that."""
+    pair, ends = ContactPair("steel", "steel", friction=0.3, restitution=1.0, radius=0.025), []
+    for share in (0.98, 1.02):
+        model = load_model(
+            """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 .025"><freejoint/>
+            <geom name="ball" size=".025" density="7800"/></body></worldbody></mujoco>""",
+            [("ball", "floor", pair)],
+        )
+        data = mujoco.MjData(model)
+        data.qpos[2] -= pair.greatest_overlap(model.body_mass[1], share * 5.0)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            mujoco.mj_step(model, data, 200)
+        ends.append((data.qvel[2], [str(one.message) for one in said]))
+    (thrown, nothing), (lies, said) = ends
+    assert thrown == pytest.approx(0.98 * 5.0 - 9.81 * data.time, abs=0.01) and not nothing
+    assert abs(lies) < 0.01 and "found in each other" in said[0]
 
 
 def test_contype_that_is_edited_is_told_of():

@@ -115,7 +115,7 @@ def test_capsule_bounces_on_its_end_and_may_lie(client: int, dt: float, upright:
 
 
 def test_a_box_s_edge_without_a_radius_is_warned_of_once(client: int) -> None:
-    target, body = slab(client), ball(client, [1.0 + 0.68 * RADIUS, 0, 0.68 * RADIUS])
+    target, body = slab(client), ball(client, [1.0 + 0.707 * RADIUS, 0, 0.707 * RADIUS])
     p.setTimeStep(1e-7, client)
     callback = ContactCallback(client)
     handle = callback.add_contact(body, target, pair_of())

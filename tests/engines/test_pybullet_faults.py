@@ -71,7 +71,7 @@ def test_reset_simulation_is_noticed_though_all_bodies_are_where_they_were(clien
 
 
 @BY_BOTH
-@pytest.mark.parametrize("depth", [0.2, 2.0])
+@pytest.mark.parametrize("depth", [0.04, 0.2, 2.0])
 @pytest.mark.parametrize("rests", [True, False], ids=["at rest", "in flight"])
 def test_a_ball_that_is_put_into_the_floor_is_not_thrown(client: int, ahead: bool, rests: bool, depth: float) -> None:
     body, callback, _ = resting(client)
