@@ -38,7 +38,7 @@ from contactlaw.world.tree_kinematics import vector
 from contactlaw.world.vec import ZERO, add, cross, dot, load, scale, store, sub, to_body
 
 FOUND = 1e-9  # of its overlap, and across of its slide too, that a contact may still move
-SLID = 1e-6  # the same along the normal, where it slides as a whole, of mu times its slide: of what friction takes
+SLID = 1e-7  # the same along the normal, where it slides as a whole, of mu times its slide: of what friction takes
 SQUARE = 10.8  # times overlap * mass / force, the square of an impact's time: who sleeps hardly moves in that
 INNER = 1.0 - 1e-9  # of the cosine of a normal to a face's, and of a half length, from where it is none of the end's
 ROUNDING = 4e-15  # of a place along the normal, the same
