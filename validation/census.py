@@ -60,11 +60,11 @@ def compiled() -> None:
     """Have all compiled code in memory before any clock runs."""
     import mujoco
 
-    from contactlaw.world.demand import LAST, SPIN, supply
+    from contactlaw.world.demand import ALONG, LAST, SET_OUT, SLEEP, SPIN, supply
 
     model = with_law(EVERY_SHAPE)
     mujoco.mj_step(model, mujoco.MjData(model))
-    for what in (LAST, SPIN):
+    for what in (ALONG, LAST, SET_OUT, SLEEP, SPIN):
         supply(what)
 
 
