@@ -17,7 +17,9 @@ from types import ModuleType
 import pytest
 
 from contactlaw import ContactWarning
-from contactlaw.world import World, equations, hulls, parts, segments
+from contactlaw.world import World
+from contactlaw.world.implicit import equations
+from contactlaw.world.shapes import hulls, parts, segments
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").glob("*.md"))

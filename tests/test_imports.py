@@ -64,7 +64,7 @@ def test_public_names_exist() -> None:
     assert list(contactlaw.__all__) == sorted(contactlaw.__all__, key=lambda name: (not name.isupper(), name))
 
 
-@pytest.mark.parametrize("source", ["laws/mindlin.py", "world/touch.py", "world/__init__.py", "jit.py"])
+@pytest.mark.parametrize("source", ["laws/mindlin.py", "world/contacts/touch.py", "world/__init__.py", "jit.py"])
 def test_stamp_changes_with_any_source(copy_of_package: Path, source: str) -> None:
     code = "from contactlaw import jit; print(jit.__file__, jit.SOURCE_STAMP)"
     path, before = run_python(code, copy_of_package).split()

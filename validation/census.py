@@ -60,7 +60,7 @@ def compiled() -> None:
     """Have all compiled code in memory before any clock runs."""
     import mujoco
 
-    from contactlaw.world.demand import ALONG, LAST, SET_OUT, SLEEP, SPIN, supply
+    from contactlaw.world.data.demand import ALONG, LAST, SET_OUT, SLEEP, SPIN, supply
 
     model = with_law(EVERY_SHAPE)
     mujoco.mj_step(model, mujoco.MjData(model))

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.records import Array
+from contactlaw.world.data.records import Array
 from validation.census import with_law
 
 FOUND = Path(__file__).parent / "data" / "handling.json"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw import MATERIALS, ContactPair, Material
-from contactlaw.world.frames import matrix_of
+from contactlaw.world.data.frames import matrix_of
 from validation.case import Array
 
 KINDS = ("sphere", "capsule", "box", "cylinder", "ellipsoid", "hull")
@@ -69,7 +69,7 @@ class Thing:
     @cached_property
     def core(self) -> tuple[Array, float]:
         """Of a hull: vertices of its core [m], shape (n, 3), and the radius that sweeps it."""
-        from contactlaw.world.hulls import core_of
+        from contactlaw.world.shapes.hulls import core_of
 
         vertices, _, radius = core_of(self.points)
         return vertices, radius
@@ -125,7 +125,7 @@ class Drop:
 
 def solid(points: Array, density: float) -> tuple[Array, float, Array]:
     """Points from the centre of mass along principal axes [m], mass [kg], moments [kg m^2] of their hull."""
-    from contactlaw.world.hulls import convex_hull
+    from contactlaw.world.shapes.hulls import convex_hull
 
     vertices, faces = convex_hull(points, fine=1e-6, most=1000)
     volume, centre, second = 0.0, np.zeros(3), np.zeros((3, 3))

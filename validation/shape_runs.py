@@ -10,8 +10,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.world.frames import matrix_of
-from contactlaw.world.records import CLOSED, FREE
+from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.data.records import CLOSED, FREE
 from sims.scene import Settings
 from sims.worlds import State, Tuning, new_world
 from validation.case import Array

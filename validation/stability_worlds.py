@@ -10,9 +10,9 @@ from contactlaw import LAWS
 from contactlaw.jit import jit_for
 from contactlaw.laws.record import OPEN, PAIR_SIZE, pair_of
 from contactlaw.laws.step import ask, know, press
-from contactlaw.world.records import CONTACT
-from contactlaw.world.touch import force_of, turn_frame
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, tangent
+from contactlaw.world.contacts.touch import force_of, turn_frame
+from contactlaw.world.data.records import CONTACT
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub, tangent
 from sims.panel import ENGINE_NAMES
 from sims.scene import Settings
 from sims.worlds import State, new_world

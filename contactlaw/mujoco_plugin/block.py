@@ -20,7 +20,7 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at, element, load_int
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.world.records import VECTOR, Array, Arrays, record
+from contactlaw.world.data.records import VECTOR, Array, Arrays, record
 
 TOKEN, LEFT, PUSH = range(3)  # of the state: where its parts begin
 LED = 13  # numbers of a body that is led: place, quaternion, velocity, spin

@@ -21,18 +21,18 @@ from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import edited, look_over, notice, tell_of
 from contactlaw.mujoco_plugin.sensors import call_sense
-from contactlaw.world.access import body_at, contact_at, near_at, world_at
-from contactlaw.world.call import address, call_read, call_step, ready
-from contactlaw.world.checksum import mix, one_of
-from contactlaw.world.demand import READ as READ_STATE
-from contactlaw.world.demand import STEP
-from contactlaw.world.leading import lead
-from contactlaw.world.records import RESIZED
+from contactlaw.world.bodies.prescribed import lead
+from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
+from contactlaw.world.data.call import address, call_read, call_step, ready
+from contactlaw.world.data.checksum import mix, one_of
+from contactlaw.world.data.demand import READ as READ_STATE
+from contactlaw.world.data.demand import STEP
+from contactlaw.world.data.records import RESIZED
+from contactlaw.world.data.vec import load, load4, scale, store, store4
 from contactlaw.world.sleep import lies
 from contactlaw.world.state import hole, stand, write
 from contactlaw.world.step import FIXED, PRESSED
-from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import load, load4, scale, store, store4
+from contactlaw.world.trees.mobility import clear, copy
 
 LARGEST = 1e100  # [N], a force that can be computed with
 CHANGED, MOVED, CALM = -1, 0, 1  # how a step went, see `move`

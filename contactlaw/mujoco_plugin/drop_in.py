@@ -40,7 +40,7 @@ from contactlaw.mujoco_plugin.selection import give_names, label
 from contactlaw.mujoco_plugin.spec import take
 from contactlaw.mujoco_plugin.whole import Contacts, chosen, put_natives, skipped
 from contactlaw.pair import ContactWarning
-from contactlaw.world.sets import groups
+from contactlaw.world.near.sets import groups
 
 Source = str | bytes | os.PathLike[str]
 NEEDS = "<!-- before this is read: import contactlaw.mujoco_plugin -->"

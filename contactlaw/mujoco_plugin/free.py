@@ -16,11 +16,11 @@ import numpy as np
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin.block import floats, place
 from contactlaw.mujoco_plugin.layout import data_at, jit
-from contactlaw.world.access import body_at, world_at
-from contactlaw.world.force import hardly_moves
-from contactlaw.world.motion import follow, give, set_axes, spin_rate
-from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import add, axpy, cross, dot, load, load4, norm, product, store, store4, sub, turn_by
+from contactlaw.world.bodies.motion import follow, give, set_axes, spin_rate
+from contactlaw.world.contacts.force import hardly_moves
+from contactlaw.world.data.access import body_at, world_at
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, load4, norm, product, store, store4, sub, turn_by
+from contactlaw.world.trees.mobility import clear, copy
 
 
 @jit

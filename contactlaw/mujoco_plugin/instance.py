@@ -21,9 +21,9 @@ from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import FOUND_IN, TOO_DEEP, ContactWarning
-from contactlaw.world import demand
-from contactlaw.world.clear import UNCLEAR
-from contactlaw.world.records import EDITED, RESIZED, WORLD
+from contactlaw.world.data import demand
+from contactlaw.world.data.records import EDITED, RESIZED, WORLD
+from contactlaw.world.shapes.radius import UNCLEAR
 
 COMPILE_TIME = 15  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)

@@ -40,15 +40,15 @@ from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, n
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, notice
-from contactlaw.world.access import axis_at, body_at, link_at, near_at, tree_at, world_at
-from contactlaw.world.call import BODY_TYPE, VECTOR, call_with_body
-from contactlaw.world.motion import stands
-from contactlaw.world.passing import find_passing
-from contactlaw.world.records import ASKED, PASSES, SLIDE, STAYS
-from contactlaw.world.tree_dynamics import ascend, descend, mobility_along
-from contactlaw.world.tree_kinematics import vector
-from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import add, cross, dot, load, norm, store, sub
+from contactlaw.world.bodies.motion import stands
+from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
+from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
+from contactlaw.world.data.records import ASKED, PASSES, SLIDE, STAYS
+from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
+from contactlaw.world.near.passing import find_passing
+from contactlaw.world.trees.dynamics import ascend, descend, mobility_along
+from contactlaw.world.trees.kinematics import vector
+from contactlaw.world.trees.mobility import clear, copy
 
 FIND, READ, WRITE = range(3)
 """Stages of a step, see `serve`."""

@@ -22,7 +22,7 @@ from contactlaw.mujoco_plugin import config, layout
 from contactlaw.mujoco_plugin.layout import LIBRARY
 from contactlaw.mujoco_plugin.shapes import Bits, Shape, check_served, native_margin, touch, type_of
 from contactlaw.pair import ContactPair
-from contactlaw.world.sets import Sets, groups
+from contactlaw.world.near.sets import Sets, groups
 
 FILTER_PARENT = int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
 _GEOM, _BODY, _TREE = (int(getattr(mujoco.mjtObj, f"mjOBJ_{name}")) for name in ("GEOM", "BODY", "XBODY"))

@@ -16,11 +16,11 @@ from contactlaw.mujoco_plugin.members import Member, check, instances, members, 
 from contactlaw.mujoco_plugin.notices import seen
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
-from contactlaw.world.demand import STEP, supply
-from contactlaw.world.frames import matrix_of, product
-from contactlaw.world.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
+from contactlaw.world.data.demand import STEP, supply
+from contactlaw.world.data.frames import matrix_of, product
+from contactlaw.world.data.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.state import size as state_size
-from contactlaw.world.tree_rows import TreeRows
+from contactlaw.world.trees.rows import TreeRows
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])

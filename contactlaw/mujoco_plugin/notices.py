@@ -20,9 +20,9 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import place
 from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.pair import DEEPEST
-from contactlaw.world.access import contact_at, near_at, pair_at, world_at
-from contactlaw.world.call import raise_later, waits
-from contactlaw.world.clear import is_clear
+from contactlaw.world.data.access import contact_at, near_at, pair_at, world_at
+from contactlaw.world.data.call import raise_later, waits
+from contactlaw.world.shapes.radius import is_clear
 
 DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")

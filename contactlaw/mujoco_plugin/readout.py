@@ -16,9 +16,9 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, TOKEN
 from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.members import Member, members
-from contactlaw.world.demand import READ, supply
-from contactlaw.world.ledger import Ledger, ledger
-from contactlaw.world.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
+from contactlaw.world.contacts.ledger import Ledger, ledger
+from contactlaw.world.data.demand import READ, supply
+from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 
 Array = NDArray[np.float64]
 _READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)

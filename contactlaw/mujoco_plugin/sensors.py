@@ -28,11 +28,11 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entry, floats, head_at, number, place, sensor_at
 from contactlaw.mujoco_plugin.free import mean_share
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
-from contactlaw.world.access import body_at, contact_at, world_at
-from contactlaw.world.near import count_slots
-from contactlaw.world.records import CLOSED, FREE
-from contactlaw.world.trees import clear, copy
-from contactlaw.world.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_world
+from contactlaw.world.data.access import body_at, contact_at, world_at
+from contactlaw.world.data.records import CLOSED, FREE
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub, to_world
+from contactlaw.world.near.listing import count_slots
+from contactlaw.world.trees.mobility import clear, copy
 
 NUMBERS = 10
 """Of a sensor of the law: contacts, force, moment, point."""

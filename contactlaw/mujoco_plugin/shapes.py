@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.world.sets import Sets
+from contactlaw.world.near.sets import Sets
 
 Bits = tuple[int, int]
 UNMEASURED = "hfield", "sdf"

@@ -19,7 +19,7 @@ from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.selection import Selector, geoms_of, give_names
 from contactlaw.mujoco_plugin.shapes import Bits, check_served, native_margin, shape_of, touch
 from contactlaw.pair import ContactPair
-from contactlaw.world.sets import Sets, groups
+from contactlaw.world.near.sets import Sets, groups
 
 Geoms = Selector | Sequence[Selector]
 FEW = 256  # pairs that are written down one by one

@@ -25,7 +25,7 @@ from contactlaw.mujoco_plugin.selection import geoms_of
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, touch, why_not_served
 from contactlaw.mujoco_plugin.spec import Geoms, put
 from contactlaw.pair import ContactPair, ContactWarning
-from contactlaw.world.sets import groups
+from contactlaw.world.near.sets import groups
 
 Contacts = (
     Sequence[tuple[Geoms, Geoms, ContactPair] | tuple[Geoms, Geoms, ContactPair, Mapping[str, Any]]]

@@ -21,7 +21,7 @@ from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepping
-from contactlaw.world.ledger import Ledger
+from contactlaw.world.contacts.ledger import Ledger
 
 LEAST_SUBSTEPS = 10
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
 from contactlaw.pybullet_callback.shapes import BASE, Key, Side, can_move, check_radius, check_served
-from contactlaw.world.records import CLOSED
-from contactlaw.world.sets import Sets
+from contactlaw.world.data.records import CLOSED
+from contactlaw.world.near.sets import Sets
 
 Array = NDArray[np.float64]
 MANY = 10_000

@@ -21,19 +21,13 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import doubles_at, element, set_whole
 from contactlaw.pair import DEEPEST
-from contactlaw.world.access import body_at, contact_at, near_at, pair_at, shape_at, world_at
-from contactlaw.world.call import address, call_step, ready
-from contactlaw.world.clear import is_clear
-from contactlaw.world.demand import STEP
-from contactlaw.world.geometry import meet
-from contactlaw.world.guards import outgrown, surface_speed
-from contactlaw.world.leading import lead
-from contactlaw.world.motion import give, gyroscopic, set_axes, spin_rate, stands
-from contactlaw.world.near import list_near, strayed
-from contactlaw.world.records import CLOSED, FREE, NEVER, VECTOR, record
-from contactlaw.world.sleep import disturbed
-from contactlaw.world.step import GROWS, PRESSED
-from contactlaw.world.vec import (
+from contactlaw.world.bodies.motion import give, gyroscopic, set_axes, spin_rate, stands
+from contactlaw.world.bodies.prescribed import lead
+from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, world_at
+from contactlaw.world.data.call import address, call_step, ready
+from contactlaw.world.data.demand import STEP
+from contactlaw.world.data.records import CLOSED, FREE, NEVER, VECTOR, record
+from contactlaw.world.data.vec import (
     add,
     axpy,
     dot,
@@ -50,6 +44,12 @@ from contactlaw.world.vec import (
     to_world,
     unit,
 )  # fmt: skip
+from contactlaw.world.near.guards import outgrown, surface_speed
+from contactlaw.world.near.listing import list_near, strayed
+from contactlaw.world.shapes.geometry import meet
+from contactlaw.world.shapes.radius import is_clear
+from contactlaw.world.sleep import disturbed
+from contactlaw.world.step import GROWS, PRESSED
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
 """As PyBullet tells it, quaternion scalar last."""

@@ -24,11 +24,11 @@ import pybullet as p
 
 from contactlaw.pybullet_callback.shapes import BASE, KINDS, Key, rotation
 from contactlaw.world import World
-from contactlaw.world.coordinates import carriers, matrix_of_factor, numbers, settle
-from contactlaw.world.frames import UNTURNED, matrix_of, product, quaternion_of
-from contactlaw.world.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
-from contactlaw.world.tree import ZERO
-from contactlaw.world.tree_rows import Q_SIZE, V_SIZE, TreeRows
+from contactlaw.world.data.frames import UNTURNED, matrix_of, product, quaternion_of
+from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
+from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers, settle
+from contactlaw.world.trees.description import ZERO
+from contactlaw.world.trees.rows import Q_SIZE, V_SIZE, TreeRows
 
 LEAST_INERTIA = 1e-12  # [m^2] over the mass
 EXACT = 1e-9  # of a coordinate, a difference that is rounding

@@ -8,7 +8,7 @@ import numpy as np
 import pybullet as p
 
 from contactlaw.pybullet_callback.shapes import Side
-from contactlaw.world.records import Arrays
+from contactlaw.world.data.records import Arrays
 
 ON_A, ON_B, NORMAL, DISTANCE = 5, 6, 7, 8  # in a point of getClosestPoints, the normal from B to A
 FAR = -1e6  # [m] along its normal: nothing touches a plane there

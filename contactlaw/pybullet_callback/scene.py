@@ -19,10 +19,10 @@ from contactlaw.pybullet_callback.shapes import Key, Side, can_move
 from contactlaw.pybullet_callback.traffic import Traffic
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.clear import UNCLEAR
-from contactlaw.world.ledger import Ledger, ledger
-from contactlaw.world.records import FREE, Arrays
-from contactlaw.world.shapes import tangent
+from contactlaw.world.contacts.ledger import Ledger, ledger
+from contactlaw.world.data.records import FREE, Arrays
+from contactlaw.world.shapes.description import tangent
+from contactlaw.world.shapes.radius import UNCLEAR
 
 CROWD_SUBSTEPS = 60
 STILLNESS = 1e-9  # of the overlap: what rests carries its weight to that

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from contactlaw.pair import ContactPair
 from contactlaw.world import World
-from contactlaw.world.frames import quaternion_of, turn_to
-from contactlaw.world.records import BALL, HINGE, SLIDE
+from contactlaw.world.data.frames import quaternion_of, turn_to
+from contactlaw.world.data.records import BALL, HINGE, SLIDE
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]

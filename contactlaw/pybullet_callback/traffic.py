@@ -30,9 +30,9 @@ from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, na
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.demand import KEPT
-from contactlaw.world.frames import ALIKE
-from contactlaw.world.records import Array, Arrays
+from contactlaw.world.data.demand import KEPT
+from contactlaw.world.data.frames import ALIKE
+from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.step import step
 
 NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # read of a body yet

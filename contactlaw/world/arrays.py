@@ -7,11 +7,7 @@ from typing import Any
 import numpy as np
 
 from contactlaw.jit import INTERPRETED
-from contactlaw.world import long
-from contactlaw.world.coordinates import addresses
-from contactlaw.world.equations import room_for
-from contactlaw.world.hulls import by_direction
-from contactlaw.world.records import (
+from contactlaw.world.data.records import (
     BODY,
     BOX,
     CONTACT,
@@ -31,6 +27,10 @@ from contactlaw.world.records import (
     Arrays,
     numbers_of,
 )
+from contactlaw.world.implicit.equations import room_for
+from contactlaw.world.shapes import extended as long
+from contactlaw.world.shapes.hulls import by_direction
+from contactlaw.world.trees.coordinates import addresses
 
 FAR = 1e3  # [m] that a plane on a body that moves may reach
 RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))

@@ -13,12 +13,12 @@ from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair
 from contactlaw.world.arrays import empty, with_bodies, with_more_room, with_pair, with_shapes, with_tree
-from contactlaw.world.coordinates import coordinates, write_coordinates
-from contactlaw.world.frames import ORIGIN, UNTURNED, matrix_of, principal, product, unit_quaternion
-from contactlaw.world.records import Array, Arrays
-from contactlaw.world.shapes import Shapes
-from contactlaw.world.tree import Tree
-from contactlaw.world.tree_rows import TreeRows
+from contactlaw.world.data.frames import ORIGIN, UNTURNED, matrix_of, principal, product, unit_quaternion
+from contactlaw.world.data.records import Array, Arrays
+from contactlaw.world.shapes.description import Shapes
+from contactlaw.world.trees.coordinates import coordinates, write_coordinates
+from contactlaw.world.trees.description import Tree
+from contactlaw.world.trees.rows import TreeRows
 
 NEAR_PART = 8  # of all other solids and planes, that a corner, an edge or a rim may be near to, in the mean
 

@@ -10,18 +10,19 @@ from math import ceil, floor, nan
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.world.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
-from contactlaw.world.bounds import time_to_close
-from contactlaw.world.call import address, call_coast, call_land, call_set_out, ready
-from contactlaw.world.demand import COAST, LAND, SET_OUT
-from contactlaw.world.geometry import meet_near
-from contactlaw.world.guards import keep_gap, known_gap, over_plane
-from contactlaw.world.motion import closing_at, drift, fly, greatest_closing, rate, settle
-from contactlaw.world.pace import predict, radius_of, substep, touch_time
-from contactlaw.world.records import EACH, LATER, NEVER, NOW
+from contactlaw.world.bodies.bounds import time_to_close
+from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, rate, settle
+from contactlaw.world.contacts.pace import radius_of, substep, touch_time
+from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, close, look, open_up
+from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
+from contactlaw.world.data.call import address, call_coast, call_land, call_set_out, ready
+from contactlaw.world.data.demand import COAST, LAND, SET_OUT
+from contactlaw.world.data.records import EACH, LATER, NEVER, NOW
+from contactlaw.world.data.vec import load, norm, store
+from contactlaw.world.near.guards import keep_gap, known_gap, over_plane
+from contactlaw.world.near.time_of_impact import predict
+from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import fall_asleep
-from contactlaw.world.touch import TOUCHING, advance, apply_force, close, look, open_up
-from contactlaw.world.vec import load, norm, store
 
 AHEAD = 2.0  # strides of both that two surfaces may come nearer by in a substep; substeps that a touch is seen before
 BLOCK = 16  # substeps of one length; then the paces are looked at anew

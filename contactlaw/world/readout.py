@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from contactlaw.jit import jit
-from contactlaw.world.access import contact_at
-from contactlaw.world.coordinates import numbers
-from contactlaw.world.force import stored_energy
-from contactlaw.world.records import AXIS, CLOSED, FREE, Array, Arrays
+from contactlaw.world.contacts.force import stored_energy
+from contactlaw.world.data.access import contact_at
+from contactlaw.world.data.records import AXIS, CLOSED, FREE, Array, Arrays
+from contactlaw.world.trees.coordinates import numbers
 
 READOUT = np.dtype([
     ("shapes", "i8", 2), ("bodies", "i8", 2), ("closed", "?"), ("overlap", "f8"), ("point", "f8", 3),

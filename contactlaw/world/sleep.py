@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.access import body_at, contact_at, near_at, tree_at
-from contactlaw.world.call import address, call_on_island, call_with_body, call_with_vectors, ready
-from contactlaw.world.demand import SLEEP
-from contactlaw.world.motion import give, settle
-from contactlaw.world.pace import contact_time
-from contactlaw.world.rolling import moment_of
-from contactlaw.world.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
+from contactlaw.world.bodies.motion import give, settle
+from contactlaw.world.contacts.pace import contact_time
+from contactlaw.world.contacts.rolling import moment_of
+from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
+from contactlaw.world.data.call import address, call_on_island, call_with_body, call_with_vectors, ready
+from contactlaw.world.data.demand import SLEEP
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub
 
 PLACES = 1.6e-14  # of a place: its rounding, and what contacts make of it in the time of an impact
 SAME = 1e-12  # of an acceleration, a change that is none

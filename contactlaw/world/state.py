@@ -19,7 +19,8 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
-from contactlaw.world.access import (
+from contactlaw.world.contacts.touch import enter
+from contactlaw.world.data.access import (
     KNOWN_NUMBERS,
     axis_at,
     body_at,
@@ -32,11 +33,10 @@ from contactlaw.world.access import (
     shape_at,
     tree_at,
 )
-from contactlaw.world.near import count_slots
-from contactlaw.world.pairing import can_touch, pair_of
-from contactlaw.world.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, WAITS
-from contactlaw.world.touch import enter
-from contactlaw.world.vec import dot, load, norm, store
+from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, WAITS
+from contactlaw.world.data.vec import dot, load, norm, store
+from contactlaw.world.near.listing import count_slots
+from contactlaw.world.near.pairing import can_touch, pair_of
 
 HEAD, SHAPES, SLEEP = 1, 3, 4  # numbers: before all contacts; before each one's record; of each body
 RECORD = CONTACT.itemsize

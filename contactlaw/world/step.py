@@ -12,19 +12,19 @@ from __future__ import annotations
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
-from contactlaw.world.call import address, call_on_world, call_step, ready, waits
-from contactlaw.world.demand import LAST, STEP
-from contactlaw.world.geometry import meet_near
-from contactlaw.world.guards import fastest, is_guarded, outgrown, part_at_start
+from contactlaw.world.bodies.motion import closing_at, fly, follow, settle, stands
+from contactlaw.world.contacts.pace import LONG, rests
+from contactlaw.world.contacts.touch import forget_put_in, release, replace, stays_built
+from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
+from contactlaw.world.data.call import address, call_on_world, call_step, ready, waits
+from contactlaw.world.data.demand import LAST, STEP
+from contactlaw.world.data.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
+from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
-from contactlaw.world.motion import closing_at, fly, follow, settle, stands
-from contactlaw.world.near import count_slots, list_near, strayed
-from contactlaw.world.pace import LONG, rests
-from contactlaw.world.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
+from contactlaw.world.near.guards import fastest, is_guarded, outgrown, part_at_start
+from contactlaw.world.near.listing import count_slots, list_near, strayed
+from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.sleep import disturbed, wake, wake_body
-from contactlaw.world.touch import forget_put_in, release, replace, stays_built
-from contactlaw.world.vec import load, store
 from contactlaw.world.window import activate, link, look_ahead, next_impact
 
 PRESSED, FIXED, GROWS = range(3)  # what `step_once` is to do
@@ -168,7 +168,7 @@ def finish(w, dt):
 
 @jit_inside
 def let_last(w):
-    """The same of `lasting`, by address."""
+    """`implicit.step.let_last`, by address."""
     return ready(w, LAST) and call_on_world(address(w, LAST), w)
 
 

@@ -13,13 +13,14 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING
 from contactlaw.memory import set_whole, whole_at
-from contactlaw.world.access import body_aside, body_at, contact_at, near_at, tree_at
-from contactlaw.world.bounds import time_to_close
-from contactlaw.world.call import call_with_body
-from contactlaw.world.guards import is_guarded, keep_gap
-from contactlaw.world.motion import fly, lightness
-from contactlaw.world.pace import closing_speed, contact_time, predict, touch_time
-from contactlaw.world.records import NEVER
+from contactlaw.world.bodies.bounds import time_to_close
+from contactlaw.world.bodies.motion import fly, lightness
+from contactlaw.world.contacts.pace import closing_speed, contact_time, touch_time
+from contactlaw.world.data.access import body_aside, body_at, contact_at, near_at, tree_at
+from contactlaw.world.data.call import call_with_body
+from contactlaw.world.data.records import NEVER
+from contactlaw.world.near.guards import is_guarded, keep_gap
+from contactlaw.world.near.time_of_impact import predict
 
 MARGIN = 1.5  # of what impacts may give to a body, over an elastic impact on a body that is free
 LONGER = 8.0  # durations of an impact that a window has where a crowd of contacts lasts

@@ -8,9 +8,9 @@ from contactlaw import checks
 from contactlaw.world import readout
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.building import Building
-from contactlaw.world.demand import KEPT
-from contactlaw.world.frames import product
-from contactlaw.world.records import Array, Arrays
+from contactlaw.world.data.demand import KEPT
+from contactlaw.world.data.frames import product
+from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.step import step
 
 

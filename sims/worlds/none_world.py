@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from contactlaw import ContactPair
 from contactlaw import world as own
-from contactlaw.world.records import Arrays
+from contactlaw.world.data.records import Arrays
 from sims.scene import NONE, Settings
 from sims.worlds.parts import Array, Body, State, Tuning, matrix_to_quaternion
 from sims.worlds.world import World

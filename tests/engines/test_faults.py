@@ -19,7 +19,7 @@ if numba.config.DISABLE_JIT:
 from contactlaw import ContactPair, ContactWarning  # noqa: E402
 from contactlaw.mujoco_plugin import contacts_of, load_model, save_model  # noqa: E402
 from contactlaw.mujoco_plugin.drop_in import NEEDS  # noqa: E402
-from contactlaw.world import demand  # noqa: E402
+from contactlaw.world.data import demand  # noqa: E402
 
 STEEL = ContactPair("steel", "steel", friction=0.115, restitution=0.9)
 CONTACTS = [("ball", "floor", STEEL)]

@@ -17,7 +17,7 @@ from contactlaw import MATERIALS, ContactPair, Material  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
 from contactlaw.pybullet_callback.linked import Linked  # noqa: E402
 from contactlaw.world import World  # noqa: E402
-from contactlaw.world.coordinates import numbers, write_coordinates  # noqa: E402
+from contactlaw.world.trees.coordinates import numbers, write_coordinates  # noqa: E402
 from tests.world.jointed_scenes import mass_matrix  # noqa: E402
 
 G = 9.81

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contactlaw.world.frames import matrix_of
+from contactlaw.world.data.frames import matrix_of
 from validation.shape_draws import WALL, draw
 from validation.shape_runs import ENGINES, judge
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from contactlaw import checks
-from contactlaw.world.tree import Joint, Part, Tree
+from contactlaw.world.trees.description import Joint, Part, Tree
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 
 from contactlaw.world.arrays import empty, with_bodies, with_tree
-from contactlaw.world.coordinates import numbers, write_coordinates
-from contactlaw.world.records import Arrays
-from contactlaw.world.tree_rows import TreeRows
+from contactlaw.world.data.records import Arrays
+from contactlaw.world.trees.coordinates import numbers, write_coordinates
+from contactlaw.world.trees.rows import TreeRows
 
 FREE, BALL, SLIDE, HINGE = (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_SLIDE,
                             mujoco.mjtJoint.mjJNT_HINGE)  # fmt: skip

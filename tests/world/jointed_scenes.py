@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlaw.world import World
-from contactlaw.world.coordinates import carriers, matrix_of_factor, numbers
-from contactlaw.world.records import AXIS, Arrays
+from contactlaw.world.data.records import AXIS, Arrays
+from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers
 from tests.world.chains import Chain, Link
 from tests.world.world_scenes import mass_of, steel_pair
 

@@ -13,7 +13,8 @@ import pytest
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.jit import INTERPRETED
-from contactlaw.world import World, demand
+from contactlaw.world import World
+from contactlaw.world.data import demand
 
 if INTERPRETED:
     pytest.skip("calls by address", allow_module_level=True)

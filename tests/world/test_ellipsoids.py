@@ -8,8 +8,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from contactlaw.world import World
-from contactlaw.world.curvature import equivalent_radius
-from contactlaw.world.frames import matrix_of
+from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.shapes.curvature import equivalent_radius
 from tests.world.long_shapes import HALF, RADIUS, capsule, sphere
 from tests.world.test_hulls import CUBE, DENSITY, cube, keep_their_energy, meeting, rock
 from tests.world.world_scenes import FLOOR, steel_pair

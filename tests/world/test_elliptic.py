@@ -12,8 +12,8 @@ from contactlaw.laws.ellipse import advance, returned, share_along
 from contactlaw.laws.microslip import Microslip
 from contactlaw.laws.record import contact_of
 from contactlaw.world import World
-from contactlaw.world.curvature import radius_between
-from contactlaw.world.elliptic import Nodes
+from contactlaw.world.contacts.elliptic import Nodes
+from contactlaw.world.shapes.curvature import radius_between
 from tests.world.world_scenes import FLOOR, steel_pair
 from validation.cases.elliptic import CROSSED, ELLIPSOIDS, impact, partial_curvatures
 from validation.cases.shapes import PLASTIC, elongation

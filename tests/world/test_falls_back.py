@@ -12,12 +12,12 @@ if INTERPRETED:
 
 from contactlaw.memory import set_whole
 from contactlaw.world import World
-from contactlaw.world.access import body_at, near_at
-from contactlaw.world.geometry import meet_near
+from contactlaw.world.bodies.motion import fly
+from contactlaw.world.data.access import body_at, near_at
 from contactlaw.world.island import length
-from contactlaw.world.motion import fly
-from contactlaw.world.near import list_near
-from contactlaw.world.pace import predict
+from contactlaw.world.near.listing import list_near
+from contactlaw.world.near.time_of_impact import predict
+from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.step import begin
 from tests.world.world_scenes import steel_pair
 

@@ -10,8 +10,8 @@ import pytest
 
 from contactlaw import ContactPair, Material
 from contactlaw.world import World
-from contactlaw.world.frames import matrix_of
-from contactlaw.world.records import DISC, SIDE
+from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.data.records import DISC, SIDE
 from tests.world.test_shapes import meeting
 from tests.world.world_scenes import FLOOR, steel_pair
 

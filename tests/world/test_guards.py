@@ -11,14 +11,14 @@ if INTERPRETED:
     pytest.skip("a world is moved by compiled code alone", allow_module_level=True)
 
 from contactlaw.world import World
-from contactlaw.world.access import body_at, guard_at, near_at
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.geometry import meet_near
-from contactlaw.world.guards import follow, keep_gap, known_gap, over_plane, way_by
-from contactlaw.world.motion import fly
-from contactlaw.world.near import list_near
+from contactlaw.world.bodies.motion import fly
+from contactlaw.world.data.access import body_at, guard_at, near_at
+from contactlaw.world.near.guards import follow, keep_gap, known_gap, over_plane, way_by
+from contactlaw.world.near.listing import list_near
+from contactlaw.world.shapes.geometry import meet_near
 from contactlaw.world.step import begin
-from contactlaw.world.tree import Joint, Part, Tree
+from contactlaw.world.trees.description import Joint, Part, Tree
 from tests.world.test_hulls import CUBE, rock
 from tests.world.world_scenes import steel_pair
 

@@ -9,11 +9,11 @@ import pytest
 
 from contactlaw.jit import jit
 from contactlaw.world import World
-from contactlaw.world.access import body_at, shape_at
-from contactlaw.world.frames import matrix_of
-from contactlaw.world.geometry import effective_radius, meet
-from contactlaw.world.gjk import cell_of
-from contactlaw.world.hulls import by_direction, convex_hull, core_of
+from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.shapes.geometry import effective_radius, meet
+from contactlaw.world.shapes.gjk import cell_of
+from contactlaw.world.shapes.hulls import by_direction, convex_hull, core_of
 from tests.world.long_shapes import sphere
 from tests.world.world_scenes import FLOOR, box_of_planes, steel_pair
 

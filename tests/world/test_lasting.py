@@ -11,9 +11,9 @@ import pytest
 from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.jit import jit
 from contactlaw.world import World
-from contactlaw.world.access import contact_at, keep_contact
-from contactlaw.world.equations import room_for
-from contactlaw.world.force import ask_at, slopes
+from contactlaw.world.contacts.force import ask_at, slopes
+from contactlaw.world.data.access import contact_at, keep_contact
+from contactlaw.world.implicit.equations import room_for
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod

@@ -9,12 +9,12 @@ import pytest
 
 from contactlaw.jit import jit
 from contactlaw.world import World
-from contactlaw.world.access import body_at, shape_at
-from contactlaw.world.frames import matrix_of
-from contactlaw.world.geometry import meet
-from contactlaw.world.records import BOX as BOX_KIND
-from contactlaw.world.records import SEGMENT
-from contactlaw.world.shapes import tangent
+from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.data.records import BOX as BOX_KIND
+from contactlaw.world.data.records import SEGMENT
+from contactlaw.world.shapes.description import tangent
+from contactlaw.world.shapes.geometry import meet
 from tests.world.long_shapes import BOX, HALF, RADIUS, capsule, free_box, scene, sphere
 from tests.world.world_scenes import FLOOR, balls, steel_pair
 from validation.ball import DENSITY

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from contactlaw.world.coordinates import numbers
-from contactlaw.world.records import AXIS
-from contactlaw.world.tree import Joint, Part, Tree
+from contactlaw.world.data.records import AXIS
+from contactlaw.world.trees.coordinates import numbers
+from contactlaw.world.trees.description import Joint, Part, Tree
 from tests.world.jointed_scenes import TIP, arm_over_floor
 from tests.world.world_scenes import FLOOR, RADIUS, mass_of, steel_pair
 

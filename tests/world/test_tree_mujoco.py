@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from contactlaw.world.coordinates import coordinates, numbers
-from contactlaw.world.frames import matrix_of
-from contactlaw.world.records import AXIS, LINK, Array, Arrays
+from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.data.records import AXIS, LINK, Array, Arrays
 from contactlaw.world.step import step
+from contactlaw.world.trees.coordinates import coordinates, numbers
 from tests.world.jointed_models import made_of, random_model, random_state, tree_of
 from tests.world.jointed_scenes import mass_matrix
 

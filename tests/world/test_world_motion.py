@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contactlaw.world import World
-from contactlaw.world.frames import matrix_of, quaternion_of
+from contactlaw.world.data.frames import matrix_of, quaternion_of
 from tests.world.world_scenes import RADIUS, balls, box_of_planes, mass_of, steel_pair
 
 INERTIA = (1e-4, 2e-4, 2.9e-4)

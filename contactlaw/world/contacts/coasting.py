@@ -1,0 +1,171 @@
+"""Contacts that hardly change within some substeps: meanwhile their law is not asked, nor where their shapes are.
+
+In a heap most contacts carry a load and tremble. Such a one has normal, arms and stiffness held for a run of substeps:
+its overlap x grows by what the bodies move along the normal, P = k x^1.5 and its damper as ever, and across it is one
+spring of Mindlin's stiffness, 2 G* a, from the force there is to the limit mu P. Then the law is asked for the whole
+displacement at once. The spring is never softer than the law: loading, it takes no less than the law stores, unloading
+it gives back no more. What leaves the range in which this holds is asked in the next substep.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit_inside
+from contactlaw.laws.hertz import damping_of, hertz_stiffness
+from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
+from contactlaw.memory import set_whole, whole_at
+from contactlaw.world.bodies.motion import moved_at
+from contactlaw.world.contacts.force import calms, drag_across
+from contactlaw.world.contacts.pace import closing_speed
+from contactlaw.world.contacts.touch import turn_frame
+from contactlaw.world.data.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
+
+CHANGE = 0.5  # of its overlap, or of its greatest friction, by which a contact may change
+LOW, HIGH = 0.6, 1.6  # of the overlap that a run began with, the range beyond which it ends
+BENT = 0.02  # of its overlap, what the normal's turning may make of it
+FULL = 0.98  # of mu P, a friction force that is all of it: that may slide
+
+
+def set_out(w, pairs, h, count):
+    """Let calm contacts coast for a number of substeps of h [s]; returns how many pairs do not.
+
+    These come first in the island's list then, those that coast have rows.
+    """
+    calm, rest = 0, 0
+    for i in range(pairs):
+        k = whole_at(w.island_pairs, i)
+        p = near_at(w.near, k)
+        if p.closed != 0 and coasts(w, p, h * count):
+            begin(w, row_at(w.rows, calm), k, h)
+            calm += 1
+        else:
+            set_whole(w.island_pairs, rest, k)
+            rest += 1
+    for i in range(calm):
+        set_whole(w.island_pairs, rest + i, row_at(w.rows, i).near)
+    return rest
+
+
+@jit_inside
+def coasts(w, p, time):
+    """Whether a closed contact hardly changes in a time [s]: of two round bodies, or of one and what stands."""
+    c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
+    t = c.touch
+    if not (t.state == SPRUNG or t.state == UNSHEARED) or t.course != LASTING or t.overlap <= 0.0:
+        return False
+    if law.sectors == 0.0 or law.rolling != 0.0 or t.skew != 0.0:
+        return False
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    if not (is_round(a) and is_round(b)):
+        return False
+    closing, n = closing_speed(c, a, b), load(c.normal)
+    if (abs(closing) + 0.5 * time * abs(c.closing_acceleration)) * time > CHANGE * t.overlap:
+        return False
+    apart = sub(load(a.velocity), load(b.velocity))
+    across = time * norm(axpy(-dot(apart, n), n, apart))
+    if across * across > 2.0 * BENT * t.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b))):
+        return False
+    limit, pull = t.friction * t.force, sqrt(t.f * t.f + t.g * t.g)
+    slid = sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) / c.interval * time
+    return pull > FULL * limit or 2.0 * t.g_star * sqrt(t.radius * t.overlap) * slid < CHANGE * limit
+
+
+@jit_inside
+def is_round(b):
+    """Whether a body is free and the same whichever way it is turned, or cannot move."""
+    return b.tree == 0 and (b.inverse_mass == 0.0 or (b.isotropic != 0 and b.oriented == 0))
+
+
+@jit_inside
+def begin(w, r, k, h):
+    """Begin the row of near pair k, whose contact coasts in substeps of h [s]."""
+    p = near_at(w.near, k)
+    c = contact_at(w.contacts, p.slot)
+    t, n, e = c.touch, load(c.normal), load(c.tangent)
+    r.near, r.slot = k, p.slot
+    r.body_a, r.body_b = w.bodies + 8 * BODY_NUMBERS * p.body_a, w.bodies + 8 * BODY_NUMBERS * p.body_b
+    body_at(r.body_a, 0).touched = 1
+    body_at(r.body_b, 0).touched = 1
+    store(r.normal, n)
+    store(r.tangent, e)
+    store(r.side, cross(n, e))
+    store(r.arm_a, load(c.arm_a))
+    store(r.arm_b, load(c.arm_b))
+    r.overlap, r.closing, r.force = t.overlap, t.closing, t.force
+    r.least, r.most = LOW * t.overlap, HIGH * t.overlap
+    r.stiffness, r.damping = hertz_stiffness(t), damping_of(t)
+    r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
+    r.spring, r.drag, r.friction = 2.0 * t.g_star * sqrt(t.radius * t.overlap), 0.0, t.friction
+    r.f, r.g, r.held_f, r.held_g = t.f, t.g, t.f, t.g
+    if calms(c):
+        r.drag = drag_across(t)
+        r.held_f -= r.drag * c.moved[0] / c.interval
+        r.held_g -= r.drag * c.moved[1] / c.interval
+    r.moment = c.torsion.moment
+    store(r.slide, (0.0, 0.0, 0.0))
+    store(r.impulse, (0.0, 0.0, 0.0))
+    r.turned, r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0, 0.0
+
+
+def coast(w, count, span):
+    """Move rows by the substep that has passed, and kick their bodies; returns whether one leaves its range.
+
+    span: length [s] of the substep, and for how long forces act.
+    """
+    h, time = span
+    rate, stirred = 1.0 / h, False
+    for i in range(count):
+        r = row_at(w.rows, i)
+        a, b = body_at(r.body_a, 0), body_at(r.body_b, 0)
+        n, e, s, arm_a, arm_b = load(r.normal), load(r.tangent), load(r.side), load(r.arm_a), load(r.arm_b)
+        moved = sub(moved_at(a, arm_a), moved_at(b, arm_b))
+        gained, du, dv = -dot(moved, n), dot(moved, e), dot(moved, s)
+        turn_a, turn_b = dot(load(a.twist), n), dot(load(b.twist), n)
+        overlap, closing = r.overlap + gained, rate * gained
+        force = r.stiffness * overlap * sqrt(max(overlap, 0.0)) + r.damping * (1.5 * closing - 0.5 * r.closing)
+        force = max(r.share * force + (1.0 - r.share) * r.force, 0.0)
+        r.held_f += r.spring * du
+        r.held_g += r.spring * dv
+        f, g, limit = r.held_f + r.drag * rate * du, r.held_g + r.drag * rate * dv, r.friction * force
+        pull = f * f + g * g
+        if pull > limit * limit:
+            part = limit / sqrt(pull)
+            f, g = part * f, part * g
+            r.held_f, r.held_g = f, g
+        r.normal_work -= 0.5 * (r.force + force) * gained
+        r.friction_work -= 0.5 * ((r.f + f) * du + (r.g + g) * dv) + r.moment * (turn_a - turn_b)
+        r.overlap, r.closing, r.force, r.f, r.g = overlap, closing, force, f, g
+        store(r.slide, add(load(r.slide), (du, dv, turn_a - turn_b)))
+        r.turned += 0.5 * (turn_a + turn_b)
+        r.time += h
+        impulse = scale(time, axpy(force, n, axpy(-f, e, scale(-g, s))))
+        store(r.impulse, add(load(r.impulse), impulse))
+        moment = scale(-time * r.moment, n)
+        if a.inverse_mass != 0.0:
+            store(a.velocity, axpy(a.inverse_mass, impulse, load(a.velocity)))
+            store(a.spin, axpy(a.inverse_inertia[0], add(cross(arm_a, impulse), moment), load(a.spin)))
+        if b.inverse_mass != 0.0:
+            store(b.velocity, axpy(-b.inverse_mass, impulse, load(b.velocity)))
+            store(b.spin, axpy(-b.inverse_inertia[0], add(cross(arm_b, impulse), moment), load(b.spin)))
+        stirred = stirred or overlap < r.least or overlap > r.most
+    return stirred
+
+
+def land(w, calm):
+    """Contacts that coasted are as they were left, and their law will be asked for all that it has missed."""
+    for i in range(calm):
+        r = row_at(w.rows, i)
+        if r.time == 0.0:
+            continue
+        c = contact_at(w.contacts, r.slot)
+        t = c.touch
+        c.kept = t.overlap
+        store(c.missed, load(r.slide))
+        turn_frame(c, load(c.normal), r.turned)
+        t.overlap, t.closing = r.overlap, r.closing
+        store(c.impulse, add(load(c.impulse), load(r.impulse)))
+        c.normal_work += r.normal_work
+        c.friction_work += r.friction_work
+        c.duration += r.time

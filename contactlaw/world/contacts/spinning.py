@@ -1,0 +1,42 @@
+"""Torsion as contacts that spin about their normals ask for it, by address: most scenes have none."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+
+from contactlaw.laws import sectors, torsion
+from contactlaw.laws.hertz import greatest_overlap
+from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN
+from contactlaw.laws.slip import span_of
+from contactlaw.memory import doubles_at
+from contactlaw.world.data.access import law_at
+
+
+def spin(c, memory, numbers, moved, since, dt, roomy, dashpot):
+    """Force and moment of a contact that is pressed and spins.
+
+    Where its law allows, one that has just touched is given sectors, until it lasts or outgrows them.
+
+    memory, numbers: addresses of what its law remembers and of the pair's numbers. moved, since, dt: as for
+    `torsion.advance`. roomy: whether sectors may begin. dashpot: spin [rad/s] and inertia, zero: it has none.
+    """
+    t, pair, law = c.touch, law_at(numbers, 0), carray(doubles_at(numbers + 8 * PAIR_SIZE), 1)
+    own = carray(doubles_at(memory), 2 * int(pair.vectors))
+    if t.state == OPEN and roomy and pair.sectors > 0.0:
+        deepest = greatest_overlap(t.stiffness, t.mass, max(t.before, 0.0), t.closing)
+        sigma = t.g_star * abs(moved[2]) * sqrt(t.radius * deepest) / (t.mu * t.e_star * (t.overlap - t.before))
+        if sigma > sectors.LEAST_SPIN:
+            t.state = SPUN
+    elif t.state == SPUN and (t.course == LASTING or span_of(t, c.torsion.span) != c.torsion.span):
+        sectors.hand_over(t, c.torsion, own, pair.g_t)
+    left = t.mu
+    if t.state == SPUN:
+        tractions = carray(doubles_at(memory), (2, sectors.RINGS, sectors.SECTORS))
+        sectors.advance(t, c.torsion, tractions, pair.g_t, moved)
+    else:
+        left = torsion.advance(c.torsion, t, pair, law, own, moved, since, dt)
+    rate, inertia = dashpot
+    if inertia > 0.0:
+        torsion.damp(c.torsion, t, pair.g_t, left, rate, inertia)

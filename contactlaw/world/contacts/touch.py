@@ -1,0 +1,371 @@
+"""A contact from its touch to its parting: its slot, its frame, its force, and the kicks that it gives."""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.laws import speeds
+from contactlaw.laws.ellipse import share_along
+from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
+from contactlaw.laws.record import OPEN
+from contactlaw.laws.step import know
+from contactlaw.laws.torsion import RINGS
+from contactlaw.memory import set_whole, whole_at
+from contactlaw.pair import DEEPEST
+from contactlaw.world.bodies.motion import kick, moved_at, velocity_at
+from contactlaw.world.bodies.prescribed import JUMP
+from contactlaw.world.contacts import force
+from contactlaw.world.contacts.ends import damped_end, elastic_end
+from contactlaw.world.contacts.pace import TURNED, ellipse_of, masses
+from contactlaw.world.contacts.rolling import moment_of, rolled
+from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
+from contactlaw.world.data.call import address, ask_parting, call_roll, ready
+from contactlaw.world.data.demand import ROLL
+from contactlaw.world.data.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED, RESIZED
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
+from contactlaw.world.shapes.geometry import (
+    BACK,
+    SUNK,
+    build_in,
+    is_sunk,
+    meet,
+    meet_near,
+    most_overlap,
+    overlap_of_cores,
+)
+
+SMALL_TURN = 0.01  # [rad] for which the first term will do
+TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
+
+
+@jit_inside
+def close(w, k, overlap):
+    """Close near pair k: it has a contact from now on. Returns whether there was room for it.
+
+    overlap [m]: when it was last open, zero or less; more where it is found closed. Where it is found so deep that
+    Hertz's theory does not hold, shapes have been built into each other, or put there: that depth counts as none
+    from then on, if the pair is relaxed. It goes down with the overlap when nothing presses, and never up, so that no
+    energy comes from it.
+    """
+    q = near_at(w.near, k)
+    if q.slot < 0:
+        if w.spares == 0:
+            w.lost += 1
+            return False
+        w.spares -= 1
+        q.slot = whole_at(w.spare, w.spares)
+        clear(contact_at(w.contacts, q.slot))
+    q.closed = 1
+    c = contact_at(w.contacts, q.slot)
+    c.phase = CLOSED
+    c.near = k
+    c.shape_a, c.shape_b, c.body_a, c.body_b, c.pair = q.a, q.b, q.body_a, q.body_b, q.pair
+    c.touches += 1
+    t = c.touch
+    law = law_of(w, pair_at(w.pairs, q.pair))
+    radius, along = ellipse_of(w, q)
+    know(t, law, radius)
+    a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
+    _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
+    store(c.normal, n)
+    store(c.tangent, tangent(n))
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    if law.sectors != 0.0 and dot(along, along) > 0.0:
+        stretch(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
+    store(c.force, (0.0, 0.0, 0.0))
+    c.interval = 0.0
+    c.closing_acceleration = 0.0
+    c.end_weight = 0.0
+    clear_torsion(c.torsion)
+    c.turned, c.waits, c.kept = 0.0, 0.0, 0.0
+    for i in range(2):
+        c.bend[i], c.bending[i] = 0.0, 0.0
+    masses(c, a, b)
+    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > deep(w, c):
+        c.built, overlap = build_in(w, q, c.built + overlap), 0.0
+    t.overlap = overlap
+    t.before = overlap
+    slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
+    t.closing = -dot(slide, n)
+    if law.speeds != 0.0:
+        push = -dot(sub(load(a.acceleration), load(b.acceleration)), n)
+        speeds.read(t, speed_numbers(w, pair_at(w.pairs, q.pair)), push, norm(axpy(t.closing, n, slide)))
+    if overlap > TOUCHING * t.radius:
+        w.late += 1
+        w.latest = max(w.latest, overlap)
+        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, 0.0)
+        store(c.force, scale(t.force, n))
+        c.closing_acceleration = -t.force / t.mass
+    return True
+
+
+@jit_inside
+def deep(w, c):
+    """Overlap [m] that nobody means: Hertz's theory no longer holds there, or it would throw bodies as no motion does.
+
+    Any, where shapes have grown. Of a shape as A; crowned edges have a radius of metres.
+    """
+    s, t = shape_at(w.shapes, c.shape_a), c.touch
+    least = min(s.radius, t.radius) if s.radius > 0.0 else t.radius
+    thrown = greatest_overlap(hertz_stiffness(t), t.mass, 0.0, JUMP)
+    return min(DEEPEST * least, thrown) if w.edited < RESIZED else 0.0
+
+
+@jit_inside
+def forget_put_in(w, p):
+    """Forget the contact of a closed pair that somebody has put deep into each other since; `close` finds it anew."""
+    c = contact_at(w.contacts, p.slot)
+    a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+    overlap, _, _, _ = meet_near(w, p, a, b)
+    deeper = overlap - c.touch.overlap
+    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(deep(w, c), TOUCHING * c.touch.radius):
+        release(w, p.slot)
+        p.slot, p.closed, p.built = -1, 0, 0.0
+
+
+@jit_inside
+def stretch(c, along, length):
+    """Make a contact that begins an elliptic one: its first tangent is its longer axis; length: ln(q/p), see there."""
+    n, t = load(c.normal), c.touch
+    e = axpy(-dot(along, n), n, along)
+    size = norm(e)
+    if size > 0.0:
+        store(c.tangent, scale(1.0 / size, e))
+        t.skew = 2.0 * (1.0 - t.g_star / t.e_star) * share_along(length)
+
+
+@jit_inside
+def replace(w, c):
+    """Begin a step where one of a closed contact's shapes has been placed anew: what it did is no motion."""
+    a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
+    overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
+    turn_frame(c, n, 0.0)
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    c.touch.overlap = overlap - c.built
+    store(c.force, force_of(c))
+
+
+@jit_inside
+def clear_torsion(state):
+    """Begin a contact that has not spun."""
+    state.span, state.moment, state.stored = 0.0, 0.0, 0.0
+    for i in range(RINGS):
+        state.twists[i] = 0.0
+    for i in range(3):
+        state.missed[i] = 0.0
+
+
+@jit_inside
+def clear(c):
+    """Begin the ledger of a contact, of which all overlap counts."""
+    c.built = 0.0
+    c.touches = 0
+    c.deepest = 0.0
+    c.strongest = 0.0
+    c.duration = 0.0
+    c.normal_work = 0.0
+    c.friction_work = 0.0
+    store(c.impulse, (0.0, 0.0, 0.0))
+    store(c.earlier, (0.0, 0.0, 0.0))
+
+
+@jit_inside
+def open_up(q, c):
+    """A contact has opened; its slot is kept until the next step, or as long as overlap of it counts as none."""
+    q.closed = 0
+    q.gap = max(-c.touch.overlap, 0.0)
+    c.phase = PARTED
+    store(c.force, (0.0, 0.0, 0.0))
+    c.touch.state, c.touch.force, c.touch.f, c.touch.g = OPEN, 0.0, 0.0, 0.0
+    c.torsion.moment = 0.0
+    for i in range(2):
+        c.bend[i], c.bending[i] = 0.0, 0.0
+    if c.built > 0.0:
+        c.touch.overlap = 0.0
+
+
+@jit_inside
+def stays_built(w, p):
+    """Whether the shapes of an open pair are still in each other; what counts as none is what there is at most."""
+    c = contact_at(w.contacts, p.slot)
+    if c.built > 0.0:
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        sunk = is_sunk(p)
+        c.built = build_in(w, p, min(c.built, overlap))
+        if is_sunk(p):
+            p.listed = NEVER  # its guard has nobody look at it
+        elif sunk:
+            p.listed, p.gap = -NEVER, 0.0
+    return c.built > 0.0
+
+
+@jit_inside
+def release(w, slot):
+    """Make the slot of a contact free; its ledger goes to that of its pair."""
+    c = contact_at(w.contacts, slot)
+    c.phase = FREE
+    enter(c, pair_at(w.pairs, c.pair).ledger)
+    set_whole(w.spare, w.spares, slot)
+    w.spares += 1
+
+
+@jit_inside
+def enter(c, ledger_io):
+    """Add what a contact has done to a ledger, see `records.PAIR`."""
+    ledger_io[0] += c.touches
+    ledger_io[1] = max(ledger_io[1], c.deepest)
+    ledger_io[2] = max(ledger_io[2], c.strongest)
+    ledger_io[3] += c.duration
+    ledger_io[4] += c.normal_work
+    ledger_io[5] += c.friction_work
+
+
+@jit_inside
+def turn_frame(c, n, twist):
+    """Turn the tangent with the normal, without twist, then about it [rad]."""
+    old = load(c.normal)
+    if twist == 0.0 and n == old:
+        return
+    e = load(c.tangent)
+    e = axpy(-dot(e, n) / max(1.0 + dot(n, old), 1e-300), add(n, old), e)
+    e = axpy(twist, cross(n, e), e) if abs(twist) < SMALL_TURN else rotate(scale(twist, n), e)
+    e = axpy(-dot(e, n), n, e)
+    store(c.tangent, scale(1.5 - 0.5 * dot(e, e), e))
+    store(c.normal, n)
+
+
+@jit_inside
+def meet_on(c, sa, a, sb, b):
+    """`geometry.meet` of a contact, of which the last overlap and normal are known.
+
+    Where cores lie in each other no normal is the shortest way out, so that any chosen anew could give energy. The last
+    one is held, fixed to B: they overlap by as much as the highest place of B along it is above the lowest of A. That
+    begins where the cores touch; where they have left each other the overlap is less, so that nothing is gained. Of
+    what was found in each other there is no such normal: its overlap would be more at once than surfaces have moved.
+    """
+    overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
+    if sb.parting != 0 and sb.kind != ELLIPSOID:
+        if sa.kind == ELLIPSOID:
+            most, where, swept = overlap_of_cores(sa, sb), sa.parting, sb.radius
+        else:
+            most, where = most_overlap(sa, sb), sb.parting
+            swept = most if sa.kind < BOX else (1.0 - BACK) * most
+        if overlap > SUNK * most:
+            held = rotate(load(b.twist), load(c.normal))
+            held, low, high, lowest = ask_parting(where, sa, a, sb, b, held)
+            deeper = high - low + swept
+            if deeper <= max(c.touch.overlap + c.built, most) + a.stride + b.stride:
+                overlap, n, arm_a = deeper, held, lowest
+                arm_b = add(arm_a, sub(load(a.position), load(b.position)))
+    return overlap, n, arm_a, arm_b
+
+
+@jit_inside
+def look(w, c, a, b):
+    """See where the bodies of a contact have moved to: overlap, frame and arms there, and what A has moved over B.
+
+    A loop of its own over all contacts: with the law in it, one would wait for another's roots and quotients.
+    """
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    overlap, n, arm_a, arm_b = meet_on(c, sa, a, sb, b)
+    t = c.touch
+    mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
+    moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
+    jumps = dot(n, load(c.normal)) < 1.0 - 0.5 * TURNED * TURNED
+    turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
+    store(c.arm_a, arm_a)
+    store(c.arm_b, arm_b)
+    if jumps:
+        masses(c, a, b)
+    e = load(c.tangent)
+    f = cross(n, e)
+    store(c.moved, (dot(moved, e), dot(moved, f), force.twisted(c, a, b)))
+    if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
+        rolled(c, a, b)
+    t.before = t.overlap
+    t.overlap = overlap - c.built
+
+
+@jit_inside
+def advance(w, c, slot, span):
+    """Advance a contact, in a slot, whose bodies have been looked at: new are its force and its end weight.
+
+    span: lengths [s] of this substep and of the next.
+    """
+    h, following = span
+    t, moved = c.touch, load(c.moved)
+    before, overlap = t.before, t.overlap
+    c.end_weight = 0.0
+    law = law_of(w, pair_at(w.pairs, c.pair))
+    linear = law.linear != 0.0
+    if overlap <= 0.0:
+        if before > 0.0 and t.zeta == 0.0 and c.interval > 0.0:
+            c.end_weight = elastic_end(before / (before - overlap), linear)
+            store(c.force, force_of(c))
+        add_work(c, 0.5 + c.end_weight, overlap - before, moved)
+        return
+    add_work(c, 0.5, overlap - before, moved)
+    closing = (overlap - before) / h
+    own = t.force / t.mass
+    if c.interval > 0.0:
+        c.closing_acceleration = (closing - t.closing) / (0.5 * (h + c.interval))
+    else:
+        a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
+        c.closing_acceleration = -dot(sub(load(a.acceleration), load(b.acceleration)), load(c.normal)) - own
+    t.closing = closing
+    opening = t.force == 0.0 and c.interval == 0.0
+    told = moved
+    if c.kept > 0.0:
+        told, t.before, c.kept = add(moved, load(c.missed)), c.kept, 0.0
+    force.advance_contact(w, c, slot, told, scale(1.0 / h, moved), h, c.closing_acceleration + own)
+    if opening:
+        inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
+        spacing = max(following, inside * h)  # of the points of the sum that begins here
+        inside *= h / spacing
+        end = elastic_end(inside, linear)
+        if t.zeta > 0.0 and t.ratio > 1.0:
+            end = damped_end(inside, linear) * (1.0 - 1.0 / t.ratio) + end / t.ratio
+        c.end_weight = (spacing * (1.0 + end) - 0.5 * (h + following)) / h
+    store(c.force, force_of(c))
+    c.interval = h
+    if law.rolling != 0.0 and ready(w, ROLL):
+        call_roll(address(w, ROLL), w, c, (c.rolled[0] / h, c.rolled[1] / h))
+    add_work(c, 0.5 + c.end_weight, overlap - before, moved)
+    c.deepest = max(c.deepest, overlap)
+    c.strongest = max(c.strongest, t.force)
+    if t.force > 0.0:
+        c.duration += h
+
+
+@jit_inside
+def add_work(c, share, gained, moved):
+    """Enter the work that a share of the contact's force does into its ledger.
+
+    gained: overlap [m]. moved: along both tangents [m], and angle about the normal [rad].
+    """
+    t = c.touch
+    du, dv, angle = moved
+    c.normal_work -= share * t.force * gained
+    c.friction_work -= share * (t.f * du + t.g * dv + c.torsion.moment * angle)
+    c.friction_work -= share * (c.bending[0] * c.rolled[0] + c.bending[1] * c.rolled[1])
+
+
+@jit_inside
+def force_of(c):
+    """Force on A [N], in the frame that the contact has now."""
+    t, n, e = c.touch, load(c.normal), load(c.tangent)
+    return axpy(t.force, n, axpy(-t.f, e, scale(-t.g, cross(n, e))))
+
+
+@jit_inside
+def apply_force(c, a, b, time):
+    """Kick both bodies with the force of a contact for a time [s], equal and opposite, at one point."""
+    impulse = scale(time, load(c.force))
+    a.touched = 1
+    b.touched = 1
+    moment = scale(time, moment_of(c))
+    kick(a, impulse, sub(cross(load(c.arm_a), impulse), moment))
+    kick(b, scale(-1.0, impulse), sub(moment, cross(load(c.arm_b), impulse)))
+    store(c.impulse, add(load(c.impulse), impulse))

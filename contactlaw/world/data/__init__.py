@@ -1,0 +1,1 @@
+"""What a world is made of in memory: records, access to them by address, vectors, and code compiled on demand."""

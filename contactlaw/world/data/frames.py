@@ -1,0 +1,88 @@
+"""Quaternions, and the principal axes of a body, in numpy: for what is done once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import checks
+from contactlaw.world.data.records import Array
+
+ALIKE = 1e-12  # relative difference of moments of inertia that are equal
+
+ORIGIN, UNTURNED = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def unit_quaternion(name: str, value: ArrayLike) -> Array:
+    """A checked unit quaternion, scalar first."""
+    if value is UNTURNED:
+        return UNTURNED
+    q = checks.finite_array(name, value)
+    if q.shape != (4,) or not np.linalg.norm(q) > 0.0:
+        raise ValueError(f"{name} = {q.tolist()}: must be four numbers, scalar first, not all zero")
+    return q / np.linalg.norm(q)
+
+
+def product(p: Array, q: Array) -> Array:
+    """The quaternion p q."""
+    (s, x, y, z), (t, u, v, w) = p.tolist(), q.tolist()
+    return np.array([
+        s * t - (x * u + y * v + z * w), s * u + t * x + (y * w - z * v),
+        s * v + t * y + (z * u - x * w), s * w + t * z + (x * v - y * u),
+    ])  # fmt: skip
+
+
+def matrix_of(q: Array) -> Array:
+    """The rotation matrix (3, 3) of a unit quaternion."""
+    w, v = q[0], q[1:]
+    if not v.any():
+        return np.eye(3)
+    skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew
+
+
+def quaternion_of(m: Array) -> Array:
+    """The unit quaternion of a rotation matrix (3, 3), from the largest of its components."""
+    squares = np.array([
+        1.0 + m[0, 0] + m[1, 1] + m[2, 2], 1.0 + m[0, 0] - m[1, 1] - m[2, 2],
+        1.0 - m[0, 0] + m[1, 1] - m[2, 2], 1.0 - m[0, 0] - m[1, 1] + m[2, 2],
+    ])  # fmt: skip
+    a, b, c = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+    d, e, f = m[1, 0] + m[0, 1], m[2, 0] + m[0, 2], m[2, 1] + m[1, 2]
+    rows = np.array([[squares[0], a, b, c], [a, squares[1], d, e], [b, d, squares[2], f], [c, e, f, squares[3]]])
+    row = rows[int(np.argmax(squares))]
+    return row / np.linalg.norm(row)
+
+
+def turn_to(axis: Array) -> Array:
+    """A rotation matrix (3, 3) whose third column is a unit vector."""
+    x = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < 0.6 else [0.0, 0.0, 1.0], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
+def principal(inertia: ArrayLike) -> tuple[Array, Array]:
+    """Principal moments of inertia [kg m^2], and the quaternion of their axes in the body's.
+
+    Raises:
+        ValueError: Not the inertia of a body: not positive, not symmetric, or one moment above the sum of the others.
+    """
+    value = checks.finite_array("inertia", inertia)
+    if value.shape not in ((), (3,), (3, 3)):
+        raise ValueError(f"inertia: shape {value.shape}; must be one number, (3,) or (3, 3)")
+    moments, axes = value if value.ndim == 1 else np.full(3, value if value.ndim == 0 else 0.0), None
+    if value.ndim == 2:
+        if not np.abs(value - value.T).max() <= 1e-9 * np.abs(value).max():
+            raise ValueError(f"inertia = {value.tolist()}: must be symmetric")
+        if np.count_nonzero(value - np.diag(np.diag(value))) == 0:
+            moments = np.diag(value)
+        else:
+            moments, axes = np.linalg.eigh(value)
+            axes = axes * np.sign(np.linalg.det(axes))
+    if not (moments.min() > 0.0 and 2.0 * moments.max() <= moments.sum() * (1.0 + 1e-9)):
+        raise ValueError(
+            f"inertia: principal moments {np.sort(moments).tolist()}; must be > 0, none above the sum of the others"
+        )
+    if np.ptp(moments) <= ALIKE * moments.max():
+        moments = np.full(3, moments.mean())
+    return moments.copy(), UNTURNED if axes is None else quaternion_of(axes)

@@ -1,0 +1,41 @@
+"""The order of the near list: by A, then by B."""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.memory import set_whole, whole_at
+from contactlaw.world.data.access import near_at
+
+
+@jit_inside
+def sort_near(w, counts):
+    """Sort the shapes of near pairs, of which nothing else is known yet: by counting for A, by insertion for B.
+
+    counts: where in the grid's room there is a place for each shape.
+    """
+    for i in range(w.shape_count):
+        set_whole(w.grid, counts + i, 0)
+    for k in range(w.nears):
+        place = counts + near_at(w.near, k).a
+        set_whole(w.grid, place, whole_at(w.grid, place) + 1)
+    first = 0
+    for i in range(w.shape_count):
+        count = whole_at(w.grid, counts + i)
+        set_whole(w.grid, counts + i, first)
+        first += count
+    for k in range(w.nears):  # the records' bodies are not known yet: there is room for what is sorted
+        p = near_at(w.near, k)
+        i = whole_at(w.grid, counts + p.a)
+        set_whole(w.grid, counts + p.a, i + 1)
+        q = near_at(w.near, i)
+        q.body_a, q.body_b, q.pair, q.gap = p.a, p.b, p.guard, p.listed
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b, guard, listed = p.body_a, p.body_b, p.pair, p.gap
+        i = k
+        while i > 0 and near_at(w.near, i - 1).a == a and near_at(w.near, i - 1).b > b:
+            before, q = near_at(w.near, i - 1), near_at(w.near, i)
+            q.a, q.b, q.guard, q.listed = a, before.b, before.guard, before.listed
+            i -= 1
+        q = near_at(w.near, i)
+        q.a, q.b, q.guard, q.listed = a, b, guard, listed

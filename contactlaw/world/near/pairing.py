@@ -1,0 +1,248 @@
+"""Which two shapes make a pair, and which are near: whole shapes first, then the parts by which they meet.
+
+Corners, edges and rims lie within their core. Two cores, or a core and a plane, are parted by a pair of planes across
+one normal, which all parts are behind: of a hull's hundreds of parts most are told apart by one product each.
+"""
+
+from __future__ import annotations
+
+from contactlaw.jit import jit_inside
+from contactlaw.memory import whole_at
+from contactlaw.world.data.access import (
+    axis_at,
+    body_at,
+    contact_at,
+    guard_at,
+    joint_at,
+    link_at,
+    near_at,
+    shape_at,
+    tree_at,
+)
+from contactlaw.world.data.call import ask_over_face
+from contactlaw.world.data.records import (
+    BOX,
+    CLOSED,
+    CORNER,
+    CYLINDER,
+    DISC,
+    EDGE,
+    ELLIPSOID,
+    HINGE,
+    HULL,
+    NEVER,
+    PLANE,
+    SEGMENT,
+    SIDE,
+    SPHERE,
+    TANGENT,
+)
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub
+from contactlaw.world.near.guards import enough, new_guard, parted
+from contactlaw.world.shapes.geometry import OF_FACE, asked_of, centre, half_axis, is_sunk, meet
+from contactlaw.world.shapes.segments import clip
+
+
+@jit_inside
+def is_part(s):
+    """Whether a shape is a part of another one."""
+    return s.kind == CORNER or (EDGE <= s.kind <= SIDE)
+
+
+@jit_inside
+def size(s):
+    """Radius [m] of the sphere around a shape that is not a plane."""
+    if s.kind < SEGMENT:
+        return s.radius
+    return (s.radius if s.kind < BOX else 0.0) + norm(load(s.half))
+
+
+@jit_inside
+def meets(kind_a, kind_b):
+    """Whether shapes of two kinds can touch; kind_a <= kind_b."""
+    if kind_a == SPHERE:
+        return kind_b in (SPHERE, SEGMENT) or kind_b >= ELLIPSOID
+    if kind_a < SEGMENT:
+        return kind_b >= BOX
+    if kind_a == SEGMENT:
+        return kind_b == SEGMENT or ELLIPSOID <= kind_b <= HULL
+    if kind_a == EDGE:
+        return BOX <= kind_b <= HULL
+    if kind_a == DISC:
+        return BOX <= kind_b <= PLANE
+    if kind_a == SIDE:
+        return kind_b == CYLINDER
+    if kind_a == ELLIPSOID:
+        return kind_b <= PLANE
+    return kind_b == HULL and kind_a != CYLINDER
+
+
+@jit_inside
+def pair_of(w, i, j):
+    """Number of the pair that shape i as A makes with shape j as B, or with parts of it, or -1."""
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    still = body_at(w.bodies, sa.body).inverse_mass == 0.0 and body_at(w.bodies, sb.body).inverse_mass == 0.0
+    if sa.body == sb.body or still or (sb.kind == TANGENT and sb.partner != i):
+        return -1
+    return whole_at(w.groups, sa.group * w.group_count + sb.group)
+
+
+@jit_inside
+def can_touch(w, i, j):
+    """Whether shape i as A can touch shape j as B."""
+    a, b = shape_at(w.shapes, i).kind, shape_at(w.shapes, j).kind
+    return a <= b and meets(a, b) and pair_of(w, i, j) >= 0
+
+
+@jit_inside
+def consider(w, i, j):
+    """List two whole shapes, and parts of them, if they make a pair and are near."""
+    if shape_at(w.shapes, i).kind > shape_at(w.shapes, j).kind:
+        i, j = j, i
+    if pair_of(w, i, j) < 0:
+        return
+    sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
+    margin, guard = a.margin + b.margin, -1
+    if sb.kind < PLANE:
+        d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
+        far = margin + size(sa) + size(sb)
+        if dot(d, d) > far * far:
+            return
+    if sa.kind >= BOX:
+        consider_parts(w, i, j, margin)
+        return
+    if not meets(sa.kind, sb.kind):
+        return
+    gap = -NEVER
+    if sb.kind != SPHERE and sb.kind != TANGENT:
+        overlap, _, _, _ = meet(sa, a, sb, b)
+        gap = -overlap
+    if gap > margin:
+        return
+    if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL:
+        guard = new_guard(w, i, j, w.step)
+    enlist(w, i, j, guard, gap)
+
+
+@jit_inside
+def consider_parts(w, i, j, margin):
+    """List two cores, or a core and a plane, by what they meet by, if they are near."""
+    k = new_guard(w, i, j, 2.0 * w.step)
+    if k < 0:
+        return
+    g = guard_at(w.guards, k)
+    n, low, high = parted(w, g, ZERO)
+    near = enough(w, g)
+    if low - high > margin or turns_past(w, g):
+        w.guard_count -= 1
+    elif low - high > near:
+        g.limit, g.without = low - high, 1
+    else:
+        g.limit = near
+        sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
+        d = sub(load(body_at(w.bodies, sa.body).position), load(body_at(w.bodies, sb.body).position))
+        list_parts(w, (i, j), n, high - dot(n, d), (k, near))
+        list_parts(w, (j, i), scale(-1.0, n), -low, (k, near))
+        if meets(sa.kind, sb.kind):
+            enlist(w, i, j, k, low - high)
+
+
+@jit_inside
+def turns_past(w, g):
+    """Whether two shapes can never meet, as a plane across the one hinge between their bodies parts them.
+
+    The hinge is fixed to both bodies, and so is the plane: of each point the height over it stays as it is.
+    """
+    a, b = shape_at(w.shapes, g.a).body, shape_at(w.shapes, g.b).body
+    for one, other in ((a, b), (b, a)):
+        own = body_at(w.bodies, one)
+        if own.tree == 0:
+            continue
+        t = tree_at(own.tree, 0)
+        link = link_at(t.links, own.member)
+        before = t.first + link.parent if link.parent >= 0 else t.hangs_on
+        if before == other and link.joints == 1 and joint_at(t.joints, link.first_joint).kind == HINGE:
+            n = load(axis_at(t.axes, link.first_axis).spin)
+            _, bottom, top = parted(w, g, scale(-1.0, n))
+            _, low, high = parted(w, g, n)
+            return max(low - high, bottom - top) > 0.0 and shape_at(w.shapes, g.b).kind != PLANE
+    return False
+
+
+@jit_inside
+def list_parts(w, shapes, n, top, listing):
+    """List the parts of one shape that are near another one, which ends along n at `top` [m] from the first one's
+    centre of mass. listing: the guard, and how near they are to be [m].
+
+    Of a floor all that its top ends in is near by that plane: the sphere around the other shape tells what is far."""
+    i, j = shapes
+    guard, margin = listing
+    other, body = shape_at(w.shapes, j), body_at(w.bodies, shape_at(w.shapes, i).body)
+    to, far = ZERO, NEVER
+    if other.kind != PLANE:
+        b = body_at(w.bodies, other.body)
+        to, far = add(sub(load(b.position), load(body.position)), centre(other, b)), margin + size(other)
+    k = shape_at(w.shapes, i).next
+    while k != 0:
+        s = shape_at(w.shapes, k)
+        u = half_axis(s, body)
+        at = centre(s, body)
+        gap = dot(n, at) - s.radius - (abs(dot(n, u)) if s.kind == EDGE else norm(u)) - top
+        twice = s.kind == SIDE and s.body < other.body  # two sides meet once
+        near = gap <= margin and apart(sub(to, at), u, s) <= far
+        if near and meets(s.kind, other.kind) and not twice and not over_face(w, s, other, margin):
+            enlist(w, k, j, guard, gap)
+        k = s.next
+
+
+@jit_inside
+def apart(d, u, s):
+    """How far [m] a point is from a part at least; d: from the part's middle, u: its half axis."""
+    if s.kind == EDGE:
+        d = axpy(-clip(dot(d, u) / dot(u, u)), u, d)
+    return norm(d) - s.radius - (0.0 if s.kind == EDGE else norm(u))
+
+
+@jit_inside
+def over_face(w, sa, sb, margin):
+    """Whether an edge is over one face of a box, see `core.lies_over_face`."""
+    if sa.kind != EDGE or sb.kind != BOX:
+        return False
+    a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
+    d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
+    return ask_over_face(asked_of(sa, sb, OF_FACE), d, half_axis(sa, a), margin, sb, b)
+
+
+@jit_inside
+def enlist(w, i, j, guard, gap):
+    """List two shapes, which have a guard, or none: -1; and a gap [m] of so much at least."""
+    if w.nears == w.near_room:
+        w.lost += 1
+        return
+    p = near_at(w.near, w.nears)
+    p.a, p.b, p.guard, p.listed = i, j, guard, gap
+    w.nears += 1
+
+
+@jit_inside
+def enter(w, k, heads):
+    """Begin the record of a near pair that knows its shapes, and hook it to its contact, if there is one."""
+    p = near_at(w.near, k)
+    p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
+    p.pair = pair_of(w, p.a, p.b)
+    p.slot = -1
+    p.built = 0.0
+    p.closed = 0
+    p.active = 0
+    p.toi, p.room, p.gap, p.closing, p.acceleration, p.fastest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    p.seen = -1.0
+    slot = whole_at(w.grid, heads + p.a)
+    while slot >= 0:
+        c = contact_at(w.contacts, slot)
+        if c.shape_b == p.b:
+            p.slot, p.built = slot, c.built
+            p.listed = NEVER if is_sunk(p) else p.listed
+            p.closed = 1 if c.phase == CLOSED else 0
+            c.near = k
+        slot = c.link

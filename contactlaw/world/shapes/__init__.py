@@ -1,0 +1,1 @@
+"""Collision shapes and the narrow phase: overlap, normal and point of contact of any two of them."""

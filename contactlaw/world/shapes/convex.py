@@ -1,0 +1,105 @@
+"""Convex bodies: a core, and the small radius that sweeps it. Where two of them are nearest.
+
+While they overlap by less than both radii their cores are apart: the vector between the nearest points of these is
+unique, and moves continuously. Flat on flat, a hull lies on its corners and sharp edges, which are shapes of their own;
+two cores meet as such, in one point, where neither are. A cylinder's rims and feet are such shapes too.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import sqrt
+
+from contactlaw.jit import address_of
+from contactlaw.world.data.call import MEETING, NEAREST, PARTING, RADIUS, ask_deepest
+from contactlaw.world.data.records import BOX, DISC, EDGE, PLANE, SEGMENT
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.shapes.core import CROWN, deepest_on_line
+from contactlaw.world.shapes.curvature import feature, radius_between, rim, side_at
+from contactlaw.world.shapes.geometry import BACK, centre
+from contactlaw.world.shapes.gjk import nearest, seek, support
+from contactlaw.world.shapes.segments import clip
+
+DEEP = 1e-6  # of both radii: a distance of cores that is none
+
+
+def radius(sa, a, sb, b):
+    """`geometry.effective_radius` of the same. Of two edges the angle is taken for a right one."""
+    if sa.kind >= BOX:
+        return sqrt(sa.radius * sb.radius), ZERO
+    if sa.kind == DISC:
+        return rim(sa, a)
+    at, u = 0.0, ZERO
+    if sa.kind == SEGMENT or sa.kind == EDGE:
+        u = to_world(a.axes, load(sa.half))
+        at, _, (_, count, e, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+    else:
+        _, _, corners, e = nearest(sa, a, sb, b, ZERO)
+        count = float(corners)
+    return radius_between(side_at(sa, u, at, CROWN), feature(sb.radius, count, e))
+
+
+def meet(sa, a, sb, b):
+    """`geometry.meet` of two shapes of which one is convex without a closed form."""
+    radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
+    if sa.kind == DISC:
+        way, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
+        from_a = add(from_a, way)
+        v, y, _, _ = nearest(sa, a, sb, b, way)
+    elif sa.kind == SEGMENT or sa.kind == EDGE:
+        u = to_world(a.axes, load(sa.half))
+        at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
+        y = sub(add(sub(load(a.position), load(b.position)), axpy(at, u, from_a)), v)
+    else:
+        v, y, _, _ = nearest(sa, a, sb, b, ZERO)
+    both = radius_a + radius_b
+    far = norm(v)
+    if far > DEEP * both:
+        n = scale(1.0 / far, v)
+    else:  # as between two balls, of a line the one that is nearest to the middle of the other
+        n = sub(add(load(a.position), from_a), add(load(b.position), centre(sb, b)))
+        n = axpy(clip(-dot(n, u) / max(dot(u, u), 1e-300)), u, n)
+        n = scale(1.0 / max(norm(n), 1e-300), n)
+    overlap = both - far
+    if sa.kind >= BOX:
+        overlap -= BACK * both
+    arm_b = axpy(far / both * radius_b, n, y)
+    arm_a = add(arm_b, sub(load(b.position), load(a.position)))
+    return overlap, n, arm_a, arm_b
+
+
+def ask(sa, a, sb, b, shift, known, simplex):
+    """`seek` of a point and a hull: from there on B, how many vertices span the place, their edge, and all of them."""
+    v, _, count, e, corners = seek(sa, a, sb, b, shift, (int(known), simplex))
+    return v, float(count), e, corners
+
+
+def part(sa, a, sb, b, n):
+    """The normal n of two planes, from B to A, that part a core A from a plane or a core B: of A the lowest place along
+    it, of B the highest, without what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero.
+
+    n: that one, or zero, where it is to be found. The last result is that place of A, from its body's centre of mass.
+    """
+    if sb.kind == PLANE:
+        n = to_world(b.axes, load(sb.normal))
+        high = dot(n, centre(sb, b))
+    else:
+        if dot(n, n) == 0.0:
+            v, _, _, _ = nearest(sa, a, sb, b, ZERO)
+            n = scale(1.0 / max(norm(v), 1e-300), v)
+        high = dot(n, support(sb, b, n))
+    lowest = support(sa, a, scale(-1.0, n))
+    return n, dot(n, add(sub(load(a.position), load(b.position)), lowest)), high, lowest
+
+
+@lru_cache
+def parting() -> dict[str, int]:
+    """Of what parts them, compiled where there are boxes, cylinders or hulls."""
+    return {"parting": address_of(part, PARTING)}
+
+
+@lru_cache
+def addresses() -> dict[str, int]:
+    """Of the other three, compiled where there are hulls."""
+    known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    return known | {"nearest": address_of(ask, NEAREST)}

@@ -1,0 +1,236 @@
+"""The shapes of a world, from Python: what describes them becomes a record, `records.SHAPE`, field by field."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import checks
+from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
+from contactlaw.world.data.records import BOX, CYLINDER, ELLIPSOID, END, HULL, PLANE, SEGMENT, SPHERE, TANGENT, Array
+from contactlaw.world.shapes import convex, disc, ellipsoid
+from contactlaw.world.shapes.hulls import core_of
+from contactlaw.world.shapes.parts import Fields, parts_of
+
+ROUNDING = 0.1  # of the smallest half length of a box or a cylinder, the radius of its edges unless told otherwise
+
+
+class Shapes:
+    """The part of `World` that shapes are added to; arguments and errors as there."""
+
+    def __init__(self) -> None:
+        self._frames: list[Array] = []  # of the principal axes, in that of each body
+        self._new_shapes: list[Fields] = []
+        self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
+        self._kinds: list[int] = []  # of each shape
+        self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
+        self._solids: dict[int, Fields] = {}  # boxes, cylinders and hulls
+        self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
+        self._regroup = False
+
+    def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
+        """Fix a sphere to a body; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            at: Its centre, from the centre of mass along the body's axes [m], shape (3,).
+        """
+        return self._shape(self._placed(SPHERE, body, at) | {"radius": checks.positive("radius", radius)})
+
+    def add_capsule(
+        self, body: int, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0),
+    ) -> tuple[int, int, int]:  # fmt: skip
+        """Fix a capsule to a body; returns the numbers of its three shapes: its side, and both ends.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to the centre of an end [m].
+            at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
+            axis: Of its middle line, a unit vector along the same axes.
+        """
+        half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
+        own, middle = {"radius": checks.positive("radius", radius)}, checks.vector("at", at)
+        side = self._shape(self._placed(SEGMENT, body, middle) | own | {"half": self._turn(body)[1] @ half})
+        one, other = (self._shape(self._placed(END, body, middle + s * half) | own) for s in (1.0, -1.0))
+        return side, one, other
+
+    def add_box(
+        self, body: int | None, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0), rounding: float | None = None,
+    ) -> int:  # fmt: skip
+        """Fix a box to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            half_lengths: Half of its lengths [m], shape (3,).
+            at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of its own axes in the body's, scalar first, shape (4,).
+            rounding: Radius of its edges [m], and so of its contacts with what is flat, see docs/shapes.md; None: a
+                tenth of the smallest half length.
+        """
+        half, axes = _sizes("half_lengths", half_lengths), matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._solid(self._placed(BOX, body, at, axes) | _rounded(half, rounding))
+
+    def add_cylinder(
+        self, body: int | None, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0), rounding: float | None = None,
+    ) -> int:  # fmt: skip
+        """Fix a cylinder to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            radius: [m].
+            half_length: From its middle to an end [m].
+            at, rounding: As for a box.
+            axis: A unit vector along the same axes.
+        """
+        axes = turn_to(checks.unit_vector("axis", axis))
+        sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
+        own = _rounded(sizes[[0, 0, 1]], rounding) | {"curve": disc.addresses()["curve"]}
+        return self._solid(self._placed(CYLINDER, body, at, axes) | own)
+
+    def add_ellipsoid(
+        self, body: int | None, half_axes: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix an ellipsoid to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            half_axes: Half of its lengths [m], shape (3,).
+            at, quaternion: As for a box.
+        """
+        half, axes = _sizes("half_axes", half_axes), matrix_of(unit_quaternion("quaternion", quaternion))
+        return self._shape(self._placed(ELLIPSOID, body, at, axes) | {"half": half} | ellipsoid.addresses())
+
+    def add_hull(
+        self, body: int | None, points: ArrayLike, rounding: float | None = None, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix the convex hull of points to a body, or to the world: None; returns the shape's number.
+
+        Points that change it by less than 5 thousandths of its size are left out, and all but a hundred of them.
+
+        Args:
+            body: Number of the body.
+            points: [m], shape (n, 3), along their own axes.
+            rounding: Radius of its edges [m]; None: a tenth of the least distance of a face from its middle.
+            at: Origin of the points [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            quaternion: Of their axes in the body's, scalar first, shape (4,).
+        """
+        own = checks.finite_array("points", points)
+        if own.ndim != 2 or own.shape[1] != 3:
+            raise ValueError(f"points: shape {own.shape}; must be (n, 3)")
+        radius = None if rounding is None else checks.positive("rounding", rounding)
+        made = self._placed(HULL, body, at, matrix_of(unit_quaternion("quaternion", quaternion)))
+        vertices, edges, radius = core_of(own, radius)
+        own = vertices @ made.pop("axes").reshape(3, 3).T
+        middle = 0.5 * (own.max(0) + own.min(0))
+        own -= middle
+        reach = float(np.linalg.norm(own, axis=1).max()) + radius
+        made |= {"radius": radius, "at": made["at"] + middle, "half": np.array([reach, 0.0, 0.0]), "vertices": own}
+        return self._solid(made | {"edges": edges} | convex.addresses() | convex.parting())
+
+    def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
+        """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
+
+        Args:
+            body: Number of the body.
+            point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
+            normal: Out of the half space, a unit vector along the same axes.
+        """
+        p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
+        return self._shape(self._placed(PLANE, body, p) | {"normal": self._turn(body)[1] @ n})
+
+    def add_shape(
+        self, kind: str, body: int, sizes: Array, at: Array, quaternion: Array, rounding: float | None = None,
+        points: Array | None = None,
+    ) -> list[int]:  # fmt: skip
+        """Fix a shape as engines name it, and have its sizes, to a body; returns the numbers of what it makes.
+
+        sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
+        """
+        axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
+        if kind == "capsule":
+            return list(self.add_capsule(body, first, second, at, axis))
+        if kind == "sphere":
+            return [self.add_sphere(body, first, at)]
+        if kind == "plane":
+            return [self.add_plane(body, at, axis)]
+        if kind == "box":
+            return [self.add_box(body, sizes, at, quaternion, rounding)]
+        if kind == "cylinder":
+            return [self.add_cylinder(body, first, second, at, axis, rounding)]
+        if kind == "ellipsoid":
+            return [self.add_ellipsoid(body, sizes, at, quaternion)]
+        return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
+
+    def _body(self, body: int) -> int:
+        """Row of a body."""
+        if checks.count("body", body, 0) >= len(self._frames):
+            raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
+        return body + 1
+
+    def _turn(self, body: int | None) -> tuple[int, Array]:
+        """Row of a body, and the matrix from its axes to the principal ones; of the world: None."""
+        return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
+
+    def _placed(self, kind: int, body: int | None, at: ArrayLike, axes: Array | None = None) -> Fields:
+        """Fields that say where a shape is: along the principal axes."""
+        row, turn = self._turn(body)
+        own = {} if axes is None else {"axes": (turn @ axes).ravel()}
+        return {"kind": kind, "body": row, "at": turn @ checks.vector("at", at)} | own
+
+    def _shape(self, fields: Fields, owner: int | None = None) -> int:
+        number = len(self._kinds)
+        self._new_shapes.append(fields)
+        self._kinds.append(fields["kind"])
+        self._owners.append(number if owner is None else owner)
+        self._memberships.append(())
+        self._regroup = True
+        return number
+
+    def _solid(self, fields: Fields) -> int:
+        """A box, a cylinder or a hull."""
+        number = self._shape(fields)
+        self._solids[number], self._met[number] = fields, set()
+        return number
+
+    def _give_parts(self, ones: list[int], others: list[int]) -> None:
+        """Give boxes, cylinders and hulls of one set the parts by which they meet the other."""
+        kinds = {self._kinds[number] for number in others} if self._solids else set()
+        for number in sorted(self._solids.keys() & set(ones)):
+            had = parts_of(self._solids[number], self._met[number])
+            self._met[number] |= kinds
+            for part in parts_of(self._solids[number], self._met[number])[len(had) :]:
+                self._shape(part, number)
+
+
+def _sizes(name: str, value: ArrayLike) -> Array:
+    """Three lengths [m] that are > 0."""
+    half = checks.vector(name, value)
+    if not half.min() > 0.0:
+        raise ValueError(f"{name} = {half.tolist()}: must be > 0")
+    return half
+
+
+def _rounded(half: Array, rounding: float | None) -> Fields:
+    """Fields of a box or cylinder of these half lengths, whose edges are rounded."""
+    least = float(half.min())
+    radius = ROUNDING * least if rounding is None else checks.positive("rounding", rounding)
+    if radius > 0.5 * least:
+        raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
+    return {"half": half, "radius": radius} | convex.parting()
+
+
+def tangent(row: int, partner: int, reach: float) -> Fields:
+    """A plane to be placed before each step, which shape number `partner`, a sphere or an end, alone meets.
+
+    reach: how far from the body's centre of mass its points may be [m]. Until it is placed (`at`, `normal`) nothing
+    touches it: it is far away.
+    """
+    return {"kind": TANGENT, "body": row, "partner": partner, "radius": reach, "normal": np.array([0.0, 0.0, 1.0]),
+            "at": np.array([0.0, 0.0, -1e6])}  # fmt: skip

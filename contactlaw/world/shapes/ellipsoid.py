@@ -1,0 +1,288 @@
+"""Where an ellipsoid is nearest to a plane, a ball, a segment, a polyhedron, a cylinder or another ellipsoid.
+
+With Q = R diag(a^2, b^2, c^2) R^T its support function is h(n) = sqrt(n Q n), the point there Q n/h. Along a normal n
+from another convex body the gap is s(n) = n (x - y), of the points x and y that face each other; the distance is its
+maximum, where x - y has no part across n. Newton's method climbs there: the slope of x - y across n is
+
+    -(Q/h - (Q n)(Q n)^T/h^3)
+
+and that of a polyhedron none, while n stays across the edge that it is on. Which vertex, edge or face that is, the
+ball tells that touches the ellipsoid there from inside: where it is nearest to the polyhedron along n itself, so is the
+ellipsoid. Where Newton's method on a feature parts the bodies no further, the way from the ball's middle to the
+polyhedron tells the next place: there it leaves the ellipsoid nearer to the polyhedron (Lin & Han 2002, SIAM J. Optim.
+13, 298-321), so that no feature is asked forever.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import atan2, copysign, cos, sin, sqrt
+
+from contactlaw.jit import address_of, jit_inside
+from contactlaw.world.data.call import MEETING, PARTING, RADIUS
+from contactlaw.world.data.records import BOX, CYLINDER, ELLIPSOID, NEVER, PLANE
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
+from contactlaw.world.shapes.core import excess_of, local
+from contactlaw.world.shapes.curvature import feature, radius_between
+from contactlaw.world.shapes.geometry import SUNK, centre
+from contactlaw.world.shapes.gjk import nearest, support
+
+STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron's features, mostly one or two
+WIDEST = 0.5  # [rad] of a step
+NARROW = 1e-6  # [rad] of one that is not asked whether it climbs: rounding hides that
+SAME = 1e-9  # [rad], a normal that is another's
+INSIDE = SUNK  # of the least radius of curvature, a ball inside: once it is in a core `touch.meet_on` holds the normal
+
+
+@jit_inside
+def swell(s, b, n):
+    """Q n, in the world."""
+    m, h = to_body(s.axes, to_body(b.axes, n)), s.half
+    return to_world(b.axes, to_world(s.axes, (m[0] * h[0] * h[0], m[1] * h[1] * h[1], m[2] * h[2] * h[2])))
+
+
+@jit_inside
+def shrink(s, b, n):
+    """The product of the inverse of Q and n, in the world."""
+    m, h = to_body(s.axes, to_body(b.axes, n)), s.half
+    return to_world(b.axes, to_world(s.axes, (m[0] / (h[0] * h[0]), m[1] / (h[1] * h[1]), m[2] / (h[2] * h[2]))))
+
+
+@jit_inside
+def facing(s, b, n):
+    """The point of an ellipsoid that is furthest along n: from its body's centre of mass [m]."""
+    q = swell(s, b, n)
+    return axpy(1.0 / sqrt(dot(n, q)), q, centre(s, b))
+
+
+@jit_inside
+def bend(s, b, n, t, u):
+    """How the point that is furthest along n moves along u as n turns along t [m/rad]; both across n."""
+    q = swell(s, b, n)
+    h = sqrt(dot(n, q))
+    return dot(t, swell(s, b, u)) / h - dot(t, q) * dot(u, q) / (h * h * h)
+
+
+@jit_inside
+def on_rim(s, b, n, up):
+    """The point of a cylinder's rim that is furthest along n, as `facing`, and by its place how it moves, as `bend`.
+
+    up: along the cylinder's axis, of the sign that the rim's end has.
+    """
+    m, h = local(n, s, b), s.half
+    out = max(sqrt(m[0] * m[0] + m[1] * m[1]), 1e-300)
+    r, z = (h[0] - s.radius) / out, copysign(h[2] - s.radius, up)
+    along = to_world(b.axes, to_world(s.axes, (-m[1] / out, m[0] / out, 0.0)))
+    return add(centre(s, b), to_world(b.axes, to_world(s.axes, (r * m[0], r * m[1], z)))), r, along
+
+
+@jit_inside
+def climb(sa, a, sb, b, y, edge, n):
+    """The normal between an ellipsoid A and another one, or a point y of B whose edge, if there is one, it is across.
+
+    y: from the centre of mass of B; of a cylinder without an edge the point is on a rim, of which it stays: the other
+    one is a feature of its own, and Newton's method has no slope from one to the other. Returns the normal, the gap [m]
+    and the point.
+    """
+    d = sub(load(a.position), load(b.position))
+    two, along = sb.kind == ELLIPSOID, norm(edge)
+    rim = sb.kind == CYLINDER and along == 0.0
+    up = local(sub(y, centre(sb, b)), sb, b)[2]
+    was, best, step = n, -NEVER, ZERO
+    for _ in range(STEPS):
+        rate, e = 0.0, n
+        if two:
+            y = facing(sb, b, n)
+        elif rim:
+            y, rate, e = on_rim(sb, b, n, up)
+        p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
+        if dot(p, n) < best and norm(step) > NARROW:  # too far: the gap grows at first along each of the steps
+            step = scale(0.5, step)
+            n = add(was, step)
+            n = scale(1.0 / norm(n), n)
+            continue
+        was, best, gap = n, dot(p, n), max(dot(p, n), 0.0)
+        t = scale(1.0 / along, cross(edge, n)) if along > 0.0 else tangent(n)
+        u = cross(n, t)
+        tt, tu, uu = bend(sa, a, n, t, t), bend(sa, a, n, t, u), bend(sa, a, n, u, u)
+        if two:
+            tt, tu, uu = tt + bend(sb, b, n, t, t), tu + bend(sb, b, n, t, u), uu + bend(sb, b, n, u, u)
+        et, eu = dot(e, t), dot(e, u)
+        tt, tu, uu = tt + gap + rate * et * et, tu + rate * et * eu, uu + gap + rate * eu * eu
+        x, z = dot(p, t), dot(p, u)
+        if along > 0.0:
+            step = scale(x / tt, t)
+        else:
+            step = scale(1.0 / (tt * uu - tu * tu), add(scale(uu * x - tu * z, t), scale(tt * z - tu * x, u)))
+        wide = norm(step)
+        step = scale(min(1.0, WIDEST / max(wide, 1e-300)), step)
+        n = add(n, step)
+        n = scale(1.0 / norm(n), n)
+        if wide <= SAME:
+            break
+    if two:
+        y = facing(sb, b, n)
+    elif rim:
+        y, _, _ = on_rim(sb, b, n, up)
+    return n, dot(sub(add(d, facing(sa, a, scale(-1.0, n))), y), n), y
+
+
+@jit_inside
+def feature_at(sa, a, sb, b, shift):
+    """`gjk.nearest` of a point and a core, and the radius [m] that sweeps the feature that it is nearest to.
+
+    In closed form for a cylinder, whose side is the line in its middle, swept, and whose rim is an edge along it.
+    """
+    if sb.kind != CYLINDER:
+        v, y, count, e = nearest(sa, a, sb, b, shift)
+        return v, y, count, e, sb.radius
+    d = add(sub(load(a.position), load(b.position)), add(centre(sa, a), shift))
+    p = to_body(sb.axes, to_body(b.axes, sub(d, centre(sb, b))))
+    e = excess_of(p, sb, sb.radius)
+    out, around = sqrt(e[0] * e[0] + e[1] * e[1]), sb.radius
+    edge = (0.0, 0.0, 1.0) if e[2] == 0.0 else (-e[1], e[0], 0.0)
+    if e[2] == 0.0 and out > 0.0:
+        e, around = scale((out + sb.half[0] - sb.radius) / out, e), sb.half[0]
+    v = to_world(b.axes, to_world(sb.axes, e))
+    return v, sub(d, v), 2 if out > 0.0 else 3, to_world(b.axes, to_world(sb.axes, edge)), around
+
+
+@jit_inside
+def plane_gap(sa, a, sb, b, n):
+    """Between the planes across n that an ellipsoid and a core touch from either side [m]; the gap is the greatest."""
+    facing_a = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
+    y = support(sb, b, n)
+    if sb.kind == CYLINDER:
+        y, _, _ = on_rim(sb, b, n, local(n, sb, b)[2])
+    return dot(sub(facing_a, y), n)
+
+
+@jit_inside
+def face_over(s, b, d, i):
+    """The normal of a box's face, or of a cylinder's end or side, on the side where a point d from its middle is."""
+    p = local(d, s, b)
+    x, y, z = (p[0], p[1], 0.0) if s.kind == CYLINDER else (p[0] if i == 2 else 0.0, p[1] if i == 1 else 0.0, 0.0)
+    if i == 0:
+        x, y, z = 0.0, 0.0, p[2]
+    n = to_world(b.axes, to_world(s.axes, (x, y, z)))
+    return scale(1.0 / max(norm(n), 1e-300), n)
+
+
+@jit_inside
+def leave(s, b, inside, m):
+    """Minus the normal of an ellipsoid where the way along -m from a point inside, given from its middle, leaves it."""
+    to, at = shrink(s, b, m), shrink(s, b, inside)
+    k, c, e = dot(m, to), dot(inside, to), dot(inside, at) - 1.0
+    n = axpy(-(c + sqrt(max(c * c - k * e, 0.0))) / k, to, at)
+    return scale(-1.0 / norm(n), n)
+
+
+@jit_inside
+def nearest_to_ellipsoid(sa, a, sb, b):
+    """Where an ellipsoid A is nearest to B, which is anything but a plane.
+
+    Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and its feature there, see
+    `feature_at`. Where A reaches into the core as far as its ball, the gap is that between planes across the normal
+    that parted them furthest, that from the core to A's middle and those of faces among them.
+    """
+    between = sub(load(a.position), load(b.position))
+    to_b = sub(centre(sb, b), add(between, centre(sa, a)))  # from A's middle to B's
+    if sb.kind == ELLIPSOID:
+        n = add(shrink(sa, a, to_b), shrink(sb, b, to_b))
+        n, gap, y = climb(sa, a, sb, b, ZERO, ZERO, scale(-1.0 / max(norm(n), 1e-300), n))
+        return n, gap, y, 3, ZERO, 0.0
+    h = sa.half
+    ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
+    v, y, count, e, around = feature_at(sa, a, sb, b, ZERO)
+    if norm(v) == 0.0 and sb.kind != BOX and sb.kind != CYLINDER:  # its middle is in a core without a depth
+        return (0.0, 0.0, 1.0), -max(h[0], h[1], h[2]), y, 3, ZERO, sb.radius
+    straight = scale(1.0 / max(norm(v), 1e-300), v)
+    n = shrink(sa, a, v)
+    n = scale(1.0 / max(norm(n), 1e-300), n)
+    best, kept = -NEVER, n
+    for _ in range(TRIES if norm(v) > 0.0 else 0):
+        x = facing(sa, a, scale(-1.0, n))
+        inside = sub(axpy(ball, n, x), centre(sa, a))
+        v, y, count, e, around = feature_at(sa, a, sb, b, inside)
+        far = norm(v)
+        if far == 0.0:
+            break
+        m = scale(1.0 / far, v)
+        if norm(sub(n, m)) <= 10.0 * SAME:
+            return n, dot(sub(add(between, x), y), n), y, count, e, around
+        n = m
+        if count < 3:
+            edge = ZERO if count == 1 or (sb.kind == CYLINDER and around == sb.radius) else e
+            n, _, _ = climb(sa, a, sb, b, y, edge, m)
+        parted = plane_gap(sa, a, sb, b, n)
+        if parted > best:
+            best, kept = parted, n
+        else:
+            n = leave(sa, a, inside, m)
+    for i in range(4 if sb.kind == BOX else (3 if sb.kind == CYLINDER else 1)):
+        n = straight if i == 0 else face_over(sb, b, scale(-1.0, to_b), i - 1)
+        gap = plane_gap(sa, a, sb, b, n) if dot(n, n) > 0.0 else -NEVER
+        if gap >= best:
+            kept, best = n, gap
+    return kept, best, axpy(-best, kept, add(between, facing(sa, a, scale(-1.0, kept)))), 3, ZERO, sb.radius
+
+
+def meet(sa, a, sb, b):
+    """`geometry.meet` of two shapes of which one is an ellipsoid; the point of contact is in the middle of both."""
+    d = sub(load(a.position), load(b.position))
+    if sb.kind == PLANE:
+        n = to_world(b.axes, load(sb.normal))
+        arm_a = facing(sa, a, scale(-1.0, n))
+        arm_b = add(arm_a, d)
+        overlap = dot(sub(centre(sb, b), arm_b), n)
+    elif sa.kind == ELLIPSOID:
+        n, gap, y, _, _, around = nearest_to_ellipsoid(sa, a, sb, b)
+        overlap = around - gap
+        arm_b = axpy(0.5 * (around + gap), n, y)
+        arm_a = sub(arm_b, d)
+    else:
+        n, gap, y, _, _, around = nearest_to_ellipsoid(sb, b, sa, a)
+        overlap = around - gap
+        arm_a = axpy(0.5 * (around + gap), n, y)
+        arm_b, n = add(arm_a, d), scale(-1.0, n)
+    return overlap, n, arm_a, arm_b
+
+
+@jit_inside
+def curved(s, b, n):
+    """Curvatures of an ellipsoid, see `radius_between`, where n is its normal: h times those of the inverse of Q."""
+    t = tangent(n)
+    u = cross(n, t)
+    h, q = sqrt(dot(n, swell(s, b, n))), shrink(s, b, t)
+    tt, tu, uu = h * dot(t, q), h * dot(u, q), h * dot(u, shrink(s, b, u))
+    mean, differ = 0.5 * (tt + uu), sqrt(0.25 * (tt - uu) ** 2 + tu * tu)
+    angle = 0.5 * atan2(2.0 * tu, tt - uu)
+    return mean - differ, mean + differ, add(scale(-sin(angle), t), scale(cos(angle), u))
+
+
+def radius(sa, a, sb, b):
+    """`geometry.effective_radius` of the same."""
+    two = feature(0.0, 3, ZERO)
+    if sb.kind == PLANE:
+        one = curved(sa, a, to_world(b.axes, load(sb.normal)))
+    elif sa.kind != ELLIPSOID:
+        n, _, _, count, e, around = nearest_to_ellipsoid(sb, b, sa, a)
+        one, two = curved(sb, b, n), feature(around, count, e)
+    else:
+        n, _, _, count, e, around = nearest_to_ellipsoid(sa, a, sb, b)
+        one, two = curved(sa, a, n), curved(sb, b, n) if sb.kind == ELLIPSOID else feature(around, count, e)
+    return radius_between(one, two)
+
+
+def part(sa, a, sb, b, n):
+    """`convex.part` of an ellipsoid and a core, along a normal that is known."""
+    lowest = facing(sa, a, scale(-1.0, n))
+    low = dot(n, add(sub(load(a.position), load(b.position)), lowest))
+    return n, low, low - plane_gap(sa, a, sb, b, n), lowest
+
+
+@lru_cache
+def addresses() -> dict[str, int]:
+    """Of these, compiled where there are ellipsoids."""
+    known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
+    return known | {"parting": address_of(part, PARTING)}

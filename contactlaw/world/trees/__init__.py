@@ -1,0 +1,1 @@
+"""Kinematic trees in generalised coordinates: kinematics, mass matrix, mobility, free flight and implicit steps."""

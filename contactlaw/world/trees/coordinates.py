@@ -1,0 +1,86 @@
+"""The coordinates of trees from Python, and the functions that move them."""
+
+from __future__ import annotations
+
+from ctypes import CFUNCTYPE, c_uint64
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from contactlaw.jit import address_of
+from contactlaw.world.data.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
+from contactlaw.world.data.records import Array, Arrays, numbers_of
+from contactlaw.world.trees import dynamics as tree_dynamics
+from contactlaw.world.trees import implicit as lasting
+from contactlaw.world.trees import kinematics as tree_kinematics
+from contactlaw.world.trees import mobility as trees
+from contactlaw.world.trees import motion as tree_motion
+
+
+@lru_cache
+def addresses() -> dict[str, int]:
+    """Where these functions stand, compiled, by their names in `records.TREE`."""
+    made = {
+        ON_TREE: (tree_kinematics.move, tree_dynamics.accelerate), WITH_NUMBER: (tree_motion.fly, tree_motion.drift),
+        WITH_BODY: (trees.settle, trees.spread, trees.rest, lasting.stand, lasting.weigh, lasting.resist),
+        WITH_VECTORS: (trees.kick, trees.press, lasting.carry), MOBILITY: (trees.mobility,),
+    }  # fmt: skip
+    return {one.__name__: address_of(one, kind) for kind, functions in made.items() for one in functions}
+
+
+def numbers(world: Arrays, number: int, name: str) -> Array:
+    """Those that a tree keeps by a name, a view."""
+    tree = world.trees[number]
+    sizes = numbers_of(tree)
+    names = list(sizes)
+    first = int(tree["numbers"]) + sum(sizes[one] for one in names[: names.index(name)])
+    return world.joints[first : first + sizes[name]]
+
+
+def coordinates(world: Arrays, number: int) -> tuple[Array, Array]:
+    """Coordinates and velocities of a tree."""
+    return numbers(world, number, "q").copy(), numbers(world, number, "v").copy()
+
+
+def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
+    """Put a tree somewhere: new are its coordinates, its velocities and all that follows from them."""
+    for name, value in (("q", q), ("v", v)):
+        own = numbers(world, number, name)
+        if value.shape != own.shape:
+            raise ValueError(f"{name}: shape {value.shape}; must be {own.shape}")
+        own[:] = value
+    settle(world, number)
+
+
+def settle(world: Arrays, number: int) -> None:
+    """Find what follows from the coordinates and velocities of a tree, which have been written."""
+    tree = world.trees[number]
+    tree["stale"] = 1
+    world.bodies["asleep"][int(tree["first"]) : int(tree["first"] + tree["count"])] = 0
+    _called(int(tree["settle"]))(int(tree["bodies"]))
+
+
+@lru_cache
+def _called(address: int) -> Any:
+    """What stands there, as Python calls it."""
+    return CFUNCTYPE(None, c_uint64)(address)
+
+
+def carriers(axes: Array) -> tuple[list[int], list[int]]:
+    """Pairs of degrees of freedom of a tree: each, and one that carries it."""
+    rows, columns = [], []
+    for k in range(axes.size):
+        i = int(axes["before"][k])
+        while i >= 0:
+            rows.append(k)
+            columns.append(i)
+            i = int(axes["before"][i])
+    return rows, columns
+
+
+def matrix_of_factor(axes: Array, factor: Array, carried: tuple[list[int], list[int]]) -> Array:
+    """L^T D L, see `trees.dynamics`; carried: as `carriers` has it."""
+    lower, (rows, columns) = np.eye(axes.size), carried
+    lower[rows, columns] = factor.reshape(axes.size, axes.size)[rows, axes["depth"][columns]]
+    return (lower.T / axes["inverse"]) @ lower

@@ -1,0 +1,124 @@
+"""Trees of bodies, described body by body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlaw import checks
+from contactlaw.world.data.frames import principal, unit_quaternion
+from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
+from contactlaw.world.trees.rows import V_SIZE, TreeRows
+
+KINDS = {"free": FREE_JOINT, "ball": BALL, "slide": SLIDE, "hinge": HINGE}
+ZERO = {FREE_JOINT: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], BALL: [1.0, 0.0, 0.0, 0.0], SLIDE: [0.0], HINGE: [0.0]}
+"""Coordinates of a joint that does nothing."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of a body with the one before it.
+
+    Attributes:
+        kind: "hinge", "slide", "ball" or "free".
+        at: Where it is, from the body's centre of mass along its axes [m]; of a hinge or ball.
+        axis: A unit vector along the same; of a hinge or slide.
+        armature: Inertia of the joint itself [kg] or [kg m^2].
+        damping: [N s/m] or [N m s].
+    """
+
+    kind: str = "hinge"
+    at: ArrayLike = (0.0, 0.0, 0.0)
+    axis: ArrayLike = (0.0, 1.0, 0.0)
+    armature: float = 0.0
+    damping: float = 0.0
+
+
+@dataclass(frozen=True)
+class Part:
+    """A body of a tree.
+
+    Attributes:
+        mass: [kg].
+        inertia: About the centre of mass, along its axes, which are principal ones [kg m^2]: one number or three.
+        joints: With its parent, in sequence, the parent's first.
+        parent: Number of the body before it in the tree; -1: the world.
+        position: Of its centre of mass where all its coordinates are zero, from its parent's, along its axes [m].
+        quaternion: Of its axes in its parent's there, scalar first.
+    """
+
+    mass: float
+    inertia: ArrayLike
+    joints: Sequence[Joint]
+    parent: int = -1
+    position: ArrayLike = (0.0, 0.0, 0.0)
+    quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0)
+
+
+class Tree:
+    """Bodies that joints hold together, branching as they may.
+
+    Its coordinates and velocities are those of its joints in their order, body by body. Hinge and slide: angle [rad] or
+    path [m], and its rate. Ball: a quaternion, scalar first, and the spin along the body's axes [rad/s]. Free: position
+    of the centre of mass [m] and quaternion, velocity [m/s] and the spin along the body's axes [rad/s].
+
+    Args:
+        parts: The bodies, parents before children.
+
+    Attributes:
+        q_size, v_size: How many coordinates and velocities.
+        start: Coordinates where all are zero, and quaternions one.
+
+    Raises:
+        ValueError: A value outside its range; the message names it.
+    """
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        if not parts:
+            raise ValueError("parts: is empty; give at least one body")
+        self.parts = list(parts)
+        joints = [(joint, KINDS[checks.one_of("kind", joint.kind, KINDS)]) for part in parts for joint in part.joints]
+        start = [ZERO[kind] for _, kind in joints]
+        q, v = [len(zero) for zero in start], [V_SIZE[kind] for _, kind in joints]
+        count = [len(part.joints) for part in parts]
+        for number, part in enumerate(parts):
+            if not part.joints:
+                raise ValueError(f"joints: part {number} has none; make it one body with its parent")
+            if not -1 <= part.parent < number:
+                raise ValueError(f"parent = {part.parent}: of part {number} must be from -1 to {number - 1}")
+        self.rows = TreeRows(
+            SimpleNamespace(
+                body_parentid=[part.parent for part in parts],
+                body_jntnum=count,
+                body_jntadr=np.cumsum([0] + count)[:-1],
+                body_pos=[checks.vector("position", part.position) for part in parts],
+                body_quat=[unit_quaternion("quaternion", part.quaternion) for part in parts],
+                body_ipos=np.zeros((len(parts), 3)),
+                body_iquat=np.tile([1.0, 0.0, 0.0, 0.0], (len(parts), 1)),
+                body_mass=[checks.positive("mass", part.mass) for part in parts],
+                body_inertia=[_moments(part.inertia) for part in parts],
+                jnt_type=[kind for _, kind in joints],
+                jnt_pos=[checks.vector("at", joint.at) for joint, _ in joints],
+                jnt_axis=[checks.unit_vector("axis", joint.axis) for joint, _ in joints],
+                jnt_qposadr=np.cumsum([0] + q)[:-1],
+                jnt_dofadr=np.cumsum([0] + v)[:-1],
+                qpos0=np.concatenate(start),
+                dof_armature=np.repeat([checks.not_negative("armature", one.armature) for one, _ in joints], v),
+                dof_damping=np.repeat([checks.not_negative("damping", one.damping) for one, _ in joints], v),
+            ),
+            range(len(parts)),
+        )
+        self.start = self.rows.start
+        self.q_size, self.v_size = self.start.size, self.rows.axes.size
+
+
+def _moments(inertia: ArrayLike) -> Array:
+    """Three principal moments [kg m^2] of one number or three, such as a body can have."""
+    given = checks.finite_array("inertia", inertia)
+    if given.shape not in ((), (3,)):
+        raise ValueError(f"inertia: shape {given.shape}; must be one number or (3,), about principal axes")
+    return principal(given)[0]

@@ -1,0 +1,333 @@
+"""Mass matrix and accelerations of a tree of bodies.
+
+    (M(q) + E + lag D) a + c(q, v) = f - D (v - v_f)
+
+M from the inertias of each body with all behind it (composite rigid bodies), c, gravity included, from the forces that
+all bodies need where a = 0 (Featherstone 2008, chapters 5 and 6). The lag is zero unless `trees.motion` sets it. With
+L^T D L = M, L has entries only where one degree of freedom carries the other, so that an impulse on a body concerns
+those that carry it, and its answer all others once.
+
+A row of the factor holds the entries of the axes that carry axis k, the root's first, and its own last: the row of one
+of these is as long as the part of this row up to it, entry by entry of the same axes. D and E, by which
+soft constraints resist acceleration, are symmetric and kept likewise: what damps or holds joints of two branches
+against each other, as a tendon may, is not in them.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from contactlaw.jit import jit_inside
+from contactlaw.world.data.access import axis_at, body_at, link_at
+from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
+from contactlaw.world.trees.kinematics import vector
+
+STIFF = 100.0  # damping times a step over the mass: beyond, it comes a step behind always, as if it were a mass
+
+
+def accelerate(t):
+    """Mass matrix and its factor; accelerations at q and v."""
+    for i in range(t.count):
+        look_at(t, i)
+    a, d, m = vector(t.a, t.v_size), vector(t.d, (t.v_size, t.v_size)), vector(t.factor, (t.v_size, t.v_size))
+    held = vector(t.e, (t.v_size, t.v_size))
+    push(t, d, a)
+    for i in range(t.count - 1, -1, -1):
+        link = link_at(t.links, i)
+        force, moment = load(link.force), load(link.moment)
+        offset, tensor = load(link.offset), load6(link.tensor)
+        for k in range(link.first_axis, link.first_axis + link.axes):
+            axis = axis_at(t.axes, k)
+            e, s = load(axis.spin), load(axis.velocity)
+            a[k] -= dot(e, moment) + dot(s, force)
+            linear = add(scale(link.total, s), cross(e, offset))
+            angular = add(times(tensor, e), cross(offset, s))
+            p = axis.depth
+            resistance = d[k, p] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
+            own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
+            lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
+            m[k, p] = own + lag * resistance
+            j = axis.before
+            while j >= 0:
+                one = axis_at(t.axes, j)
+                p -= 1
+                m[k, p] = t.lag * d[k, p] + held[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
+                j = one.before
+        if link.parent >= 0:
+            parent = link_at(t.links, link.parent)
+            store(parent.force, add(load(parent.force), force))
+            store(parent.moment, add(load(parent.moment), moment))
+            parent.total += link.total
+            store(parent.offset, add(load(parent.offset), offset))
+            for k in range(6):
+                parent.tensor[k] += tensor[k]
+    factorise(t, m)
+    descend(t, m, a, t.v_size - 1, True)
+    ascend(t, m, a)
+    spread_acceleration(t)
+
+
+@jit_inside
+def push(t, d, a):
+    """a <- f - D (v - v_f), and what limits add."""
+    f, now, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
+    v = vector(t.room + 8 * t.q_size, t.v_size) if t.midway != 0 else now
+    for k in range(t.v_size):
+        axis = axis_at(t.axes, k)
+        j, p, own = axis.before, axis.depth, v[k] - v_f[k]
+        a[k] = f[k] - d[k, p] * own
+        if axis.side != 0.0:
+            a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], now[k]), 0.0)
+        while j >= 0:
+            p -= 1
+            a[k] -= d[k, p] * (v[j] - v_f[j])
+            a[j] -= d[k, p] * own
+            j = axis_at(t.axes, j).before
+
+
+@jit_inside
+def limit_force(axis, q, v):
+    """Force of a soft limit along `side`, of an axis at a coordinate and velocity; it pushes where this is positive.
+
+    hold - stiffness r - resistance dr/dt, where r = side q - edge < 0, else none.
+    """
+    r = axis.side * q - axis.edge
+    return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
+
+
+@jit_inside
+def limit_impulse(t, k, change):
+    """What the soft limit of an axis adds to its push over a substep against an impulse that changes v by so much."""
+    axis = axis_at(t.axes, k)
+    q = vector(t.q, t.q_size)[axis.coordinate]
+    if axis.side == 0.0 or axis.side * q >= axis.edge:
+        return 0.0
+    push = t.held * limit_force(axis, q, vector(t.v, t.v_size)[k])
+    return axis.side * (max(push - axis.weight * axis.side * change, 0.0) - max(push, 0.0))
+
+
+@jit_inside
+def look_at(t, i):
+    """A body by itself: its acceleration where a = 0, the force that this needs, and its inertia about the origin.
+
+    An axis that turns with spin w and velocity u changes by (w x e, u x e + w x s); axes of one joint turn with what
+    was before the joint.
+    """
+    link, b, v = link_at(t.links, i), body_at(t.bodies, i), vector(t.v, t.v_size)
+    w, u, turning, gain = ZERO, ZERO, ZERO, ZERO
+    if link.parent >= 0:
+        parent = link_at(t.links, link.parent)
+        w, u = load(body_at(t.bodies, link.parent).spin), load(parent.velocity)
+        turning, gain = load(parent.turning), load(parent.gain)
+    spin, velocity = w, u
+    for k in range(link.first_axis, link.first_axis + link.axes):
+        axis = axis_at(t.axes, k)
+        if axis.begins != 0:
+            w, u = spin, velocity
+        e, s = scale(v[k], load(axis.spin)), scale(v[k], load(axis.velocity))
+        turning = add(turning, cross(w, e))
+        gain = add(gain, add(cross(u, e), cross(w, s)))
+        spin = add(spin, e)
+        velocity = add(velocity, s)
+    store(link.turning, turning)
+    store(link.gain, gain)
+    c = sub(load(b.position), load(t.origin))
+    acceleration = add(gain, add(cross(turning, c), cross(spin, load(b.velocity))))
+    tensor = inertia(b, link)
+    force = scale(link.mass, sub(acceleration, load(t.gravity)))
+    moment = add(times(tensor, turning), cross(spin, times(tensor, spin)))
+    store(link.force, force)
+    store(link.moment, add(moment, cross(c, force)))
+    link.total = link.mass
+    offset = scale(link.mass, c)
+    store(link.offset, offset)
+    x, y, z = offset[0] * c[0], offset[1] * c[1], offset[2] * c[2]
+    out = link.tensor
+    out[0], out[1], out[2] = tensor[0] + y + z, tensor[1] + x + z, tensor[2] + x + y
+    out[3], out[4] = tensor[3] - offset[0] * c[1], tensor[4] - offset[0] * c[2]
+    out[5] = tensor[5] - offset[1] * c[2]
+
+
+@jit_inside
+def inertia(b, link):
+    """Inertia of a body about its centre of mass, along the world's axes: xx yy zz xy xz yz."""
+    m, i = b.axes, link.inertia
+    x = (i[0] * m[0], i[1] * m[1], i[2] * m[2])
+    y = (i[0] * m[3], i[1] * m[4], i[2] * m[5])
+    own_y, own_z = (m[3], m[4], m[5]), (m[6], m[7], m[8])
+    zz = i[0] * m[6] * m[6] + i[1] * m[7] * m[7] + i[2] * m[8] * m[8]
+    return dot(x, (m[0], m[1], m[2])), dot(y, own_y), zz, dot(x, own_y), dot(x, own_z), dot(y, own_z)
+
+
+@jit_inside
+def load6(a):
+    """Six numbers."""
+    return a[0], a[1], a[2], a[3], a[4], a[5]
+
+
+@jit_inside
+def times(i, w):
+    """The product of a symmetric matrix xx yy zz xy xz yz and a vector."""
+    return (
+        i[0] * w[0] + i[3] * w[1] + i[4] * w[2],
+        i[3] * w[0] + i[1] * w[1] + i[5] * w[2],
+        i[4] * w[0] + i[5] * w[1] + i[2] * w[2],
+    )
+
+
+@jit_inside
+def factorise(t, m):
+    """M becomes L below its diagonal; the inverse pivots."""
+    for k in range(t.v_size - 1, -1, -1):
+        axis = axis_at(t.axes, k)
+        p = axis.depth
+        axis.inverse = 1.0 / m[k, p]
+        i = axis.before
+        while i >= 0:
+            p -= 1
+            part = m[k, p] * axis.inverse
+            for j in range(p + 1):
+                m[i, j] -= part * m[k, j]
+            m[k, p] = part
+            i = axis_at(t.axes, i).before
+
+
+@jit_inside
+def descend(t, m, x, k, every):
+    """x <- L^-T x; `every`: from axis k on, else those that carry k alone."""
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        i, p, own = axis.before, axis.depth, x[k]
+        if own != 0.0:
+            while i >= 0:
+                p -= 1
+                x[i] -= m[k, p] * own
+                i = axis_at(t.axes, i).before
+        k = k - 1 if every else axis.before
+
+
+@jit_inside
+def ascend(t, m, x):
+    """x <- L^-1 D^-1 x."""
+    for k in range(t.v_size):
+        axis = axis_at(t.axes, k)
+        i, p, own = axis.before, axis.depth, x[k] * axis.inverse
+        while i >= 0:
+            p -= 1
+            own -= m[k, p] * x[i]
+            i = axis_at(t.axes, i).before
+        x[k] = own
+
+
+@jit_inside
+def decay(t):
+    """Rate [1/s] at which damping slows velocities, at most: a bound on the greatest eigenvalue of M^-1 D.
+
+    With R^2 = diag D it is the square of the 2-norm of B = R L^-1 P^-1/2, P the pivots, which the greatest sums of a
+    row and of a column of |B| bound by their product. What damps a sum over n velocities, b g g^T, does so by no more
+    than n diag(b g^2) would (Cauchy and Schwarz).
+    """
+    rows, most, d = 0.0, 1.0, vector(t.d, (t.v_size, t.v_size))
+    x, columns = vector(t.x, t.v_size), vector(t.room, t.v_size)
+    for k in range(t.v_size):
+        columns[k] = 0.0
+    for k in range(t.v_size):
+        axis = axis_at(t.axes, k)
+        p, coupled = axis.depth, 1.0
+        own = d[k, p] + (axis.resistance if axis.side != 0.0 else 0.0)
+        if own > 0.0:
+            for i in range(p):
+                coupled += 1.0 if d[k, i] != 0.0 else 0.0
+            most = max(most, coupled)
+            answer_along(t, k)
+            total, i = 0.0, k
+            while i >= 0:
+                other = axis_at(t.axes, i)
+                entry = abs(x[i]) * sqrt(own * other.inverse)
+                columns[i] += entry
+                total += entry
+                i = other.before
+            rows = max(rows, total)
+    out = 0.0
+    for k in range(t.v_size):
+        out = max(out, columns[k])
+    return most * rows * out
+
+
+@jit_inside
+def answer_along(t, last):
+    """x <- L^-T of a unit impulse along an axis, for the axes that carry it."""
+    x, k = vector(t.x, t.v_size), last
+    while k >= 0:
+        x[k] = 0.0
+        k = axis_at(t.axes, k).before
+    x[last] = 1.0
+    descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
+
+
+@jit_inside
+def mobility_along(t, last):
+    """An entry of the diagonal of M^-1: what a unit impulse along an axis changes its velocity by."""
+    answer_along(t, last)
+    x, out, k = vector(t.x, t.v_size), 0.0, last
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        out += axis.inverse * x[k] * x[k]
+        k = axis.before
+    return out
+
+
+@jit_inside
+def answered(t, i, a):
+    """What accelerations a give to a link: to its spin, and to its material at the origin; kept for those behind."""
+    link = link_at(t.links, i)
+    turning, gain = ZERO, ZERO
+    if link.parent >= 0:
+        parent = link_at(t.links, link.parent)
+        turning, gain = load(parent.answer_turning), load(parent.answer)
+    for k in range(link.first_axis, link.first_axis + link.axes):
+        axis = axis_at(t.axes, k)
+        turning = axpy(a[k], load(axis.spin), turning)
+        gain = axpy(a[k], load(axis.velocity), gain)
+    store(link.answer_turning, turning)
+    store(link.answer, gain)
+    return turning, gain
+
+
+@jit_inside
+def spread_acceleration(t):
+    """Give all bodies the accelerations that belong to a."""
+    a, origin = vector(t.a, t.v_size), load(t.origin)
+    for i in range(t.count):
+        link, b = link_at(t.links, i), body_at(t.bodies, i)
+        turning, gain = answered(t, i, a)
+        turning = add(turning, load(link.turning))
+        gain = add(gain, load(link.gain))
+        c = sub(load(b.position), origin)
+        store(b.turning, turning)
+        store(b.acceleration, add(gain, add(cross(turning, c), cross(load(b.spin), load(b.velocity)))))
+
+
+@jit_inside
+def load_axes(t, b, impulse, moment, x, left):
+    """x <- left x + J^T (p, m), an impulse [N s] on a body's centre of mass and an angular one [N m s].
+
+    For the axes that carry the body; returns the last of these.
+    """
+    link = link_at(t.links, b.member)
+    last = link.first_axis + link.axes - 1
+    moment = add(cross(sub(load(b.position), load(t.origin)), impulse), moment)
+    k = last
+    while k >= 0:
+        axis = axis_at(t.axes, k)
+        x[k] = left * x[k] + dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
+        k = axis.before
+    return last
+
+
+@jit_inside
+def project(t, b, impulse, moment, x):
+    """x <- L^-T J^T (p, m), see `load_axes`; returns the last axis that carries the body."""
+    last = load_axes(t, b, impulse, moment, x, 0.0)
+    descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
+    return last

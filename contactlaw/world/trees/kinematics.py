@@ -1,0 +1,138 @@
+"""Where the bodies of a tree are, and how fast they go, by its coordinates and velocities.
+
+Coordinates and velocities are those of MuJoCo: of a free joint the place of the link's frame and its quaternion, and
+the velocity of that place in the world and the spin along the link's own axes; of a ball joint a quaternion, and the
+spin along the link's axes; of hinge and slide an angle or a distance from their reference.
+
+A degree of freedom k moves all that it carries by a spin e_k and a velocity s_k of what is at the tree's origin O; for
+a hinge through p, s = (p - O) x e. All velocities are sums of these along the tree (Featherstone, Rigid Body Dynamics
+Algorithms, 2008, chapters 2 and 3).
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+
+from contactlaw.jit import jit_inside
+from contactlaw.memory import doubles_at
+from contactlaw.world.bodies.motion import set_axes
+from contactlaw.world.data.access import axis_at, body_at, joint_at, link_at
+from contactlaw.world.data.records import BALL, FREE_JOINT, SLIDE
+from contactlaw.world.data.vec import (
+    ZERO,
+    add,
+    axpy,
+    cross,
+    load,
+    load4,
+    product,
+    rotation,
+    store,
+    store4,
+    sub,
+    turn_by,
+    unit,
+)
+
+
+@jit_inside
+def vector(address, size):
+    """The numbers at an address."""
+    return carray(doubles_at(address), size)
+
+
+def move(t):
+    """Move the coordinates by x, in the sense of velocities; all bodies, links and axes there."""
+    q, x = vector(t.q, t.q_size), vector(t.x, t.v_size)
+    for i in range(t.count):
+        link = link_at(t.links, i)
+        if link.parent >= 0:
+            parent = link_at(t.links, link.parent)
+            place, turn = load(parent.place), load4(parent.turn)
+        else:
+            place, turn = load(t.base), load4(t.base_turn)
+        place = add(place, turn_by(turn, load(link.position)))
+        turn = product(turn, load4(link.quaternion))
+        for j in range(link.first_joint, link.first_joint + link.joints):
+            joint = joint_at(t.joints, j)
+            if joint.kind == FREE_JOINT:
+                for k in range(3):
+                    q[joint.first_q + k] += x[joint.first_axis + k]
+                place = (q[joint.first_q], q[joint.first_q + 1], q[joint.first_q + 2])
+            if i == 0 and j == 0:
+                store(t.origin, place)
+            place, turn = joined(t, joint, place, turn, q, x)
+        store(link.place, place)
+        store4(link.turn, turn)
+        b = body_at(t.bodies, i)
+        store(b.position, add(place, turn_by(turn, load(link.centre))))
+        store4(b.quaternion, product(turn, load4(link.frame)))
+        set_axes(b)
+
+
+@jit_inside
+def joined(t, joint, place, turn, q, x):
+    """Place and quaternion of a link's frame behind one of its joints; the joint's axes."""
+    k, m = joint.first_q, joint.first_axis
+    if joint.kind >= SLIDE:  # or a hinge
+        q[k] += x[m]
+        angle, axis = q[k] - joint.reference, turn_by(turn, load(joint.axis))
+        if joint.kind == SLIDE:
+            set_axis(t, m, ZERO, axis)
+            return axpy(angle, axis, place), turn
+        anchor = add(place, turn_by(turn, load(joint.at)))
+        set_axis(t, m, axis, cross(sub(anchor, load(t.origin)), axis))
+        s = sin(0.5 * angle)
+        own = joint.axis
+        turn = product(turn, (cos(0.5 * angle), s * own[0], s * own[1], s * own[2]))
+        return sub(anchor, turn_by(turn, load(joint.at))), turn
+    anchor = place
+    if joint.kind == BALL:
+        anchor = add(place, turn_by(turn, load(joint.at)))
+    else:
+        turn = (1.0, 0.0, 0.0, 0.0)
+        set_axis(t, m, ZERO, (1.0, 0.0, 0.0))
+        set_axis(t, m + 1, ZERO, (0.0, 1.0, 0.0))
+        set_axis(t, m + 2, ZERO, (0.0, 0.0, 1.0))
+        k, m = k + 3, m + 3
+    own = unit(product((q[k], q[k + 1], q[k + 2], q[k + 3]), rotation((x[m], x[m + 1], x[m + 2]))))
+    for i in range(4):
+        q[k + i] = own[i]
+    turn = product(turn, own)
+    arm = sub(anchor, load(t.origin))
+    for i in range(3):
+        one = (1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
+        axis = turn_by(turn, one)
+        set_axis(t, m + i, axis, cross(arm, axis))
+    if joint.kind == BALL:
+        place = sub(anchor, turn_by(turn, load(joint.at)))
+    return place, turn
+
+
+@jit_inside
+def set_axis(t, k, spin, velocity):
+    """What a degree of freedom moves by a unit velocity."""
+    axis = axis_at(t.axes, k)
+    store(axis.spin, spin)
+    store(axis.velocity, velocity)
+
+
+@jit_inside
+def spread_velocity(t):
+    """Give all bodies their velocities and spins: those of the body before, and of the own degrees of freedom."""
+    v, origin = vector(t.v, t.v_size), load(t.origin)
+    for i in range(t.count):
+        link, b = link_at(t.links, i), body_at(t.bodies, i)
+        spin, velocity = ZERO, ZERO
+        if link.parent >= 0:
+            spin = load(body_at(t.bodies, link.parent).spin)
+            velocity = load(link_at(t.links, link.parent).velocity)
+        for k in range(link.first_axis, link.first_axis + link.axes):
+            axis = axis_at(t.axes, k)
+            spin = axpy(v[k], load(axis.spin), spin)
+            velocity = axpy(v[k], load(axis.velocity), velocity)
+        store(link.velocity, velocity)
+        store(b.spin, spin)
+        store(b.velocity, add(velocity, cross(spin, sub(load(b.position), origin))))

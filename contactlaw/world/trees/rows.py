@@ -1,0 +1,168 @@
+"""The records of a tree of bodies, from arrays as MuJoCo keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from contactlaw.world.data.frames import ALIKE, matrix_of, principal, product
+from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, JOINT, LINK, SLIDE, Array, Arrays
+from contactlaw.world.trees.coordinates import numbers
+
+Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
+V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
+
+
+class TreeRows:
+    """The records of one tree, from arrays; bodies without joints are one with the body that they are fixed to.
+
+    Args:
+        model: Arrays of all bodies and joints, named as in MuJoCo's model, which does itself. Of each body its parent,
+            how many joints, the first of them (body_parentid, body_jntnum, body_jntadr); its frame in its parent's
+            (body_pos, body_quat); centre of mass and principal axes in its frame (body_ipos, body_iquat); mass [kg] and
+            principal moments [kg m^2] (body_mass, body_inertia). Of each joint jnt_type, 0 free, 1 ball, 2 slide, 3
+            hinge; jnt_pos, jnt_axis in the body's frame; first coordinate and velocity (jnt_qposadr, jnt_dofadr). Of
+            all coordinates qpos0, of all velocities dof_armature, dof_damping.
+        bodies: Numbers of those of the tree, parents before children; the first hangs on the world or on a body that
+            is not among them.
+
+    Attributes:
+        links, joints, axes: Records (`records.LINK`, `JOINT`, `AXIS`).
+        row, at, quaternion: Of each of the bodies: which link it is part of, and where its frame is along that one's
+            principal axes, from the centre of mass: shapes (bodies,), (bodies, 3), (bodies, 4).
+        q_of, v_of: Places of the tree's coordinates and velocities among those of the model.
+        start, damping: Coordinates at the reference; of all velocities [N s/m] or [N m s].
+
+    Raises:
+        ValueError: A body that hangs on nothing of the tree and has no joints; one without mass; a free joint behind
+            another joint.
+    """
+
+    def __init__(self, model: Any, bodies: Sequence[int]) -> None:
+        known = {int(body): number for number, body in enumerate(bodies)}
+        heads = [body for body in known if model.body_jntnum[body] > 0]
+        link_of = {body: number for number, body in enumerate(heads)}
+        self.links = np.zeros(len(heads), LINK)
+        joints = [int(model.body_jntadr[body]) + i for body in heads for i in range(int(model.body_jntnum[body]))]
+        kinds = [int(model.jnt_type[joint]) for joint in joints]
+        self.joints = np.zeros(len(joints), JOINT)
+        self.axes = np.zeros(sum(V_SIZE[kind] for kind in kinds), AXIS)
+        self.q_of = _places(model.jnt_qposadr, joints, [Q_SIZE[kind] for kind in kinds])
+        self.v_of = _places(model.jnt_dofadr, joints, [V_SIZE[kind] for kind in kinds])
+        self.start = np.asarray(model.qpos0)[self.q_of]
+        self.damping = np.asarray(model.dof_damping)[self.v_of]
+        self.axes["armature"] = np.asarray(model.dof_armature)[self.v_of]
+        self.row = np.zeros(len(known), np.int64)
+        self.at, self.quaternion = np.zeros((len(known), 3)), np.zeros((len(known), 4))
+        joint = 0
+        for body, number in known.items():  # places are in the frames of links until these are complete
+            before = known.get(int(model.body_parentid[body]))
+            position, quaternion = np.array(model.body_pos[body]), np.array(model.body_quat[body])
+            if before is not None:
+                turn = self.quaternion[before]
+                position = self.at[before] + matrix_of(turn) @ position
+                quaternion = product(turn, quaternion)
+            if body not in link_of:
+                if before is None:
+                    raise ValueError(f"bodies: body {body} has no joint and hangs on no other of the tree")
+                self.row[number], self.at[number], self.quaternion[number] = self.row[before], position, quaternion
+                continue
+            self.row[number], self.quaternion[number] = link_of[body], (1.0, 0.0, 0.0, 0.0)
+            link = self.links[link_of[body]]
+            link["parent"] = -1 if before is None else self.row[before]
+            link["position"], link["quaternion"] = position, quaternion
+            link["first_joint"], link["joints"] = joint, model.body_jntnum[body]
+            if FREE_JOINT in kinds[joint + (before is None) : joint + int(link["joints"])]:
+                raise ValueError(f"bodies: body {body} has a free joint behind another joint")
+            joint += int(link["joints"])
+        self._hang_joints(model, joints, kinds)
+        self._weigh(model, list(known))
+
+    def _hang_joints(self, model: Any, joints: list[int], kinds: list[int]) -> None:
+        """Joints and degrees of freedom, in their order."""
+        q, v = 0, 0
+        for row, joint, kind in zip(self.joints, joints, kinds, strict=True):
+            row["kind"], row["first_q"], row["first_axis"] = kind, q, v
+            row["at"], row["axis"] = model.jnt_pos[joint], model.jnt_axis[joint]
+            row["reference"] = self.start[q]
+            turns = V_SIZE[kind] - (3 if kind == FREE_JOINT else 0)
+            begins = [1] * (V_SIZE[kind] - turns) + [1] + [0] * (turns - 1)
+            self.axes["begins"][v : v + V_SIZE[kind]] = begins
+            q, v = q + Q_SIZE[kind], v + V_SIZE[kind]
+        for link in self.links:
+            own = slice(int(link["first_joint"]), int(link["first_joint"] + link["joints"]))
+            link["first_axis"] = self.joints["first_axis"][own][0]
+            link["axes"] = sum(V_SIZE[int(kind)] for kind in self.joints["kind"][own])
+            parent = self.links[link["parent"]] if link["parent"] >= 0 else None
+            before = -1 if parent is None else int(parent["first_axis"] + parent["axes"]) - 1
+            for k in range(int(link["first_axis"]), int(link["first_axis"] + link["axes"])):
+                self.axes["before"][k] = before
+                self.axes["depth"][k] = 0 if before < 0 else self.axes["depth"][before] + 1
+                before = k
+
+    def _weigh(self, model: Any, bodies: list[int]) -> None:
+        """Mass, centre of mass and principal axes of each link, of all bodies that are part of it."""
+        for number, link in enumerate(self.links):
+            parts = [i for i in range(len(bodies)) if self.row[i] == number and model.body_mass[bodies[i]] > 0.0]
+            if not parts:
+                raise ValueError(f"bodies: link {number} has no mass")
+            if len(parts) == 1:
+                body = bodies[parts[0]]
+                turn = matrix_of(self.quaternion[parts[0]])
+                link["mass"], link["inertia"] = model.body_mass[body], model.body_inertia[body]
+                link["centre"] = self.at[parts[0]] + turn @ model.body_ipos[body]
+                link["frame"] = product(self.quaternion[parts[0]], np.array(model.body_iquat[body]))
+            else:
+                mass = np.array([float(model.body_mass[bodies[i]]) for i in parts])
+                turns = [matrix_of(self.quaternion[i]) for i in parts]
+                places = np.array(
+                    [self.at[i] + r @ model.body_ipos[bodies[i]] for i, r in zip(parts, turns, strict=True)]
+                )
+                link["mass"] = mass.sum()
+                link["centre"] = mass @ places / mass.sum()
+                tensor = np.zeros((3, 3))
+                for i, r, m, c in zip(parts, turns, mass, places - link["centre"], strict=True):
+                    own = r @ matrix_of(np.array(model.body_iquat[bodies[i]]))
+                    tensor += own @ np.diag(model.body_inertia[bodies[i]]) @ own.T
+                    tensor += m * (c @ c * np.eye(3) - np.outer(c, c))
+                link["inertia"], link["frame"] = principal(tensor)
+        for i in range(len(bodies)):
+            link = self.links[self.row[i]]
+            back = link["frame"] * [1.0, -1.0, -1.0, -1.0]
+            self.at[i] = matrix_of(back) @ (self.at[i] - link["centre"])
+            self.quaternion[i] = product(back, self.quaternion[i])
+
+    def bodies(self) -> list[dict[str, Any]]:
+        """Fields of their rows, `records.BODY`, one for each link."""
+        return [
+            {
+                "quaternion": (1.0, 0.0, 0.0, 0.0), "inverse_mass": 1.0 / link["mass"],
+                "inverse_inertia": 1.0 / link["inertia"],
+                "isotropic": np.ptp(link["inertia"]) <= ALIKE * link["inertia"].max(),
+                "oriented": 1,
+            }
+            for link in self.links
+        ]  # fmt: skip
+
+    def fields(self) -> dict[str, Any]:
+        """Of its `records.TREE`, all but where its bodies are, gravity, and what it hangs on if not the origin."""
+        return {
+            "count": self.links.size, "joint_count": self.joints.size, "q_size": self.start.size,
+            "v_size": self.axes.size, "base_turn": (1.0, 0.0, 0.0, 0.0), "stale": 1,
+        }  # fmt: skip
+
+    def write(self, world: Arrays, number: int) -> None:
+        """Write the records, the reference coordinates and the damping into the numbers of a tree of the world."""
+        for name, rows in (("links", self.links), ("joints", self.joints), ("axes", self.axes)):
+            numbers(world, number, name).view(rows.dtype)[:] = rows
+        numbers(world, number, "q")[:] = self.start
+        count = self.axes.size
+        numbers(world, number, "d").reshape(count, count)[range(count), self.axes["depth"]] = self.damping
+        world.trees["stale"][number] = 1
+
+
+def _places(first: Any, joints: list[int], sizes: list[int]) -> Array:
+    """Places of the numbers of joints, that are so many each."""
+    return np.array([int(first[j]) + i for j, size in zip(joints, sizes, strict=True) for i in range(size)], np.int64)
