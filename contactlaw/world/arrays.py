@@ -105,17 +105,17 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """The world and more shapes; the bodies that they are on know how far they reach."""
     points, own = one.points, []
     for fields in rows:
-        vertices = fields.get("vertices", NONE)
-        place = {"first": len(points)} if len(vertices) else {}
+        table = by_direction(fields["vertices"]) if "vertices" in fields else fields.get("heights", NONE)
+        place = {"first": len(points)} if len(table) else {}
         own.append({name: value for name, value in fields.items() if name in RECORDED} | place)
-        points = np.concatenate([points, by_direction(vertices)]) if place else points
+        points = np.concatenate([points, table]) if place else points
     shapes = with_rows(one.shapes, own)
     new, bodies = shapes[-len(rows) :], one.bodies
     more = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
     new["long"][more] = long.address() if more.any() and not INTERPRETED else 0
-    flat = np.isin(new["kind"], (PLANE, TANGENT))
+    flat = new["kind"] >= PLANE
     far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
-    far[new["kind"] == PLANE] = FAR
+    far[flat & (new["kind"] != TANGENT)] = FAR
     small = np.where(
         np.isin(new["kind"], (ELLIPSOID, BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"])
     )

@@ -18,7 +18,7 @@ from contactlaw.world.data.demand import TABLE
 NEVER = np.inf
 
 # Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
-SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
+SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
 LATER, NOW, EACH = range(3)  # when contacts are twisted: not in this substep, in it of some, in each
@@ -187,6 +187,7 @@ SEGMENT: the middle line of a capsule, which meets round shapes, and the edges o
 CYLINDER, HULL, a polyhedron that a ball sweeps, and PLANE, a half space, meet round shapes. ELLIPSOID: meets all but
 parts. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
 small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which meets cylinders alone.
+HEIGHT_FIELD: a PLANE at its top to what is told apart by whole shapes; it meets what a plane meets, see `height_field`.
 TANGENT: a plane that is placed anew before each step, where an engine has found two shapes nearest; its pair is always
 looked at.
 """

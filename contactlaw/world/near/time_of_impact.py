@@ -7,15 +7,29 @@ from numba import types
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
-from contactlaw.world.bodies.motion import acceleration_at, acceleration_of, closing_at, rate, swing, velocity_at
+from contactlaw.world.bodies.motion import (
+    acceleration_at,
+    acceleration_of,
+    closing_at,
+    greatest_closing,
+    rate,
+    swing,
+    velocity_at,
+)
 from contactlaw.world.data.access import shape_at
 from contactlaw.world.data.call import ask_time
-from contactlaw.world.data.records import NEVER, PLANE, SEGMENT, SPHERE
+from contactlaw.world.data.records import HEIGHT_FIELD, NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.near.guards import keeps_apart, over_plane
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
 
 OVER = 0.01  # of the radius, over a plane that parts whole shapes: what is higher is seen against this alone
+
+
+@jit_inside
+def bending(b, time):
+    """How much faster [m/s^2] the points of a body may come to move within a time [s] as it turns, at most."""
+    return turning_bound(b, time) * b.reach + swing(b, b.reach, time)
 
 
 @jit_inside
@@ -43,6 +57,12 @@ def predict(w, p, a, b, now, left):
     p.acceleration = -dot(rest, n) if flat else norm(rest)
     p.toi = now
     if overlap > 0.0:
+        return
+    if sb.kind == HEIGHT_FIELD:  # not convex: it comes nearer as fast as any point moves, at most
+        p.closing = greatest_closing(a, b)
+        p.acceleration = norm(rest) + bending(a, left) + bending(b, left)
+        wait = time_to_close(p.gap, p.closing, p.acceleration)
+        p.toi = now + wait if wait < left else NEVER
         return
     if sa.kind >= SEGMENT:
         ask_time(types.uint64(whole_at(sa.long, OF_TIME)), p, sa, a, sb, b, n, arm_a, left)

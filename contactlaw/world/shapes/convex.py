@@ -80,7 +80,7 @@ def part(sa, a, sb, b, n):
 
     n: that one, or zero, where it is to be found. The last result is that place of A, from its body's centre of mass.
     """
-    if sb.kind == PLANE:
+    if sb.kind >= PLANE:
         n = to_world(b.axes, load(sb.normal))
         high = dot(n, centre(sb, b))
     else:
