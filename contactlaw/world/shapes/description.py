@@ -189,6 +189,7 @@ class Shapes:
         """Fix a shape as engines name it, and have its sizes, to a body; returns the numbers of what it makes.
 
         sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
+        points: of a mesh, or the heights of an "hfield".
         """
         axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
         if kind == "capsule":
@@ -203,6 +204,8 @@ class Shapes:
             return [self.add_cylinder(body, first, second, at, axis, rounding)]
         if kind == "ellipsoid":
             return [self.add_ellipsoid(body, sizes, at, quaternion)]
+        if kind == "hfield" and points is not None:
+            return [self.add_height_field(body, points, sizes, at, quaternion)]
         return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
 
     def _body(self, body: int) -> int:

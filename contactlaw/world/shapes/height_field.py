@@ -4,11 +4,10 @@ Between the grid's points h is the cubic convolution of Keys (IEEE Trans. ASSP 2
 the heights, reproduces quadratic surfaces, and its slope is continuous, so that the normal of a rolling ball is too.
 Flat triangles, as engines draw them, have a kink at each edge, where a ball would touch twice.
 
-The point of the surface nearest to a centre c is the minimum of the distance within the field's border: of the grid's
-points that can be nearest the best is where Newton's method begins. A shape that is no ball (a rim, an ellipsoid)
-meets the plane that touches the field at its nearest point: its deepest point over that plane, and the point of the
-field nearest to this, are found in turn. Steepness L bounds all distances: a point so high above the surface at its
-own foot is at least height/sqrt(1 + L^2) away.
+The point of the surface nearest to a centre c is the minimum of the distance within the field's border, found by
+Newton's method from the nearest of the grid's points. A shape that is no ball (a rim, an ellipsoid) meets the field at
+the place x, y whose tangent plane has the shape's deepest point straight above. The steepness L bounds distances: a
+point so high above the surface is at least height/sqrt(1 + L^2) away from it.
 """
 
 from __future__ import annotations
@@ -22,15 +21,16 @@ from contactlaw.jit import address_of, jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.world.data.call import MEETING, RADIUS, ask_meeting
 from contactlaw.world.data.records import DISC, ELLIPSOID, SEGMENT, Array
-from contactlaw.world.data.vec import ZERO, add, axpy, load, norm, scale, sub, to_body, to_world
+from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.curvature import feature, radius_between, rim
 from contactlaw.world.shapes.disc import lowest_over_plane, parts
 from contactlaw.world.shapes.ellipsoid import curved, facing
 from contactlaw.world.shapes.geometry import centre
 
-NEWTON, CUTS, TURNS = 40, 20, 40  # steps of Newton's method, halvings of one, planes that a rim or an ellipsoid meets
+NEWTON, CUTS = 40, 20  # steps of Newton's method, and halvings of one, at most
 FOUND = 1e-13  # of the distance, the slope of distance^2/2 at a minimum
-SAME = 1e-12  # between two normals that are one
+SAME = 1e-12  # of the size, an offset of a rim or an ellipsoid from its own plane
+STRIDE = 1e-7  # of the size, for differences
 ACROSS = 16  # grid points each way that the nearest is sought among, at most: of more every second, third, ... is taken
 
 
@@ -126,11 +126,14 @@ def begin_at(s, c):
 
 
 @jit_inside
-def nearest(s, c):
-    """Signed distance [m] of a point c from the surface, and the normal at the nearest point, in the field's frame.
+def normal(slopes):
+    """Of the surface, by its slopes."""
+    return scale(1.0 / sqrt(1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), (-slopes[0], -slopes[1], 1.0))
 
-    Beyond the border the normal is towards c.
-    """
+
+@jit_inside
+def foot(s, c):
+    """Where the field is nearest to a point c, in its frame: x, y [m]."""
     x, y = begin_at(s, c)
     h, slopes, bends = surface(s, x, y)
     p, q, d = x - c[0], y - c[1], h - c[2]
@@ -158,11 +161,23 @@ def nearest(s, c):
             if p * p + q * q + d * d <= square * (1.0 + FOUND):  # which rounding alone may make longer
                 break
             share *= 0.5
+    return x, y
+
+
+@jit_inside
+def distance(s, c):
+    """Signed distance [m] of a point c from the surface, and the normal at the nearest point, in the field's frame.
+
+    Beyond the border the normal is towards c.
+    """
+    x, y = foot(s, c)
+    h, slopes, _ = surface(s, x, y)
+    away = c[0] - x, c[1] - y, c[2] - h
     if abs(c[0]) > s.half[0] or abs(c[1]) > s.half[1]:
-        far = sqrt(p * p + q * q + d * d)
-        return far, (-p / far, -q / far, -d / far)
-    n = scale(1.0 / sqrt(1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), (-slopes[0], -slopes[1], 1.0))
-    return -(p * n[0] + q * n[1] + d * n[2]), n
+        far = norm(away)
+        return far, scale(1.0 / far, away)
+    n = normal(slopes)
+    return dot(away, n), n
 
 
 @jit_inside
@@ -173,6 +188,54 @@ def lowest(sa, a, n):
     if sa.kind == ELLIPSOID:
         return sub(facing(sa, a, scale(-1.0, n)), centre(sa, a)), 0.0
     return ZERO, sa.radius
+
+
+@jit_inside
+def offset(x, y, c, one):
+    """How far [m] a shape's deepest point over the plane that touches the field at x, y is from there, along x and y.
+
+    c: the shape's centre, in the field's frame. one: both shapes and bodies. Returns the ball there as well.
+    """
+    sa, a, sb, b = one
+    h, slopes, _ = surface(sb, x, y)
+    way, radius = lowest(sa, a, to_world(b.axes, to_world(sb.axes, normal(slopes))))
+    p = add(c, to_body(sb.axes, to_body(b.axes, way)))
+    d = p[2] - h
+    return (p[0] - x + d * slopes[0], p[1] - y + d * slopes[1]), way, radius, p
+
+
+@jit_inside
+def ball_of(c, one):
+    """The ball of a shape by which it meets the field: from its centre [m], its radius, and its centre in the field.
+
+    Newton's method, from where the shape's centre is nearest to the field, on the offset, with differences for its
+    derivatives: the curvature of a rim's deepest point has jumps.
+    """
+    sa, _, sb, _ = one
+    x, y = foot(sb, c)
+    scale_of = size(sa)
+    off, way, radius, p = offset(x, y, c, one)
+    for _ in range(NEWTON):
+        square = off[0] * off[0] + off[1] * off[1]
+        if square <= (SAME * scale_of) ** 2:
+            break
+        e = STRIDE * scale_of
+        one_x, _, _, _ = offset(x + e, y, c, one)
+        one_y, _, _, _ = offset(x, y + e, c, one)
+        xx, yx = (one_x[0] - off[0]) / e, (one_x[1] - off[1]) / e
+        xy, yy = (one_y[0] - off[0]) / e, (one_y[1] - off[1]) / e
+        determinant = xx * yy - xy * yx
+        if determinant == 0.0:
+            break
+        step = (xy * off[1] - yy * off[0]) / determinant, (yx * off[0] - xx * off[1]) / determinant
+        share, from_x, from_y = 1.0, x, y
+        for _ in range(CUTS):
+            x, y = within(from_x + share * step[0], sb.half[0]), within(from_y + share * step[1], sb.half[1])
+            off, way, radius, p = offset(x, y, c, one)
+            if off[0] * off[0] + off[1] * off[1] < square:
+                break
+            share *= 0.5
+    return way, radius, p
 
 
 @jit_inside
@@ -189,21 +252,15 @@ def meet(sa, a, sb, b):
     between = sub(load(a.position), load(b.position))
     c = to_body(sb.axes, to_body(b.axes, add(between, sub(from_a, centre(sb, b)))))
     h, slopes, _ = surface(sb, within(c[0], sb.half[0]), within(c[1], sb.half[1]))
-    n = scale(1.0 / sqrt(1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), (-slopes[0], -slopes[1], 1.0))
-    way, radius, clear = ZERO, size(sa), (c[2] - h) * doubles_at(sb.points)[2]
-    if clear > radius:
-        far = clear
-    else:
-        far, n = nearest(sb, c)
+    far, n, radius = (c[2] - h) * doubles_at(sb.points)[2], normal(slopes), size(sa)
+    if far <= radius:
         radius = sa.radius
-        for _ in range(TURNS if sa.kind >= SEGMENT else 0):
-            way, radius = lowest(sa, a, to_world(b.axes, to_world(sb.axes, n)))
-            last = n
-            far, n = nearest(sb, add(c, to_body(sb.axes, to_body(b.axes, way))))
-            if norm(sub(n, last)) <= SAME:
-                break
+        if sa.kind >= SEGMENT:
+            way, radius, c = ball_of(c, (sa, a, sb, b))
+            from_a = add(from_a, way)
+        far, n = distance(sb, c)
     n = to_world(b.axes, to_world(sb.axes, n))
-    arm = axpy(-radius, n, add(from_a, way))
+    arm = axpy(-radius, n, from_a)
     return radius - far, n, arm, add(arm, between)
 
 
