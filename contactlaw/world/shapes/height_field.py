@@ -194,7 +194,7 @@ def size(s):
 
 @jit_inside
 def lowest(s, b, n):
-    """Ball of a shape that is deepest below a plane of normal n: its centre from the shape's [m], and its radius [m]."""
+    """Ball of a shape that is deepest below a plane of normal n: its centre from the shape's, and its radius [m]."""
     if s.kind == DISC:
         return lowest_over_plane(s, b, n)
     return sub(facing(s, b, scale(-1.0, n)), centre(s, b)), 0.0
