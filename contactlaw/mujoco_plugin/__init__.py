@@ -16,7 +16,7 @@ from contactlaw import checks
 
 checks.need("mujoco", "contactlaw.mujoco_plugin", "mujoco")
 
-from contactlaw.mujoco_plugin.instance import register  # noqa: E402
+from contactlaw.mujoco_plugin.plugin import register  # noqa: E402
 
 register()
 

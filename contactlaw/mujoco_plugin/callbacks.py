@@ -16,10 +16,11 @@ from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout, notices
 from contactlaw.mujoco_plugin.block import LED, LEFT, PUSH, STARTS, TOKEN, floats, free_at, head_at, place, placed_at
+from contactlaw.mujoco_plugin.edits import is_edited
 from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
 from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
-from contactlaw.mujoco_plugin.notices import edited, look_over, notice, tell_of
+from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.world.bodies.prescribed import lead
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
@@ -62,7 +63,7 @@ def move(head, w, state):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i))
         return CALM
-    if head.calm != 0 and edited(head):
+    if head.calm != 0 and is_edited(head):
         return CHANGED
     call_step(address(w, STEP), w, head.step_size, PRESSED)
     if trees(head, READ) and head.free_count + head.placed_count == 0 and head.idle != 0:
@@ -76,7 +77,7 @@ def move(head, w, state):
     for i in range(head.free_count):
         write_free(head, free_at(head.frees, i))
     trees(head, WRITE)
-    look_over(head, w)
+    report_contacts(head, w)
     leave(head, w, state)
     return MOVED
 
@@ -178,7 +179,7 @@ def take_over(head, w, state):
         for i in range(head.nq):
             left[i] = np.nan
     if not sound or (dropped > 0 and w.edited < RESIZED):
-        notice(head, notices.DAMAGED, float(dropped))
+        report_once(head, notices.DAMAGED, float(dropped))
 
 
 @jit
@@ -206,7 +207,7 @@ def leave(head, w, state):
     state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     lost = write(w, state[head.row :])
     if lost > 0:
-        notice(head, notices.UNSAVED, float(lost))
+        report_once(head, notices.UNSAVED, float(lost))
     first, last = hole(w, state[head.row :])
     head.token = token_of(head, state, head.row + first, head.row + last)
     state[TOKEN] = head.token
@@ -263,8 +264,8 @@ def compute(m, d, instance, capability):
             take(head)
             call_sense(head.sense, head.own, head.averages)
         return
-    if (head.calm == 0 or head.turn == 0) and edited(head):
-        tell_of(head, notices.EDITED, 0.0)
+    if (head.calm == 0 or head.turn == 0) and is_edited(head):
+        send_report(head, notices.EDITED, 0.0)
         head = begin(m, d, instance)
     head.turn = (head.turn + 1) % STARTS
     note(head, place(head.starts, head.turn * (1 + head.nq + head.nv)))
@@ -285,11 +286,11 @@ def advance(m, d, instance):
     if not acts(head):
         return
     if model_at(m, 0).opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
-        notice(head, notices.SWITCHED_OFF, 0.0)
+        report_once(head, notices.SWITCHED_OFF, 0.0)
         return
     done = go_on(head)
     if done == CHANGED:
-        tell_of(head, notices.EDITED, 0.0)
+        send_report(head, notices.EDITED, 0.0)
         head = begin(m, d, instance)
         done = go_on(head)
     head.calm = 1 if done == CALM else 0

@@ -1,4 +1,4 @@
-"""The configuration of a contact in a model: what XML says and `add_contact` writes, read back into a pair."""
+"""Configuration of a plugin instance: written by `add_contact` or by hand in XML, read back into a `Contact`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from contactlaw.pair import ContactPair
 
 PLUGIN_NAME = "contactlaw.contact"
 BLIND = "contactlaw.blind"
-"""The same plugin without sensors, for which MuJoCo would work in every step: models that sense nothing get it."""
+"""Name of the same plugin without the sensor capability. With it MuJoCo would evaluate sensors in every step, so models
+without force or acceleration sensors are given this one.
+"""
 
 KEYS = (
     "geom1", "geom2", "material1", "material2", "friction", "restitution", "radius", "law", "stiffness_ratio",
@@ -24,29 +26,30 @@ KEYS = (
 )  # fmt: skip
 """Configuration keys of the plugin; geom1, geom2, material1, material2 and friction are required.
 
-geom1 and geom2 are names of geoms, or several with spaces, or with bars "|", between: then each of the first with each
-of the second. native: of these only those that the engine would make by itself, if each geom had the contype and
-conaffinity that are written here: "1/1", or "1/1x20 0/1x3" for runs of them, the geoms of the first set first. A
-material is a name in `MATERIALS` or "E nu" in SI units. friction, restitution: a number, or one of `contactlaw.losses`
-with its fields, "plastic yield_speed=0.1" say; friction "geoms": that of the geoms as the model has it, by the engine's
-rule, "geoms 12": with room for so many different ones, else 8. law: as for `laws.law_of`, "microslip node_count=32".
-substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
-rounding: radius of the edges of boxes and cylinders [m]; a tenth of their smallest half length, where it is not given.
-overlaps: "keep": what is put into each other is thrown apart; else it counts as just touching, see `world.touch.close`.
-name: the instance's own. Where its model is attached to another one, all names get a prefix and a suffix: those of the
-geoms are what the instance's name has got then.
+geom1, geom2: name of a geom, or names separated by spaces, or by bars "|": each geom of geom1 may touch each of geom2.
+native: contype and conaffinity of each geom before the law took over, geom1's first: "1/1", or runs "1/1x20 0/1x3";
+if given, the instance has only those pairs that the engine would have tested with these bits. material1, material2: a
+name in `MATERIALS`, or "E nu" in SI units. friction, restitution: a number, or a function in `contactlaw.losses` with
+its fields, such as "plastic yield_speed=0.1"; friction "geoms": the coefficients of the geoms, combined by the engine's
+rule, "geoms 12" with room for 12 different values (default 8). law: as for `laws.law_of`, such as "microslip
+node_count=32". substeps: least number of substeps in a contact; the largest value in a model holds for all contacts.
+rounding: radius [m] of the edges of boxes and cylinders; default a tenth of the smallest half length of each. overlaps:
+"keep": shapes that are found overlapping are pushed apart; default "relax": they count as just touching, see
+`world.contacts.touch.close`. name: name of the instance. MuJoCo prefixes and suffixes all names of a model that is
+attached to another; the prefix and suffix of the geoms are found by comparing the instance's name with this one.
 """
 
 SUBSTEPS = 100
-"""Least number of substeps in a contact, unless told otherwise: the error of an impact is then some 3e-4 in psi_2."""
+"""Default least number of substeps in a contact; the error of an impact is then about 3e-4 in psi_2."""
 
 
-LEAST_SUBSTEPS, FRICTIONS = 10, 8
+LEAST_SUBSTEPS = 10
+FRICTION_ROOM = 8  # default number of different friction coefficients of the geoms of one instance
 OVERLAPS = ("relax", "keep")
 
 
 def instance_name(geoms1: Sequence[str], geoms2: Sequence[str]) -> str:
-    """Name of the plugin instance that `add_contact` makes."""
+    """Return the name that `add_contact` gives to the plugin instance of these geoms."""
     return "contactlaw:" + ":".join(
         names[0] if len(names) == 1 else f"{names[0]}..{names[-1]}({len(names)})" for names in (geoms1, geoms2)
     )
@@ -54,14 +57,14 @@ def instance_name(geoms1: Sequence[str], geoms2: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact as configured: geoms, each of the first with each of the second; the pair; how to treat it.
+    """The contact of two sets of geoms, each of the first with each of the second.
 
-    Attributes as in `KEYS` and of `spec.add_contact`, besides
-        ones, twos: Geoms of a specification; where it has been read, one text each, which has their names.
-        pair: A `ContactPair`; None: they go on touching by the engine.
-        frictions: How many different coefficients of its geoms there is room for; 0: the pair's own holds.
-        as_native: Whether it means contacts that the model makes natively; of a list that is being put into a model.
-        number: Its place in the list.
+    Attributes as in `KEYS` and in `spec.add_contact`, and
+        ones, twos: The geoms: of a specification, or, when read from a configuration, one text with their names.
+        pair: A `ContactPair`; None: the engine keeps its own contact of these geoms.
+        frictions: Room for this many different coefficients of the geoms; 0: the coefficient is that of `pair`.
+        as_native: Whether only those pairs are meant that the model tests natively ("*" in `load_model`).
+        number: Index in the list given to `load_model`, for messages.
     """
 
     ones: Sequence[Any]
@@ -88,7 +91,7 @@ class Contact:
 
 
 def write(contact: Contact) -> dict[str, str]:
-    """The configuration that `read` turns back into this contact, digit for digit."""
+    """Return the configuration of an instance, from which `read` recovers this contact exactly."""
     pair = contact.pair
     config = {
         "name": contact.name,
@@ -118,13 +121,13 @@ def _joined(names: list[str]) -> str:
 
 
 def split(text: str) -> list[str]:
-    """Names of geoms, as a configuration has several."""
+    """Return the names of geoms in a text of the configuration."""
     return text.split("|") if "|" in text else text.split()
 
 
-@cache  # read for each mjData made; a pair should warn of its coupling once
+@cache  # called for each mjData; the pair warns of normal-tangential coupling only once
 def read(items: tuple[tuple[str, str], ...]) -> Contact:
-    """The contact that a configuration describes.
+    """Return the contact that a configuration describes.
 
     Raises:
         ValueError: A key is missing or a value is not allowed; the message names it.
@@ -157,7 +160,7 @@ def read(items: tuple[tuple[str, str], ...]) -> Contact:
         (config["geom1"],), (config["geom2"],), pair,
         int(substeps) if substeps.strip().isdecimal() else substeps,
         optional("rounding"),
-        int(of_geoms[1] or FRICTIONS) if of_geoms else 0,
+        int(of_geoms[1] or FRICTION_ROOM) if of_geoms else 0,
         config.get("overlaps", "relax"),
         tuple(bits for run in config.get("native", "").split() for bits in _bits(run)),
         config.get("name", ""),

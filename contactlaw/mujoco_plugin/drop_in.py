@@ -1,4 +1,4 @@
-"""The law in a model that somebody else wrote: an MJCF file in, a model or a new file out.
+"""The law in an existing model: an MJCF file in, a model or a new file out.
 
     import gymnasium
     from contactlaw import MATERIALS, ContactPair
@@ -9,8 +9,8 @@
     ours = save_model(theirs, "pusher.xml", [("body:object", "body:r_wrist_roll_link", hard)])
     env = gymnasium.make("Pusher-v5", xml_file=str(ours))
 
-The new file names the plugin: any process that loads it must have imported `contactlaw.mujoco_plugin` before. In
-dm_control a model goes into an environment that is there already, and nothing else of it changes:
+The new file names the plugin: a process that loads it must have imported `contactlaw.mujoco_plugin` before. In
+dm_control a model can be replaced inside an environment:
 
     env = suite.load("ball_in_cup", "catch")
     xml, assets = ball_in_cup.get_model_and_assets()
@@ -34,11 +34,11 @@ import numpy as np
 from contactlaw import checks
 from contactlaw.ending import whole
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.members import members
-from contactlaw.mujoco_plugin.overlaps import part_joined, warn_of_start
+from contactlaw.mujoco_plugin.entries import Contacts, parse_contacts, parse_skip, replace_all
+from contactlaw.mujoco_plugin.instances import contact_instances
+from contactlaw.mujoco_plugin.overlaps import exclude_joined, report_initial_overlaps
 from contactlaw.mujoco_plugin.selection import give_names, label
-from contactlaw.mujoco_plugin.spec import take
-from contactlaw.mujoco_plugin.whole import Contacts, chosen, put_natives, skipped
+from contactlaw.mujoco_plugin.spec import replace_native_contacts
 from contactlaw.pair import ContactWarning
 from contactlaw.world.near.sets import groups
 
@@ -53,54 +53,54 @@ def load_model(
     """Read a model, let geoms of it touch by the law, and compile it.
 
     Args:
-        model: Path of an MJCF or URDF file, what it includes is found beside it; or MJCF as text.
-        contacts: Each (geoms1, geoms2, pair), as for `add_contact`; geoms are chosen by name, pattern, body or id, see
-            `geoms_of`. A fourth entry, a dict, holds settings of this contact alone.
-            "*" alone stands for every geom, and means those contacts that the model would make by itself: as contype
-            and conaffinity, <exclude> and <pair> (whose friction and solver numbers are not used) say, and not
-            between parent and child. What the law cannot serve then keeps the engine's own contact, with a warning.
-            Where several entries fit two geoms, the one with fewer "*" has them, of two alike the later one.
-            Or a table {geoms: Material or its name} for every such contact; a geom is of the last entry that fits.
-        assets: Included files and assets by name, where the model is text that refers to some.
-        settings: Of `add_contact`, for all contacts: others, substeps, rounding. Besides,
+        model: Path of an MJCF or URDF file (included files are found beside it), or MJCF as text.
+        contacts: Each (geoms1, geoms2, pair), as for `add_contact`; geoms by name, pattern, body or id, see `geoms_of`.
+            A fourth entry, a dict, holds settings for this contact alone.
+            "*" alone stands for every geom, and only for contacts that the model would make natively: by contype and
+            conaffinity, <exclude> and <pair> (whose friction and solver numbers are ignored), and not between parent
+            and child. What the law cannot serve keeps the engine's own contact, with a warning. If several entries fit
+            two geoms, the one with fewer "*" has them, then the later one.
+            Or a table {geoms: Material or its name} for every native contact; the last entry that fits a geom holds.
+        assets: Included files and assets by name, for a model given as text.
+        settings: Those of `add_contact`, for all contacts: others, substeps, rounding. Also
             skip: Geoms, or pairs (geoms1, geoms2), that keep the engine's own contact whatever "*" says.
-            friction, restitution: Of a table, a number, or a function of two materials. Without one the friction is
-                that of the geoms, by the engine's rule; the restitution is 1.
-            overlaps: "relax": geoms that lie in each other by more than a tenth of their radius, or
-                deeper than an impact at 5 m/s would press them, where the model begins or later, count as just touching
-                there; those of the beginning are named by a warning. "raise" instead; "keep": they are pressed
-                together, silent. "exclude": bodies of one mechanism that are built into each other by a tenth of their
-                size, as a finger and its palm, do not touch; of others "relax".
+            friction, restitution: For a table: a number, or a function of two materials. The default friction is that
+                of the geoms, by the engine's rule; the default restitution is 1.
+            overlaps: "relax": geoms that overlap by more than a tenth of their radius, or by more than an impact at 5
+                m/s would compress them, initially or later, count as just touching there; those of the initial position
+                are named in a warning. "raise": an error instead. "keep": they are pressed together, without a warning.
+                "exclude": bodies of one mechanism that are built into each other by a tenth of their size, such as a
+                finger and its palm, do not touch; all others as with "relax".
 
     Raises:
-        ValueError: The model cannot be read, or a contact is none that the law can serve; the message names the geom.
+        ValueError: The model cannot be read, or the law cannot serve a contact; the message names the geom.
     """
-    return _read(model, contacts, assets, settings)[1]
+    return _compile_with_contacts(model, contacts, assets, settings)[1]
 
 
 def model_xml(model: Source, contacts: Contacts, *, assets: Mapping[str, bytes] | None = None, **settings: Any) -> str:
-    """The model with the law in it as MJCF in one piece; arguments and errors as for `load_model`.
+    """Return the model with the law in it as MJCF in one piece; arguments and errors as for `load_model`.
 
-    Numbers stay as they were written. Included files are merged; meshes, textures and height fields of a file are
-    referred to by absolute paths, those of `assets` by their names.
+    Numbers keep all digits. Included files are merged; meshes, textures and height fields of a file are referred to by
+    absolute paths, those of `assets` by their names.
 
     Raises:
-        ValueError: As `load_model`; or MuJoCo cannot write this model so that it reads the same again.
+        ValueError: As `load_model`; or MuJoCo cannot write this model so that reading it gives the same model.
     """
-    spec, compiled = _read(model, contacts, assets, settings)
+    spec, compiled = _compile_with_contacts(model, contacts, assets, settings)
     choice = hasattr(spec.compiler, "savecompiled")  # from 3.16 on
-    for exact in (True, False) if choice else (True,):  # what is repeated can be named only once it is written out
+    for exact in (True, False) if choice else (True,):  # models with <replicate> can be saved only when compiled
         if choice:
             spec.compiler.savecompiled = spec.compiler.savecanonical = not exact
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)  # said already, when it was compiled
-            text = spec.to_xml() if choice else _written(spec)
+            warnings.simplefilter("ignore", ContactWarning)  # already given when it was compiled
+            text = spec.to_xml() if choice else _precise_xml(spec)
             try:
                 again = mujoco.MjModel.from_xml_string(text, None if assets is None else dict(assets))
             except ValueError as error:
                 trouble = str(error)
                 continue
-        if _alike(compiled, again, 0.0 if exact else 1e-4):
+        if _equivalent(compiled, again, 0.0 if exact else 1e-4):
             return text
         trouble = "what is read back is another model"
     raise ValueError(f"model: MuJoCo cannot write it as XML and read it again ({trouble}); use load_model")
@@ -110,19 +110,19 @@ def save_model(
     model: Source, target: str | os.PathLike[str], contacts: Contacts, *, assets: Mapping[str, bytes] | None = None,
     **settings: Any,
 ) -> Path:  # fmt: skip
-    """Write the model with the law in it to a new file, for programs that load their model from one.
+    """Write the model with the law in it to a new file, for programs that load their model from a file.
 
     Args:
-        target: The file to write; it may stand anywhere. What stands there must be empty or of this function, and is
-            replaced once all is written.
+        target: Path of the file. An existing file must be empty or written by this function; it is replaced only when
+            the new text is complete.
         model, contacts, assets, settings: As for `model_xml`, and so are errors.
 
     Returns:
         The absolute path of the target.
 
     Raises:
-        ValueError: The target is a file of somebody else, or cannot be one.
-        OSError: It cannot be written; what stands there is left as it is.
+        ValueError: The target is not a file, or one that this function did not write.
+        OSError: The target cannot be written; an existing file is left as it is.
     """
     if not isinstance(target, str | os.PathLike) or not os.fspath(target) or "\0" in os.fspath(target):
         raise ValueError(f"target = {target!r}: must be the path of a file")
@@ -141,17 +141,18 @@ def save_model(
 
 
 def instances_of(model: mujoco.MjModel) -> list[str]:
-    """Names of the plugin instances in a compiled model, for `contacts_of` and `ledger_of`."""
-    numbers = members(layout.ModelView(model._address))
+    """Return the names of the contacts in a compiled model, for `contacts_of` and `ledger_of`."""
+    numbers = contact_instances(layout.ModelView(model._address))
     return [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, number) for number in numbers]
 
 
-def _read(
+def _compile_with_contacts(
     model: Source, contacts: Contacts, assets: Mapping[str, bytes] | None, asked: dict[str, Any]
 ) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    """Return the specification with the law in it, and the compiled model; see `load_model`."""
     spec = _spec_of(model, assets)
     plain = spec.compile()
-    if plain.opt.enableflags & layout.SLEEP:  # which is off while it is compiled
+    if plain.opt.enableflags & layout.SLEEP:  # `init` does not see it, as compiling turns it off
         raise ValueError('model: <flag sleep="enable"/> must be off; a body that is struck by the law would not wake')
     if not isinstance(contacts, Mapping):
         for name in asked.keys() & {"friction", "restitution"}:
@@ -161,8 +162,8 @@ def _read(
     friction, restitution = asked.pop("friction", None), asked.pop("restitution", 1.0)
     overlaps = checks.one_of("overlaps", asked.pop("overlaps", "relax"), OVERLAPS)
     asked["overlaps"] = "keep" if overlaps == "keep" else "relax"
-    left = skipped(spec, asked.pop("skip", ()))
-    every = chosen(spec, contacts, asked, friction, restitution)
+    left = parse_skip(spec, asked.pop("skip", ()))
+    every = parse_contacts(spec, contacts, asked, friction, restitution)
     some = [entry for entry in every if not entry.as_native]
     for entry in some:
         if not entry.others and spec.compiler.discardvisual:
@@ -170,28 +171,28 @@ def _read(
                 "others = False: must be True in a model whose compiler discards visual geoms (discardvisual; a URDF "
                 "always does), as these geoms would become such"
             )
-        _check_relatives(plain, f"contacts[{entry.number}]", entry.ones, entry.twos)
+        _check_parent_child(plain, f"contacts[{entry.number}]", entry.ones, entry.twos)
     give_names(spec.geoms, [geom for entry in every for geom in (*entry.ones, *entry.twos)])
     if len(some) < len(every):
-        put_natives(spec, plain, [*(entry for entry in every if entry.as_native), *left])
+        replace_all(spec, plain, [*(entry for entry in every if entry.as_native), *left])
     known = list(spec.geoms) if some else []
     for one in some:
         try:
-            take(spec, known, one)
+            replace_native_contacts(spec, known, one)
         except ValueError as error:
             raise ValueError(f"contacts[{one.number}]: {error}") from None
     compiled = _compiled(spec)
-    if overlaps == "exclude" and part_joined(spec, compiled):
+    if overlaps == "exclude" and exclude_joined(spec, compiled):
         compiled = _compiled(spec)
     if isinstance(contacts, Mapping) and not instances_of(compiled):
         warnings.warn("contacts: no two geoms that may touch are both in the table", ContactWarning, stacklevel=3)
     if overlaps != "keep":
-        warn_of_start(compiled, overlaps == "raise")
+        report_initial_overlaps(compiled, overlaps == "raise")
     return spec, compiled
 
 
-def _written(spec: mujoco.MjSpec) -> str:
-    """A specification as XML with all digits, where MuJoCo (up to 3.15) writes six."""
+def _precise_xml(spec: mujoco.MjSpec) -> str:
+    """Return a specification as XML with all digits; MuJoCo up to 3.15 writes six."""
     before = layout.LIBRARY._mjPRIVATE__get_xml_precision()
     layout.LIBRARY._mjPRIVATE__set_xml_precision(17)
     try:
@@ -201,7 +202,7 @@ def _written(spec: mujoco.MjSpec) -> str:
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Compile; the reason why a contact cannot be served, which the plugin can but print, becomes the error."""
+    """Compile a specification; an error of the plugin, which it can only print, becomes the ValueError."""
     printed = StringIO()
     try:
         with redirect_stderr(printed):
@@ -217,7 +218,7 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 
 def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec:
-    """Read a file or text; of a file the folders of its assets are made absolute."""
+    """Read a file or text; the asset folders of a file are made absolute."""
     if isinstance(model, bytes):
         model = model.decode()
     if not isinstance(model, str | os.PathLike):
@@ -236,8 +237,8 @@ def _spec_of(model: Source, assets: Mapping[str, bytes] | None) -> mujoco.MjSpec
     return spec
 
 
-def _check_relatives(model: mujoco.MjModel, which: str, ones: Sequence[Any], twos: Sequence[Any]) -> None:
-    """Of sets: neighbours in a chain of bodies usually overlap at their joint, and the engine lets them."""
+def _check_parent_child(model: mujoco.MjModel, which: str, ones: Sequence[Any], twos: Sequence[Any]) -> None:
+    """Refuse sets that hold parent and child: they usually overlap at their joint, and the engine lets them."""
     if len(ones) == len(twos) == 1:
         return
     weld, parent = model.body_weldid, model.body_parentid
@@ -255,8 +256,8 @@ def _check_relatives(model: mujoco.MjModel, which: str, ones: Sequence[Any], two
                 )
 
 
-def _alike(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> bool:
-    """Whether two models move alike: same sizes, and numbers the same to a part of the greatest in each field."""
+def _equivalent(one: mujoco.MjModel, two: mujoco.MjModel, tolerance: float) -> bool:
+    """Return whether two models move alike: same sizes, and numbers equal to a part of the greatest in each field."""
     for field in ("body_mass", "body_inertia", "body_pos", "body_quat", "geom_size", "geom_pos", "geom_quat",
                   "geom_contype", "geom_conaffinity", "jnt_range", "dof_damping", "dof_armature", "qpos0",
                   "pair_geom1", "pair_geom2", "actuator_gainprm", "plugin_stateadr"):  # fmt: skip

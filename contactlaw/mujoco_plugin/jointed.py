@@ -1,29 +1,29 @@
-"""Bodies that joints hold: a kinematic tree from mjData to the world, and back.
+"""Kinematic trees: read from mjData into the world, and written back.
 
-All forces on the joints are those that the engine had in its step, the force of the contacts taken out: applied ones,
-springs, actuators, limits and other constraints. They stay what they are within the step, but for limits, equalities
-and what goes with the velocities: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and
-actuator forces, and v_f what it was last asked for forces at, under Runge-Kutta near the step's end. How velocities are
-read and handed back is told in `free`; here too the half step is one of what pushes at rest alone: with that of
-centripetal forces energy would be gained, and damping may be stiff.
+Forces. All forces on the joints are those that the engine had in its step (applied, springs, actuators, limits, other
+constraints) without the force given for contacts. They are constant within the step, except those of limits and
+equalities, and except damping: f + D (v - v_f), where D = df/dv is the engine's own derivative of passive and actuator
+forces, and v_f the velocities that it last evaluated forces at (under Runge-Kutta near the step's end). `free` tells
+how velocities are read and written. Here too the half step uses the acceleration of the tree at rest alone: with the
+centripetal terms energy would be gained, and damping may be stiff.
 
-Joint limits that the engine has found reached are soft, and act in the world as they do there. The force of such a
-constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is how far the joint
-is beyond its limit and a the acceleration of r (MuJoCo documentation, Computation, "Constraint model"). As a = a_0 + A
-f, A = (M^-1)_kk, it changes by -D/(1 + D A) (K I dr + B d(dr/dt) + da_0). Held instead, it would go on against what a
-contact has turned back within the step, and give way to what strikes a joint at its stop. A limit that is reached
-behind a contact acts from the engine's next step on, as it does there.
+Joint limits that the engine has found active are soft, and act in the world as in the engine. The force of such a
+constraint is f = D (a_ref - a), never less than zero, with a_ref = -B dr/dt - K I r, where r < 0 is the distance of the
+joint beyond its limit and a the acceleration of r (MuJoCo documentation, Computation, "Constraint model"). Since a =
+a_0 + A f, A = (M^-1)_kk, it changes by -D/(1 + D A) (K I dr + B d(dr/dt) + da_0). If the force were held constant, it
+would go on against a joint that a contact has turned back within the step, and would yield to an impact on a joint at
+its stop. A limit that becomes active after a contact acts from the engine's next step on, as in the engine.
 
-Equality constraints, welds, connects and joints that are held at a value, are soft too: the force along row J is D
-(a_ref - J a), with a_ref = -B J v - K I r. Within the step they go on as they do there: with
+Equality constraints (welds, connects, joints) are soft too: the force along row J is D (a_ref - J a), with a_ref = -B J
+v - K I r. Within the step they act as in the engine. With
 
     E = J^T D J        and        J^T D (B + h/2 K I) J        added to the damping
 
-the force is what the engine found, for the accelerations and velocities that it found it with; it answers to what
-contacts change about them, as a mass and a damper would. r goes by h/2 J v in the mean over a step of h seconds. Held
-constant instead, a weld would push on by 20 times what a light hand weighs after the hand has been stopped.
+the force is the engine's at the accelerations and velocities for which the engine found it, and answers to changes of
+both like a mass and a damper. r changes by h/2 J v in the mean over a step h. If the force were held constant, a weld
+would go on pushing a light hand with 20 times its weight after a contact has stopped the hand.
 
-What concerns joints of two branches, or of two trees, is held constant still.
+Constraints that couple joints of two branches, or of two trees, are held constant.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, number, place
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
-from contactlaw.mujoco_plugin.notices import TOWED, notice
+from contactlaw.mujoco_plugin.notices import TOWED, report_once
 from contactlaw.world.bodies.motion import stands
 from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
@@ -53,7 +53,7 @@ from contactlaw.world.trees.mobility import clear, copy
 FIND, READ, WRITE = range(3)
 """Stages of a step, see `serve`."""
 
-SLEEPS = 3  # as `records.PASSES`
+SLEEPS = 3  # value of `JOINTED.there` beside `records.ASKED` and `records.PASSES`
 
 SERVE = types.boolean(types.uint64, types.int64)
 PRESS = types.void(types.uint64, BODY_TYPE, VECTOR, VECTOR, types.uint64)
@@ -64,7 +64,7 @@ smooth_derivative = types.ExternalFunction("mjd_smooth_vel", types.void(types.ui
 
 
 def serve(block, stage):
-    """Take all trees through a stage of the step; after READ, whether the engine's own step takes them past all."""
+    """Take all trees through a stage of the step; return, after READ, whether none of them was read."""
     head = head_at(block, 0)
     if stage == READ:
         return read_trees(head)
@@ -72,21 +72,24 @@ def serve(block, stage):
         j = jointed_at(head.trees, i)
         t = tree_at(world_at(head.world, 0).trees, j.tree)
         if stage == FIND:
-            find_jointed(head, j, t)
+            find_tree(head, j, t)
         else:
-            write_jointed(head, j, t)
+            write_tree(head, j, t)
     return False
 
 
 @jit
 def read_trees(head):
-    """Leave to the engine those that have passed by everything, and read the others; returns whether there are none."""
+    """Read the trees that may touch something; return whether there are none.
+
+    All others have passed by everything, so their end of the step is the engine's own.
+    """
     w, d, known = world_at(head.world, 0), data_at(head.data, 0), False
-    for i in range(head.tree_count):  # to the engine's end of the step, for `passing`
+    for i in range(head.tree_count):  # `find_passing` needs them where the engine's step has taken them
         j = jointed_at(head.trees, i)
         t = tree_at(w.trees, j.tree)
         if t.passes != STAYS:
-            set_down(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
+            set_bodies(t, floats(d.qpos, j.q, t.q_size), floats(d.qvel, j.v, t.v_size))
             for k in range(t.count):
                 b = body_at(t.bodies, k)
                 b.turned += head.step_size * norm(load(b.spin))
@@ -97,22 +100,22 @@ def read_trees(head):
         if t.passes == PASSES:
             j.there = PASSES
             continue
-        if not known:  # the engine finds D, that of the bias forces left out
+        if not known:  # D by the engine, without the derivative of the bias forces
             smooth_derivative(head.model, head.data, 0)
             known = True
-        read_jointed(head, j, t)
+        read_tree(head, j, t)
     return not known
 
 
 @jit
-def find_jointed(head, j, t):
-    """Where a tree is at the start of the step; it passes by everything unless something says otherwise."""
+def find_tree(head, j, t):
+    """Find where a tree is at the start of the step; it passes by everything until something says otherwise."""
     w, d = world_at(head.world, 0), data_at(head.data, 0)
     if j.base != 0:
         store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
         if not stands(body_at(w.bodies, t.hangs_on)):
-            tell_of_tow(head, w, j, t)
+            report_towed(head, w, j, t)
     placed = not same_as_left(head, j.q, t.q_size, j.v, t.v_size)
     for i in range(t.count):
         body_at(t.bodies, i).placed = 1 if placed else 0
@@ -120,22 +123,22 @@ def find_jointed(head, j, t):
         w.stale = 1
     t.passes = STAYS if body_at(t.bodies, 0).asleep != 0 else ASKED
     if placed or j.there != (SLEEPS if t.passes == STAYS else PASSES):
-        set_down(t, floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size))
+        set_bodies(t, floats(head.start, 1 + j.q, t.q_size), floats(head.start, 1 + head.nq + j.v, t.v_size))
     j.there = SLEEPS if t.passes == STAYS else ASKED
 
 
 @jit
-def tell_of_tow(head, w, j, t):
-    """Tell of a tree on a base that is led, if anything is near: its bodies are where that takes them, at rest."""
+def report_towed(head, w, j, t):
+    """Report a tree on a moving mocap body, if anything is near: its contacts do not know the velocity of that body."""
     for k in range(w.nears):
         p, own = near_at(w.near, k), body_at(t.bodies, 0).tree
         if own == body_at(w.bodies, p.body_a).tree or own == body_at(w.bodies, p.body_b).tree:
-            notice(head, TOWED, float(j.base))
+            report_once(head, TOWED, float(j.base))
 
 
 @jit
-def set_down(t, coordinates, velocities):
-    """Put the bodies of a tree where coordinates and velocities have them."""
+def set_bodies(t, coordinates, velocities):
+    """Set the positions and velocities of the bodies of a tree from its coordinates and velocities."""
     copy(coordinates, vector(t.start, t.q_size))
     copy(velocities, vector(t.v, t.v_size))
     clear(vector(t.x, t.v_size))
@@ -143,29 +146,29 @@ def set_down(t, coordinates, velocities):
 
 
 @jit
-def read_jointed(head, j, t):
-    """Where a tree is, how it moves, and what moves it besides contacts, at the start of the step."""
+def read_tree(head, j, t):
+    """Read coordinates and velocities at the start of the step, and the forces besides contacts."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     f, v, damping = vector(t.f, n), vector(t.v, n), vector(t.d, (n, n))
     smooth, bias = floats(d.qfrc_smooth, j.v, n), floats(d.qfrc_bias, j.v, n)
     held, given = floats(d.qfrc_constraint, j.v, n), floats(head.given, j.v, n)
     store(t.gravity, load(head.gravity))
     copy(floats(head.start, 1 + j.q, t.q_size), vector(t.q, t.q_size))
-    copy(floats(asked(head), 1 + head.nq + j.v, n), vector(t.v_f, n))
+    copy(floats(last_evaluated(head), 1 + head.nq + j.v, n), vector(t.v_f, n))
     clear(v)
     for i in range(n):
         f[i] = (smooth[i] + bias[i]) + (held[i] - given[i])
         axis_at(t.axes, i).side = 0.0
         values = floats(d.qDeriv, entry(m.D_rowadr, j.v + i), entry(m.D_diag, j.v + i) + 1)
-        for p in range(values.size):  # as the engine keeps its rows
+        for p in range(values.size):  # sparse rows, as the engine keeps them
             damping[i, p] = -values[p]
-    hold(head, j, t)
+    read_equalities(head, j, t)
     t.stale, t.span = 1, head.step_size
     if d.nl > 0:
         call_with_body(t.settle, body_at(t.bodies, 0))
-        hand_over_limits(head, j, t)
+        read_limits(head, j, t)
     leads = head.lag > 0.0 and not (is_pressed(t) or body_at(t.bodies, 0).asleep != 0)
-    a = accelerated(t, head.step_size) if leads else vector(t.a, n)
+    a = rest_accelerations(t, head.step_size) if leads else vector(t.a, n)
     copy(floats(head.start, 1 + head.nq + j.v, n), v)
     for i in range(n if leads else 0):
         v[i] += head.lag * a[i]  # the velocities at the time of the coordinates
@@ -173,16 +176,16 @@ def read_jointed(head, j, t):
 
 
 @jit
-def asked(head):
-    """Address of the state that the engine was last asked for forces at."""
+def last_evaluated(head):
+    """Return the address of the state for which the engine last evaluated forces."""
     return place(head.starts, (1 + head.nq + head.nv) * head.turn)
 
 
 @jit
-def accelerated(t, step):
-    """Accelerations that an engine's step [s] makes of what pushes a tree at rest; its velocities are zero.
+def rest_accelerations(t, step):
+    """Return the accelerations of the engine's step [s] for a tree whose velocities have been set to zero.
 
-    Euler's method damps implicitly there: (M + h D) a = f. By M alone what stiff damping holds would be off at once.
+    Euler's method damps implicitly: (M + h D) a = f. With M alone, a joint that stiff damping holds would move off.
     """
     t.lag, t.stale = step, 1
     call_with_body(t.settle, body_at(t.bodies, 0))
@@ -192,7 +195,7 @@ def accelerated(t, step):
 
 @jit
 def is_pressed(t):
-    """Whether something presses a body of a tree."""
+    """Return whether a contact presses a body of a tree."""
     pressed = False
     for i in range(t.count):
         pressed = pressed or body_at(t.bodies, i).pressed != 0
@@ -200,8 +203,8 @@ def is_pressed(t):
 
 
 @jit
-def write_jointed(head, j, t):
-    """Put a tree of which a body was touched, or that is at a limit, where the world has it."""
+def write_tree(head, j, t):
+    """Write a tree to mjData if a contact has touched it, a limit is active or it sleeps."""
     n, touched, asleep = t.v_size, False, body_at(t.bodies, 0).asleep != 0
     for i in range(t.count):
         touched = touched or body_at(t.bodies, i).touched != 0
@@ -217,14 +220,14 @@ def write_jointed(head, j, t):
         clear(rates)
     elif head.lag > 0.0 and not is_pressed(t):
         clear(v)
-        a = accelerated(t, head.step_size)
+        a = rest_accelerations(t, head.step_size)
         copy(rates, v)
         for i in range(n):
             rates[i] -= head.lag * a[i]
 
 
 def press(block, b, arm, force, push):
-    """Add a force on a body of a tree [N], at an arm [m] from its centre of mass, to the generalised one there."""
+    """Add a force on a body of a tree [N], at an arm [m] from its centre of mass, to the generalised force."""
     head, t, first = head_at(block, 0), tree_at(b.tree, 0), 0
     for i in range(head.tree_count):
         j = jointed_at(head.trees, i)
@@ -240,8 +243,8 @@ def press(block, b, arm, force, push):
 
 
 @jit
-def hand_over_limits(head, j, t):
-    """Let limits of a tree go with its coordinates and velocities, for a step whose other forces are known."""
+def read_limits(head, j, t):
+    """Read the active joint limits of a tree; the other forces of the step are known."""
     m, d, n = model_at(head.model, 0), data_at(head.data, 0), t.v_size
     first = d.ne + d.nf
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
@@ -256,7 +259,7 @@ def hand_over_limits(head, j, t):
         if k < 0 or k >= n:
             continue
         axis, ends, reference = axis_at(t.axes, k), floats(m.jnt_range, 2 * joint, 2), floats(d.efc_KBIP, 4 * row, 3)
-        q, v = number(asked(head), 1 + coordinate), number(asked(head), 1 + head.nq + j.v + k)
+        q, v = number(last_evaluated(head), 1 + coordinate), number(last_evaluated(head), 1 + head.nq + j.v + k)
         beyond, weight = number(d.efc_pos, row), number(d.efc_D, row)
         r = beyond - number(d.efc_margin, row)
         side = 1.0 if abs(q - ends[0] - beyond) < abs(ends[1] - q - beyond) else -1.0
@@ -269,8 +272,8 @@ def hand_over_limits(head, j, t):
 
 
 @jit
-def hold(head, j, t):
-    """Let the equality constraints of a tree answer to its accelerations and velocities; f and D are known."""
+def read_equalities(head, j, t):
+    """Read the equality constraints of a tree into E, D and f; f and D hold the other forces."""
     d, n = data_at(head.data, 0), t.v_size
     inertia, damping, row = vector(t.e, (n, n)), vector(t.d, (n, n)), vector(t.x, n)
     f, v, a = vector(t.f, n), vector(t.v_f, n), floats(d.qacc, j.v, n)
@@ -297,9 +300,9 @@ def hold(head, j, t):
 
 @jit
 def read_row(head, j, t, number):
-    """Write a row of the engine's Jacobian into x; returns the last axis of it, -1: not all carry that, or are here."""
+    """Write a row of the engine's Jacobian into x; return its last axis, -1 if the row couples branches or trees."""
     d, x = data_at(head.data, 0), vector(t.x, t.v_size)
-    sparse = d.nJ != d.nefc * head.nv  # if all entries are kept, they are in the order of a dense one
+    sparse = d.nJ != d.nefc * head.nv  # a sparse Jacobian without zeros has the order of a dense one
     first = entry(d.efc_J_rowadr, number) if sparse else number * head.nv + j.v
     values = floats(d.efc_J, first, entry(d.efc_J_rownnz, number) if sparse else t.v_size)
     clear(x)
@@ -324,6 +327,6 @@ def read_row(head, j, t, number):
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of `serve` and `press`, by their names in the head, compiled where there are joints."""
+    """Return the addresses of `serve` and `press`, by their fields in the head; compiled on first use."""
     with compiling("bodies with joints", 5):
         return {"serve": address_of(serve, SERVE, layout.KEY), "press": address_of(press, PRESS, layout.KEY)}

@@ -1,4 +1,4 @@
-"""Where MuJoCo keeps its fields: offsets derived from the wheel's own description, checked against live arrays."""
+"""Memory layout of MuJoCo's structs: offsets from the wheel's own description, checked against a live model."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _NUMBERS = {
 }  # fmt: skip
 
 
-def _kind(node: Any) -> Any:
+def _dtype_of(node: Any) -> Any:
     if isinstance(node, ast_nodes.PointerType):
         return "u8"
     if isinstance(node, ast_nodes.ArrayType):
-        return _kind(node.inner_type), tuple(node.extents)
+        return _dtype_of(node.inner_type), tuple(node.extents)
     if isinstance(node, ast_nodes.AnonymousStructDecl):
-        return _laid_out(node.fields)
+        return _struct_dtype(node.fields)
     if isinstance(node, ast_nodes.ValueType):
         if node.name in _NUMBERS:
             return _NUMBERS[node.name]
@@ -39,14 +39,14 @@ def _kind(node: Any) -> Any:
     raise ImportError(f"contactlaw does not know the type {node} in the structs of MuJoCo {mujoco.__version__}")
 
 
-def _laid_out(fields: Any) -> np.dtype:
-    return np.dtype([(field.name, _kind(field.type)) for field in fields], align=True)
+def _struct_dtype(fields: Any) -> np.dtype:
+    return np.dtype([(field.name, _dtype_of(field.type)) for field in fields], align=True)
 
 
 @cache
 def structure(name: str) -> np.dtype:
-    """A MuJoCo struct as C lays it out."""
-    return _laid_out(structs.STRUCTS[name].fields)
+    """Return the dtype of a MuJoCo struct as C lays it out."""
+    return _struct_dtype(structs.STRUCTS[name].fields)
 
 
 DATA = structure("mjData")[[
@@ -56,7 +56,7 @@ DATA = structure("mjData")[[
     "efc_KBIP", "efc_D", "efc_force", "ne", "nf", "nl", "nefc", "nJ", "efc_J", "efc_J_rownnz", "efc_J_rowadr",
     "efc_J_colind",
 ]]  # fmt: skip
-"""Of a struct what compiled code knows."""
+"""The fields of mjData that compiled code uses; `MODEL`: those of mjModel."""
 MODEL = structure("mjModel")[[
     "opt", "geom_bodyid", "D_rowadr", "D_diag", "jnt_type", "jnt_dofadr", "jnt_qposadr", "jnt_range", "site_type",
     "site_size",
@@ -67,21 +67,21 @@ JOINT_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 NO_CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 NO_PASSIVE = int(mujoco.mjtDisableBit.mjDSBL_SPRING) | int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
-"""Where both are set passive forces, and with them the plugin's, are not computed."""
+"""With both flags set, MuJoCo computes no passive forces and does not call the plugin's compute."""
 RUNGE_KUTTA = int(mujoco.mjtIntegrator.mjINT_RK4)
 IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 LOSES_SPIN = (3, 7) <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) <= (3, 10)
-"""These let `implicitfast` undo what a plugin writes to the angular velocity of free bodies."""
+"""In these versions `implicitfast` overwrites what a plugin writes to the angular velocity of free bodies."""
 SLEEP = int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))  # from 3.5
 SENSOR = int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR)
 KEY = repr((mujoco.__version__, DATA, MODEL))
-"""What compiled code that knows the offsets depends on."""
+"""Part of the cache key of compiled code that depends on the offsets."""
 
 jit = jit_for(KEY)
 
 
 class ModelView:
-    """A compiled model at an address, as the callbacks get it: sizes as whole numbers, arrays as views, by name."""
+    """A compiled model at an address, as callbacks get it: fields by name, sizes as int and arrays as views."""
 
     def __init__(self, address: int) -> None:
         self.address = address
@@ -94,45 +94,48 @@ class ModelView:
         if not own.array_extent:
             return place
         shape = [extent if isinstance(extent, int) else getattr(self, extent) for extent in own.array_extent]
-        array = record_at(place, _kind(own.type.inner_type), np.prod(shape))
+        array = record_at(place, _dtype_of(own.type.inner_type), np.prod(shape))
         self.__dict__[name] = array.reshape(shape)
         return self.__dict__[name]
 
     def name(self, kind: str, number: int) -> str:
-        """Of a "geom", "body" or "plugin" instance; empty: it has none."""
+        """Return the name of a "geom", "body", "plugin" ..., empty if it has none."""
         return (LIBRARY.mj_id2name(self.address, _type_of(kind), number) or b"").decode()
 
     def label(self, kind: str, number: int) -> str:
-        """For messages: its name, or else its number."""
+        """Return the quoted name, or the number if there is none, for messages."""
         return repr(self.name(kind, number) or number)
 
     def geom(self, name: str) -> int:
-        """The id of a geom; -1: there is none of this name."""
+        """Return the id of a geom; -1 if there is none of this name."""
         return LIBRARY.mj_name2id(self.address, _type_of("geom"), name.encode())
 
     def option(self, field: str) -> int:
-        """An integer option, such as disableflags."""
+        """Return an integer option, such as disableflags."""
         return int(self._struct["opt"][field])
 
     @property
     def signature(self) -> int:
-        """What tells a model from others, also where it comes from a pickle or a binary file: its sizes and names."""
+        """Hash of sizes and names, the same for a model that comes from a pickle or a binary file."""
         sizes = [self.nq, self.nv, self.nbody, self.ngeom, self.npluginstate]
-        return number_of(repr(sizes).encode() + self.names.tobytes())
+        return hash_of(repr(sizes).encode() + self.names.tobytes())
 
 
 def _type_of(kind: str) -> int:
-    """MuJoCo's number for "geom" and the like. Its Python binding would end the error handling of who called `init`."""
+    """Return MuJoCo's number of an object type such as "geom".
+
+    MuJoCo's Python binding of this would end the error handling of the caller of `init`.
+    """
     return LIBRARY.mju_str2Type(kind.encode())
 
 
-def number_of(what: bytes) -> int:
-    """A number that tells one text from others, of eight bytes."""
+def hash_of(what: bytes) -> int:
+    """Return a hash of bytes as an integer of eight bytes."""
     return int.from_bytes(hashlib.sha256(what).digest()[:8], "little")
 
 
 def record_at(address: Any, kind: Any, count: Any) -> NDArray[Any]:
-    """So many records or numbers of a kind at an address, a view."""
+    """Return a view of records or numbers at an address."""
     size = np.dtype(kind).itemsize * int(count)
     whole: Any = (ctypes.c_uint8 * size).from_address(int(address)) if size else b""
     return np.frombuffer(whole, kind)
@@ -142,7 +145,7 @@ _MODEL = {field.name: field for field in structs.STRUCTS["mjModel"].fields}
 
 
 def _library() -> ctypes.CDLL:
-    """The wheel's libmujoco, with what is called of it from Python."""
+    """Return the wheel's libmujoco, with the argument types of the functions called from Python."""
     folder = Path(mujoco.__file__).parent
     for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
         for path in sorted(folder.glob(pattern)):
@@ -162,13 +165,17 @@ LIBRARY = _library()
 
 
 def plugin_of(name: str) -> tuple[int | None, int]:
-    """Address of a plugin's struct in MuJoCo's table, None: there is none, and its number there."""
+    """Return the address of a plugin's struct in MuJoCo's table, None if it is not registered, and its slot."""
     slot = ctypes.c_int(-1)
     return LIBRARY.mjp_getPlugin(name.encode(), ctypes.byref(slot)), slot.value
 
 
 def check() -> None:
-    """Compare the offsets with a live model; refuse a MuJoCo whose layout differs."""
+    """Compare the offsets with a live model.
+
+    Raises:
+        ImportError: The layout of this MuJoCo differs.
+    """
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><option timestep='0.00123' integrator='implicit'/><worldbody><body><freejoint/><geom size='.1'/>"
         "<site name='s'/></body></worldbody><sensor><touch site='s'/></sensor></mujoco>"

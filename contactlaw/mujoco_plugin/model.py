@@ -1,4 +1,8 @@
-"""A compiled model as a world: its bodies, their shapes, and which of these touch by the law."""
+"""Reading a compiled model into a world: its bodies, their shapes, and which pairs touch by the law.
+
+This is done when a model is compiled (for the size of the state) and for each `MjData` made. What changes from step to
+step is read by `free` and `jointed`.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +16,8 @@ from numpy.typing import NDArray
 
 from contactlaw.mujoco_plugin import jointed, layout, sensors
 from contactlaw.mujoco_plugin.block import FREE, JOINTED, LED, PLACED, PUSH, SENSOR, STARTS, build
-from contactlaw.mujoco_plugin.members import Member, check, instances, members, rules_of
-from contactlaw.mujoco_plugin.notices import seen
+from contactlaw.mujoco_plugin.edits import watched_ranges
+from contactlaw.mujoco_plugin.instances import ContactInstance, check, contact_instances, instances, rules_of
 from contactlaw.world import World
 from contactlaw.world.arrays import with_room, with_rows
 from contactlaw.world.data.demand import STEP, supply
@@ -24,128 +28,131 @@ from contactlaw.world.trees.rows import TreeRows
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
-# For each round shape, by its kind: contacts that there is room for at once (balls of any sizes that do not overlap
-# touch 7.5 times their number at most, Kuperberg & Schramm 1994), a hull's with those of its parts; and near pairs
+# Contacts at once that there is room for, for each round shape by its kind; of a hull with its parts. (Balls of any
+# sizes that do not overlap have at most 7.5 contacts a ball, Kuperberg & Schramm 1994.)
 NEIGHBOURS = {SPHERE: 8, END: 8, SEGMENT: 8, CORNER: 3, EDGE: 2, DISC: 4, SIDE: 4, ELLIPSOID: 8, HULL: 32}
-LISTED, LISTED_PART = 40, 8
-# Contacts of a geom that the state has room for: those that last from one step to the next. Equal balls touch three
-# times their number in the densest heap
+NEAR_PAIRS, NEAR_PAIRS_OF_PART = 40, 8  # room in the list of near pairs, for each round shape and each part of a hull
+# Contacts that plugin_state has room for, for each geom: those that last from one step to the next. Equal balls have
+# about three contacts a ball in the densest heap
 LASTING = {"sphere": 4, "ellipsoid": 4, "capsule": 4, "box": 8, "cylinder": 8, "mesh": 12}
 
 
 class Pose(NamedTuple):
-    """Where something is in a frame: its origin [m] and its quaternion."""
+    """Position [m] and orientation (quaternion) of a frame in another one."""
 
     place: Array
     turn: Array
 
     def then(self, other: Pose) -> Pose:
-        """Of something in this frame, given in it."""
-        if self is HERE or other is HERE:
-            return self if other is HERE else other
+        """Return the pose of a frame that is given relative to this one."""
+        if self is IDENTITY or other is IDENTITY:
+            return self if other is IDENTITY else other
         return Pose(self.place + matrix_of(self.turn) @ other.place, product(self.turn, other.turn))
 
     def inverse(self) -> Pose:
-        """Of that frame in this."""
+        """Return the pose of the outer frame in this one."""
         if not self.place.any() and (self.turn == UNIT).all():
-            return HERE
+            return IDENTITY
         turn = self.turn * [1.0, -1.0, -1.0, -1.0]
         return Pose(-matrix_of(turn) @ self.place, turn)
 
 
-HERE = Pose(np.zeros(3), UNIT)
+IDENTITY = Pose(np.zeros(3), UNIT)
 
 
 class Model:
     """The bodies and contacts of a compiled model."""
 
     def __init__(self, view: layout.ModelView) -> None:
-        self._members = [Member(view, number) for number in members(view)]
-        self._kinds = {geom: shape for member in self._members for geom, shape in member.shapes.items()}
-        geoms = sorted(self._kinds)
+        self._contacts = [ContactInstance(view, number) for number in contact_instances(view)]
+        self._geom_shapes = {geom: shape for instance in self._contacts for geom, shape in instance.shapes.items()}
+        geoms = sorted(self._geom_shapes)
         self._m = view
+        # of each geom: the body that carries it, and the pose of the geom's own body in that one's frame
         self._carriers = {geom: self._carrier(int(self._m.geom_bodyid[geom])) for geom in geoms}
-        self._world = World(gravity=0.0, substeps=max(member.contact.substeps for member in self._members))
-        self._rows: dict[int, int] = {}  # of the world, counted without itself
-        self._frames: dict[int, Pose] = {}  # of bodies that move: their frames, from the centre of mass
+        self._world = World(gravity=0.0, substeps=max(instance.contact.substeps for instance in self._contacts))
+        self._rows: dict[int, int] = {}  # of each body its number in the world, without the world's own row
+        self._frames: dict[int, Pose] = {}  # of moving bodies: MuJoCo's body frame in the principal axes
         self._trees: list[dict[str, Any]] = []
         self._frees: list[dict[str, Any]] = []
         self._placed: list[dict[str, Any]] = []
         self._add_bodies()
-        given = [(member.contact.rounding, member.geoms) for member in self._members]
+        given = [(instance.contact.rounding, instance.geoms) for instance in self._contacts]
         self._roundings = {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
         self._shapes = {geom: self._add_shape(geom) for geom in geoms}
-        self._instances: list[int] = []  # of each pair of the world
-        self._pairs: dict[tuple[int, float], int] = {}  # of each instance and coefficient of friction
-        natives = [number for number, member in enumerate(self._members) if member.native]
-        self._order = natives + [number for number in range(len(self._members)) if number not in natives]
+        self._instances: list[int] = []  # of each pair of the world its instance
+        self._pairs: dict[tuple[int, float], int] = {}  # pair of the world by instance and friction coefficient
+        natives = [number for number, instance in enumerate(self._contacts) if instance.native]
+        self._order = natives + [number for number in range(len(self._contacts)) if number not in natives]
         for number in self._order:
-            self._touch(number, self._members[number].sets.ones, self._members[number].sets.twos)
-        self._rooms = self._rooms_for()
+            self._let_touch(number, self._contacts[number].sets.ones, self._contacts[number].sets.twos)
+        self._room = self._count_room()
         if natives:
-            self._keep_rules(natives)
+            self._apply_native_rules(natives)
 
     @cached_property
     def arrays(self) -> Arrays:
-        """Its world, with room for as many contacts as there may be."""
-        contacts, near = self._rooms
+        """The world's arrays, with room for contacts and near pairs."""
+        contacts, near = self._room
         made = with_room(self._world.arrays, near, contacts)
-        made.pairs["relaxed"] = [self._members[number].contact.overlaps == "relax" for number in self._instances]
+        made.pairs["relaxed"] = [self._contacts[number].contact.overlaps == "relax" for number in self._instances]
         return made
 
-    def _rooms_for(self) -> tuple[int, int]:
-        """How many contacts, and near pairs, there is to be room for.
+    def _count_room(self) -> tuple[int, int]:
+        """Return how many contacts and near pairs there must be room for.
 
-        While a model is compiled, when the size of its state is asked for, it has no explicit pairs and exclusions yet:
-        the engine's rules are left out here.
+        The size of the state is asked for while a model is compiled, before it has its explicit pairs and exclusions.
+        The engine's rules are left out here, so that the result is the same later.
         """
         made = self._world.arrays
         kinds, counts = np.unique(made.shapes[["kind", "group"]], return_counts=True)
         a, b = np.meshgrid(np.arange(kinds.size), np.arange(kinds.size), indexing="ij")
         meet = (made.groups[kinds["group"][a], kinds["group"][b]] >= 0) & (kinds["kind"][a] <= kinds["kind"][b])
         pairs = int((counts[a] * (counts[b] - (a == b)))[meet].sum())
-        parts = made.shapes["kind"][self._world.owners] == HULL  # of hulls, which MuJoCo does not know when it asks
+        parts = (
+            made.shapes["kind"][self._world.owners] == HULL
+        )  # of hulls, which are unknown while the model is compiled
         parts &= made.shapes["kind"] != HULL
         rooms = [NEIGHBOURS[kind] for kind in made.shapes["kind"][~parts].tolist() if kind in NEIGHBOURS]
-        contacts, near = sum(rooms), LISTED * len(rooms) + LISTED_PART * int(parts.sum())
+        contacts, near = sum(rooms), NEAR_PAIRS * len(rooms) + NEAR_PAIRS_OF_PART * int(parts.sum())
         contacts = contacts if parts.any() else max(min(pairs, contacts), 1)
         return contacts, max(min(pairs, near), 1)
 
-    def _touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
-        """Let geoms of an instance touch; the first time, all of it."""
-        member, known = self._members[number], self._pairs
-        for mu, these, those in member.by_friction(ones, twos):
+    def _let_touch(self, number: int, ones: Iterable[int], twos: Iterable[int]) -> None:
+        """Let geoms touch by the pairs of an instance, one pair of the world for each friction coefficient."""
+        instance, known = self._contacts[number], self._pairs
+        for mu, these, those in instance.by_friction(ones, twos):
             shapes = self._shapes_of(these), self._shapes_of(those)
             if not all(shapes):
                 continue
             if (number, mu) not in known:  # as many as there may be: the state is as long whatever they are now
-                for own in [*member.pairs, *(member.contact.frictions - len(member.pairs)) * [mu]]:
+                for own in [*instance.pairs, *(instance.contact.frictions - len(instance.pairs)) * [mu]]:
                     known.setdefault((number, own), len(self._instances))
-                    self._world.add_contact(*shapes, member.pairs[own])
+                    self._world.add_contact(*shapes, instance.pairs[own])
                     self._instances.append(number)
-                if not member.contact.frictions:
+                if not instance.contact.frictions:
                     continue
             self._world.add_rule(*shapes, known[number, mu])
 
     def _shapes_of(self, geoms: Iterable[int]) -> list[int]:
         return [shape for geom in geoms for shape in self._shapes[geom]]
 
-    def _keep_rules(self, natives: list[int]) -> None:
-        """Take from instances that touch as they would natively what the engine does not let touch, or others have."""
-        bits = {geom: own for number in natives for geom, own in self._members[number].native.items()}
+    def _apply_native_rules(self, natives: list[int]) -> None:
+        """Apply the engine's rules to pairs of the native instances; all other instances then override them."""
+        bits = {geom: own for number in natives for geom, own in self._contacts[number].native.items()}
         for rule in rules_of(self._m, bits):
             ones, twos = self._shapes_of(rule.ones), self._shapes_of(rule.twos)
             if not rule.allowed and ones and twos:
                 self._world.add_rule(ones, twos)
             for number in natives if rule.allowed else ():
-                if all(self._members[number].sets.hold(one, two) for one in rule.ones for two in rule.twos):
-                    self._touch(number, rule.ones, rule.twos)
+                if all(self._contacts[number].sets.hold(one, two) for one in rule.ones for two in rule.twos):
+                    self._let_touch(number, rule.ones, rule.twos)
         for number in self._order[len(natives) :]:
-            self._touch(number, self._members[number].sets.ones, self._members[number].sets.twos)
+            self._let_touch(number, self._contacts[number].sets.ones, self._contacts[number].sets.twos)
 
     @property
     def state_size(self) -> int:
-        """Numbers in plugin_state."""
+        """Length of the law's part of plugin_state, in doubles."""
         return self._row + self._world_size
 
     @property
@@ -156,67 +163,67 @@ class Model:
     @property
     def _world_size(self) -> int:
         a = self.arrays
-        room = min(a.contacts.size, sum(LASTING.get(shape.type, 0) for shape in self._kinds.values()))
+        room = min(a.contacts.size, sum(LASTING.get(shape.type, 0) for shape in self._geom_shapes.values()))
         return state_size(max(room, 1), a.memory.shape[1], a.bodies.size, a.pairs.size)
 
     def check(self) -> None:
-        """See that the law can serve it; its pairs are there only once it is compiled as a whole.
+        """Check that the law can serve the model; the pairs are known only once it is compiled as a whole.
 
         Raises:
             ValueError: It cannot; the message names the geoms.
         """
         carriers = {geom: carrier for geom, (carrier, _) in self._carriers.items()}
         dofs = self._m.body_dofnum
-        check(self._m, self._members, lambda geom: dofs[carriers[geom]] > 0)
+        check(self._m, self._contacts, lambda geom: dofs[carriers[geom]] > 0)
         if self._m.npluginstate < self.state_size:
             raise ValueError("plugin_state: is shorter than the law needs; the model must be compiled by spec.compile")
 
     def block(self, report: int) -> int:
-        """Address of a new block of the leading instance; report: as `block` has it."""
+        """Make a block for the leading instance and return its address; report: address of the function for reports."""
         m, nq, nv = self._m, self._m.nq, self._m.nv
-        own = {member.number: number for number, member in enumerate(self._members)}
+        own = {instance.number: number for number, instance in enumerate(self._contacts)}
         senses, listed = sensors.rows_of(m, dict.fromkeys(instances(m), -1) | own)
-        watch, values = self._seen()
+        watch, values = self._watched()
         shapes = {shape: geom for geom, shapes in self._shapes.items() for shape in shapes}
         geoms = [shapes[owner] for owner in self._world.owners.tolist()]
         supply(STEP)
         return build(self.arrays, {
             "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
-            "state": m.plugin_stateadr[self._members[0].number], "row": self._row, "nq": nq, "nv": nv,
-            "signature": m.signature, "made": layout.number_of(m.plugin_attr.tobytes() + values.tobytes()),
+            "state": m.plugin_stateadr[self._contacts[0].number], "row": self._row, "nq": nq, "nv": nv,
+            "signature": m.signature, "made": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
             "starts": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + nv), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "placed": with_rows(np.zeros(0, PLACED), self._placed), "placed_count": len(self._placed),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
             "geoms": np.array(geoms, np.int64), "instances": np.array(self._instances, np.int64),
-            "said": np.zeros(len(self._members), np.int64), "frictions": np.full(len(self._instances), np.nan),
+            "said": np.zeros(len(self._contacts), np.int64), "frictions": np.full(len(self._instances), np.nan),
             "watch": watch, "watch_count": len(watch), "seen": values, "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
             "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),
             "loads": np.zeros(12 * m.nbody + 2 * nv + 6),
         } | (jointed.addresses() if self._trees else {}))  # fmt: skip
 
-    def _seen(self) -> tuple[NDArray[np.int64], Array]:
-        """What the world is made of: trees, and all that geoms hang on."""
+    def _watched(self) -> tuple[NDArray[np.int64], Array]:
+        """Return the `watched_ranges` of all that the world is made from: trees, and the bodies that carry geoms."""
         parent, roots = self._m.body_parentid.tolist(), self._roots
-        bodies = {int(self._m.geom_bodyid[geom]) for geom in self._kinds}
+        bodies = {int(self._m.geom_bodyid[geom]) for geom in self._geom_shapes}
         bodies |= set(np.flatnonzero(np.isin(roots, [roots[body] for body in bodies if roots[body]])).tolist())
         for body in tuple(bodies):
             while body:
                 bodies.add(body)
                 body = parent[body]
-        return seen(self._m, sorted(bodies), sorted(self._kinds))
+        return watched_ranges(self._m, sorted(bodies), sorted(self._geom_shapes))
 
     def _carrier(self, body: int) -> tuple[int, Pose]:
-        """The body that moves, is placed, or stands for good, and carries this one; where this one is in its frame."""
-        m, pose = self._m, HERE
+        """Return the nearest ancestor of a body (or itself) that moves, is mocap or the world; and the pose in it."""
+        m, pose = self._m, IDENTITY
         while body and m.body_dofnum[body] == 0 and m.body_mocapid[body] < 0:
             pose = Pose(m.body_pos[body], m.body_quat[body]).then(pose)
             body = int(m.body_parentid[body])
         return body, pose
 
     def _add_bodies(self) -> None:
-        """Rows of the world: free bodies first, then those that joints hold, then those that the user places."""
+        """Add bodies to the world: first free bodies, then kinematic trees, then mocap bodies and the world's own."""
         m, root = self._m, self._roots
         carriers = sorted({body for body, _ in self._carriers.values()})
         free = self._free
@@ -229,7 +236,7 @@ class Model:
                 "offset": pose.place, "frame": pose.turn,
             })  # fmt: skip
         for first in dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body]):
-            bodies = np.flatnonzero(root == first).tolist()  # welded ones among them
+            bodies = np.flatnonzero(root == first).tolist()  # including welded ones
             rows = TreeRows(m, bodies)
             tree, made = self._world.add_tree_of(rows)
             for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
@@ -249,7 +256,7 @@ class Model:
 
     @cached_property
     def _roots(self) -> NDArray[np.int64]:
-        """The first body of the kinematic tree that each body is of; zero: of none."""
+        """First body of the kinematic tree of each body; zero if it is in none."""
         parent, dofs = self._m.body_parentid.tolist(), self._m.body_dofnum.tolist()
         roots = [0] * len(parent)
         for body in range(1, len(parent)):
@@ -258,7 +265,10 @@ class Model:
 
     @cached_property
     def _free(self) -> NDArray[np.bool_]:
-        """Which bodies a free joint alone moves, and nothing that moves or weighs hangs on."""
+        """Which bodies move by a free joint alone.
+
+        A free body has mass, no armature or damping, no connect or weld constraint, and no child with mass or joints.
+        """
         m, parent = self._m, self._m.body_parentid.tolist()
         counts = ((m.body_mass > 0.0) | (m.body_dofnum > 0)).tolist()
         laden = [False] * len(parent)
@@ -276,13 +286,15 @@ class Model:
         return free
 
     def _pose_of(self, geom: int) -> Pose:
-        """Where a geom is, from the centre of mass of what carries it, along its principal axes."""
+        """Return the pose of a geom in the principal axes of the body that carries it."""
         carrier, pose = self._carriers[geom]
-        return self._frames.get(carrier, HERE).then(pose.then(Pose(self._m.geom_pos[geom], self._m.geom_quat[geom])))
+        return self._frames.get(carrier, IDENTITY).then(
+            pose.then(Pose(self._m.geom_pos[geom], self._m.geom_quat[geom]))
+        )
 
     def _add_shape(self, geom: int) -> list[int]:
-        """Give a geom to its body in the world; returns the shapes that it makes."""
-        row, shape, pose = self._rows[self._carriers[geom][0]], self._kinds[geom], self._pose_of(geom)
+        """Add a geom to its body in the world; return the numbers of the shapes that it makes."""
+        row, shape, pose = self._rows[self._carriers[geom][0]], self._geom_shapes[geom], self._pose_of(geom)
         kind = "sphere" if shape.is_spherical else shape.type
         size, points = self._heights(geom) if kind == "hfield" else (shape.size, None)
         points = self._vertices(geom) if kind == "mesh" else points
@@ -301,9 +313,9 @@ class Model:
         return m.hfield_size[field, :2], m.hfield_size[field, 2] * own.astype(np.float64)
 
     def _vertices(self, geom: int) -> Array:
-        """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it.
+        """Return the vertices [m] of a mesh in the geom's frame, shape (n, 3): of its hull if MuJoCo has found it.
 
-        While the model is compiled there are none yet, and those of something stand for them.
+        While the model is compiled there are none yet; a tetrahedron stands in for them.
         """
         view = self._m
         mesh = int(view.geom_dataid[geom])

@@ -1,4 +1,4 @@
-"""What the contacts of a running model do: forces, an account of what they have done, and friction, to be changed."""
+"""Readout of a running model: contact forces, ledgers, wrenches on bodies; and a change of friction."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from contactlaw import checks
 from contactlaw.laws.record import PAIR as LAW_PAIR
 from contactlaw.mujoco_plugin import layout
 from contactlaw.mujoco_plugin.block import HEAD, TOKEN
+from contactlaw.mujoco_plugin.instances import ContactInstance, contact_instances
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.mujoco_plugin.members import Member, members
 from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.demand import READ, supply
 from contactlaw.world.data.records import BODY, CLOSED, CONTACT, FREE, PAIR, WORLD
 
 Array = NDArray[np.float64]
 _READ = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
-FIRST = object()  # the instance where none is asked for: None may be a name that a caller has lost
-STUCK, FULL = 0.01, 1e-6  # shares of mu P
+FIRST = object()  # stands for the first instance; not None, which a lookup of a name may have returned
+STUCK, SLIDING = 0.01, 1e-6  # tangential force over mu P: below the first; above 1 less the second
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,18 +32,19 @@ class ContactState:
 
     Attributes:
         geom1, geom2: Ids of the geoms.
-        touching: Whether they touch at the end of the step; if not, they did within it.
+        touching: Whether they touch at the end of the step; if not, they touched within it.
         overlap: At the end of the step [m].
-        normal: From geom2 to geom1, unit vector, shape (3,).
+        normal: Unit vector from geom2 to geom1, shape (3,).
         normal_force: At the end of the step [N].
         tangential_force: On geom1 at the end of the step, world frame [N], shape (3,).
         impulse: On geom1 over the last step, world frame [N s], shape (3,).
-        force: Its mean over the step [N], shape (3,): what a force sensor would read.
-        point: Where they touch, world frame [m], shape (3,).
-        contact_radius: Of the patch, sqrt(R overlap) [m].
-        slip: Of the patch at the end of the step: "stuck" (less than 1 % of mu P is across), "partly" or "sliding".
-        stick_radius: Inside of which nothing slips [m]: a (1 - F/(mu P))^(1/3) after Cattaneo and Mindlin, that of a
-            force that has grown in one direction; after other histories it is greater.
+        force: Mean force over the step, impulse over time step [N], shape (3,): the reading of a force sensor.
+        point: Point of contact, world frame [m], shape (3,).
+        contact_radius: Radius of the contact patch, sqrt(R overlap) [m].
+        slip: State of the patch at the end of the step: "stuck" (tangential force below 1 % of mu P), "partly",
+            "sliding".
+        stick_radius: Radius of the region that sticks [m], a (1 - F/(mu P))^(1/3) after Cattaneo and Mindlin for a
+            force that has grown in one direction; after other histories the region is larger.
     """
 
     geom1: int
@@ -62,21 +63,21 @@ class ContactState:
 
 
 def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[ContactState]:
-    """The contacts of an instance that touch or touched in the last step.
+    """Return the contacts of a plugin instance that touch or touched in the last step.
 
-    MuJoCo's own readings (`data.contact`, `mj_contactForce`, touch sensors) do not have them: they hold what its
-    constraint solver does. What has been set to another state since the last step knows of those that touch alone.
+    MuJoCo's own readings (`data.contact`, `mj_contactForce`) do not include them, as they come from its constraint
+    solver. After a state has been set, only contacts that touch in it are known.
 
     Args:
         model, data: The compiled model and its state.
-        name: Of the plugin instance, as `add_contact` returned it or the XML has it.
+        name: Name of the plugin instance, as `add_contact` returned it or the XML has it.
 
     Raises:
         ValueError: The model has no such contact.
     """
     world = view_of(model, data, name)
     view = layout.ModelView(model._address)
-    sets = Member(view, members(view)[world.number]).product
+    sets = ContactInstance(view, contact_instances(view)[world.number]).product
     dt = float(model.opt.timestep)
     out = []
     rows = world.contacts[(world.contacts["phase"] != FREE) & (world.instances[world.contacts["pair"]] == world.number)]
@@ -100,29 +101,29 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> list[C
 
 
 def ledger_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> Ledger:
-    """The account of an instance; arguments and errors as for `contacts_of`."""
+    """Return the ledger of an instance; arguments and errors as for `contacts_of`."""
     world = view_of(model, data, name)
     return ledger(world.pairs, world.contacts, np.flatnonzero(world.instances == world.number))
 
 
 def _patch(touch: Any, across: float) -> tuple[float, str, float]:
-    """Radius of a patch [m], whether it slips, and radius of what does not; across: tangential force [N]."""
+    """Return patch radius [m], slip state and radius [m] of the stick region; across: tangential force [N]."""
     radius = float(np.sqrt(max(touch["radius"] * touch["overlap"], 0.0)))
     most = float(touch["friction"] * touch["force"])
     share = min(across / most, 1.0) if most > 0.0 else 1.0
-    slip = "stuck" if share < STUCK else "partly" if share < 1.0 - FULL else "sliding"
+    slip = "stuck" if share < STUCK else "partly" if share < 1.0 - SLIDING else "sliding"
     return radius, slip, radius * float(1.0 - share) ** (1.0 / 3.0)
 
 
 def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """What the contacts of the law do to each body, in the mean over the last step: shaped like `data.cfrc_ext`.
+    """Return the mean wrench of the law's contacts on each body over the last step, as in `data.cfrc_ext`.
 
-    Shape (nbody, 6): moment [N m] and force [N] along the world's axes, about the centre of mass of the kinematic tree
-    (`data.subtree_com[model.body_rootid]`); zero for the world. Add it to `cfrc_ext`, which has the engine's own
-    contacts and what is applied, for observations that are made of that.
+    Shape (nbody, 6): moment [N m], then force [N], along the world's axes, about the centre of mass of the kinematic
+    tree (`data.subtree_com[model.body_rootid]`); zero for the world. Observations that use `cfrc_ext`, which has the
+    engine's own contacts and applied forces, need the sum of both.
     """
     out = np.zeros((model.nbody, 6))
-    if not members(layout.ModelView(model._address)):
+    if not contact_instances(layout.ModelView(model._address)):
         return out
     world = view_of(model, data)
     rows = world.contacts[world.contacts["phase"] != FREE]
@@ -138,9 +139,9 @@ def contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 class View:
-    """The world of an mjData: its arrays, and of each pair its instance and the friction it was given, NaN: none.
+    """Arrays of the world of an mjData, and for each pair its instance and a changed friction coefficient, else NaN.
 
-    head: of the block. number: of the contact of the model that is asked for.
+    head: of the block. number: index of the instance among the contacts of the model.
     """
 
     def __init__(self, head: Any, number: int = 0) -> None:
@@ -155,56 +156,56 @@ class View:
         self.geoms = record_at(head["geoms"], np.int64, world["shape_count"])
 
     def points(self, rows: NDArray[Any]) -> Array:
-        """Where contacts touch [m]."""
+        """Return the points of contact [m], shape (n, 3)."""
         return self.bodies["position"][rows["body_a"]] + rows["arm_a"]
 
     def mean_forces(self, rows: NDArray[Any], dt: float) -> Array:
-        """On A over the last step [N]; those of contacts that sleep are what they were."""
+        """Return the mean forces on A over the last step [N], shape (n, 3); a sleeping contact keeps its force."""
         asleep = self.bodies["asleep"]
         sleeps = (asleep[rows["body_a"]] != 0) | (asleep[rows["body_b"]] != 0)
         return np.where(sleeps[:, None], rows["force"], (rows["impulse"] - rows["earlier"]) / dt)
 
     def give_frictions(self, frictions: Array) -> None:
-        """Give the pairs these coefficients, but for NaN."""
+        """Set the friction coefficients of the pairs; NaN leaves a pair as it is."""
         self.frictions[:] = frictions
         for pair in np.flatnonzero(~np.isnan(frictions)):
             record_at(self.numbers + 8 * int(self.pairs["numbers"][pair]), LAW_PAIR, 1)["friction"] = frictions[pair]
         own, touch = frictions[self.contacts["pair"]], self.contacts["touch"]
         touch["friction"] = np.where(np.isnan(own), touch["friction"], own)
-        self.bodies["held"] = np.nan  # who sleeps looks again
+        self.bodies["held"] = np.nan  # sleeping bodies check again whether they may sleep
 
 
 def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> View:
-    """The world of an mjData, which is brought to its state.
+    """Return the view of an mjData, after its world has been brought to `data.plugin_state` if that was set.
 
     Raises:
-        ValueError: The model has no such contact, or the data is of another model.
+        ValueError: The model has no such contact, or the data belongs to another model.
     """
     if data.signature != model.signature or data.plugin_data.size != model.nplugin:
         raise ValueError("data: is of another model")
-    known = members(layout.ModelView(model._address))
+    known = contact_instances(layout.ModelView(model._address))
     number = known[0] if name is FIRST and known else -1
-    if isinstance(name, str):  # MuJoCo ends the process where it is None
+    if isinstance(name, str):  # mj_name2id ends the process if it is None
         number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PLUGIN, name)
     if number not in known:
         raise ValueError(f"name = {name!r}: must be the name of a plugin instance of the model")
     head = record_at(data.plugin_data[known[0]], HEAD, 1)[0]
     state = data.plugin_state[int(head["state"]) :][: int(head["own_size"])]
     if state[TOKEN] != head["token"]:
-        row = state[int(head["row"]) :]  # not what the world's own last step left
+        row = state[int(head["row"]) :]
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
         head["token"] = state[TOKEN]
     return View(head, known.index(number))
 
 
 def set_friction(model: mujoco.MjModel, data: mujoco.MjData, name: str, friction: float) -> None:
-    """Give the contacts of an instance another coefficient of friction, from the next step on.
+    """Set the friction coefficient of the contacts of an instance, from the next step on.
 
-    It is kept by this `MjData` alone, through resets and restored states; copies and new ones have that of the model.
+    This `MjData` alone keeps it, through resets and restored states; copies and new ones have the model's coefficient.
 
     Args:
         model, data: The compiled model and its state.
-        name: Of the plugin instance, see `instances_of`.
+        name: Name of the plugin instance, see `instances_of`.
         friction: Coefficient, >= 0.
 
     Raises:

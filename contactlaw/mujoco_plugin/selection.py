@@ -1,4 +1,4 @@
-"""Geoms of a model that somebody else wrote: by name, by pattern, by body, by id."""
+"""Selection of geoms of a specification by name, pattern, body or id."""
 
 from __future__ import annotations
 
@@ -14,31 +14,30 @@ from contactlaw import checks
 from contactlaw.mujoco_plugin.shapes import type_of
 
 BODY = "body:"
-MOST_NAMES = 20  # in a message
+MAX_NAMES = 20  # in a message
 
 Selector = str | int | mujoco.MjsGeom
 
 
 def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument: str = "geoms",
              known: list[Any] | None = None) -> list[Any]:  # fmt: skip
-    """The geoms of a specification that are meant, each once, for `add_contact`.
+    """Return the geoms of a specification that a selection means, each once, for `add_contact`.
 
     Args:
-        spec: The model; for ids it must have been compiled.
+        spec: The model; selection by id needs a compiled one.
         what: Each one of, or a sequence of,
             "ball": the name of a geom;
-            "ball*": a pattern as in a shell, for names of geoms;
-            "body:cup", "body:*_foot": the geoms of a body, or of the bodies that fit a pattern ("body:*": of all but
-                the world), not of their children;
+            "ball*": a shell pattern for names of geoms;
+            "body:cup", "body:*_foot": the geoms of a body, or of the bodies whose names match ("body:*": of all but the
+                world), not of their children;
             7: the id of a geom in the compiled model;
             a geom of the specification.
-            Patterns and bodies leave out geoms that the engine lets touch nothing (contype = conaffinity = 0), as those
-            are there to be looked at; one that is wanted all the same is given by its name or id.
-        argument: What messages call it.
-        known: All geoms of the specification, if they have been listed, which takes a time that grows as their square.
+            Patterns and bodies leave out visual geoms (contype = conaffinity = 0); a name or an id selects them too.
+        argument: Name of the argument in messages.
+        known: All geoms of the specification, if already listed; listing takes a time that grows as their square.
 
     Raises:
-        ValueError: Nothing is meant; the message has the nearest names.
+        ValueError: A selector means nothing; the message offers the nearest names.
     """
     every = list(spec.geoms) if known is None else known
     named, ids = {geom.name: geom for geom in every if geom.name}, {geom.id: geom for geom in every}
@@ -58,12 +57,18 @@ def geoms_of(spec: mujoco.MjSpec, *what: Selector | Sequence[Selector], argument
 
 
 def label(geom: mujoco.MjsGeom) -> str:
-    """A geom in messages: what it is, its name or else its place."""
+    """Return a geom's type and name for messages, or its body's name if it has none."""
     return f"{type_of(geom.type)} {repr(geom.name) if geom.name else f'without a name of body {geom.parent.name!r}'}"
 
 
+def first_of(texts: Sequence[str], most: int, noun: str = "") -> str:
+    """Return the first few texts in one line, and how many more there are."""
+    more = f" and {len(texts) - most} more{noun and f' {noun}'}" if len(texts) > most else ""
+    return ", ".join(texts[:most]) + more
+
+
 def give_names(every: Iterable[Any], geoms: Iterable[Any]) -> None:
-    """Give those geoms without a name the body's, and a number; every: all of the specification."""
+    """Name geoms that have no name after their body, with a number; every: all geoms of the specification."""
     taken, numbers = {geom.name for geom in every}, dict[str, Iterator[int]]()
     for geom in geoms:
         stem = f"{geom.parent.name or 'body'}_geom".replace(" ", "_")
@@ -72,7 +77,7 @@ def give_names(every: Iterable[Any], geoms: Iterable[Any]) -> None:
 
 
 def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) -> list[Any]:
-    """Geoms that a text means, of so many, and those with a name among them."""
+    """Return the geoms that a text means; named: geoms by name, count: number of all geoms, with a name or without."""
     if text in named:
         return [named[text]]
     if text.startswith(BODY):
@@ -89,7 +94,7 @@ def _by_name(spec: mujoco.MjSpec, named: dict[str, Any], count: int, text: str) 
 
 def _of_bodies(spec: mujoco.MjSpec, wanted: str) -> list[Any]:
     bodies = [body for body in spec.bodies if body.name == wanted]
-    if not bodies and checks.is_wild(wanted):  # a pattern means what moves, not the world
+    if not bodies and checks.is_wild(wanted):  # patterns leave the world out
         bodies = [body for body in spec.bodies if body.id != spec.worldbody.id and fnmatchcase(body.name, wanted)]
     if not bodies:
         names = [body.name for body in spec.bodies if body.name]
@@ -101,11 +106,11 @@ def _of_bodies(spec: mujoco.MjSpec, wanted: str) -> list[Any]:
 
 
 def _touchable(geoms: list[Any]) -> list[Any]:
-    """Without those that are there to be looked at only."""
+    """Return those of the geoms that may collide; error if there are none."""
     solid = [geom for geom in geoms if geom.contype or geom.conaffinity]
     if not solid:
         raise ValueError(
-            f"means {', '.join(label(geom) for geom in geoms[:MOST_NAMES])}, and the engine "
+            f"means {', '.join(label(geom) for geom in geoms[:MAX_NAMES])}, and the engine "
             "lets none of them touch anything (contype = conaffinity = 0); if one is wanted, give its own name or id"
         )
     return solid
@@ -127,7 +132,6 @@ def _by_id(ids: dict[int, Any], value: Any) -> Any:
 
 
 def _offer(text: str, names: Iterable[str]) -> str:
-    """The nearest names, or some."""
+    """Return the nearest names, or the first few of all."""
     known = sorted(set(names))
-    more = f" and {len(known) - MOST_NAMES} more" if len(known) > MOST_NAMES else ""
-    return checks.nearest(text, known, f"there are {', '.join(known[:MOST_NAMES]) or 'none'}{more}")
+    return checks.nearest(text, known, f"there are {first_of(known, MAX_NAMES) or 'none'}")

@@ -1,17 +1,18 @@
-"""Sensors of forces and accelerations: the engine's own with the contacts of the law in them, and the law's own.
+"""Sensors: contacts of the law in the engine's own force and acceleration sensors, and a sensor of the law's contacts.
 
 The engine's `force`, `torque`, `accelerometer` and acceleration sensors, cacc, cfrc_int and cfrc_ext come from
-mj_rnePostConstraint. It knows the engine's contacts and `xfrc_applied`, not generalised forces: while sensors are read,
-and no longer, what contacts do to bodies stands in `xfrc_applied`. At the end of mj_forward that is what they press
-with. After a step sensors are read again, with the mean over the step, R = impulse/step, and the accelerations that
-belong to it, qacc + M^-1 (J^T R - Q), Q the generalised force that the engine has had for its contacts: forces and
-accelerations then obey the equation of motion of that step.
+mj_rnePostConstraint. That function knows the engine's contacts and `xfrc_applied`, but no generalised forces. So, only
+while sensors are evaluated, the wrenches of the law's contacts are added to `xfrc_applied`. At the end of mj_forward
+these are the wrenches that contacts press with now. After a step the sensors are evaluated again, with the mean wrench
+R over the step, R = impulse/step, and the accelerations that belong to it, qacc + M^-1 (J^T R - Q), where Q is the
+generalised force that the engine was given for the contacts. Forces and accelerations then obey the equation of motion
+of that step.
 
-`touch` sensors get the law's contacts too, by the engine's rule: the ray from a contact along its normal meets the
-site. The law's own sensor, `<plugin plugin="contactlaw.contact" objtype="body" objname="foot"/>`, tells of all contacts
-of a body, a geom, or a site (by the same rule), or with `instance=` of those of one instance: how many there are, the
-force on it [N] and the moment [N m] about the point of contact, world frame, and that point [m]; of several contacts
-the mean, weighted by their forces.
+`touch` sensors include the law's contacts by the engine's rule: the ray from a contact along its normal meets the site.
+The law's own sensor, `<plugin plugin="contactlaw.contact" objtype="body" objname="foot"/>`, measures all contacts of a
+body, a geom, or a site (by the same rule), or with `instance=` those of one instance: the number of contacts, the force
+[N], the moment [N m] about the point of contact, and that point [m], in the world frame. For several contacts the point
+is the mean, weighted by force.
 """
 
 from __future__ import annotations
@@ -34,8 +35,7 @@ from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, 
 from contactlaw.world.near.listing import count_slots
 from contactlaw.world.trees.mobility import clear, copy
 
-NUMBERS = 10
-"""Of a sensor of the law: contacts, force, moment, point."""
+NUMBERS = 10  # values of the law's own sensor: count, force, moment, point
 
 SENSE = types.void(types.uint64, types.uint64)
 call_sense: Any = caller(SENSE)
@@ -53,12 +53,12 @@ _PLACES = _OF.mjOBJ_BODY, _OF.mjOBJ_XBODY, _OF.mjOBJ_GEOM, _OF.mjOBJ_SITE
 
 
 def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, list[dict[str, Any]]]:
-    """Whether a model senses forces or accelerations, and `block.SENSOR` of those that the law adds to or tells.
+    """Return whether a model has force or acceleration sensors, and the `block.SENSOR` fields of touch and own sensors.
 
-    instances: numbers of all of the plugin's, and which contact of the model each is; -1: none, all are meant.
+    instances: ids of all plugin instances, and the index of each among the contacts of the model; -1: it means all.
 
     Raises:
-        ValueError: A sensor of the law is on something else than a body, geom or site.
+        ValueError: An own sensor is on something else than a body, geom or site.
     """
     names = ("type", "needstage", "objtype", "objid", "adr", "plugin")
     kinds, stages, on, ids, places, plugins = (getattr(view, f"sensor_{name}").tolist() for name in names)
@@ -80,28 +80,29 @@ def rows_of(view: layout.ModelView, instances: dict[int, int]) -> tuple[bool, li
 
 @lru_cache
 def address() -> int:
-    """Of `sense`, compiled when a model that senses is made."""
+    """Return the address of `sense`, compiled when the first model with such sensors is made."""
     with compiling("sensors", 4):
         return address_of(sense, SENSE, layout.KEY)
 
 
 def sense(block, mean):
-    """Read sensors with the contacts of the law; mean: over the step, else as they press now.
+    """Evaluate sensors with the law's contacts; mean: averaged over the step, else as they press now.
 
-    The engine, asked to read its sensors, asks for those of the law in turn.
+    The engine, called to evaluate its sensors, calls this again for those of the law; `sensing` tells these calls
+    apart.
     """
     head = head_at(block, 0)
     asked, head.sensing = head.sensing, 1
-    if asked == 0 and gather(head, mean):
-        read_again(head, mean)
+    if asked == 0 and gather_wrenches(head, mean):
+        evaluate_sensors(head, mean)
     else:
-        tell(head, mean)
+        write_readings(head, mean)
     head.sensing = asked
 
 
 @jit
-def read_again(head, mean):
-    """Let the engine read its sensors with what has been gathered; all else is as it was when this returns."""
+def evaluate_sensors(head, mean):
+    """Let the engine evaluate its sensors with the gathered wrenches applied; restore everything else."""
     n, nv, d = 6 * head.body_count, head.nv, data_at(head.data, 0)
     applied, loads, kept = floats(d.xfrc_applied, 0, n), floats(head.loads, 0, n), floats(head.loads, n, n)
     q, given = floats(head.loads, 2 * n, nv), floats(head.given, 0, nv)
@@ -129,9 +130,9 @@ def read_again(head, mean):
 
 
 @jit
-def gather(head, mean):
-    """Find what contacts do to each body, about its centre of mass; returns whether there are any."""
-    w, some = world_at(head.world, 0), False
+def gather_wrenches(head, mean):
+    """Sum the wrench of contacts on each body, about its centre of mass; return whether there are any contacts."""
+    w, found = world_at(head.world, 0), False
     owner, d = model_at(head.model, 0).geom_bodyid, data_at(head.data, 0)
     loads = floats(head.loads, 0, 6 * head.body_count)
     count_slots(w)
@@ -140,7 +141,7 @@ def gather(head, mean):
         c = contact_at(w.contacts, slot)
         if c.phase == FREE or (mean == 0 and c.phase != CLOSED):
             continue
-        some = True
+        found = True
         x, (force, moment) = point_of(head, c), load_of(head, w, c, mean)
         for shape, sign in ((c.shape_a, 1.0), (c.shape_b, -1.0)):
             body = entry(owner, whole_at(head.geoms, shape))
@@ -148,12 +149,12 @@ def gather(head, mean):
             push, turn = loads[6 * body : 6 * body + 3], loads[6 * body + 3 : 6 * body + 6]
             store(push, axpy(sign, force, load(push)))
             store(turn, axpy(sign, add(moment, cross(arm, force)), load(turn)))
-    return some
+    return found
 
 
 @jit
 def load_of(head, w, c, mean):
-    """Force on A [N], and the moment on it besides [N m]."""
+    """Return the force on A [N] and the moment of torsion on A [N m]."""
     step = model_at(head.model, 0).opt.timestep
     sleeps = body_at(w.bodies, c.body_a).asleep != 0 or body_at(w.bodies, c.body_b).asleep != 0
     if sleeps or mean == 0:
@@ -165,7 +166,7 @@ def load_of(head, w, c, mean):
 
 @jit
 def point_of(head, c):
-    """Where a contact is, by the place of the geom of A [m]."""
+    """Return the point of a contact [m], from the present position of the geom of A."""
     d, geom = data_at(head.data, 0), whole_at(head.geoms, c.shape_a)
     centre = load(floats(head.centres, 3 * c.shape_a, 3))
     turned = to_world(floats(d.geom_xmat, 9 * geom, 9), centre)
@@ -173,8 +174,8 @@ def point_of(head, c):
 
 
 @jit
-def tell(head, mean):
-    """Write the law's own sensors, and add to those of touch."""
+def write_readings(head, mean):
+    """Write the readings of the law's own sensors, and add the law's contacts to those of touch sensors."""
     w, readings = world_at(head.world, 0), data_at(head.data, 0).sensordata
     for i in range(head.sensor_count):
         s = sensor_at(head.sensors, i)
@@ -195,7 +196,7 @@ def tell(head, mean):
 
 @jit
 def add_to(head, s, c, out, mean):
-    """Add a contact to what a sensor reads, if it is one of that."""
+    """Add a contact to the readings of a sensor, if the sensor measures it."""
     if s.instance >= 0 and s.instance != whole_at(head.instances, c.pair):
         return
     side, owner = 0.0, model_at(head.model, 0).geom_bodyid
@@ -221,11 +222,11 @@ def add_to(head, s, c, out, mean):
 
 @jit
 def meets(head, site, x, direction):
-    """Whether a ray from a point meets a site."""
+    """Return whether a ray from a point hits a site."""
     m, d, room = model_at(head.model, 0), data_at(head.data, 0), place(head.loads, 12 * head.body_count + 2 * head.nv)
     store(floats(room, 0, 3), x)
     store(floats(room, 3, 3), direction)
     at, turn, size = place(d.site_xpos, 3 * site), place(d.site_xmat, 9 * site), place(m.site_size, 3 * site)
     kind = types.int32(entry(m.site_type, site))
-    # from 3.4 on it writes a normal, where there is room for one
+    # the last pointer, from MuJoCo 3.4 on, is where it would write the normal
     return ray(at, turn, size, room, place(room, 3), kind, POINTER(0)) >= 0.0

@@ -1,4 +1,4 @@
-"""Geoms as shapes of a world: which can touch, by the law or natively, and what the engine takes for their bounds."""
+"""Geoms as shapes: which pairs the law serves, which touch natively, and bounding spheres as the engine has them."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 from contactlaw.world.near.sets import Sets
 
 Bits = tuple[int, int]
-UNMEASURED = ("sdf",)
-FLAT = "plane", "hfield"  # which only what is round meets
+UNSERVED = ("sdf",)  # types to which MuJoCo computes no reliable distance
+FLAT = "plane", "hfield"  # types that only round shapes, or round parts of others, can touch
 
 
 def type_of(number: int) -> str:
-    """The type of a geom, as MJCF has it."""
+    """Return the type of a geom by MuJoCo's number, as MJCF names it."""
     return mujoco.mjtGeom(number).name.removeprefix("mjGEOM_").lower()
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A geom's type and sizes, as MJCF has them."""
+    """Name, type and sizes of a geom, as MJCF has them."""
 
     name: str
     type: str
@@ -33,12 +33,12 @@ class Shape:
 
     @property
     def is_spherical(self) -> bool:
-        """A ball, if need be as an ellipsoid."""
+        """Whether it is a ball, also one written as an ellipsoid."""
         return self.type == "sphere" or (self.type == "ellipsoid" and bool(np.ptp(self.size) == 0.0))
 
     @property
     def bound(self) -> float:
-        """Radius of a sphere around it [m], as MuJoCo has it; infinite of planes, height fields and meshes."""
+        """Radius [m] of MuJoCo's bounding sphere; infinite for planes, height fields and meshes."""
         if self.is_spherical:
             return float(self.size[0])
         if self.type == "capsule":
@@ -51,24 +51,24 @@ class Shape:
 
     @property
     def kind(self) -> tuple[str, bool]:
-        """All that decides whether it can be measured and served, and its radius read."""
+        """Key of shapes that are served or refused alike."""
         return self.type, self.is_spherical
 
     @property
     def label(self) -> str:
-        """For messages."""
+        """Type and name, for messages."""
         return f"{self.type} {self.name!r}"
 
 
 def shape_of(geom: mujoco.MjsGeom) -> Shape:
-    """Of a geom of a specification."""
+    """Return the shape of a geom of a specification."""
     return Shape(geom.name, type_of(geom.type), np.array(geom.size))
 
 
 def why_not_served(one: Shape, two: Shape) -> str | None:
-    """Why the law cannot have the contact of two shapes; None: it can."""
+    """Return why the law cannot serve the contact of two shapes, or None if it can."""
     for shape in (one, two):
-        if shape.type in UNMEASURED:
+        if shape.type in UNSERVED:
             return (
                 f"{shape.label}: MuJoCo computes no reliable distance to it, and bodies would fall through; a plane, "
                 "height field, sphere, capsule, ellipsoid, cylinder, box or convex mesh will do"
@@ -79,10 +79,10 @@ def why_not_served(one: Shape, two: Shape) -> str | None:
 
 
 def check_served(sets: Sets, shapes: Mapping[Any, Shape]) -> None:
-    """Refuse geoms whose contacts the law cannot have.
+    """Check that the law can serve all pairs of two sets of geoms.
 
     Raises:
-        ValueError: There are such; the message names them.
+        ValueError: It cannot serve a pair; the message names the geoms.
     """
     for one, two in sets.by_kinds(lambda geom: shapes[geom].kind):
         why = why_not_served(shapes[one], shapes[two])
@@ -91,11 +91,12 @@ def check_served(sets: Sets, shapes: Mapping[Any, Shape]) -> None:
 
 
 def native_margin(one: Shape, two: Shape) -> tuple[float, float]:
-    """Margin and gap [m] of an explicit pair by which the engine never makes a contact.
+    """Return margin and gap [m] of an explicit `<pair>` for which the engine never makes a contact.
 
-    Its bounding spheres are compared by squares: only a sum of exactly zero rejects all; planes are compared signed.
-    Convex bodies that pass are taken to touch whatever the margin. A mesh has its bound once compiled: it passes, and
-    the gap excludes what is found from the constraints.
+    The engine compares squared distances of bounding spheres with the sum of radii and margin: only a sum of exactly
+    zero rejects all. Planes are compared by signed distance. Convex shapes that pass this test are reported as touching
+    whatever the margin is. A mesh has its bounding sphere only once compiled, so it passes; the gap then excludes its
+    contacts from the constraints.
     """
     bounds = [shape.bound for shape in (one, two)]
     if max(bounds) < inf:
@@ -104,5 +105,5 @@ def native_margin(one: Shape, two: Shape) -> tuple[float, float]:
 
 
 def touch(one: Bits, two: Bits) -> bool:
-    """Whether geoms with this contype and conaffinity touch natively."""
+    """Return whether geoms with these (contype, conaffinity) touch natively."""
     return bool(one[0] & two[1] or two[0] & one[1])

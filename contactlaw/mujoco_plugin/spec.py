@@ -1,9 +1,10 @@
-"""Put the law into a model that is still a specification.
+"""Add a contact to a model that is still a specification (`mujoco.MjSpec`).
 
-The engine's own contacts of two sets of geoms are turned off, all others stay. A geom without `contype` touches all
-that have one, a geom without `conaffinity` all that have the other, but neither its like: one of the two is taken from
-all of a set at once, where this turns nothing else off. What is left, and few contacts in any case, gets an explicit
-pair each, with a margin so negative that the engine never makes it.
+The native contacts between the two sets of geoms are disabled, all other native contacts stay. For a few pairs, each
+gets an explicit `<pair>` with a margin so negative that the engine never makes the contact. For many pairs, contype or
+conaffinity of the geoms is cleared where this disables nothing else: a geom without contype is still tested against
+every geom with one, and a geom without conaffinity against every geom with one, but two of the same sort are not.
+Pairs that remain native get an explicit `<pair>`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from contactlaw.pair import ContactPair
 from contactlaw.world.near.sets import Sets, groups
 
 Geoms = Selector | Sequence[Selector]
-FEW = 256  # pairs that are written down one by one
+MAX_EXPLICIT_PAIRS = 256  # sets with more pairs are separated by contype and conaffinity first
 
 
 def add_contact(
@@ -36,50 +37,56 @@ def add_contact(
     rounding: float | None = None,
     overlaps: str = "relax",
 ) -> str:
-    """Let geoms touch by the law; then `spec.compile()` and plain `mj_step`, at any time step.
+    """Let geoms touch by the law; then call `spec.compile()` and plain `mj_step`, at any time step.
 
-    The native contact of these pairs is turned off, that of each geom with every other one stays unless told otherwise.
+    The native contact of these pairs is disabled; that of each geom with all others stays unless `others` is False.
     Balls, capsules, boxes, cylinders and planes may touch each other, see docs/shapes.md. With `pair.radius` a ball may
-    touch any shape, and so may a capsule if neither has a free joint. Two others, a box on a mesh say, are refused:
-    they touch in more than one point. Contacts that share bodies are integrated together, whichever call added them.
+    touch any shape, and a capsule any shape if neither has a free joint. Other pairs, such as a box on a mesh, are
+    refused: they touch in more than one point. Contacts that share bodies are integrated together, whichever call added
+    them.
 
-    What the plugin notices while a model runs (an overlap too deep, an edge) is said once for each `MjData` as a
-    `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, the reason on stderr.
+    What the plugin notices while a model runs (too deep an overlap, an edge) is reported once for each `MjData` as a
+    `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, with the reason on stderr.
 
     Args:
         spec: The model, before it is compiled.
-        geom1, geom2: Names, patterns, bodies or geoms (one without a name is given one), see `geoms_of`, or sequences
-            of them: then each of the first may touch each of the second, but none itself or one of its own body. A geom
-            may be in both. Sets of more than 256 pairs are kept apart natively by their `contype` and `conaffinity`.
-        pair: The contact; its radius, where None, is read from the geoms.
-        others: Whether these geoms may touch any other natively. False takes them out of the engine's collision
-            detection, which costs less than to detect a pair only to leave it out; such a geom may still be added to
-            further contacts of the law. Not with a compiler that discards visual geoms: it would discard these.
-        substeps: Least number of the law's own steps in a contact, however long the engine's: the error of an impact
-            falls with its square.
-        rounding: Radius of the edges of boxes and cylinders among the geoms [m], and so of their contacts with what is
-            flat; None: a tenth of the smallest half length of each.
-        overlaps: "relax": shapes that are found in each other by more than a tenth of R, where a model begins or
-            somebody puts bodies, count as just touching as deep as they are, until they are less deep. "keep": they are
-            pressed together, and what they store throws them apart.
+        geom1, geom2: Names, patterns, bodies or geoms, see `geoms_of`, or sequences of them: each of the first may
+            touch each of the second, but no geom itself or one of its own body. A geom may be in both. A geom without a
+            name is given one.
+        pair: The contact; its radius, where None, is that of the shapes.
+        others: Whether these geoms may touch any other geom natively. False removes them from the engine's collision
+            detection, which is cheaper than excluding pairs; such a geom may still be added to further contacts of the
+            law. Not with a compiler that discards visual geoms, as it would discard these.
+        substeps: Least number of the law's substeps in a contact, however long the engine's step; the error of an
+            impact falls with its square.
+        rounding: Radius [m] of the edges of boxes and cylinders among the geoms, and so of their contacts with flat
+            shapes;
+            None: a tenth of the smallest half length of each.
+        overlaps: "relax": shapes found overlapping by more than a tenth of R, where a model begins or where the user
+            puts bodies, count as just touching until they overlap less. "keep": they are pressed together, and the
+            stored elastic energy pushes them apart.
 
     Returns:
         The name of the plugin instance, for `contacts_of` and `ledger_of`.
 
     Raises:
-        ValueError: A value outside what is allowed; the message names it and the spec is unchanged.
+        ValueError: An argument outside what is allowed; the message names it, and the spec is unchanged.
     """
     if not isinstance(spec, mujoco.MjSpec):
         raise ValueError(f"spec = {spec!r}: must be a mujoco.MjSpec; contacts are added before the model is compiled")
     if not isinstance(pair, ContactPair):
         raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
-    known = list(spec.geoms)  # which takes MuJoCo a time that grows with their square
+    known = list(spec.geoms)  # once: MuJoCo's time for it grows with the square of their number
     ones, twos = (geoms_of(spec, one, argument=name, known=known) for name, one in (("geom1", geom1), ("geom2", geom2)))
-    return take(spec, known, config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps, others=others))
+    contact = config.Contact(ones, twos, pair, substeps, rounding, overlaps=overlaps, others=others)
+    return replace_native_contacts(spec, known, contact)
 
 
-def take(spec: mujoco.MjSpec, known: list[Any], contact: config.Contact) -> str:
-    """Take the native contact of two sets of geoms, put that of the law in its place; known: all geoms there are."""
+def replace_native_contacts(spec: mujoco.MjSpec, known: list[Any], contact: config.Contact) -> str:
+    """Disable the native contacts of two sets of geoms and add the law's; return the name of the plugin instance.
+
+    known: all geoms of the specification.
+    """
     parents = {geom: geom.parent for geom in known}
     sets = Sets(contact.ones, contact.twos, parents.__getitem__)
     ones, twos = sets.ones, sets.twos
@@ -95,15 +102,15 @@ def take(spec: mujoco.MjSpec, known: list[Any], contact: config.Contact) -> str:
 
     give_names(known, sets.geoms)
     if contact.others:
-        silence(spec, known, sets)
+        disable_native(spec, known, sets)
     else:
         for geom in sets.geoms:
             geom.contype = geom.conaffinity = 0
-    return put(spec, contact)
+    return add_instance(spec, contact)
 
 
-def put(spec: mujoco.MjSpec, contact: config.Contact) -> str:
-    """Write the plugin instance of a contact of geoms that have names; returns its own."""
+def add_instance(spec: mujoco.MjSpec, contact: config.Contact) -> str:
+    """Add the plugin instance of a contact between geoms that all have names; return the name of the instance."""
     names = ([geom.name for geom in geoms] for geoms in (contact.ones, contact.twos))
     name, taken = config.instance_name(*names), {plugin.name for plugin in spec.plugins}
     name = next(free for free in (f"{name}#{i}" if i else name for i in count()) if free not in taken)
@@ -111,21 +118,21 @@ def put(spec: mujoco.MjSpec, contact: config.Contact) -> str:
     instance = spec.add_plugin(name=name, plugin_name=config.PLUGIN_NAME, active=True)
     instance.config = config.write(replace(contact, name=name))
     for body in (geom.parent for geom in (*contact.ones, *contact.twos)):
-        if body.id != spec.worldbody.id and not body.plugin.active:  # one must refer to it, or copies do not have it
+        if body.id != spec.worldbody.id and not body.plugin.active:  # copies of a spec keep only referenced instances
             body.plugin.active, body.plugin.plugin_name, body.plugin.name = True, config.PLUGIN_NAME, name
             break
     return name
 
 
-def silence(spec: mujoco.MjSpec, geoms: list[Any], sets: Sets) -> None:
-    """Turn the native contacts of two sets of geoms off, which have names; geoms: all of the specification."""
+def disable_native(spec: mujoco.MjSpec, geoms: list[Any], sets: Sets) -> None:
+    """Disable the native contacts between two sets of geoms, which have names; geoms: all of the specification."""
     known = {geom.name: geom for geom in geoms if geom.name}
     for native in list(spec.pairs):
         ends = native.geomname1, native.geomname2
         if all(name in known for name in ends) and sets.hold(*(known[name] for name in ends)):
             spec.delete(native)
-    if len(sets.ones) * len(sets.twos) > FEW:
-        _take_bits(spec.worldbody, geoms, sets)
+    if len(sets.ones) * len(sets.twos) > MAX_EXPLICIT_PAIRS:
+        _clear_bits(spec.worldbody, geoms, sets)
         if not any(touch(_bits(one), _bits(two)) for one, two in sets.by_kinds(_bits)):
             return
     for one, two in sets.every():
@@ -137,13 +144,14 @@ def _bits(geom: Any) -> Bits:
     return geom.contype, geom.conaffinity
 
 
-def _take_bits(world: Any, every: list[Any], sets: Sets) -> None:
+def _clear_bits(world: Any, every: list[Any], sets: Sets) -> None:
+    """Clear contype or conaffinity of geoms of the sets where this disables no other native contact."""
     ones, twos = set(sets.ones), set(sets.twos)
     alike = groups(every, lambda geom: (_bits(geom), geom in ones, geom in twos, geom.parent == world))
     bits = {kind: kind[0] for kind in alike}
 
     def wanted(one: Any, two: Any) -> bool:
-        """Whether geoms of two kinds touch natively and are to do so further."""
+        """Return whether geoms of two kinds touch natively and must go on doing so."""
         ours = (one[1] and two[2]) or (two[1] and one[2])
         alone = one == two and len(alike[one]) == 1
         return not ours and not alone and not (one[3] and two[3]) and touch(one[0], two[0])

@@ -1,4 +1,4 @@
-"""The law in PyBullet: a `ContactCallback` that the user's loop calls before each `stepSimulation`."""
+"""The law in PyBullet: a `ContactCallback`, called by the user's loop before each `stepSimulation`."""
 
 from contactlaw import checks
 

@@ -1,4 +1,4 @@
-"""The contacts of the PyBullet callback: one handle each, over one pair of bodies or many, and who may touch whom."""
+"""The contacts of a callback: one handle for a pair of bodies or two sets, and which pairs of them may touch."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from contactlaw.world.data.records import CLOSED
 from contactlaw.world.near.sets import Sets
 
 Array = NDArray[np.float64]
-MANY = 10_000
-PARENT = 16  # of what getJointInfo tells
+MANY = 10_000  # pairs of a handle beyond which Bullet's response is disabled only for those that come near each other
+PARENT = 16  # index in the result of getJointInfo
 
 
 @dataclass
 class ContactState:
-    """A contact at the end of the step, and what it has given within the step.
+    """A contact at the end of the step, and its impulse within the step.
 
     Attributes:
         a, b: Body and link of both sides.
-        touching: Whether the bodies touch at any time within the step.
+        touching: Whether the bodies touched at any time within the step.
         overlap: [m].
         normal_force: [N], >= 0.
         tangential_force: On A, world frame [N], shape (3,).
         impulse: On A over the step, world frame [N s], shape (3,).
-        force: The mean of the step, impulse over time step [N], shape (3,).
-        history: A copy of what the law remembers; where a capsule lies on two places, of the deeper one, and the
-            forces are sums.
+        force: Mean over the step, impulse over time step [N], shape (3,).
+        history: A copy of the law's memory; where a capsule touches at two places, of the deeper one, and forces are
+            sums.
     """
 
     a: Key
@@ -46,8 +46,8 @@ class ContactState:
     force: Array = field(default_factory=lambda: np.zeros(3))
     history: Array = field(default_factory=lambda: np.zeros(0))
 
-    def enter(self, c: Any, memory: Array, sign: float, asleep: bool, dt: float) -> None:
-        """Enter a contact of the world; sign: -1.0 where its A is this one's b, else 1.0."""
+    def add(self, c: Any, memory: Array, sign: float, asleep: bool, dt: float) -> None:
+        """Add a contact of the world; sign: -1.0 if its A is this contact's b, else 1.0; memory: of its law."""
         own = c["touch"]["force"] if c["phase"] == CLOSED else 0.0
         overlap = max(float(c["touch"]["overlap"]), 0.0) if c["phase"] == CLOSED else 0.0
         self.touching = True
@@ -61,16 +61,16 @@ class ContactState:
 
 @dataclass(eq=False)
 class Contact:
-    """The law between bodies of two sets.
+    """The law between bodies of two sets; what one handle stands for.
 
     Attributes:
         pair: As the user gave it.
         substeps: Least number in a contact.
-        sides: Of both sets, by their keys.
-        sets: Who may touch whom, by their keys.
-        rounding: Radius of edges [m]; None: see `world.shapes.ROUNDING`.
-        silent: Those for which Bullet's own response is off.
-        told: Which two have been warned of, and what.
+        sides: Shapes of both sets by body and link.
+        sets: Which of them may touch, by body and link.
+        rounding: Radius of edges [m]; None: see `world.shapes.description.ROUNDING`.
+        silent: Pairs for which Bullet's own response is disabled.
+        told: Pairs that have been warned of, and the text.
     """
 
     pair: ContactPair
@@ -83,11 +83,11 @@ class Contact:
 
     @property
     def many(self) -> bool:
-        """Whether there are so many pairs that Bullet is told of each only when the two come near each other."""
+        """Whether Bullet's response is disabled for each pair only when the two come near each other, see `MANY`."""
         return len(self.sets.ones) * len(self.sets.twos) > MANY
 
     def silence(self, client: int, pairs: Iterable[tuple[Key, Key]]) -> None:
-        """Turn Bullet's own response off."""
+        """Disable Bullet's own response of pairs."""
         for one, two in pairs:
             if (one, two) not in self.silent:
                 p.setCollisionFilterPair(one[0], two[0], one[1], two[1], 0, client)
@@ -95,18 +95,24 @@ class Contact:
 
     @property
     def bodies(self) -> set[int]:
-        """Ids of all."""
+        """Ids of all bodies."""
         return {body for body, _ in self.sides}
 
 
 def sets_of(
     client: int, a: list[Side], b: list[Side], pair: ContactPair, others: Iterable[tuple[str, Contact]]
 ) -> Sets:
-    """Who of two sets may touch whom: every one of A with every one of B, each two once, but no link with its parent.
+    """Return which pairs of two sets may touch: each of A with each of B, each pair once, but no link with its parent.
+
+    Args:
+        client: Physics client id.
+        a, b: Both sets.
+        pair: The contact, for its radius.
+        others: The other contacts of this client, with a name for messages.
 
     Raises:
-        ValueError: Two that others, contacts by what to call them, have already; no two at all; shapes that the law
-            cannot serve, or that have no radius.
+        ValueError: A pair that another contact has; no pair at all; shapes that the law cannot serve or without a
+            radius.
     """
     sides = {side.key: side for side in (*a, *b)}
     bodies, single = {side.body for side in sides.values()}, len(a) == 1 and len(b) == 1
@@ -138,7 +144,7 @@ def sets_of(
 
 
 def parents_of(client: int, sides: Mapping[Key, Side]) -> dict[Key, Key]:
-    """Of each link the one before it, which it overlaps at their joint and which Bullet lets it overlap."""
+    """Return the parent of each link; Bullet lets the two overlap at their joint."""
     return {
         (body, link): (body, p.getJointInfo(body, link, client)[PARENT]) for body, link in sides if link != BASE
     }  # fmt: skip

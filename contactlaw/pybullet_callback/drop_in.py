@@ -1,4 +1,4 @@
-"""The law in a URDF that somebody else wrote, with names of links in place of numbers.
+"""The law in an existing URDF, with names of links in place of numbers.
 
     import pybullet as p, pybullet_data
     from contactlaw import MATERIALS, ContactPair
@@ -34,16 +34,16 @@ Other = int | Names | Sequence[int] | Sequence[Key]
 Contacts = Sequence[tuple[Names, Other, ContactPair] | tuple[Names, Other, ContactPair, Mapping[str, Any]]]
 
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0, "maxJointVelocity": 1e6}
-LINK_NAME = 12  # in getJointInfo
+LINK_NAME = 12  # index in the result of getJointInfo
 
 
 @dataclass(frozen=True)
 class Loaded:
-    """A body with contacts of the law.
+    """A loaded body with contacts of the law.
 
     Attributes:
         body: PyBullet's id.
-        handles: Of the contacts, in the order they were given, for `ContactCallback.state` and the like.
+        handles: Handles of the contacts, in the order given, for `ContactCallback.state` and the like.
     """
 
     body: int
@@ -59,21 +59,21 @@ def load_urdf(
     settings: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> Loaded:
-    """Load a URDF and let links of it touch by the law; Bullet finds what it includes and refers to beside it.
+    """Load a URDF and let links of it touch by the law; Bullet finds the files that it refers to beside it.
 
     Args:
-        callback: What integrates the contacts.
-        path: The file; Bullet looks in the folders of setAdditionalSearchPath too.
-        contacts: Each (links, other, pair), links as for `links_of`; other: a body loaded before, or bodies, or
-            (body, link), as for `ContactCallback.add_contact`; or names of other links of this URDF. A fourth entry, a
-            dict, holds settings of this contact alone.
-        undamped: Whether to take Bullet's default damping, which eats energy in flight, and its clamp of velocities
-            from the body. Damping of joints stays as the URDF has it.
-        settings: Of `add_contact`, for all contacts: substeps, rounding.
-        options: Of `pybullet.loadURDF`: basePosition, useFixedBase, globalScaling, ...
+        callback: The callback that integrates the contacts.
+        path: The file; Bullet also searches the folders of setAdditionalSearchPath.
+        contacts: Each (links, other, pair); links as for `links_of`; other: a loaded body, or bodies, or (body, link),
+            as for `ContactCallback.add_contact`; or names of other links of this URDF. A fourth entry, a dict, holds
+            settings for this contact alone.
+        undamped: Whether to set Bullet's default damping, which dissipates energy in flight, to zero, and to raise its
+            limit of velocities. Damping of joints stays as the URDF has it.
+        settings: Those of `add_contact`, for all contacts: substeps, rounding.
+        options: Those of `pybullet.loadURDF`: basePosition, useFixedBase, globalScaling, ...
 
     Raises:
-        ValueError: The file cannot be loaded, or a contact is none that the law can serve; nothing is left of it then.
+        ValueError: The file cannot be loaded, or the law cannot serve a contact; the body is removed then.
     """
     if not isinstance(callback, ContactCallback):
         raise ValueError(f"callback = {callback!r}: must be a ContactCallback")
@@ -110,20 +110,20 @@ def load_urdf(
 
 
 def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument: str = "names") -> list[Key]:
-    """Links of a body by their names, for `ContactCallback.add_contact`.
+    """Return links of a body by their names, for `ContactCallback.add_contact`.
 
     Args:
         body: PyBullet's id; or several, as loadMJCF and loadSDF return them.
-        names: Each the name of a link (the base has one too), a pattern as in a shell ("*_wheel"), or a sequence of
-            such; none: "*". Patterns leave out links that have no collision shape.
+        names: Each the name of a link (the base has one too), a shell pattern ("*_wheel"), or a sequence of such; none:
+            "*". Patterns leave out links without a collision shape.
         client: Physics client id.
-        argument: What messages call the names.
+        argument: Name of the argument in messages.
 
     Returns:
         (body, link) of each, link -1 for the base, in the order of the names, each once.
 
     Raises:
-        ValueError: No such body, no such link (the message has the nearest names), or one that has no collision shape.
+        ValueError: No such body, no such link (the message offers the nearest names), or one without a collision shape.
     """
     bodies = list(body) if isinstance(body, Iterable) else [body]
     there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
@@ -151,7 +151,7 @@ def links_of(body: int | Iterable[int], *names: Names, client: int = 0, argument
 def _add(
     callback: ContactCallback, which: str, ones: list[Key], twos: Any, pair: Any, settings: Mapping[str, Any]
 ) -> int:
-    """Add a contact; the error tells what the links it numbers are called."""
+    """Add a contact; an error message that gives link numbers is completed by their names."""
     try:
         return callback.add_contact(ones, twos, pair, **settings)
     except ValueError as error:

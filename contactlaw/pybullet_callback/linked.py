@@ -1,16 +1,17 @@
-"""Bodies with joints: a tree of the world for each, read from PyBullet and handed back to it.
+"""Bodies with joints: a kinematic tree of the world for each, read from PyBullet and written back.
 
-As for free bodies (`exchange`): the velocity that Bullet tells is that of half a step before, v + dt/2 a is read, and
-handed back likewise, but where a contact is closed. With M(q) a + c(q, v) = f, what moves the joints besides gravity
-and contacts is f = M (a - a0), a0 the model's own acceleration: of the step that Bullet has taken, or, where it has yet
-to take it, of the one before. What contacts change the velocities by, u dt, is the generalised force M u: that of a
-joint is a couple, or a pair of forces, on both bodies that it holds together, that of a free base a force and a couple.
+As for free bodies (`exchange`), Bullet's velocity belongs to half a step before its position: v + dt/2 a is read, and
+written back likewise, except where a contact is closed. With M(q) a + c(q, v) = f, the force on the joints besides
+gravity and contacts is f = M (a - a0), where a0 is the acceleration of the model alone and a that of Bullet: of the
+step that Bullet has taken, or, before it steps, of the last one. If contacts change the velocities by u dt, they are
+applied as the generalised force M u: for a joint a couple, or a pair of forces, on the two bodies that it connects, for
+a free base a force and a couple.
 
-A motor of PyBullet is a constraint: with all the force that it may use it keeps its joint's speed. A contact that is
-met within a step meets it so: as an armature that is heavy against what the joint carries. (As a constant force over
-the step, which comes a step late, it would shake a robot off the feet that it stands on.) Which joints are held, their
-answer to the push in Bullet's own step shows: one whose motor is at its limit gains as much speed as a free one. One
-whose motor's torque hardly moves it is held too, pushed or not: a foot that is just lifted is as heavy when it lands.
+A motor of PyBullet is a constraint: it keeps the speed of its joint with up to its greatest force. In a contact within
+a step such a joint is given an armature that is heavy against what it carries. (A constant force instead would come a
+step late and shake a robot off its feet.) Which joints are held is read from their response to the push in Bullet's own
+step: one whose motor is at its limit gains as much speed as a free one. A joint that its motor's torque hardly moves is
+held too, pushed or not, so that a foot that is just lifted is as heavy when it lands.
 """
 
 from __future__ import annotations
@@ -30,22 +31,22 @@ from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbe
 from contactlaw.world.trees.description import ZERO
 from contactlaw.world.trees.rows import Q_SIZE, V_SIZE, TreeRows
 
-LEAST_INERTIA = 1e-12  # [m^2] over the mass
-EXACT = 1e-9  # of a coordinate, a difference that is rounding
-STRAIGHT = {FREE_JOINT: 3, SLIDE: 1}  # the first axes of a joint, which do not turn
-CARRIES = 0.01  # of a motor's torque, what moves its joint where it carries loads, in contact or not
-HELD = 1e3  # times what it carries: the armature of a joint that a motor holds
+LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
+EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
+TRANSLATIONS = {FREE_JOINT: 3, SLIDE: 1}  # number of translational axes of a joint, its first ones
+CARRIES = 0.01  # a motor holds its joint if less than this share of its torque accelerates the inertia that it carries
+HELD = 1e3  # armature of a joint that a motor holds, over the inertia that it carries
 UP = (0.0, 0.0, 1.0)
 
 
 def turned_by(turn: Array) -> Array:
-    """The quaternion of a rotation vector [rad]."""
+    """Return the quaternion of a rotation vector [rad]."""
     angle = float(np.linalg.norm(turn))
     return np.array([np.cos(0.5 * angle), *(0.5 * np.sinc(0.5 * angle / np.pi) * turn)])
 
 
 def axes_of(quaternion: Array) -> Array:
-    """The rotation matrix (3, 3) of a quaternion, scalar first; as `frames.matrix_of`, by PyBullet, faster."""
+    """Return the rotation matrix (3, 3) of a quaternion, scalar first; faster by PyBullet than `frames.matrix_of`."""
     w, x, y, z = quaternion.tolist()
     return rotation((x, y, z, w))
 
@@ -54,10 +55,10 @@ class Linked:
     """A body of PyBullet with joints, as a tree of a world.
 
     Attributes:
-        joints: Kind and first places, among coordinates and velocities, of each joint; link -1: the free base.
-        rows: As the world keeps it.
-        links: PyBullet's links that are in the tree, in their order.
-        heads: Of these the first of each of its members.
+        joints: Link, kind, and first index among coordinates and velocities of each joint; link -1: the free base.
+        rows: Its `TreeRows`.
+        links: PyBullet's links that move, in their order.
+        heads: First link of each body of the tree (links connected by fixed joints are one body).
     """
 
     def __init__(self, client: int, body: int) -> None:
@@ -69,9 +70,9 @@ class Linked:
         self.free = dynamics[BASE][0] > 0.0
         moves, kinds = {BASE: self.free}, {BASE: FREE_JOINT} if self.free else {}
         joint_at, axes = [np.zeros(3)] * self.free, [UP] * self.free
-        stands = {BASE: (np.zeros(3), np.eye(3))}  # in the base's inertial frame, what does not move against it
+        stands = {BASE: (np.zeros(3), np.eye(3))}  # pose in the base's inertial frame of links fixed to it
         places = [stands[BASE]] * self.free
-        for link, info in enumerate(infos):  # the joint is told in its inertial frame, and turns it back
+        for link, info in enumerate(infos):  # getJointInfo gives the parent's frame by the inverse rotation
             moves[link] = moves[info[16]] or info[2] in KINDS
             at, turn = -rotation(dynamics[link][3]).T @ dynamics[link][2], rotation(info[15]).T
             origin, frame = stands.get(info[16], stands[BASE])
@@ -121,32 +122,32 @@ class Linked:
         self._joints: Array | None = None
         links, before = self.rows.links, self.rows.links["parent"].tolist()
         owners = np.repeat(np.arange(links.size), links["axes"]).tolist()
-        straight = [k for _, kind, _, first in self.joints for k in range(first, first + STRAIGHT.get(kind, 0))]
+        straight = [k for _, kind, _, first in self.joints for k in range(first, first + TRANSLATIONS.get(kind, 0))]
         self._slides = [(k, owners[k], before[owners[k]]) for k in straight]
-        self._turns = np.zeros((links.size, self.v_size))  # which moments about joints act on which body, and how
+        self._turns = np.zeros((links.size, self.v_size))  # sign with which the moment about an axis acts on a body
         for k in set(range(self.v_size)) - set(straight):
             self._turns[owners[k], k] = 1.0
             if before[owners[k]] >= 0:
                 self._turns[before[owners[k]], k] = -1.0
 
     def add_to(self, world: World) -> list[Key]:
-        """Make its tree; the bodies of the world stand in a row. Returns body and link of each."""
+        """Add its tree to a world, whose bodies get consecutive numbers; return body and link of each."""
         self.number, bodies = world.add_tree_of(self.rows)
         self.first, self.members = bodies[0], slice(bodies[0], bodies[0] + len(self.heads))
         return [(self.body, link) for link in self.heads]
 
     def inertias(self) -> list[tuple[Any, ...]]:
-        """Masses, moments and where they are, of all links, as PyBullet has them now."""
+        """Return mass, moments of inertia and inertial frame of all links, as PyBullet has them now."""
         dynamics = (p.getDynamicsInfo(self.body, link, self._client) for link in self._all)
         return [(one[0], *one[2:5]) for one in dynamics]
 
     def place_of(self, link: int) -> tuple[int, Array, Array]:
-        """Member of the tree that a link is part of, and where its inertial frame is in that one's principal axes."""
+        """Return the body of the tree that a link is part of, and the pose of the link's inertial frame in it."""
         i = self.links.index(link)
         return int(self.rows.row[i]), self.rows.at[i], matrix_of(self.rows.quaternion[i])
 
     def read(self) -> tuple[Array, Array]:
-        """Coordinates and velocities as PyBullet has them; `torque`: of motors, of hinges and slides."""
+        """Return coordinates and velocities as PyBullet has them; read `torque` of the motors of hinges and slides."""
         q: list[float] = []
         v: list[float] = []
         if self.free:
@@ -168,7 +169,7 @@ class Linked:
         return np.array(q), np.array(v)
 
     def write(self, q: Array, v: Array) -> None:
-        """Put it there, moving so."""
+        """Set coordinates and velocities in PyBullet."""
         if self._jointed:
             places, speeds = q.tolist(), v.tolist()
             p.resetJointStatesMultiDof(
@@ -182,7 +183,7 @@ class Linked:
             p.resetBaseVelocity(self.body, v[:3].tolist(), (axes_of(q[3:7]) @ v[3:6]).tolist(), self._client)
 
     def moved(self, q: Array, x: Array) -> Array:
-        """Coordinates moved by x, shape (v_size,), spins along the bodies' axes."""
+        """Return coordinates q displaced by x, shape (v_size,), rotations along the bodies' axes."""
         out = q.copy()
         out[self.scalar_q] += x[self.scalar_v]
         for _, kind, i, j in self._others:
@@ -194,7 +195,7 @@ class Linked:
         return out
 
     def between(self, q: Array, other: Array) -> Array:
-        """What moves q to other, shape (v_size,)."""
+        """Return the displacement, shape (v_size,), from coordinates q to others."""
         out = np.zeros(self.v_size)
         out[self.scalar_v] = other[self.scalar_q] - q[self.scalar_q]
         for _, kind, i, j in self._others:
@@ -208,14 +209,14 @@ class Linked:
         return out
 
     def along(self, v: Array, q: Array, other: Array) -> Array:
-        """Velocities where the spin of the base, along its axes at q, is told along those at other coordinates."""
+        """Return velocities v, whose spin of the base is along its axes at q, with the spin along those at `other`."""
         out = v.copy()
         if self.free:
             out[3:6] = axes_of(other[3:7]).T @ (axes_of(q[3:7]) @ v[3:6])
         return out
 
     def _look_at(self, world: Arrays) -> None:
-        """Where its numbers are in a world's arrays."""
+        """Find its numbers in the arrays of a world."""
         if self._joints is world.joints:
             return
         self._joints = world.joints
@@ -228,7 +229,7 @@ class Linked:
         self._centres = world.bodies["position"][own]
 
     def receive(self, world: Arrays, gravity: Array) -> None:
-        """Take where it is at the start of a step; what its place lacks is put right."""
+        """Take the state at the start of a step, correct its coordinates, and see whether the user has moved it."""
         self._look_at(world)
         q, v = self.now
         left = self.moved(self.left[0], self.ahead * v) if self.ahead > 0.0 else self.left[0]
@@ -254,7 +255,7 @@ class Linked:
             tree["base_turn"] = w, x, y, z
 
     def _learn(self, gained: Array) -> None:
-        """What moved the joints, and which of them a motor held against `push`, from the accelerations of a step."""
+        """Find the forces on the joints, and which joints a motor held against `push`, from a step's accelerations."""
         known, i = self.matrix @ self.own, self.scalar_v
         armature, inertia = self._axes["armature"][i], self.matrix[i, i]
         torque = np.abs(self.torque)
@@ -264,7 +265,7 @@ class Linked:
         self.force += self.matrix @ gained - known - self.push
 
     def set_out(self, world: Arrays, dt: float) -> None:
-        """Place the world's tree at the start of the step, with its true velocity, and `force` on it."""
+        """Set the world's tree at the start of the step, with `force` and the velocity at the time of the position."""
         self._place(world, dt)
         self.matrix = matrix_of_factor(self._axes, self._factor, self._carried)
 
@@ -280,13 +281,13 @@ class Linked:
         settle(world, self.number)
 
     def compare(self, world: Arrays, dt: float) -> None:
-        """After Bullet's step: what moved the joints in it."""
+        """After Bullet's step: find the forces on the joints within it."""
         self.after = self.read()
         self._learn((self.after[1] - self.start[1]) / dt)
         self._place(world, dt)
 
     def hand_back(self, world: Arrays, dt: float, stepped: bool, pressed: bool) -> bool:
-        """After the world's step; returns whether it must be pushed: PyBullet has yet to step."""
+        """Write the tree back after the world's step; return whether it must be pushed, as PyBullet has yet to step."""
         self._look_at(world)
         self.pressed = pressed
         if not (self._asleep.any() or self._touched.any()):
@@ -297,7 +298,7 @@ class Linked:
         q, v = self._q.copy(), self._v.copy()
         if not pressed:
             v -= 0.5 * dt * self._a
-        shown = self.along(v, q, self.start[0])  # Bullet turns a base about its spin, so that this is what will be read
+        shown = self.along(v, q, self.start[0])  # Bullet keeps the spin of a base along the axes before its step
         self.push = self.matrix @ ((shown - self.start[1]) / dt - self.own)
         if stepped:
             self.write(q, v)
@@ -305,24 +306,24 @@ class Linked:
             return False
         self.left, self.ahead = (self.start[0], shown), dt
         self.lacks = self.between(self.moved(self.start[0], dt * shown), q)
-        self._put(world, *self.start)  # where it will be pushed; it is read anew in the next step
+        self._put(world, *self.start)  # the pose at which it is pushed
         return True
 
     def apply_steady_push(self) -> None:
-        """Push it with what pressed on it in the last step."""
+        """Apply the push of the last step again, if a contact is closed."""
         if self.pressed:
             self.apply_push()
         else:
             self.push[:] = 0.0
 
     def apply_push(self) -> None:
-        """Push its links by what contacts did, as the world's tree stands."""
+        """Apply the push of the contacts as forces and torques on links, at the present pose of the world's tree."""
         if not self.push.any():
             return
         moments = self._turns @ (self.push[:, None] * self._axes["spin"])
         for k, owner, parent in self._slides:
             push = self.push[k] * self._axes["velocity"][k]
-            # of a free base at its frame, which all is turned about; what is fixed to it moves the centre
+            # on a free base at its own frame, about which spin is reckoned; fixed links shift the centre of mass
             place = (self._q[:3] if self.free and owner == 0 else self._centres[owner]).tolist()
             for member, own in ((owner, push), (parent, -push)):
                 if member >= 0:

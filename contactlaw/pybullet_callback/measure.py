@@ -1,4 +1,7 @@
-"""Shapes that have no closed form here: PyBullet says where they are nearest, and a tangent plane stands there."""
+"""Hook "measure": contacts of shapes without a closed form, whose nearest points PyBullet finds.
+
+The other shape is replaced by its tangent plane at the nearest point, placed anew before each step.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +13,20 @@ import pybullet as p
 from contactlaw.pybullet_callback.shapes import Side
 from contactlaw.world.data.records import Arrays
 
-ON_A, ON_B, NORMAL, DISTANCE = 5, 6, 7, 8  # in a point of getClosestPoints, the normal from B to A
-FAR = -1e6  # [m] along its normal: nothing touches a plane there
-STEPS = 3.0  # of free motion that are looked ahead
+ON_A, ON_B, NORMAL, DISTANCE = 5, 6, 7, 8  # indices in a point of getClosestPoints; the normal is from B to A
+FAR = -1e6  # [m], offset along the normal of a plane that nothing touches
+STEPS = 3.0  # search distance in steps of the present motion
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A sphere or a capsule, and what PyBullet must measure its distance from.
+    """A sphere or a capsule, and a shape whose distance PyBullet must measure.
 
     Attributes:
-        one, other: Both.
-        row_one, row_other: Of their bodies.
-        ends: The sphere, or the capsule's ends, as shapes of the world.
-        planes: Tangent planes of the other, one for each of them.
+        one, other: Sphere or capsule; measured shape.
+        row_one, row_other: Rows of their bodies.
+        ends: Shapes of the world: the sphere, or the ends of the capsule.
+        planes: Shapes of the world: a tangent plane of the measured shape for each of `ends`.
     """
 
     one: Side
@@ -34,7 +37,7 @@ class Measured:
     planes: list[int]
 
     def place(self, client: int, world: Arrays, dt: float) -> None:
-        """Place the planes for the step that begins."""
+        """Place the tangent plane at the nearest point for a step dt [s]; other planes go out of reach."""
         a, b = world.bodies[self.row_one + 1], world.bodies[self.row_other + 1]
         planes = world.shapes[self.planes]
         planes["at"], planes["normal"] = (0.0, 0.0, FAR), (0.0, 0.0, 1.0)

@@ -178,7 +178,7 @@ class Scene:
             _, one, two, sign = self.sides_of(record)
             asleep = bool(arrays.bodies["asleep"][[record["body_a"], record["body_b"]]].any())
             state = out.setdefault((one.key, two.key), ContactState(one.key, two.key))
-            state.enter(record, arrays.memory[slot], sign, asleep, self.traffic.dt)
+            state.add(record, arrays.memory[slot], sign, asleep, self.traffic.dt)
         return list(out.values())
 
     def pairs(self, handle: int) -> NDArray[np.int64]:

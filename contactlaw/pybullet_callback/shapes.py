@@ -1,4 +1,4 @@
-"""Bodies and shapes: ids checked, shapes read, their curvature, and what they are to the world."""
+"""Bodies and shapes read from PyBullet: ids are checked, and shapes become shapes of the world."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 Key = tuple[int, int]
 
 BASE = -1
-MULTIBODY = 2  # body type in getDynamicsInfo
-WHAT_IT_IS = {
+MULTIBODY = 2  # body type in the result of getDynamicsInfo
+OTHER_BODY_TYPES = {
     0: "without a body type",
     1: "made with useMaximalCoordinates, whose mass cannot be read",
     3: "a soft body",
@@ -39,22 +39,22 @@ SHAPE_NAMES = {
 }
 WITH_RADIUS = "sphere, capsule, plane, box, cylinder"
 PIECES = "compound of such"
-KNOWN = *WITH_RADIUS.split(", "), "mesh", PIECES
+CLOSED_FORM = *WITH_RADIUS.split(", "), "mesh", PIECES
 
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One of the two bodies of a contact: a base (link -1) or a link, and the shape it touches with.
+    """One of the two bodies of a contact: a base (link -1) or a link, and its shape.
 
     Attributes:
         body, link: PyBullet's ids.
-        shape: "sphere", "box", ...; "compound" where the link has several shapes that are not all in `pieces`.
+        shape: "sphere", "box", ...; "compound" if the link has several shapes and some have no closed form.
         size: Radius [m] of a sphere; radius and half length of a capsule or a cylinder; half lengths of a box.
-        position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); shape (3, 3); a plane's normal
-            is its third axis.
-        reach: How far from the centre of mass what must be measured may be [m].
-        points: Of a mesh, whose convex hull it is: vertices (n, 3) in the body's inertial frame [m].
-        pieces: Of a compound of shapes that have a closed form: a side for each.
+        position, rotation: Of the shape in the body's inertial frame: [m], shape (3,); matrix, shape (3, 3); a plane's
+            normal is its third axis.
+        reach: Greatest distance [m] of a measured shape from the centre of mass.
+        points: Vertices [m], shape (n, 3), of a mesh, which stands for its convex hull, in the body's inertial frame.
+        pieces: A side for each shape of a compound whose shapes all have a closed form.
     """
 
     body: int
@@ -69,13 +69,17 @@ class Side:
 
     @property
     def measured(self) -> bool:
-        """Whether PyBullet must say where it is nearest."""
-        return self.shape not in KNOWN
+        """Whether PyBullet must find its nearest point."""
+        return self.shape not in CLOSED_FORM
 
     def add_to(self, world: World, body: int, offset: Array, turn: Array, rounding: float | None) -> list[int]:
-        """Fix it to a body of the world, in which its body's inertial frame is so; returns the shapes that it makes.
+        """Add the shape to a body of the world; return the numbers of the shapes that it makes.
 
-        rounding: radius [m] of edges.
+        Args:
+            world: The world.
+            body: Of the world.
+            offset, turn: Position [m] and rotation matrix of PyBullet's inertial frame in that body.
+            rounding: Radius [m] of edges, None: the default.
         """
         if self.pieces:
             return [shape for piece in self.pieces for shape in piece.add_to(world, body, offset, turn, rounding)]
@@ -92,12 +96,16 @@ class Side:
 
 
 def name_of(key: Key) -> str:
-    """What messages call a body or a link."""
+    """Return the name of a body or link in messages."""
     return f"body {key[0]}" if key[1] == BASE else f"body {key[0]} link {key[1]}"
 
 
 def engine_parameters(client: int) -> dict[str, Any]:
-    """PyBullet's parameters of the next step; substeps are refused."""
+    """Return PyBullet's parameters of the next step.
+
+    Raises:
+        ValueError: The step has substeps.
+    """
     parameters = p.getPhysicsEngineParameters(client)
     if parameters["numSubSteps"] > 1:
         raise ValueError(
@@ -108,7 +116,9 @@ def engine_parameters(client: int) -> dict[str, Any]:
 
 
 def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
-    """Sides of one set ("a" or "b"): a body, or several, plain or as (body, link); link: of plain ones.
+    """Return the sides of one set: a body, or several, as id or (body, link).
+
+    which: "a" or "b", for messages; link: of bodies given as an id.
 
     Raises:
         ValueError: No such body or link, no collision shape, not a multibody, a planar joint, or an empty set.
@@ -132,14 +142,14 @@ def read_sides(client: int, which: str, bodies: Any, link: Any) -> list[Side]:
 
 
 def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, None]) -> Side:
-    """Check the ids of one side, among the bodies that are there, and read its shape; errors as for `read_sides`."""
-    # PyBullet checks no link id itself: getDynamicsInfo of a link that is not there ends the process.
+    """Check the ids of one side and read its shape; there: ids of all bodies; errors as for `read_sides`."""
+    # checked first: PyBullet's getDynamicsInfo of a link that does not exist ends the process
     body = _identity(f"body_{which}", body, there, "the bodies of this client")
     joints = p.getNumJoints(body, client)
     link = _identity(f"link_{which}", link, range(BASE, joints), f"-1 (the base) and the links of body {body}")
     kind = p.getDynamicsInfo(body, BASE, client)[10]
     if kind != MULTIBODY:
-        what = WHAT_IT_IS.get(kind, f"of type {kind}")
+        what = OTHER_BODY_TYPES.get(kind, f"of type {kind}")
         raise ValueError(f"body_{which} = {body}: {what}; must be a multibody, as createMultiBody and loadURDF give")
     if any(p.getJointInfo(body, joint, client)[2] == p.JOINT_PLANAR for joint in range(joints)):
         raise ValueError(f"body_{which} = {body}: has a planar joint, whose inertia cannot be read; others are allowed")
@@ -158,11 +168,11 @@ def read_side(client: int, which: str, body: Any, link: Any, there: dict[int, No
 
 
 def _side(client: int, body: int, link: int, name: str, size: Any, position: Array, turn: Array) -> Side:
-    long = size[1], 0.5 * size[0]  # of (length, radius), a capsule's without its caps; a box's lengths are full
+    long = size[1], 0.5 * size[0]  # size is (length, radius), without a capsule's caps; full lengths for a box
     sizes = {"sphere": size[:1], "capsule": long, "cylinder": long, "box": tuple(0.5 * np.array(size))}
     if name in sizes:
         return Side(body, link, name, sizes[name], position, turn)
-    if name == "plane":  # its normal, in the shape's frame
+    if name == "plane":  # size is the normal, in the shape's frame
         normal = np.array(size)
         return Side(body, link, name, (), position, turn @ turn_to(normal / np.linalg.norm(normal)))
     if name == "mesh":
@@ -193,14 +203,15 @@ SERVED = (
 
 
 def check_served(a: Side, b: Side, free: bool) -> None:
-    """Refuse two shapes that do not touch as a ball does, in one point each, whatever radius they are given.
+    """Refuse two shapes that touch in more than one point, whatever radius they are given.
 
-    Boxes and cylinders have round parts for what is flat; a face or an edge that Bullet measures would be thrown up by
-    forces at one corner that the others do not know of. free: whether one of them is free to turn every way; a capsule
-    then strikes what Bullet measures with one end after the other, and within a step only one is seen.
+    Boxes and cylinders have round parts for flat shapes. For a measured face or edge only one point is known: the force
+    there would turn the body over, as the contacts at its other corners are missing. free: whether a body of the two is
+    free to turn in all directions; a free capsule strikes a measured shape with one end after the other, and only one
+    of them is found in a step.
 
     Raises:
-        ValueError: They are such.
+        ValueError: The law cannot serve them.
     """
     shapes = a.shape, b.shape
     if not (a.measured or b.measured) and shapes != ("plane", "plane"):
@@ -218,10 +229,10 @@ def check_served(a: Side, b: Side, free: bool) -> None:
 
 
 def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
-    """Refuse two shapes of which one has no radius of its own where the pair gives none.
+    """Refuse a shape without a radius of curvature where the pair gives no radius.
 
     Raises:
-        ValueError: They are such.
+        ValueError: One of the shapes has none.
     """
     for name, side in (("a", a), ("b", b)):
         if pair.radius is None and side.measured:
@@ -232,11 +243,11 @@ def check_radius(pair: ContactPair, a: Side, b: Side) -> None:
 
 
 def can_move(client: int, body: int) -> bool:
-    """Whether a body has any coordinates: it is free, or has joints that let its links move."""
+    """Return whether a body has any coordinates: it is free, or has joints that let its links move."""
     joints = (p.getJointInfo(body, joint, client)[2] for joint in range(p.getNumJoints(body, client)))
     return p.getDynamicsInfo(body, BASE, client)[0] > 0.0 or any(kind in KINDS for kind in joints)
 
 
 def rotation(quaternion: tuple[float, ...]) -> Array:
-    """Rotation matrix, shape (3, 3)."""
+    """Return the rotation matrix, shape (3, 3), of a quaternion, scalar last."""
     return np.array(p.getMatrixFromQuaternion(quaternion)).reshape(3, 3)

@@ -1,4 +1,4 @@
-"""`pybullet.stepSimulation` replaced for a while, for those who do not let their steps be taken by others."""
+"""Replacement of `pybullet.stepSimulation` within a context, for environments that step PyBullet themselves."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _STEPPED: dict[int, Any] = {}
 
 
 class _Step:
-    """What stands in its place: takes the steps of the clients in `_STEPPED`, and leaves others to PyBullet.
+    """Stands in for stepSimulation: takes the steps of clients in `_STEPPED`, and passes others on to PyBullet.
 
-    BulletClient of pybullet_utils gives its id to what it takes for a built-in function, and to nothing else.
+    BulletClient of pybullet_utils adds its client id only to calls of built-in functions, so this claims to be one.
     """
 
-    __class__ = property(lambda self: BuiltinFunctionType)  # type: ignore[assignment]  # what `isinstance` asks for
+    __class__ = property(lambda self: BuiltinFunctionType)  # type: ignore[assignment]  # for `isinstance`
 
     def __call__(self, physicsClientId: int = 0) -> None:
         callback = stepped_by(physicsClientId)
@@ -31,16 +31,16 @@ _STEP: Any = _Step()
 
 
 def stepped_by(client: int) -> Any:
-    """The callback that has the steps of a client; None: none has."""
+    """Return the callback that takes the steps of a client, None if none does."""
     return _STEPPED.get(client)
 
 
 @contextmanager
 def stepping(callback: Any, client: int) -> Iterator[None]:
-    """Let a callback take the steps of a client, whoever asks for them.
+    """Let a callback take the steps of a client, whichever code calls stepSimulation.
 
     Raises:
-        ValueError: Another one has them.
+        ValueError: Another callback takes them already.
     """
     if client in _STEPPED:
         raise ValueError(f"client {client}: its steps are taken inside another `stepping` already")
@@ -55,7 +55,7 @@ def stepping(callback: Any, client: int) -> Iterator[None]:
 
 
 def _replace(old: Callable[..., Any], new: Callable[..., Any]) -> None:
-    """In PyBullet, and where it was imported by name."""
+    """Replace a function in PyBullet and in all modules that imported it by name."""
     for module in list(sys.modules.values()):
         names = getattr(module, "__dict__", {})
         if names.get("stepSimulation") is old:

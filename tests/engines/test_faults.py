@@ -162,7 +162,7 @@ def test_an_interrupt_while_an_mjdata_is_made_leaves_none_half_made(model, monke
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("contactlaw.mujoco_plugin.instance._block", stop)
+    monkeypatch.setattr("contactlaw.mujoco_plugin.plugin._new_block", stop)
     with pytest.raises(mujoco.FatalError, match="init failed"):
         mujoco.MjData(model)
     assert capfd.readouterr().err == "contactlaw: plugin instance 0: KeyboardInterrupt\n"

@@ -212,7 +212,7 @@ def test_a_mujoco_whose_structs_lie_elsewhere_is_refused(monkeypatch):
 
 
 def test_a_mujoco_of_another_age_is_refused(monkeypatch):
-    from contactlaw.mujoco_plugin.instance import register
+    from contactlaw.mujoco_plugin.plugin import register
 
     monkeypatch.setattr(mujoco, "__version__", "3.2.1")
     with pytest.raises(ImportError, match=r"MuJoCo 3\.3\.6 to 4\.x, not 3\.2\.1"):

@@ -1,9 +1,9 @@
-"""The contacts of a compiled model: what each plugin instance is configured for, and whether it can be served.
+"""Plugin instances of a compiled model: their configuration, their geoms, and whether the law can serve them.
 
-The engine's rules (MuJoCo documentation, Computation, "Collision detection", Selection): two geoms are tested if
-`<contact><pair>` names them; else if the `contype` of one has a bit in common with the `conaffinity` of the other, and
-their bodies are not excluded, nor both without a joint, nor parent and child, unless the parent is welded to the world.
-Bodies that are welded together count as one.
+MuJoCo's rules (documentation, Computation, "Collision detection", Selection): two geoms are tested if a
+`<contact><pair>` names them. Else they are tested if contype of one shares a bit with conaffinity of the other, unless
+their bodies are excluded, or both have no joint, or are parent and child with the parent not welded to the world.
+Bodies welded together count as one.
 """
 
 from __future__ import annotations
@@ -30,31 +30,39 @@ _ADHESION, _SENSOR = int(mujoco.mjtTrn.mjTRN_BODY), int(getattr(mujoco.mjtSensor
 
 
 def configured(view: layout.ModelView, number: int) -> Iterator[tuple[str, str]]:
-    """Keys and values of a plugin instance, those that have any."""
+    """Yield the keys of a plugin instance that have a value, and the values."""
     items = ((key, LIBRARY.mj_getPluginConfig(view.address, number, key.encode())) for key in config.KEYS)
     return ((key, value.decode()) for key, value in items if value)
 
 
 def instances(view: layout.ModelView) -> list[int]:
-    """Numbers of this plugin's instances in a model."""
+    """Return the ids of all instances of this plugin in a model."""
     slots = [layout.plugin_of(name)[1] for name in (config.PLUGIN_NAME, config.BLIND)]
     return np.flatnonzero(np.isin(view.plugin, slots)).tolist()
 
 
-def members(view: layout.ModelView) -> list[int]:
-    """Those of them that are contacts; what is not configured at all is a sensor of all contacts."""
+def contact_instances(view: layout.ModelView) -> list[int]:
+    """Return the ids of instances that are contacts; those without any configuration are sensors of all contacts."""
     return [number for number in instances(view) if any(configured(view, number))]
 
 
-def left_out(view: layout.ModelView) -> Iterator[str]:
-    """What knows the engine's own contacts alone, and is on geoms that touch by the law: words for each."""
+def leads(view: layout.ModelView, number: int) -> bool:
+    """Return whether an instance is the first contact of the model, whose block holds the world (see `block`)."""
+    return [number] == contact_instances(view)[:1]
+
+
+def unserved_readers(view: layout.ModelView) -> Iterator[str]:
+    """Yield a warning for each adhesion actuator and contact sensor on geoms of the law.
+
+    They know the engine's own contacts alone.
+    """
     sticky, sensors = (np.flatnonzero(own) for own in (view.actuator_trntype == _ADHESION, view.sensor_type == _SENSOR))
     if not (sticky.size or sensors.size):
         return
-    geoms = np.unique([geom for number in members(view) for geom in Member(view, number).geoms])
+    geoms = np.unique([geom for number in contact_instances(view) for geom in ContactInstance(view, number).geoms])
 
     def on(kind: int, number: int) -> bool:
-        """Whether such geoms are of an object; a site, or no object, means any."""
+        """Return whether an object has geoms of the law; a site, or no object, may have any."""
         bodies = view.geom_bodyid[geoms].copy()
         while kind == _TREE and (bodies > number).any():
             bodies[bodies > number] = view.body_parentid[bodies[bodies > number]]
@@ -74,73 +82,81 @@ def left_out(view: layout.ModelView) -> Iterator[str]:
 
 
 def friction_of(one: tuple[float, int], two: tuple[float, int]) -> float:
-    """Coefficient of geoms with these frictions and priorities: the greater, or that of the greater priority."""
+    """Return the friction coefficient of two geoms given as (friction, priority), by the engine's rule.
+
+    The coefficient of the geom with the higher priority, or the greater one if the priorities are equal.
+    """
     return max(one[0], two[0]) if one[1] == two[1] else max(one, two, key=lambda own: own[1])[0]
 
 
 class Rule(NamedTuple):
-    """Each geom of the first touches each of the second, or none does."""
+    """Whether each geom of one set may touch each geom of the other."""
 
     ones: frozenset[int]
     twos: frozenset[int]
     allowed: bool
 
     def fits(self, one: int, two: int) -> bool:
-        """Whether it is about two geoms."""
+        """Return whether the rule is about these two geoms."""
         return (one in self.ones and two in self.twos) or (two in self.ones and one in self.twos)
 
 
 def explicit_pairs(view: layout.ModelView) -> Iterable[tuple[int, int, float]]:
-    """Both geoms of each `<pair>`, and its margin [m]."""
+    """Yield both geoms of each `<pair>` and its margin [m]."""
     return zip(view.pair_geom1.tolist(), view.pair_geom2.tolist(), view.pair_margin.tolist(), strict=True)
 
 
 def rules_of(view: layout.ModelView, bits: Mapping[int, Bits]) -> list[Rule]:
-    """Of geoms that may touch each other natively, those that do not; of two rules that fit, the later one holds.
+    """Return rules by which pairs of these geoms belong to the law or do not; the last one that fits a pair holds.
+
+    A pair that the engine would not have tested before the law took over is not the law's; nor is one that the engine
+    still tests now. A `<pair>` with a negative margin is one that `disable_native` or `entries` wrote, so it is the
+    law's.
 
     Args:
         view: The compiled model.
-        bits: Contype and conaffinity that geoms had before the law took their contacts. What the engine still does with
-            those that they have now is the engine's, and so are pairs of `<contact>` but for those with a negative
-            margin, by which a contact is turned off.
+        bits: contype and conaffinity of each geom before the law took over.
     """
     contype, affinity, owner = view.geom_contype, view.geom_conaffinity, view.geom_bodyid
     weld, parent, tree = view.body_weldid, view.body_parentid, view.body_treeid
     kinds = groups(bits, lambda geom: (bits[geom], (int(contype[geom]), int(affinity[geom]))))
-    known: list[tuple[Iterable[int], Iterable[int], bool]] = [
+    rules: list[tuple[Iterable[int], Iterable[int], bool]] = [
         (kinds[one], kinds[two], False)
         for one, two in combinations_with_replacement(kinds, 2)
         if not touch(one[0], two[0]) or touch(one[1], two[1])
     ]
     carried = groups(bits, lambda geom: int(weld[owner[geom]]))
-    still = groups(bits, lambda geom: bool(tree[owner[geom]] < 0)).get(True, ())
-    known += [(geoms, geoms, False) for geoms in (*carried.values(), still) if len(geoms) > 1]
+    fixed = groups(bits, lambda geom: bool(tree[owner[geom]] < 0)).get(True, ())
+    rules += [(geoms, geoms, False) for geoms in (*carried.values(), fixed) if len(geoms) > 1]
     if not view.option("disableflags") & FILTER_PARENT:
         above = {body: int(weld[parent[body]]) for body in carried if body}
-        known += [(carried[body], carried[up], False) for body, up in above.items() if up and up in carried]
+        rules += [(carried[body], carried[up], False) for body, up in above.items() if up and up in carried]
     of_body = groups(bits, lambda geom: int(owner[geom]))
     excluded = ((signature >> 16, signature & 0xFFFF) for signature in view.exclude_signature.tolist())
-    known += [(of_body[one], of_body[two], False) for one, two in excluded if one in of_body and two in of_body]
+    rules += [(of_body[one], of_body[two], False) for one, two in excluded if one in of_body and two in of_body]
     pairs = explicit_pairs(view)
-    known += [([one], [two], margin < 0.0) for one, two, margin in pairs if one in bits and two in bits]
-    return [Rule(frozenset(ones), frozenset(twos), allowed) for ones, twos, allowed in known]
+    rules += [([one], [two], margin < 0.0) for one, two, margin in pairs if one in bits and two in bits]
+    return [Rule(frozenset(ones), frozenset(twos), allowed) for ones, twos, allowed in rules]
 
 
-class Member:
-    """What a compiled model says of one plugin instance."""
+class ContactInstance:
+    """A plugin instance that is a contact: its configuration and its geoms in the compiled model."""
 
     def __init__(self, view: layout.ModelView, number: int) -> None:
         self.view = view
         self.number = number
         self.contact = config.read(tuple(configured(view, number)))
-        self._ids = self._geoms()
-        self.geoms = list(dict.fromkeys(self._ids[0] + self._ids[1]))
+        self._sides = self._find_geoms()
+        self.geoms = list(dict.fromkeys(self._sides[0] + self._sides[1]))
         if self.contact.native and len(self.contact.native) != len(self.geoms):
             raise ValueError(f"native: tells of {len(self.contact.native)} geoms; must tell of all {len(self.geoms)}")
         self.native: dict[int, Bits] = dict(zip(self.geoms, self.contact.native, strict=False))
 
-    def _geoms(self) -> list[list[int]]:
-        """Ids of geoms, by names that have what stands before and behind the instance's own name."""
+    def _find_geoms(self) -> list[list[int]]:
+        """Return the ids of the geoms of both sides.
+
+        Where the model was attached to another one, geom names have the prefix and suffix of the instance's name.
+        """
         own = self.view.name("plugin", self.number)
         name = self.contact.name
         start, _, end = own.partition(name) if name and name in own else ("", "", "")
@@ -158,22 +174,22 @@ class Member:
 
     @cached_property
     def product(self) -> Sets:
-        """The geoms that are named: each of the first with each of the second."""
-        ones, twos = self._ids
+        """All pairs of a geom of the first side and one of the second."""
+        ones, twos = self._sides
         if len(ones) == len(twos) == 1 and ones == twos:
             raise ValueError(f"geom2 = {self.contact.twos[0]!r}: must be another geom than geom1")
         return Sets(ones, twos, self.view.geom_bodyid.tolist().__getitem__)
 
     @cached_property
     def sets(self) -> Sets:
-        """The geoms that may touch."""
+        """The pairs that may touch."""
         if not self.native:
             return self.product
-        known = rules_of(self.view, self.native)[::-1]
-        return self.product.among(lambda one, two: next((rule.allowed for rule in known if rule.fits(one, two)), True))
+        rules = rules_of(self.view, self.native)[::-1]
+        return self.product.among(lambda one, two: next((rule.allowed for rule in rules if rule.fits(one, two)), True))
 
     def by_friction(self, ones: Iterable[int], twos: Iterable[int]) -> Iterator[tuple[float, list[int], list[int]]]:
-        """Geoms of one set that touch those of another, by their coefficient of friction."""
+        """Yield (coefficient, geoms of one set, geoms of the other); coefficient NaN: that of the pair."""
         if not self.contact.frictions:
             yield nan, list(ones), list(twos)
             return
@@ -184,31 +200,31 @@ class Member:
 
     @cached_property
     def pairs(self) -> dict[float, ContactPair]:
-        """What its contacts are, by their coefficients of friction; NaN: that of the pair.
+        """`ContactPair` for each friction coefficient of the geoms; NaN: that of the configured pair.
 
         Raises:
-            ValueError: There are more different ones than there is room for.
+            ValueError: There are more different coefficients than there is room for.
         """
         pair, room = self.contact.pair, self.contact.frictions or 1
-        known = dict.fromkeys(mu for mu, _, _ in self.by_friction(*self._ids))
+        known = dict.fromkeys(mu for mu, _, _ in self.by_friction(*self._sides))
         if len(known) > room:
             raise ValueError(f"geom_friction: of one pair of materials {len(known)} different ones; room is for {room}")
         return {mu: pair if isnan(mu) else replace(pair, friction=mu) for mu in known}
 
     @cached_property
     def shapes(self) -> dict[int, Shape]:
-        """All geoms of the instance."""
+        """Shape of each geom."""
         sizes, types, name = self.view.geom_size, self.view.geom_type, self.view.name
         return {geom: Shape(name("geom", geom), type_of(int(types[geom])), sizes[geom].copy()) for geom in self.geoms}
 
 
-def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bool]) -> None:
-    """Each pair belongs to one instance, can move, and has no contact by the engine itself.
+def check(view: layout.ModelView, known: list[ContactInstance], moves: Callable[[int], bool]) -> None:
+    """Check that each pair belongs to one instance, can move, and has no native contact.
 
-    moves: whether a geom does.
+    moves: returns whether a geom can move.
 
     Raises:
-        ValueError: Not so; the message names the geoms.
+        ValueError: One of these fails; the message names the geoms.
     """
     bits = list(zip(view.geom_contype.tolist(), view.geom_conaffinity.tolist(), strict=True))
     owner, excluded = view.geom_bodyid.tolist(), set(view.exclude_signature.tolist())
@@ -217,8 +233,8 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
         key = min(one, two), max(one, two)
         margins[key] = max(margin, margins.get(key, -inf))
 
-    def is_on(pair: tuple[int, int]) -> bool:
-        """Whether two geoms touch by the engine's own contact."""
+    def is_native(pair: tuple[int, int]) -> bool:
+        """Return whether two geoms touch by the engine's own contact."""
         low, high = sorted(owner[geom] for geom in pair)
         if (min(pair), max(pair)) in margins:
             return margins[min(pair), max(pair)] >= 0.0
@@ -238,7 +254,7 @@ def check(view: layout.ModelView, known: list[Member], moves: Callable[[int], bo
         check_served(sets, shapes)
         named = [(two, one) if sets.reversed(one, two) else (one, two) for one, two in margins if sets.hold(one, two)]
         some = any(touch(bits[one], bits[two]) for one, two in sets.by_kinds(bits.__getitem__))
-        on = next(filter(is_on, chain(named, sets.every() if some else ())), None)
+        on = next(filter(is_native, chain(named, sets.every() if some else ())), None)
         if on:
             one, two = (shapes[geom] for geom in on)
             margin, gap = native_margin(one, two)

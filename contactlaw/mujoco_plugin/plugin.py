@@ -1,4 +1,4 @@
-"""The plugin as MuJoCo has it: registered once in a process; what it asks of Python for each model and each mjData."""
+"""The plugin as MuJoCo calls it: registration, once a process; sizes, init and reports in Python."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ import llvmlite.binding
 import mujoco
 
 from contactlaw import jit
-from contactlaw.mujoco_plugin import config, layout, notices
+from contactlaw.mujoco_plugin import config, edits, layout, notices
 from contactlaw.mujoco_plugin.block import HEAD, STARTS, allocate, free
+from contactlaw.mujoco_plugin.instances import contact_instances, instances, leads, unserved_readers
 from contactlaw.mujoco_plugin.layout import record_at
-from contactlaw.mujoco_plugin.members import instances, left_out, members
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
@@ -33,28 +33,28 @@ _POINTER_FIELDS = (
 )  # fmt: skip
 CALLED = "mjd_smooth_vel", "mj_rnePostConstraint", "mj_sensorAcc", "mj_applyFT", "mj_solveM", "mju_rayGeom"
 REGISTERED = "_contactlaw_registered"
-"""In sys.modules: what has been registered, also where contactlaw is imported anew."""
+"""Key in sys.modules that survives a re-import of contactlaw: what has been registered."""
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int)
 def nstate(model: int, number: int) -> int:
-    """Size of the state of an instance, called when a model is compiled."""
+    """Return the number of doubles in the state of an instance; called when a model is compiled."""
     try:
         view = layout.ModelView(model)
-        return Model(view).state_size if [number] == members(view)[:1] else 0
-    except BaseException:  # `init` comes next, fails in the same way and says why
+        return Model(view).state_size if leads(view, number) else 0
+    except BaseException:  # `init`, called next, fails in the same way and gives the reason
         return 0
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_int)
 def nsensordata(model: int, number: int, sensor: int) -> int:
-    """How many numbers a sensor has."""
+    """Return the number of values of a sensor."""
     return NUMBERS
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
 def init(model: int, data: int, number: int) -> int:
-    """Make the block of an instance, called when an mjData is made."""
+    """Make the block of an instance; called when an mjData is made. Returns -1 on failure."""
     try:
         view = layout.ModelView(model)
         if view.option("enableflags") & layout.SLEEP:
@@ -65,60 +65,61 @@ def init(model: int, data: int, number: int) -> int:
             raise ValueError("disableflags: spring and damper are both disabled, and with them all passive forces")
         if int(mujoco.mjtStage.mjSTAGE_ACC) not in view.sensor_needstage:
             view.plugin[number] = layout.plugin_of(config.BLIND)[1]
-        if [number] == members(view)[:1]:
-            for text in left_out(view):
-                warnings.warn(text, ContactWarning, stacklevel=1)  # by default once, whoever makes an mjData
-        _place(data, number).value = _block(view, [number] == members(view)[:1])
-    except BaseException as error:  # an interrupt too: without a block no step may be taken
-        # errors cannot cross MuJoCo's C frames: the message goes out here, and MuJoCo then fails by itself
+        if leads(view, number):
+            for text in unserved_readers(view):
+                warnings.warn(text, ContactWarning, stacklevel=1)
+        _block_slot(data, number).value = _new_block(view, number)
+    except BaseException as error:  # also an interrupt: no step may be taken without a block
+        # errors cannot cross MuJoCo's C frames: the message is printed here, and MuJoCo then raises an error of its own
         print(f"contactlaw: plugin instance {number}: {str(error) or type(error).__name__}", file=sys.stderr)
         return -1
     return 0
 
 
-def _place(data: int, number: int) -> ctypes.c_size_t:
-    """Where an mjData keeps the address of an instance's block."""
+def _block_slot(data: int, number: int) -> ctypes.c_size_t:
+    """Return the word of an mjData that holds the address of an instance's block."""
     blocks = record_at(data, layout.DATA, 1)[0]["plugin_data"]
     return ctypes.c_size_t.from_address(int(blocks) + 8 * number)
 
 
-def _block(view: layout.ModelView, leads: bool) -> int:
-    """Address of a new block.
+def _new_block(view: layout.ModelView, number: int) -> int:
+    """Make the block of an instance and return its address.
 
     Raises:
         ValueError: The law cannot serve the model.
     """
-    if not leads:
+    if not leads(view, number):
         return allocate(1, HEAD.itemsize)
     made = Model(view)
     made.check()
     return made.block(_REPORT_ADDRESS)
 
 
-def _renew(model: int, data: int) -> str:
-    """Make the leading block of an mjData anew, of the model as it is now; returns what it does not heed, and why."""
+def _rebuild_block(model: int, data: int) -> str:
+    """Make the leading block of an mjData again from the edited model; return why an edit has no effect, else ""."""
     view = layout.ModelView(model)
-    place = _place(data, members(view)[0])
-    old = record_at(place.value, HEAD, 1)[0]
-    changed = notices.take_note(old)
+    first = contact_instances(view)[0]
+    slot = _block_slot(data, first)
+    old = record_at(slot.value, HEAD, 1)[0]
+    changed = edits.update_watched(old)
     try:
-        made = _block(view, True)
+        made = _new_block(view, first)
     except Exception as error:
         return str(error)
     new = record_at(made, HEAD, 1)[0]
     before, now = (record_at(int(head["world"]), WORLD, 1) for head in (old, new))
     now["edited"] = max(before["edited"][0], RESIZED if changed["geom_size"] else EDITED)
     View(new).give_frictions(View(old).frictions)
-    new["turn"] = old["turn"]  # and what is known of the step that is under way
+    new["turn"] = old["turn"]  # with what is known of the step under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
     for name, count in (("starts", states), ("given", nv)):
         ctypes.memmove(int(new[name]), int(old[name]), 8 * count)
-    free(place.value)
-    place.value = made
+    free(slot.value)
+    slot.value = made
     geoms = View(new).geoms.tolist()
     bits = [
         f"{name} = {getattr(view, name)[geom]} of geom {view.label('geom', geom)}"
-        for name in notices.BITS
+        for name in edits.BITS
         for geom in changed[name]
         if geom in geoms
     ]
@@ -144,18 +145,18 @@ _TEXTS = {
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
 @demand.keeps
 def report(address: int, code: int, value: float) -> None:
-    """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
+    """Warn of something that a compiled callback found, see `notices`; address: of the block."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
     if edited:
         head["told_a"] = head["told_b"] = -1
-    where = _whereabouts(head)
-    why = _renew(int(head["model"]), int(head["data"])) if edited else ""
+    where = _where(head)
+    why = _rebuild_block(int(head["model"]), int(head["data"])) if edited else ""
     if why or not edited:
         warnings.warn(f"{where}: {_TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
 
 
-def _whereabouts(head: Any) -> str:
-    """Which geoms a notice is of, and when."""
+def _where(head: Any) -> str:
+    """Return which geoms a report is about, and the time, for the message."""
     time = record_at(head["data"], layout.DATA, 1)[0]["time"]
     view = layout.ModelView(int(head["model"]))
     named = [
@@ -170,21 +171,21 @@ _REPORT_ADDRESS = ctypes.cast(report, ctypes.c_void_p).value or 0
 
 
 def _reduce(whole: mujoco.MjModel | mujoco.MjData) -> tuple[Any, ...]:
-    """How a model or an mjData is pickled: what reads one with the law imports this module first."""
+    """Pickle a model or an mjData such that unpickling imports this module first."""
     model = whole.model if isinstance(whole, mujoco.MjData) else whole
     if not instances(layout.ModelView(model._address)):
         return whole.__reduce_ex__(2)
-    return _read, (type(whole), whole.__getstate__())
+    return _unpickle, (type(whole), whole.__getstate__())
 
 
-def _read(kind: type, state: bytes) -> mujoco.MjModel | mujoco.MjData:
-    """One from a pickle: MuJoCo copies the addresses of blocks, which another mjData has, or another process."""
+def _unpickle(kind: type, state: bytes) -> mujoco.MjModel | mujoco.MjData:
+    """Restore a model or an mjData; an mjData gets new blocks, as the pickled addresses belong to another one."""
     whole = kind.__new__(kind)  # type: ignore[call-overload]
     whole.__setstate__(state)
     if isinstance(whole, mujoco.MjData):
         view = layout.ModelView(whole.model._address)
         for number in instances(view):
-            _place(whole._address, number).value = _block(view, [number] == members(view)[:1])
+            _block_slot(whole._address, number).value = _new_block(view, number)
     return whole
 
 
@@ -206,13 +207,13 @@ class _Plugin(ctypes.Structure):
 
 
 def register() -> None:
-    """Fill the plugins' structs and register them, or take over what this process has registered before.
+    """Register the plugin, or take over what this process has registered before.
 
-    MuJoCo takes one plugin of a name and ends the process at a second, and mjData that live on call the first one's
-    compiled callbacks. These stay, therefore; only what MuJoCo asks of Python goes over to the modules of now.
+    MuJoCo accepts one plugin of a name and ends the process at a second one, and living mjData call the compiled
+    callbacks of the first. So these stay; only the Python functions are replaced by those of this import.
 
     Raises:
-        ImportError: Another MuJoCo than this works with, or another version of the plugin is registered already.
+        ImportError: This MuJoCo is not supported, or another version of the plugin is registered already.
     """
     version = tuple(int(part) for part in mujoco.__version__.split(".")[:3])
     if not OLDEST <= version <= NEWEST:
@@ -222,18 +223,18 @@ def register() -> None:
     if jit.INTERPRETED:
         raise ImportError("contactlaw.mujoco_plugin needs compiled callbacks, and NUMBA_DISABLE_JIT is set")
     layout.check()
-    stamp = jit.SOURCE_STAMP + layout.KEY  # what compiled callbacks and the memory that they work on depend on
+    stamp = jit.SOURCE_STAMP + layout.KEY  # key of the compiled callbacks and of their records in memory
     there = [address for name in (config.PLUGIN_NAME, config.BLIND) if (address := layout.plugin_of(name)[0])]
     if there and getattr(sys.modules.get(REGISTERED), "stamp", None) != stamp:
         raise ImportError(
             f"the plugin {config.PLUGIN_NAME} is registered in this process already, by another version of contactlaw; "
             "MuJoCo takes each plugin once: start a new process"
         )
-    plugins = [_Plugin.from_address(address) for address in there] or _first()
+    plugins = [_Plugin.from_address(address) for address in there] or _new_plugins()
     for plugin in plugins:
         for name, function in (("nstate", nstate), ("nsensordata", nsensordata), ("init", init)):
             setattr(plugin, name, ctypes.cast(function, ctypes.c_void_p))
-    _keep(nstate, nsensordata, init, report, *demand.LASTS)
+    _keep_alive(nstate, nsensordata, init, report, *demand.LASTS)
     if not there:
         for plugin in plugins:
             layout.LIBRARY.mjp_registerPlugin(ctypes.byref(plugin))
@@ -241,12 +242,12 @@ def register() -> None:
         known.stamp = stamp
 
 
-def _first() -> list[_Plugin]:
-    """The structs of the plugin with sensors and without, but for what MuJoCo asks of Python."""
+def _new_plugins() -> list[_Plugin]:
+    """Return the plugin's structs, with sensors and without, complete but for the Python functions."""
     for function in (*(getattr(layout.LIBRARY, name) for name in CALLED), ctypes.pythonapi.PyMem_RawFree):
         llvmlite.binding.add_symbol(function.__name__, ctypes.cast(function, ctypes.c_void_p).value)
     with jit.compiling("the MuJoCo plugin", COMPILE_TIME):
-        from contactlaw.mujoco_plugin import callbacks  # compiled against the symbols just added
+        from contactlaw.mujoco_plugin import callbacks  # its compilation needs the symbols just added
 
     plugins, passive = [_Plugin(), _Plugin()], int(mujoco.mjtPluginCapabilityBit.mjPLUGIN_PASSIVE)
     keys = (ctypes.c_char_p * len(config.KEYS))(*(key.encode() for key in config.KEYS))
@@ -257,11 +258,11 @@ def _first() -> list[_Plugin]:
         plugin.capabilityflags, plugin.needstage = passive | sensor, int(mujoco.mjtStage.mjSTAGE_ACC)
         plugin.compute, plugin.advance = callbacks.compute, callbacks.advance
         plugin.reset, plugin.destroy = callbacks.reset, callbacks.destroy
-    _keep(plugins, keys, jit.CALLBACKS)
+    _keep_alive(plugins, keys, jit.CALLBACKS)
     return plugins
 
 
-def _keep(*things: object) -> None:
-    """Let things live to the very end of the process: until then mjData may be freed, and models made."""
+def _keep_alive(*things: object) -> None:
+    """Keep objects alive until the process ends: mjData may be freed, and models made, until then."""
     for thing in things:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))

@@ -1,11 +1,12 @@
-"""What `load_model` is asked for, as geoms of a specification, and "*": every contact that a model makes by itself.
+"""The list or table of contacts given to `load_model`, and "*": every contact that the model makes natively.
 
-What the law cannot serve keeps the engine's own contact. Both are told apart by bits: a geom of which the law has all
-contacts gets contype = conaffinity = 0, which also spares the engine's broad phase. Of the others those of one kind
-(shape, bits, entries) get a bit of their own as contype, and as conaffinity those of the kinds that they go on
-touching. Flexes are never served and get theirs in the same way. The engine's filter of parent and child and
-`<exclude>` hold for both; pairs of `<contact>` that the law has get a margin so negative that the engine never makes
-them. What the bits were stands in the plugin's configuration.
+`parse_contacts` and `parse_skip` turn the user's entries into `config.Contact`. `replace_all` gives the law those
+native contacts that entries with "*" or a table of materials mean; what the law cannot serve keeps the engine's own
+contact. Both are separated by bits: a geom whose contacts are all the law's gets contype = conaffinity = 0, which also
+spares the engine's broad phase. Among the others, geoms of one kind (shape, bits, entries) share a contype bit of their
+own, and their conaffinity has the bits of the kinds that they go on touching. Flexes are never served and get bits in
+the same way. The engine's parent-child filter and `<exclude>` hold for both. An explicit `<pair>` that the law takes
+gets a margin so negative that the engine never makes the contact. The plugin's configuration keeps the original bits.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ import mujoco
 from contactlaw.material import Material, material_of
 from contactlaw.mujoco_plugin import config
 from contactlaw.mujoco_plugin.config import Contact
-from contactlaw.mujoco_plugin.selection import geoms_of
+from contactlaw.mujoco_plugin.selection import first_of, geoms_of
 from contactlaw.mujoco_plugin.shapes import native_margin, shape_of, touch, why_not_served
-from contactlaw.mujoco_plugin.spec import Geoms, put
+from contactlaw.mujoco_plugin.spec import Geoms, add_instance
 from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.world.near.sets import groups
 
@@ -33,18 +34,18 @@ Contacts = (
 )
 Value = float | Callable[[Material, Material], float]
 EVERY = "*"
-MOST_KINDS = 30
+MAX_KINDS = 30  # bits of contype, which is a C int, without those of its sign and of `NO_CONTYPE`
 NAMED = 4  # kinds of contacts that a warning names
-UNTOUCHED = 1 << 30  # a conaffinity that no contype has
+NO_CONTYPE = 1 << 30  # bit of conaffinity that no contype has: it keeps a geom from counting as visual
 
 
-def chosen(
+def parse_contacts(
     spec: mujoco.MjSpec, contacts: Any, settings: Mapping[str, Any], friction: Value | None, restitution: Value
 ) -> list[Contact]:
-    """All entries, those for every contact of a geom before those for two sets.
+    """Return all entries as contacts, sorted by the number of "*" in them, most first.
 
     Raises:
-        ValueError: An entry is none, or means no geoms.
+        ValueError: An entry has the wrong form, or means no geoms.
     """
     if isinstance(contacts, Mapping) and contacts:
         listed: list[Any] = list(_of_materials(spec, contacts, friction, restitution))
@@ -59,8 +60,8 @@ def chosen(
     return sorted(found, key=lambda entry: sum(map(is_every, listed[entry.number][:2])), reverse=True)
 
 
-def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
-    """What is to keep the engine's own contact: geoms, or pairs of choices of geoms."""
+def parse_skip(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
+    """Return the contacts that keep the engine's own response: geoms, or pairs of selections of geoms."""
     if isinstance(skip, str) or not isinstance(skip, Sequence):
         raise ValueError(
             f"skip = {skip!r}: must be a sequence of choices of geoms, or of pairs (geoms1, geoms2) of them"
@@ -73,7 +74,7 @@ def skipped(spec: mujoco.MjSpec, skip: Any) -> list[Contact]:
 
 
 def _geoms(spec: mujoco.MjSpec, what: Any, argument: str) -> list[Any]:
-    return solid(spec) if is_every(what) else geoms_of(spec, what, argument=argument)
+    return colliding(spec) if is_every(what) else geoms_of(spec, what, argument=argument)
 
 
 def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, Any]) -> Contact:
@@ -102,13 +103,13 @@ def _entry(spec: mujoco.MjSpec, number: int, entry: Any, settings: Mapping[str, 
 def _of_materials(
     spec: mujoco.MjSpec, table: Mapping[Any, Any], friction: Value | None, restitution: Value
 ) -> Iterator[tuple[Any, ...]]:
-    """Entries for geoms of each two materials."""
+    """Yield an entry (geoms, geoms, pair, settings) for each pair of materials in a table {geoms: material}."""
     owner: dict[Any, Material] = {}
     for what, material in table.items():
         own = material_of(f"contacts[{what!r}]", material)
         owner |= dict.fromkeys(_geoms(spec, what, f"contacts[{what!r}]"), own)
     alike = groups(owner, owner.__getitem__)
-    room = config.FRICTIONS + len({(float(geom.friction[0]), geom.priority) for geom in owner})
+    room = config.FRICTION_ROOM + len({(float(geom.friction[0]), geom.priority) for geom in owner})
     for one, two in combinations_with_replacement(alike, 2):
         mu = friction(one, two) if callable(friction) else friction or 0.0
         e = restitution(one, two) if callable(restitution) else restitution
@@ -117,35 +118,32 @@ def _of_materials(
 
 
 def is_every(what: Any) -> bool:
-    """Whether a choice of geoms is "*" alone."""
+    """Return whether a selection of geoms is "*" alone."""
     return what == EVERY or (isinstance(what, list | tuple) and len(what) == 1 and what[0] == EVERY)
 
 
-def solid(spec: mujoco.MjSpec) -> list[Any]:
-    """The geoms of a model that touch something natively."""
+def colliding(spec: mujoco.MjSpec) -> list[Any]:
+    """Return the geoms of a model that touch something natively."""
     named = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
     return [geom for geom in spec.geoms if geom.contype or geom.conaffinity or (geom.name and geom.name in named)]
 
 
-def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Contact]) -> None:
-    """Give the law what entries say; of two that fit a pair of geoms the later one has it. All geoms have names.
+def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Contact]) -> None:
+    """Give the law the native contacts that entries mean; of several that fit a pair of geoms, the last has it.
 
-    plain: the model as it is, compiled.
+    All geoms of the entries must have names. plain: the model before any change, compiled.
     """
     geoms = list(dict.fromkeys(geom for entry in entries for geom in (*entry.ones, *entry.twos)))
-    members = [(set(entry.ones), set(entry.twos)) for entry in entries]
+    sides = [(set(entry.ones), set(entry.twos)) for entry in entries]
     shapes = {geom: shape_of(geom) for geom in geoms}
-    belongs = {geom: tuple((geom in ones, geom in twos) for ones, twos in members) for geom in geoms}
-    before = {item: (item.contype, item.conaffinity) for item in (*solid(spec), *spec.flexes)}
+    belongs = {geom: tuple((geom in ones, geom in twos) for ones, twos in sides) for geom in geoms}
+    before = {item: (item.contype, item.conaffinity) for item in (*colliding(spec), *spec.flexes)}
 
     def kind_of(item: Any) -> Hashable:
-        if item not in belongs:
-            return before[item]
-        shape = shapes[item]
-        return before[item], shape.kind, belongs[item]
+        return (before[item], shapes[item].kind, belongs[item]) if item in belongs else before[item]
 
-    def left(one: Any, two: Any) -> str | None:
-        """Why the law does not have a pair; None: it has."""
+    def why_native(one: Any, two: Any) -> str | None:
+        """Return why the engine keeps a pair, "" if no entry of the law fits; None if it does not keep it."""
         if one not in belongs or two not in belongs:
             return ""
         fits = [(a[0] and b[1]) or (b[0] and a[1]) for a, b in zip(belongs[one], belongs[two], strict=True)]
@@ -157,22 +155,22 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
 
     kinds = groups(before, kind_of)
     kept: dict[Any, list[Any]] = {kind: [] for kind in kinds}
-    said: dict[tuple[str, str], str] = {}
+    unserved: dict[tuple[str, str], str] = {}
     for first, second in combinations_with_replacement(kinds, 2):
         one, two = kinds[first][0], kinds[second][-1]
         if not touch(before[one], before[two]):
             continue
-        why = left(one, two)
+        why = why_native(one, two)
         if why is not None:
             kept[first].append(second)
             kept[second].append(first)
         if why and _can_meet(plain, kinds[first], kinds[second]):
             types = sorted((shapes[one].type, shapes[two].type))
-            said.setdefault((types[0], types[1]), f"{shapes[one].label} on {shapes[two].label}")
+            unserved.setdefault((types[0], types[1]), f"{shapes[one].label} on {shapes[two].label}")
     served: set[Any] = set()
     for pair in spec.pairs:
         ends = [next((geom for geom in geoms if geom.name == name), None) for name in (pair.geomname1, pair.geomname2)]
-        if None not in ends and left(*ends) is None:
+        if None not in ends and why_native(*ends) is None:
             pair.margin, pair.gap = native_margin(*(shapes[geom] for geom in ends))
             served.update(ends)
     for kind, partners in kept.items():
@@ -183,23 +181,19 @@ def put_natives(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
         ones, twos = ([geom for geom in own if geom in served] for own in (entry.ones, entry.twos))
         if entry.pair is not None and ones and twos and len({*ones, *twos}) > 1:
             native = tuple(before[geom] for geom in dict.fromkeys((*ones, *twos)))
-            put(spec, replace(entry, ones=ones, twos=twos, native=native))
-    if said:
-        some = [*said.values()][:NAMED]
-        more = f" and {len(said) - NAMED} more kinds" if len(said) > NAMED else ""
-        warnings.warn(
-            f"the law does not serve {', '.join(some)}{more}: such pairs keep the engine's own contact",
-            ContactWarning,
-            stacklevel=5,
-        )
+            add_instance(spec, replace(entry, ones=ones, twos=twos, native=native))
+    if unserved:
+        kinds_left = first_of([*unserved.values()], NAMED, "kinds")
+        text = f"the law does not serve {kinds_left}: such pairs keep the engine's own contact"
+        warnings.warn(text, ContactWarning, stacklevel=5)
 
 
 def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any, list[Any]]) -> None:
-    """Let geoms of kinds go on touching those of the kinds that are kept for them, and nothing else."""
+    """Set contype and conaffinity so that each kind of geoms touches the kinds in kept[kind] and nothing else."""
     rows = {kind: frozenset(partners) for kind, partners in kept.items()}
     own = {row: 1 << number for number, row in enumerate(dict.fromkeys(row for row in rows.values() if row))}
-    if len(own) > MOST_KINDS:
-        raise ValueError(f'"*": the engine\'s own contacts that stay are of {len(own)} kinds; at most {MOST_KINDS}')
+    if len(own) > MAX_KINDS:
+        raise ValueError(f'"*": the engine\'s own contacts that stay are of {len(own)} kinds; at most {MAX_KINDS}')
     for kind, items in kinds.items():
         contype = own.get(rows[kind], 0)
         affinity = 0
@@ -208,11 +202,11 @@ def _write_bits(spec: mujoco.MjSpec, kinds: dict[Any, list[Any]], kept: dict[Any
         for item in items:
             item.contype, item.conaffinity = contype, affinity
             if not contype and spec.compiler.discardvisual:
-                item.conaffinity = UNTOUCHED
+                item.conaffinity = NO_CONTYPE
 
 
 def _can_meet(model: mujoco.MjModel, ones: Sequence[Any], twos: Sequence[Any]) -> bool:
-    """Whether any two of these geoms move against each other and are no neighbours in a chain."""
+    """Return whether any two of these geoms move relative to each other and are not parent and child."""
     weld, parent = model.body_weldid, model.body_parentid
     first, second = (dict.fromkeys(int(weld[model.geom_bodyid[geom.id]]) for geom in own) for own in (ones, twos))
     chained = {(body, int(weld[parent[body]])) for body in {*first, *second} if body and weld[parent[body]]}

@@ -1,0 +1,92 @@
+"""Detection of edits: whether the user has changed the model since the law read it.
+
+All numbers of the model that the world of an `MjData` was made from (masses, inertia, armature, sizes, places,
+friction) are copied, and compared bit by bit in each step; in every fourth step, and at its end, while no contact is
+possible or all contacts sleep.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw.memory import whole_at
+from contactlaw.mujoco_plugin import layout
+from contactlaw.mujoco_plugin.block import place
+from contactlaw.mujoco_plugin.layout import jit
+
+OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
+BITS = "geom_contype", "geom_conaffinity"
+OF_GEOMS = (*BITS, "geom_size", "geom_pos", "geom_quat", "geom_friction")
+OF_ALL = ("jnt_pos", "jnt_axis", "dof_armature", "dof_damping")
+MAX_GAP = 32  # doubles between two ranges that are compared as one: quicker than to begin another range
+
+
+def watched_ranges(view: layout.ModelView, bodies: Sequence[int], geoms: Sequence[int]) -> tuple[NDArray, NDArray]:
+    """Return the ranges of doubles that the law reads of these bodies and geoms, shape (n, 3), and a copy of them.
+
+    A range is: offset of the pointer to the field in mjModel, in words of eight bytes; first double; count. Ranges that
+    are close in memory are merged, with what lies between them.
+    """
+    rows, values = [], [np.zeros(0)]
+    offsets, last = layout.structure("mjModel").fields or {}, -math.inf
+    for name in (*OF_BODIES, *OF_GEOMS, *OF_ALL):
+        own = getattr(view, name)
+        start = own.ctypes.data // 8
+        for first, end in _runs_of(bodies if name in OF_BODIES else geoms if name in OF_GEOMS else range(len(own))):
+            first, end = own[:first].nbytes // 8, -(-own[:end].nbytes // 8)
+            if 0 <= start + first - last <= MAX_GAP:
+                rows[-1][2] += start + end - last
+            else:
+                rows.append([offsets[name][1] // 8, first, end - first])
+            last = start + end
+    ranges = np.array(rows, np.int64).reshape(-1, 3)
+    values += [layout.record_at(start, np.float64, count).copy() for start, count in _resolved(view.address, ranges)]
+    return ranges, np.concatenate(values)
+
+
+def _resolved(model: int, ranges: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    """Yield address and count of each range of `watched_ranges`."""
+    for pointer, first, count in ranges.tolist():
+        yield int(layout.record_at(model + 8 * pointer, np.int64, 1)[0]) + 8 * first, count
+
+
+def update_watched(head: Any) -> dict[str, list[int]]:
+    """Copy the watched numbers of a model again; return the rows of each field of geoms that have changed."""
+    view, found = layout.ModelView(int(head["model"])), dict[str, list[int]]()
+    ranges = layout.record_at(int(head["watch"]), np.int64, 3 * int(head["watch_count"])).reshape(-1, 3)
+    kept = int(head["seen"])
+    for start, count in _resolved(view.address, ranges):
+        now, was = (layout.record_at(place, np.int32, 2 * count) for place in (start, kept))
+        changed = start + 4 * np.flatnonzero(now != was)
+        for name in OF_GEOMS:
+            own = getattr(view, name)
+            rows = np.unique((changed - own.ctypes.data) // own.strides[0])
+            found.setdefault(name, []).extend(rows[(rows >= 0) & (rows < len(own))].tolist())
+        was[:] = now
+        kept += 8 * count
+    return found
+
+
+def _runs_of(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Yield the runs of consecutive integers in a sorted sequence, as (first, end)."""
+    own = np.array(numbers, np.int64)
+    for run in np.split(own, np.flatnonzero(np.diff(own) != 1) + 1) if own.size else ():
+        yield int(run[0]), int(run[-1]) + 1
+
+
+@jit
+def is_edited(head):
+    """Return whether any watched number differs from its copy."""
+    differ, kept = 0, head.seen
+    for i in range(head.watch_count):
+        start = place(whole_at(head.model, whole_at(head.watch, 3 * i)), whole_at(head.watch, 3 * i + 1))
+        count = whole_at(head.watch, 3 * i + 2)
+        for k in range(count):
+            differ |= whole_at(start, k) ^ whole_at(kept, k)
+        kept = place(kept, count)
+    return differ != 0
