@@ -1,10 +1,11 @@
-"""The compiled callbacks: what MuJoCo calls in every step. No Python runs here.
+"""The compiled callbacks that MuJoCo calls in every step; no Python runs here.
 
-`compute`, which MuJoCo asks for forces as often as it likes, changes nothing that lasts: it gives the force that the
-contacts pressed with at the end of the last step, so that joint limits, equalities and the engine's own contacts feel
-it, and notes the state. `advance`, called once when the engine has taken its step, moves the world from the noted state
-through the step, with the accelerations that the engine had but for that force, and writes coordinates and velocities
-of all that was touched.
+`compute`, which MuJoCo may call several times a step, adds the force with which contacts pressed at the end of the last
+step, so that joint limits, equalities and the engine's own contacts respond to it. It saves the state that the engine
+steps from, and changes nothing else that lasts. `advance`, called once after the engine's step, reads bodies at the
+saved state (hook read), with the accelerations of the engine's step less that force, takes the same step of the world,
+and writes coordinates and velocities of all bodies that contacts have touched (hook apply). Hooks load and store are
+`load_state` and `store_state`.
 """
 
 from __future__ import annotations
@@ -15,13 +16,24 @@ from numba import types  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout, notices
-from contactlaw.mujoco_plugin.block import LED, LEFT, PUSH, STARTS, TOKEN, floats, free_at, head_at, place, placed_at
+from contactlaw.mujoco_plugin.block import (
+    LEFT,
+    MOCAP_SIZE,
+    PUSH,
+    STARTS,
+    TOKEN,
+    floats,
+    free_at,
+    head_at,
+    mocap_at,
+    place,
+)  # fmt: skip
 from contactlaw.mujoco_plugin.edits import is_edited
 from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
-from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
+from contactlaw.mujoco_plugin.trees import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.world.bodies.prescribed import lead
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
@@ -35,72 +47,74 @@ from contactlaw.world.state import hole, stand, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees.mobility import clear, copy
 
-LARGEST = 1e100  # [N], a force that can be computed with
-CHANGED, MOVED, CALM = -1, 0, 1  # how a step went, see `move`
+LARGEST = 1e100  # [N], forces beyond are not applied: the engine's results would not be finite
+EDITED, MOVED, CALM = -1, 0, 1  # results of `move_world`
 
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
 
 @jit
-def block_of(d, instance):
-    """Address of the block of an instance."""
+def block_address(d, instance):
+    """Return the address of the block of an instance."""
     return types.uintp(whole_at(data_at(d, 0).plugin_data, instance))
 
 
 @jit
-def move(head, w, state):
-    """Take the step of the world; returns CALM where all lies as it did, CHANGED, and takes none, where calm ends and
-    the model is another than the world was made of."""
+def move_world(head, w, state):
+    """Take the step of the world.
+
+    Returns CALM if all contacts go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
+    """
     w.step = head.step_size
-    known = head.placed_count == 0 and w.stale != 0
-    known = known and state[LEFT] == left_of(head, place(head.start, 1), place(head.start, 1 + head.nq))
+    known = head.mocap_count == 0 and w.stale != 0
+    known = known and state[LEFT] == end_checksum(head, place(head.start, 1), place(head.start, 1 + head.nq))
     for i in range(head.free_count):
         read_free(head, free_at(head.frees, i), known)
-    for i in range(head.placed_count):
-        read_placed(head, w, placed_at(head.placed, i), state[PUSH + head.nv + LED * i :])
-    trees(head, FIND)
-    if head.tree_count == 0 and head.placed_count == 0 and lies(w):
+    for i in range(head.mocap_count):
+        read_mocap(head, w, mocap_at(head.mocaps, i), state[PUSH + head.nv + MOCAP_SIZE * i :])
+    run_trees(head, FIND)
+    if head.tree_count == 0 and head.mocap_count == 0 and lies(w):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i))
         return CALM
     if head.calm != 0 and is_edited(head):
-        return CHANGED
+        return EDITED
     call_step(address(w, STEP), w, head.step_size, PRESSED)
-    if trees(head, READ) and head.free_count + head.placed_count == 0 and head.idle != 0:
+    if run_trees(head, READ) and head.free_count + head.mocap_count == 0 and head.idle != 0:
         return MOVED
     for i in range(head.free_count):
         lead_free(head, free_at(head.frees, i))
     call_step(address(w, STEP), w, head.step_size, FIXED)
     call_step(address(w, STEP), w, head.step_size, PRESSED)
     if head.lag > 0.0:
-        keep_near(w)
+        touch_near(w)
     for i in range(head.free_count):
         write_free(head, free_at(head.frees, i))
-    trees(head, WRITE)
+    run_trees(head, WRITE)
     report_contacts(head, w)
-    leave(head, w, state)
+    store_state(head, w, state)
     return MOVED
 
 
 @jit
-def go_on(head):
-    """The same, if anything is near; CALM too where all fly far from each other."""
+def step_world(head):
+    """Bring the world to the state of mjData and take its step, unless no body has left its margin (CALM too)."""
     w = world_at(head.world, 0)
     find_start(head)
-    state = take(head)
+    state = load_state(head)
     far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
-    return CALM if far else move(head, w, state)
+    return CALM if far else move_world(head, w, state)
 
 
 @jit
-def trees(head, stage):
-    """Take bodies that joints hold through a stage of the step, see `jointed.serve`; False: there are none."""
-    return head.tree_count > 0 and call_trees(head.serve, head.own, stage)
+def run_trees(head, stage):
+    """Take the trees through a stage of the step, see `trees.serve`; False if there are none."""
+    return head.tree_count > 0 and call_trees(head.tree_stage, head.address, stage)
 
 
 @jit
-def read_placed(head, w, p, left_io):
-    """Let such a body go from where it was left, by the state, to where it has been put; no state: it is there."""
+def read_mocap(head, w, p, left_io):
+    """Let a mocap body move to its present pose from where the last step left it; a state of zeros: it stays."""
     b, d = body_at(w.bodies, p.body), data_at(head.data, 0)
     place, turn = load(floats(d.xpos, 3 * p.id, 3)), load4(floats(d.xquat, 4 * p.id, 4))
     known = left_io[3] != 0.0 or left_io[4] != 0.0 or left_io[5] != 0.0 or left_io[6] != 0.0
@@ -116,10 +130,10 @@ def read_placed(head, w, p, left_io):
 
 
 @jit
-def keep_near(w):
-    """Let all trees that are near something be where the world has them.
+def touch_near(w):
+    """Mark all trees that are near something as touched, so that they end the step where the world has them.
 
-    In their first-order flight by the engine, which differs, they could end within what they passed by in the world.
+    The engine's flight is of first order: there they could overlap what they pass by in the world.
     """
     for k in range(w.nears):
         p = near_at(w.near, k)
@@ -131,23 +145,23 @@ def keep_near(w):
 
 @jit
 def find_start(head):
-    """What the step began with.
+    """Find the state at the start of the step.
 
-    Runge-Kutta has asked three times more since then, the last time at the step's end; only stepping in two halves
-    under it does not, for MuJoCo then takes a step of Euler.
+    It is that of the last call of `compute`, or under Runge-Kutta the one before its three further calls; under it, a
+    step in two halves (mj_step1, mj_step2) is one of Euler, with a single call.
     """
     m, size = model_at(head.model, 0), 1 + head.nq + head.nv
-    head.start = place(head.starts, size * head.turn)
+    head.start = place(head.recent, size * head.newest)
     if floats(head.start, 0, 1)[0] + m.opt.timestep != data_at(head.data, 0).time:
-        head.start = place(head.starts, size * ((head.turn + 1) % STARTS))
+        head.start = place(head.recent, size * ((head.newest + 1) % STARTS))
     head.step_size = m.opt.timestep
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
 
 
 @jit
-def note(head, state):
-    """Keep the coordinates and velocities that there are in a state at an address."""
+def save_state(head, state):
+    """Save time, coordinates and velocities of mjData at an address."""
     d, q, v = data_at(head.data, 0), head.nq, head.nv
     floats(state, 0, 1)[0] = d.time
     copy(floats(d.qpos, 0, q), floats(state, 1, q))
@@ -155,17 +169,17 @@ def note(head, state):
 
 
 @jit
-def take(head):
-    """The state; the world is brought to it."""
+def load_state(head):
+    """Return the law's part of plugin_state, after the world has been brought to it."""
     state = floats(data_at(head.data, 0).plugin_state, head.state, head.own_size)
     if state[TOKEN] != head.token:
-        take_over(head, world_at(head.world, 0), state)
+        load_world(head, world_at(head.world, 0), state)
     return state
 
 
 @jit
-def take_over(head, w, state):
-    """Bring the world to a state that its own last step did not leave; without contacts, if nobody's has."""
+def load_world(head, w, state):
+    """Bring the world to a state that its own last step has not left; without contacts if the checksum is wrong."""
     sound, dropped = state[TOKEN] == token_of(head, state, state.size, state.size), 0
     if not sound:
         clear(state[PUSH:])
@@ -174,7 +188,7 @@ def take_over(head, w, state):
         row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
         head.token, head.idle = state[TOKEN], 0
-    if head.token == 0.0:  # a reset, perhaps to where all bodies were: who is in whom has to be found
+    if head.token == 0.0:  # after a reset all bodies count as moved by the user: initial overlaps must be found
         left = floats(head.left, 1, head.nq)
         for i in range(head.nq):
             left[i] = np.nan
@@ -184,16 +198,16 @@ def take_over(head, w, state):
 
 @jit
 def all_far(head):
-    """Whether no body has left its margin, be it that somebody has put it elsewhere."""
-    far = head.placed_count + head.tree_count == 0
+    """Return whether there are only free bodies and none has left its margin."""
+    far = head.mocap_count + head.tree_count == 0
     for i in range(head.free_count if far else 0):
         far = far and is_far(head, free_at(head.frees, i))
     return far
 
 
 @jit
-def leave(head, w, state):
-    """Write the state that the next step is given."""
+def store_state(head, w, state):
+    """Write the force of the contacts and the state of the world to plugin_state."""
     push = state[PUSH : PUSH + head.nv]
     clear(push)
     for k in range(w.nears):
@@ -201,10 +215,10 @@ def leave(head, w, state):
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             force = scale(mean_share(c, head.step_size), load(c.force))
-            press(head, p.body_a, load(c.arm_a), force, push)
-            press(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
+            add_force(head, p.body_a, load(c.arm_a), force, push)
+            add_force(head, p.body_b, load(c.arm_b), scale(-1.0, force), push)
     d, head.idle, w.edited = data_at(head.data, 0), 1 if w.spares == w.contact_room else 0, 0
-    state[LEFT] = left_of(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
+    state[LEFT] = end_checksum(head, d.qpos, d.qvel) if head.idle == 0 else 0.0
     lost = write(w, state[head.row :])
     if lost > 0:
         report_once(head, notices.UNSAVED, float(lost))
@@ -214,64 +228,61 @@ def leave(head, w, state):
 
 
 @jit
-def press(head, body, arm, force, push_io):
-    """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised one."""
+def add_force(head, body, arm, force, push_io):
+    """Add a force on a body of the world [N], at an arm [m] from its centre of mass, to the generalised force."""
     b = body_at(world_at(head.world, 0).bodies, body)
     if 0 < body <= head.free_count:
         press_free(b, free_at(head.frees, body - 1), arm, force, push_io)
     elif b.tree != 0:
-        call_press(head.press, head.own, b, arm, force, push_io.ctypes.data)
+        call_press(head.tree_force, head.address, b, arm, force, push_io.ctypes.data)
 
 
 @jit
 def token_of(head, state, first, last):
-    """A number that tells one state of one model from others; zero where all is zero.
-
-    first, last: there are zeros alone from the one place to the other.
-    """
+    """Return a checksum of a state of this model, zero if all is zero; between `first` and `last` the state is zero."""
     mixed = mix(state.ctypes.data, 1, first, 0) + mix(state.ctypes.data, last, state.size, 0)
     return one_of(mixed + types.uint64(head.signature)) if mixed != types.uint64(0) else 0.0
 
 
 @jit
-def left_of(head, q, v):
-    """A number that tells coordinates and velocities, at two addresses, of a model as the law reads it."""
-    return one_of(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.made))
+def end_checksum(head, q, v):
+    """Return a checksum of coordinates and velocities, at two addresses, and of what the law reads of the model."""
+    return one_of(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.content))
 
 
 @jit
-def begin(m, d, instance):
-    """The head of the block of an instance, which from now on knows whose it is."""
-    head = head_at(block_of(d, instance), 0)
+def head_of(m, d, instance):
+    """Return the head of the block of an instance, and note in it the model and mjData that it is called with."""
+    head = head_at(block_address(d, instance), 0)
     head.model, head.data = m, d
     return head
 
 
 @jit
-def acts(head):
-    """Whether an instance leads, and anything may touch."""
+def is_active(head):
+    """Return whether an instance leads and contacts are enabled."""
     return head.leads != 0 and model_at(head.model, 0).opt.disableflags & layout.NO_CONTACT == 0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32, types.int32), layout.KEY)
 def compute(m, d, instance, capability):
-    """Note the state, and give the force that contacts press with; or read the sensors once more."""
-    head = begin(m, d, instance)
-    if not acts(head):
+    """Save the state and add the force of the contacts; or, for sensors, evaluate those of the law."""
+    head = head_of(m, d, instance)
+    if not is_active(head):
         return
     if capability == layout.SENSOR:
         if head.sense != 0:
-            take(head)
-            call_sense(head.sense, head.own, head.averages)
+            load_state(head)
+            call_sense(head.sense, head.address, head.averages)
         return
-    if (head.calm == 0 or head.turn == 0) and is_edited(head):
+    if (head.calm == 0 or head.newest == 0) and is_edited(head):
         send_report(head, notices.EDITED, 0.0)
-        head = begin(m, d, instance)
-    head.turn = (head.turn + 1) % STARTS
-    note(head, place(head.starts, head.turn * (1 + head.nq + head.nv)))
+        head = head_of(m, d, instance)
+    head.newest = (head.newest + 1) % STARTS
+    save_state(head, place(head.recent, head.newest * (1 + head.nq + head.nv)))
     d = data_at(head.data, 0)
     if head.calm * head.idle != 0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token:
-        return  # nothing presses, nor has
+        return  # no contact presses, and `given` is zero already
     push, given = floats(d.plugin_state, head.state + PUSH, head.nv), floats(head.given, 0, head.nv)
     passive = floats(d.qfrc_passive, 0, head.nv)
     for i in range(head.nv):
@@ -281,29 +292,29 @@ def compute(m, d, instance, capability):
 
 @c_callback(types.void(types.uintp, types.uintp, types.int32), layout.KEY)
 def advance(m, d, instance):
-    """The engine has taken its step: take that of the world, and write what was touched."""
-    head = begin(m, d, instance)
-    if not acts(head):
+    """After the engine's step: take that of the world and write the bodies that were touched."""
+    head = head_of(m, d, instance)
+    if not is_active(head):
         return
-    if model_at(m, 0).opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # `compute` was not asked
+    if model_at(m, 0).opt.disableflags & layout.NO_PASSIVE == layout.NO_PASSIVE:  # MuJoCo has not called `compute`
         report_once(head, notices.SWITCHED_OFF, 0.0)
         return
-    done = go_on(head)
-    if done == CHANGED:
+    done = step_world(head)
+    if done == EDITED:
         send_report(head, notices.EDITED, 0.0)
-        head = begin(m, d, instance)
-        done = go_on(head)
+        head = head_of(m, d, instance)
+        done = step_world(head)
     head.calm = 1 if done == CALM else 0
-    note(head, head.left)
+    save_state(head, head.left)
     if head.sense != 0:
         head.averages = 1
-        call_sense(head.sense, head.own, 1)
+        call_sense(head.sense, head.address, 1)
         head.averages = 0
 
 
 @c_callback(types.void(types.uintp, types.uintp, types.uintp, types.int32), layout.KEY)
 def reset(m, state, block, instance):
-    """No contact, and no motion: what follows is what follows in a new `MjData`."""
+    """Clear the state and all contacts, so that what follows is as in a new `MjData`."""
     head = head_at(block, 0)
     clear(floats(state, 0, head.own_size))
     if head.leads != 0:
@@ -313,4 +324,4 @@ def reset(m, state, block, instance):
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)
 def destroy(d, instance):
     """Free the block of an instance."""
-    free_memory(block_of(d, instance))
+    free_memory(block_address(d, instance))

@@ -58,8 +58,8 @@ def _resolved(model: int, ranges: NDArray[np.int64]) -> Iterator[tuple[int, int]
 def update_watched(head: Any) -> dict[str, list[int]]:
     """Copy the watched numbers of a model again; return the rows of each field of geoms that have changed."""
     view, found = layout.ModelView(int(head["model"])), dict[str, list[int]]()
-    ranges = layout.record_at(int(head["watch"]), np.int64, 3 * int(head["watch_count"])).reshape(-1, 3)
-    kept = int(head["seen"])
+    ranges = layout.record_at(int(head["ranges"]), np.int64, 3 * int(head["range_count"])).reshape(-1, 3)
+    kept = int(head["watched"])
     for start, count in _resolved(view.address, ranges):
         now, was = (layout.record_at(place, np.int32, 2 * count) for place in (start, kept))
         changed = start + 4 * np.flatnonzero(now != was)
@@ -82,10 +82,10 @@ def _runs_of(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
 @jit
 def is_edited(head):
     """Return whether any watched number differs from its copy."""
-    differ, kept = 0, head.seen
-    for i in range(head.watch_count):
-        start = place(whole_at(head.model, whole_at(head.watch, 3 * i)), whole_at(head.watch, 3 * i + 1))
-        count = whole_at(head.watch, 3 * i + 2)
+    differ, kept = 0, head.watched
+    for i in range(head.range_count):
+        start = place(whole_at(head.model, whole_at(head.ranges, 3 * i)), whole_at(head.ranges, 3 * i + 1))
+        count = whole_at(head.ranges, 3 * i + 2)
         for k in range(count):
             differ |= whole_at(start, k) ^ whole_at(kept, k)
         kept = place(kept, count)

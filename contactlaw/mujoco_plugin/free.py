@@ -1,10 +1,10 @@
-"""Bodies that nothing but their contacts holds: from mjData to the world, and back.
+"""Free bodies: read from mjData into the world, and written conjugate.
 
-The coordinates of a free joint are those of the body's frame, the world's those of its centre of mass. Under all
+The state_of of a free joint are those of the body's frame, the world's those of the centre of mass. With all
 integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
-a) is a parabola if the velocity at x0 is v0 + dt/2 a. Where a contact presses at the end of a step, the velocity is
-the true one, so that what rests has none. The spin of what tumbles is taken as it is: with half a step of its
-gyroscopic acceleration, which is across it, energy would be gained each time, by the square of that.
+a) is a parabola if the velocity at x0 is v0 + dt/2 a. If a contact is closed at the end of a step, the velocity written
+is the true one, so that a body at rest has none. The spin is read and written without the gyroscopic part of this half
+step: that part is normal to the spin, so each time it would add its square to the energy.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from contactlaw.world.trees.mobility import clear, copy
 
 
 @jit
-def coordinates(head, state, f):
-    """Of a body: its coordinates and its velocities, of a state at an address."""
+def state_of(head, state, f):
+    """Return views of a free body's coordinates and velocities in a state at an address."""
     return floats(state, 1 + f.q, 7), floats(state, 1 + head.nq + f.v, 6)
 
 
 @jit
-def back(q):
-    """The conjugate of a quaternion."""
+def conjugate(q):
+    """Return the conjugate of a quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 
 @jit
 def frame_of(f, q):
-    """Of a body whose coordinates are q: its quaternion, and its centre of mass from its frame's origin [m]."""
+    """Return the normalised quaternion of a body frame at coordinates q, and its arm [m] to the centre of mass."""
     own = (q[3], q[4], q[5], q[6])
     one = 1.0 / max((own[0] ** 2 + own[1] ** 2 + own[2] ** 2 + own[3] ** 2) ** 0.5, 1e-300)
     own = (one * own[0], one * own[1], one * own[2], one * own[3])
@@ -46,12 +46,13 @@ def frame_of(f, q):
 
 @jit
 def is_far(head, f):
-    """Whether a body has stayed within its margin, by its way in the step; counts how far it has turned, if it matters.
+    """Return whether a body has stayed within its margin in this step.
 
-    That of a ball about its centre does not. Of the way, which is short, a bound: the sum along the axes.
+    Also sums up the angle that it has turned, unless it is a ball about its own centre. The path in the step is short,
+    so the sum of its components bounds it.
     """
     b, offset = body_at(world_at(head.world, 0).bodies, f.body), load(f.offset)
-    q, old = coordinates(head, head.start, f)
+    q, old = state_of(head, head.start, f)
     new = floats(data_at(head.data, 0).qvel, f.v, 6)
     v, centre, apart = load(new), load(q), dot(offset, offset)
     change = sub(v, load(old))
@@ -71,22 +72,22 @@ def is_far(head, f):
 
 @jit
 def read_free(head, f, known):
-    """Where a body is, how it moves, and what moves it besides contacts, at the start of the step.
+    """Read position, velocity and external forces of a body at the start of the step.
 
-    known: all are as a step has left them, be it one of other data. One that sleeps is read too, if it is not where it
-    fell asleep: set back, it wakes where all do.
+    known: all bodies are as a step has left them, perhaps one of another mjData. A sleeping body is read only if it is
+    not where it fell asleep; then it wakes.
     """
     b = body_at(world_at(head.world, 0).bodies, f.body)
-    q, v = coordinates(head, head.start, f)
+    q, v = state_of(head, head.start, f)
     own, arm = frame_of(f, q)
     push, moment = outer_force(head, f, own, arm)
     store(b.acceleration, axpy(b.inverse_mass, push, load(head.gravity)))
     store(b.torque, moment)
     same = same_as_left(head, f.q, 7, f.v, 6)
-    if same and b.asleep != 0 and b.touched == 0:  # where it has been read before
+    if same and b.asleep != 0 and b.touched == 0:
         return
     placed = not (known or same)
-    if placed or b.oriented != 0:  # how such a flight is cut, and so its rounding, depends on when the list was made
+    if placed or b.oriented != 0:  # the rounding of the flight of an oriented body depends on when the list was made
         world_at(head.world, 0).stale = 1
     if placed:
         b.placed = 1
@@ -103,7 +104,7 @@ def read_free(head, f, known):
 
 @jit
 def lead_free(head, f):
-    """Bring the velocity of a body that nothing presses to the time of its position."""
+    """Bring the velocity of a body that no contact presses to the time of its position."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
     if b.asleep != 0 or b.pressed != 0 or head.lag == 0.0:
         return
@@ -115,7 +116,7 @@ def lead_free(head, f):
 
 @jit
 def outer_force(head, f, own, arm):
-    """Force [N] on a body besides gravity and contacts of the law, and its moment about the centre of mass [N m]."""
+    """Return force [N] and moment about the centre of mass [N m] on a body besides gravity and the law's contacts."""
     d, push, moment = data_at(head.data, 0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for forces, sign in (
         (d.qfrc_passive, 1.0), (head.given, -1.0), (d.qfrc_constraint, 1.0), (d.qfrc_applied, 1.0),
@@ -130,14 +131,14 @@ def outer_force(head, f, own, arm):
 
 @jit
 def origin_acceleration(b, arm):
-    """Acceleration [m/s^2] of the origin of a body's frame; arm: from there to the centre of mass."""
+    """Return the acceleration [m/s^2] of the origin of a body's frame; arm: from there to the centre of mass."""
     w = load(b.spin)
     return sub(load(b.acceleration), add(cross(spin_rate(b, w), arm), cross(w, cross(w, arm))))
 
 
 @jit
 def same_as_left(head, q, q_size, v, v_size):
-    """Whether nobody has changed some coordinates and velocities, from q and v on, since the last step."""
+    """Return whether some coordinates and velocities, from q and v on, are still those at the end of the last step."""
     differ = 0
     for first, size in ((1 + q, q_size), (1 + head.nq + v, v_size)):
         now, left = place(head.start, first), place(head.left, first)
@@ -148,14 +149,14 @@ def same_as_left(head, q, q_size, v, v_size):
 
 @jit
 def axes_of(b, f):
-    """The quaternion of a body's frame, and its centre of mass from the frame's origin [m]."""
-    own = product(load4(b.quaternion), back(load4(f.frame)))
+    """Return the quaternion of a body frame in the world's pose, and its arm [m] to the centre of mass."""
+    own = product(load4(b.quaternion), conjugate(load4(f.frame)))
     return own, turn_by(own, load(f.offset))
 
 
 @jit
 def write_free(head, f):
-    """Put a body that was touched where the world has it."""
+    """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData."""
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     if b.asleep != 0:
@@ -172,15 +173,16 @@ def write_free(head, f):
     store(q, sub(load(b.position), arm))
     store4(floats(d.qpos, f.q + 3, 4), own)
     store(v, velocity)
-    v[3], v[4], v[5] = turn_by(back(own), spin)
+    v[3], v[4], v[5] = turn_by(conjugate(own), spin)
 
 
 @jit
 def mean_share(c, dt):
-    """What a closed contact will press with in the mean over the next step, over what it presses with now.
+    """Return the expected mean force of a closed contact over the next step, over its force now, at most 1.
 
-    Of an impact that is going on the impulse left is m (v + u): v closing speed now, u parting speed, from
-    m u^2/2 = m v^2/2 + 2/5 P delta. Limits and equalities would hold against all of its force for a whole step.
+    In an impact under way the impulse left is m (v + u): v closing speed now, u parting speed, from m u^2/2 = m v^2/2 +
+    2/5 P delta. With the full force for a whole step, limits and equalities would respond to more than the impulse that
+    is left.
     """
     t = c.touch
     if t.force <= 0.0 or hardly_moves(c, 1.0):
@@ -191,9 +193,9 @@ def mean_share(c, dt):
 
 @jit
 def press_free(b, f, arm, force, push_io):
-    """Add a force on a body [N], at an arm [m] from its centre of mass, to the generalised one."""
+    """Add a force on a body [N], at an arm [m] from its centre of mass, to the generalised force."""
     own, centre = axes_of(b, f)
-    moment = turn_by(back(own), cross(add(arm, centre), force))
+    moment = turn_by(conjugate(own), cross(add(arm, centre), force))
     for i in range(3):
         push_io[f.v + i] += force[i]
         push_io[f.v + 3 + i] += moment[i]

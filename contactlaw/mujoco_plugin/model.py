@@ -1,7 +1,7 @@
 """Reading a compiled model into a world: its bodies, their shapes, and which pairs touch by the law.
 
 This is done when a model is compiled (for the size of the state) and for each `MjData` made. What changes from step to
-step is read by `free` and `jointed`.
+step is read by `free` and `trees`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from contactlaw.mujoco_plugin import jointed, layout, sensors
-from contactlaw.mujoco_plugin.block import FREE, JOINTED, LED, PLACED, PUSH, SENSOR, STARTS, build
+from contactlaw.mujoco_plugin import layout, sensors, trees
+from contactlaw.mujoco_plugin.block import FREE, JOINTED, MOCAP, MOCAP_SIZE, PUSH, SENSOR, STARTS, build
 from contactlaw.mujoco_plugin.edits import watched_ranges
 from contactlaw.mujoco_plugin.instances import ContactInstance, check, contact_instances, instances, rules_of
 from contactlaw.world import World
@@ -75,7 +75,7 @@ class Model:
         self._frames: dict[int, Pose] = {}  # of moving bodies: MuJoCo's body frame in the principal axes
         self._trees: list[dict[str, Any]] = []
         self._frees: list[dict[str, Any]] = []
-        self._placed: list[dict[str, Any]] = []
+        self._mocaps: list[dict[str, Any]] = []
         self._add_bodies()
         given = [(instance.contact.rounding, instance.geoms) for instance in self._contacts]
         self._roundings = {geom: radius for radius, geoms in given if radius is not None for geom in geoms}
@@ -158,7 +158,7 @@ class Model:
     @property
     def _row(self) -> int:
         """Where the state of the world begins in it."""
-        return PUSH + self._m.nv + LED * len(self._placed)
+        return PUSH + self._m.nv + MOCAP_SIZE * len(self._mocaps)
 
     @property
     def _world_size(self) -> int:
@@ -190,18 +190,18 @@ class Model:
         return build(self.arrays, {
             "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
             "state": m.plugin_stateadr[self._contacts[0].number], "row": self._row, "nq": nq, "nv": nv,
-            "signature": m.signature, "made": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
-            "starts": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + nv), "given": np.zeros(nv),
+            "signature": m.signature, "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
+            "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + nv), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
-            "placed": with_rows(np.zeros(0, PLACED), self._placed), "placed_count": len(self._placed),
+            "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
             "geoms": np.array(geoms, np.int64), "instances": np.array(self._instances, np.int64),
-            "said": np.zeros(len(self._contacts), np.int64), "frictions": np.full(len(self._instances), np.nan),
-            "watch": watch, "watch_count": len(watch), "seen": values, "sense": sensors.address() if senses else 0,
+            "reported": np.zeros(len(self._contacts), np.int64), "frictions": np.full(len(self._instances), np.nan),
+            "ranges": watch, "range_count": len(watch), "watched": values, "sense": sensors.address() if senses else 0,
             "sensors": with_rows(np.zeros(0, SENSOR), listed), "sensor_count": len(listed),
             "centres": np.array([self._pose_of(geom).inverse().place for geom in geoms]),
             "loads": np.zeros(12 * m.nbody + 2 * nv + 6),
-        } | (jointed.addresses() if self._trees else {}))  # fmt: skip
+        } | (trees.addresses() if self._trees else {}))  # fmt: skip
 
     def _watched(self) -> tuple[NDArray[np.int64], Array]:
         """Return the `watched_ranges` of all that the world is made from: trees, and the bodies that carry geoms."""
@@ -247,7 +247,7 @@ class Model:
         for body in sorted({*carriers, *(base for base in bases if m.body_mocapid[base] >= 0)}):
             if m.body_mocapid[body] >= 0:
                 self._rows[body] = self._world.add_body(np.inf, 1.0)
-                self._placed.append({"body": self._rows[body] + 1, "id": body})
+                self._mocaps.append({"body": self._rows[body] + 1, "id": body})
             elif not body:
                 self._rows[0] = self._world.add_body(np.inf, 1.0)
         for tree in self._trees:

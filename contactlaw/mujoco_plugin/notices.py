@@ -1,6 +1,6 @@
 """Reports from the compiled callbacks to Python, each once for each plugin instance and `MjData`.
 
-The codes are bits of `said`, the word in which the block notes what it has reported of an instance.
+The codes are bits of `reported`, the word in which the block notes what it has reported of an instance.
 """
 
 from __future__ import annotations
@@ -11,12 +11,28 @@ from numba import types
 
 from contactlaw.memory import caller, set_whole, whole_at
 from contactlaw.mujoco_plugin.layout import jit
-from contactlaw.pair import DEEPEST
+from contactlaw.pair import DEEPEST, FOUND_IN, TOO_DEEP
 from contactlaw.world.data.access import contact_at, near_at, pair_at, world_at
 from contactlaw.world.data.call import raise_later, waits
-from contactlaw.world.shapes.radius import is_clear
+from contactlaw.world.shapes.radius import UNCLEAR, is_clear
 
 DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
+
+TEXTS = {
+    EDITED: "the model has been changed, and the law goes on with what it was: ",
+    DEEP: TOO_DEEP,
+    BUILT: f"{FOUND_IN}; overlaps='keep' takes it as given",
+    UNCLEAR_RADIUS: UNCLEAR,
+    DAMAGED: "the part of plugin_state that is the law's is not what a step of this model leaves: it is of "
+    "another model, or damaged; contacts start anew",
+    SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
+    "nothing touches",
+    UNSAVED: "the state has no room for {:.0f} of the contacts: they begin anew where it is set back",
+    TOWED: "body {:.0f}, on which others hang by joints, is moved by hand: for contacts these are at rest "
+    "wherever it takes them; weld it to a mocap body by an equality",
+    FULL: "more contacts at once than the {:.0f} there is room for: those left over are forgotten",
+}
+"""Warnings by code; {} stands for the value of the report."""
 
 call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
 """Call void (*function)(int64 block, int64 code, double value) at an address."""
@@ -25,24 +41,24 @@ call_report: Any = caller(types.void(types.int64, types.int64, types.float64))
 @jit
 def report_once(head, code, value):
     """Report something of the model as a whole, unless it has been reported."""
-    head.told, head.told_a, head.told_b = 0, -1, -1
+    head.about, head.about_a, head.about_b = 0, -1, -1
     report_if_new(head, code, value)
 
 
 @jit
 def report_contact(head, c, code, value):
     """Report something of a contact, unless it has been reported of its plugin instance."""
-    head.told, head.told_a = whole_at(head.instances, c.pair), whole_at(head.geoms, c.shape_a)
-    head.told_b = whole_at(head.geoms, c.shape_b)
+    head.about, head.about_a = whole_at(head.instances, c.pair), whole_at(head.geoms, c.shape_a)
+    head.about_b = whole_at(head.geoms, c.shape_b)
     report_if_new(head, code, value)
 
 
 @jit
 def report_if_new(head, code, value):
-    """Report a code of the instance and geoms in the head (`told`, `told_a`, `told_b`), unless it has been reported."""
-    said = whole_at(head.said, head.told)
+    """Report a code of what the head is about (`about`, `about_a`, `about_b`), unless it has been reported."""
+    said = whole_at(head.reported, head.about)
     if said & code == 0 and not waits(world_at(head.world, 0).demand):
-        set_whole(head.said, head.told, said | code)
+        set_whole(head.reported, head.about, said | code)
         send_report(head, code, value)
 
 
@@ -50,7 +66,7 @@ def report_if_new(head, code, value):
 def send_report(head, code, value):
     """Call Python with a code and a value."""
     table = world_at(head.world, 0).demand
-    call_report(head.report, head.own, code, value)
+    call_report(head.report, head.address, code, value)
     raise_later(table)
 
 

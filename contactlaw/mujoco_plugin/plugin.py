@@ -20,10 +20,9 @@ from contactlaw.mujoco_plugin.layout import record_at
 from contactlaw.mujoco_plugin.model import Model
 from contactlaw.mujoco_plugin.readout import View
 from contactlaw.mujoco_plugin.sensors import NUMBERS
-from contactlaw.pair import FOUND_IN, TOO_DEEP, ContactWarning
+from contactlaw.pair import ContactWarning
 from contactlaw.world.data import demand
 from contactlaw.world.data.records import EDITED, RESIZED, WORLD
-from contactlaw.world.shapes.radius import UNCLEAR
 
 COMPILE_TIME = 15  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
@@ -110,9 +109,9 @@ def _rebuild_block(model: int, data: int) -> str:
     before, now = (record_at(int(head["world"]), WORLD, 1) for head in (old, new))
     now["edited"] = max(before["edited"][0], RESIZED if changed["geom_size"] else EDITED)
     View(new).give_frictions(View(old).frictions)
-    new["turn"] = old["turn"]  # with what is known of the step under way
+    new["newest"] = old["newest"]  # with what is known of the step under way
     nv, states = int(old["nv"]), STARTS * (1 + int(old["nq"]) + int(old["nv"]))
-    for name, count in (("starts", states), ("given", nv)):
+    for name, count in (("recent", states), ("given", nv)):
         ctypes.memmove(int(new[name]), int(old[name]), 8 * count)
     free(slot.value)
     slot.value = made
@@ -126,33 +125,17 @@ def _rebuild_block(model: int, data: int) -> str:
     return f"{', '.join(bits)}: no contact ends by it; choose who touches anew by load_model" if bits else ""
 
 
-_TEXTS = {
-    notices.EDITED: "the model has been changed, and the law goes on with what it was: ",
-    notices.DEEP: TOO_DEEP,
-    notices.BUILT: f"{FOUND_IN}; overlaps='keep' takes it as given",
-    notices.UNCLEAR_RADIUS: UNCLEAR,
-    notices.DAMAGED: "the part of plugin_state that is the law's is not what a step of this model leaves: it is of "
-    "another model, or damaged; contacts start anew",
-    notices.SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
-    "nothing touches",
-    notices.UNSAVED: "the state has no room for {:.0f} of the contacts: they begin anew where it is set back",
-    notices.TOWED: "body {:.0f}, on which others hang by joints, is moved by hand: for contacts these are at rest "
-    "wherever it takes them; weld it to a mocap body by an equality",
-    notices.FULL: "more contacts at once than the {:.0f} there is room for: those left over are forgotten",
-}
-
-
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
 @demand.keeps
 def report(address: int, code: int, value: float) -> None:
     """Warn of something that a compiled callback found, see `notices`; address: of the block."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
     if edited:
-        head["told_a"] = head["told_b"] = -1
+        head["about_a"] = head["about_b"] = -1
     where = _where(head)
     why = _rebuild_block(int(head["model"]), int(head["data"])) if edited else ""
     if why or not edited:
-        warnings.warn(f"{where}: {_TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
+        warnings.warn(f"{where}: {notices.TEXTS[code].format(value)}{why}", ContactWarning, stacklevel=3)
 
 
 def _where(head: Any) -> str:
@@ -161,7 +144,7 @@ def _where(head: Any) -> str:
     view = layout.ModelView(int(head["model"]))
     named = [
         f"{view.label('geom', geom)} of body {view.label('body', int(view.geom_bodyid[geom]))}"
-        for geom in (int(head["told_a"]), int(head["told_b"]))
+        for geom in (int(head["about_a"]), int(head["about_b"]))
         if geom >= 0
     ]
     return f"{' on '.join(named) or 'contacts'} at {time:.6g} s"

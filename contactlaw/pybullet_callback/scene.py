@@ -1,4 +1,4 @@
-"""The world that the contacts of a callback make: its bodies, shapes and pairs; what it remembers of contacts."""
+"""The world of a callback: made from its contacts, kept through changes of them, saved and restored, read out."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pybullet as p
 from numpy.typing import NDArray
 
 from contactlaw.pair import FOUND_IN, TOO_DEEP
+from contactlaw.pybullet_callback.bodies import Bodies
 from contactlaw.pybullet_callback.contact import Contact, ContactState, parents_of
-from contactlaw.pybullet_callback.exchange import NO_RADIUS, PUT_IN, TOO_FAR
-from contactlaw.pybullet_callback.linked import Linked
 from contactlaw.pybullet_callback.measure import Measured
+from contactlaw.pybullet_callback.rows import NO_RADIUS, PUT_IN, TOO_FAR
 from contactlaw.pybullet_callback.shapes import Key, Side, can_move
-from contactlaw.pybullet_callback.traffic import Traffic
+from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.contacts.ledger import Ledger, ledger
@@ -24,14 +24,14 @@ from contactlaw.world.data.records import FREE, Arrays
 from contactlaw.world.shapes.description import tangent
 from contactlaw.world.shapes.radius import UNCLEAR
 
-CROWD_SUBSTEPS = 60
-STILLNESS = 1e-9  # of the overlap: what rests carries its weight to that
-JOINTED = ("left", "start", "ahead", "lacks", "force", "push", "pressed", "matrix", "own")  # of one with joints
-OWN = ("asleep", "held", "momentum", "position", "quaternion", "axes")  # what another does in the world
+CROWD_SUBSTEPS = 60  # of a damped impact in an island of many contacts; `World` has 20
+# state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
+TREE_STATE = ("left", "start", "bullet_time", "correction", "force", "push", "pressed", "matrix", "free_acceleration")
+BODY_STATE = ("asleep", "held", "momentum", "position", "quaternion", "axes")
 
 
 class Saved(NamedTuple):
-    """What a restart needs."""
+    """State of a scene for a restart."""
 
     shapes: tuple[Key, ...]
     handles: tuple[int, ...]
@@ -41,16 +41,16 @@ class Saved(NamedTuple):
 
 
 class Scene:
-    """What contacts of the law look like to the world.
+    """The world of the contacts of a callback.
 
     Args:
         client: Physics client id.
         contacts: By handle.
-        old: The scene before; what it remembers of contacts that are still there is taken over.
-        moves, check: See `Traffic`.
+        old: The scene before a change of the contacts; the state of contacts and bodies that remain is taken over.
+        moves, check: See `Bodies`.
 
     Attributes:
-        traffic: Between it and PyBullet.
+        bodies: Its bodies in PyBullet.
     """
 
     def __init__(
@@ -61,53 +61,53 @@ class Scene:
         order = [key for key in old.shapes if key in sides] if old else []
         order += [key for key in sides if key not in order] if old else list(sides)
         most = max([contact.substeps for contact in contacts.values()], default=100)
-        self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS), stillness=STILLNESS)
+        self.world = World(0.0, substeps=most, crowd_substeps=min(most, CROWD_SUBSTEPS))
         self.shapes: dict[Key, list[int]] = {}
         self._side_of: dict[int, Key] = {}
         self._row: dict[Key, int] = {}
         bodies: list[Key] = []
-        linked: dict[int, Linked] = {}
+        trees: dict[int, Tree] = {}
         there = {p.getBodyUniqueId(i, client) for i in range(p.getNumBodies(client))}
         given = [one for one in contacts.values() if one.rounding is not None]
         self._roundings = {key: one.rounding for one in given for key in one.sides}
         for key in order:
-            self._add(sides[key], bodies, linked, there)
+            self._add_side(sides[key], bodies, trees, there)
         measured: list[Measured] = []
-        self._handle_of: list[int] = []  # of each pair of the world
+        self._handle_of: list[int] = []  # of each pair of materials in the world
         for handle, contact in contacts.items():
             self._let_touch(handle, contact, measured)
         for part, owner in enumerate(self.world.owners.tolist()):
             if part != owner:
-                self._enter(self._side_of[owner], [part])
+                self._note_shapes(self._side_of[owner], [part])
         self.world.arrays.pairs["relaxed"] = 1
         self._known = np.zeros(0, np.int64)
-        listed = self._silence if any(contact.many for contact in contacts.values()) else None
-        self.traffic = Traffic(client, self.world, bodies, list(linked.values()), measured, moves, check, listed)
+        listed = self._silence_near if any(contact.many for contact in contacts.values()) else None
+        self.bodies = Bodies(client, self.world, bodies, list(trees.values()), measured, moves, check, listed)
         if old:
             self._take_over(old)
 
-    def _add(self, side: Side, bodies: list[Key], linked: dict[int, Linked], there: set[int]) -> None:
-        """A shape, and the body that it is on."""
+    def _add_side(self, side: Side, bodies: list[Key], trees: dict[int, Tree], there: set[int]) -> None:
+        """Add a shape to the world, and its body unless it is there."""
         at, turn, row = np.zeros(3), np.eye(3), -1
         if side.body in there and p.getNumJoints(side.body, self._client) and can_move(self._client, side.body):
-            if side.body not in linked:
-                linked[side.body] = Linked(self._client, side.body)
-                bodies += linked[side.body].add_to(self.world)
-            if side.link in linked[side.body].links:
-                member, at, turn = linked[side.body].place_of(side.link)
-                row = linked[side.body].first + member
+            if side.body not in trees:
+                trees[side.body] = Tree(self._client, side.body)
+                bodies += trees[side.body].add_to(self.world)
+            if side.link in trees[side.body].links:
+                member, at, turn = trees[side.body].place_of(side.link)
+                row = trees[side.body].first + member
         if row < 0:
             row = self.world.add_body(np.inf, 1.0)
             bodies.append(side.key)
         self._row[side.key] = row
-        self._enter(side.key, side.add_to(self.world, row, at, turn, self._roundings.get(side.key)))
+        self._note_shapes(side.key, side.add_to(self.world, row, at, turn, self._roundings.get(side.key)))
 
-    def _enter(self, key: Key, shapes: list[int]) -> None:
+    def _note_shapes(self, key: Key, shapes: list[int]) -> None:
         self.shapes.setdefault(key, []).extend(shapes)
         self._side_of.update(dict.fromkeys(shapes, key))
 
     def _let_touch(self, handle: int, contact: Contact, measured: list[Measured]) -> None:
-        """Sets meet as sets; what PyBullet must measure has a plane for each sphere that may touch it."""
+        """Let two sets touch; each pair that PyBullet must measure has its own tangent planes."""
         sets, odd = contact.sets, {key for key, side in contact.sides.items() if side.measured}
         ones, twos = (
             [s for key in keys if key not in odd for s in self.shapes[key]] for keys in (sets.ones, sets.twos)
@@ -121,7 +121,7 @@ class Scene:
             one, other = sorted((contact.sides[key] for key in two), key=lambda side: side.measured)
             ends, row = self.shapes[one.key][-2:], self._row[other.key]  # of a capsule without its side
             planes = [self.world._shape(tangent(row + 1, end, other.reach)) for end in ends]
-            self._enter(other.key, planes)
+            self._note_shapes(other.key, planes)
             self._meet(handle, ends, planes)
             measured.append(Measured(one, other, self._row[one.key], row, ends, planes))
 
@@ -129,9 +129,9 @@ class Scene:
         self.world.add_contact(ones, twos, self._contacts[handle].pair)
         self._handle_of.append(handle)
 
-    def _silence(self) -> None:
-        """Turn Bullet's own response off between those that have come near each other, of contacts of many pairs."""
-        world = self.traffic.arrays
+    def _silence_near(self) -> None:
+        """Disable Bullet's own response of pairs that have come near each other, for contacts with many pairs."""
+        world = self.bodies.arrays
         near = world.near[: world.world["nears"][0]]
         codes = near["a"] * world.shapes.size + near["b"]
         new = np.flatnonzero(~np.isin(codes, self._known))
@@ -142,27 +142,25 @@ class Scene:
         self._known = np.union1d(self._known, codes[new])
 
     def contacts(self, handle: int | None = None) -> Iterator[tuple[int, Any]]:
-        """Those closed now, or parted in the last step, of one handle or all: slots and records."""
-        records = self.traffic.arrays.contacts
+        """Yield slots and records of contacts that are closed or parted in the last step, of one handle or all."""
+        records = self.bodies.arrays.contacts
         for slot in np.flatnonzero(records["phase"] != FREE).tolist():
             own = self._handle_of[records["pair"][slot]]
             if handle in (None, own):
                 yield slot, records[slot]
 
     def sides_of(self, record: Any) -> tuple[Contact, Side, Side, float]:
-        """The contact of the user's that one of the world is of, its sides as this has them, and -1 if the world's A is
-        the second.
-        """
+        """Return the user's contact of a contact of the world, its sides a and b, and -1.0 if b is the world's A."""
         one, two = (self._side_of[int(record[name])] for name in ("shape_a", "shape_b"))
         contact, sign = self._contacts[self._handle_of[record["pair"]]], 1.0
         if contact.sets.reversed(one, two):
             one, two, sign = two, one, -1.0
         return contact, contact.sides[one], contact.sides[two], sign
 
-    def notes(self, slot: int, record: Any) -> Iterator[tuple[str, str]]:
-        """What there is to say of a contact, and has not been said of its two sides: these, and the words."""
+    def new_warnings(self, slot: int, record: Any) -> Iterator[tuple[str, str]]:
+        """Yield warnings about a contact that have not been given for its two sides: the sides, and the text."""
         contact, one, two, _ = self.sides_of(record)
-        radius, seen = float(record["touch"]["radius"]), int(self.traffic.seen[slot])
+        radius, seen = float(record["touch"]["radius"]), int(self.bodies.seen[slot])
         for holds, text, value in (
             (seen & TOO_FAR, TOO_DEEP, record["deepest"] / max(radius, 1e-300)), (seen & NO_RADIUS, UNCLEAR, radius),
             (seen & PUT_IN, FOUND_IN, record["built"] / max(radius, 1e-300)),
@@ -172,63 +170,67 @@ class Scene:
                 yield f"{one} and {two}", text.format(value)
 
     def states(self, handle: int, *these: tuple[Key, Key]) -> list[ContactState]:
-        """Of the sides of a handle that touched within the last step; of these also where they did not."""
-        out, arrays = {both: ContactState(*both) for both in these}, self.traffic.arrays
+        """Return the contacts of a handle that touched within the last step, and those of `these` in any case."""
+        out, arrays = {both: ContactState(*both) for both in these}, self.bodies.arrays
         for slot, record in self.contacts(handle):
             _, one, two, sign = self.sides_of(record)
             asleep = bool(arrays.bodies["asleep"][[record["body_a"], record["body_b"]]].any())
             state = out.setdefault((one.key, two.key), ContactState(one.key, two.key))
-            state.add(record, arrays.memory[slot], sign, asleep, self.traffic.dt)
+            state.add(record, arrays.memory[slot], sign, asleep, self.bodies.dt)
         return list(out.values())
 
     def pairs(self, handle: int) -> NDArray[np.int64]:
-        """Those of the world that a handle has."""
+        """Return the pairs of materials in the world that belong to a handle."""
         return np.flatnonzero(np.array(self._handle_of) == handle)
 
     def ledger(self, handle: int) -> Ledger:
-        """What the contacts of a handle have done."""
-        arrays = self.traffic.arrays
+        """Return the ledger of a handle."""
+        arrays = self.bodies.arrays
         return ledger(arrays.pairs, arrays.contacts, self.pairs(handle))
 
     def save(self) -> Saved:
-        """A copy of all that is remembered."""
-        traffic = self.traffic
-        jointed = [deepcopy({name: getattr(one, name) for name in JOINTED}) for one in traffic.linked]
-        arrays = Arrays(*(array.copy() for array in traffic.arrays))
-        return Saved(tuple(self.shapes), self._handles, arrays, traffic.rows.copy(), jointed)
+        """Return a copy of all state."""
+        bodies = self.bodies
+        jointed = [deepcopy({name: getattr(one, name) for name in TREE_STATE}) for one in bodies.trees]
+        arrays = Arrays(*(array.copy() for array in bodies.arrays))
+        return Saved(tuple(self.shapes), self._handles, arrays, bodies.rows.copy(), jointed)
 
     def restore(self, saved: Saved) -> None:
-        """Go back to it."""
+        """Set the state to a saved one.
+
+        Raises:
+            ValueError: It is not of these contacts.
+        """
         if not isinstance(saved, Saved) or (saved.shapes, saved.handles) != (tuple(self.shapes), self._handles):
             raise ValueError("saved: is not what `save` gave, or contacts have been added or removed since")
-        traffic = self.traffic
-        traffic.rows[:] = saved.rows
-        traffic.bind(Arrays(*(array.copy() for array in saved.arrays)))
-        for one, values in zip(traffic.linked, saved.jointed, strict=True):
+        bodies = self.bodies
+        bodies.rows[:] = saved.rows
+        bodies.bind(Arrays(*(array.copy() for array in saved.arrays)))
+        for one, values in zip(bodies.trees, saved.jointed, strict=True):
             vars(one).update(deepcopy(values))
 
     def _take_over(self, old: Scene) -> None:
-        """What is remembered of contacts and bodies that are there still."""
-        mine, theirs = self.traffic.arrays, old.traffic.arrays
+        """Take over the state of contacts and bodies that are still there."""
+        mine, theirs = self.bodies.arrays, old.bodies.arrays
         for handle in self._contacts.keys() & old._contacts.keys():
             mine.pairs["ledger"][self.pairs(handle)] = theirs.pairs["ledger"][old.pairs(handle)]
-        before = {one.body: one for one in old.traffic.linked}
-        for one in self.traffic.linked:
+        before = {one.body: one for one in old.bodies.trees}
+        for one in self.bodies.trees:
             if one.body in before and before[one.body].v_size == one.v_size:
-                vars(one).update({name: getattr(before[one.body], name) for name in JOINTED})
+                vars(one).update({name: getattr(before[one.body], name) for name in TREE_STATE})
         numbers: dict[int, int] = {}
         for key, shapes in old.shapes.items():
             if key not in self.shapes:
                 continue
             numbers.update(zip(shapes, self.shapes[key], strict=False))
             i, j = self._row[key], old._row[key]
-            row, was = self.traffic.rows[i], old.traffic.rows[j]
-            if not row["linked"]:
+            row, was = self.bodies.rows[i], old.bodies.rows[j]
+            if not row["in_tree"]:
                 mass, inertia = row["mass"], row["inertia"].copy()
                 same = mass == was["mass"] and (inertia == was["inertia"]).all()
-                self.traffic.rows[i] = was
+                self.bodies.rows[i] = was
                 row["mass"], row["inertia"] = mass, inertia
-                for name in OWN:
+                for name in BODY_STATE:
                     mine.bodies[i + 1][name] = theirs.bodies[j + 1][name]
                 if not same:
                     mine.bodies["held"][i + 1] = np.nan
@@ -239,8 +241,8 @@ class Scene:
             if pair < 0:
                 continue
             if mine.world["spares"][0] == 0:
-                self.traffic.bind(with_more_room(mine))
-                mine = self.traffic.arrays
+                self.bodies.bind(with_more_room(mine))
+                mine = self.bodies.arrays
             mine.world["spares"] -= 1
             new = int(mine.spare[mine.world["spares"][0]])
             own, size = mine.contacts[new : new + 1], min(mine.memory.shape[1], theirs.memory.shape[1])

@@ -15,7 +15,7 @@ from pybullet_scenes import FREE, RADIUS, ball, paddle, pair_of, plane, run, sha
 
 from contactlaw import MATERIALS, ContactPair, Material  # noqa: E402
 from contactlaw.pybullet_callback import ContactCallback  # noqa: E402
-from contactlaw.pybullet_callback.linked import Linked  # noqa: E402
+from contactlaw.pybullet_callback.trees import Tree  # noqa: E402
 from contactlaw.world import World  # noqa: E402
 from contactlaw.world.trees.coordinates import numbers, write_coordinates  # noqa: E402
 from tests.world.jointed_scenes import mass_matrix  # noqa: E402
@@ -68,22 +68,22 @@ def test_the_model_moves_as_the_engine_does(client: int, base_mass: float, joint
     body, dt = arm(client, base_mass, joints), 1e-6
     p.setGravity(1.0, 2.0, -G, client)
     p.setTimeStep(dt, client)
-    one, world = Linked(client, body), World(0.0)
+    one, world = Tree(client, body), World(0.0)
     one.add_to(world)
     arrays = world.arrays.bound()
     one.now = one.read()
-    one.receive(arrays, (1.0, 2.0, -G))
-    one.set_out(arrays, 0.0)
+    one.begin_step(arrays, (1.0, 2.0, -G))
+    one.set_tree(arrays, 0.0)
     for link in one.links:
         member, at, _ = one.place_of(link)
         own = arrays.bodies[one.first + 1 + member]
         pose = p.getBasePositionAndOrientation(body, client) if link < 0 else p.getLinkState(body, link, 0, 1, client)
         np.testing.assert_allclose(own["position"] + own["axes"].reshape(3, 3) @ at, pose[0], atol=1e-12)
-    acceleration = one.own.copy()
+    acceleration = one.free_acceleration.copy()
     p.stepSimulation(client)
     v = one.read()[1]
     np.testing.assert_allclose((v - one.start[1]) / dt, acceleration, rtol=1e-6, atol=1e-5)
-    one.compare(arrays, dt)
+    one.read_forces(arrays, dt)
     np.testing.assert_allclose(one.force, 0.0, atol=1e-5)
 
 
@@ -100,7 +100,7 @@ def test_ball_on_a_hinged_paddle_conserves_energy(client: int, dt: float, base_m
     steps = 3 + int(8e-4 / dt)
     run(client, callback, steps) if ahead else step(callback, steps)
     velocity, spin = velocities(client, body)
-    one, world = Linked(client, racket), World(0.0)
+    one, world = Tree(client, racket), World(0.0)
     one.add_to(world)
     q, v = one.read()
     write_coordinates(world.arrays.bound(), 0, q, v)
@@ -121,7 +121,7 @@ def test_momentum_of_a_free_tree_and_a_ball(client: int, ahead: bool) -> None:
     callback = ContactCallback(client)
     handle = callback.add_contact(bullet, body, pair_of(friction=0.0), link_b=1)
 
-    one, world = Linked(client, body), World(0.0)
+    one, world = Tree(client, body), World(0.0)
     one.add_to(world)
     arrays = world.arrays.bound()
 
@@ -218,7 +218,7 @@ def test_a_restart_is_exact_with_joints(client: int, ahead: bool) -> None:
     p.restoreState(state, physicsClientId=client)
     callback.restore(saved)
     assert go(20) == first
-    assert numbers(callback._scene.traffic.arrays, 0, "q").size == 8
+    assert numbers(callback._scene.bodies.arrays, 0, "q").size == 8
 
 
 UPRIGHT, LYING_Y = (0.0, 0.0, 0.0, 1.0), (0.0, 0.5, 0.5, 0.0)
@@ -295,17 +295,17 @@ def test_what_presses_on_a_base_with_something_heavy_fixed_to_it_turns_it_as_it_
     contact = ContactCallback(client)
     contact.add_contact([(body, link) for link in (-1, 0, 1)], plane(client), pair_of("rubber"))
     contact.step()
-    one = contact._scene.traffic.linked[0]
+    one = contact._scene.bodies.trees[0]
     for k in range(3):
         one.now = one.read()
-        one.receive(contact._scene.traffic.arrays, np.zeros(3))
-        one.set_out(contact._scene.traffic.arrays, 1 / 240)
+        one.begin_step(contact._scene.bodies.arrays, np.zeros(3))
+        one.set_tree(contact._scene.bodies.arrays, 1 / 240)
         one.push[:] = 10.0 * (np.arange(one.v_size) == k)
         before = one.now[1]
         one.apply_push()
         p.stepSimulation(client)
-        one.left, one.ahead = one.read(), 0.0
-        gained = one.matrix @ ((one.left[1] - before) * 240.0 - one.own)
+        one.left, one.bullet_time = one.read(), 0.0
+        gained = one.matrix @ ((one.left[1] - before) * 240.0 - one.free_acceleration)
         np.testing.assert_allclose(gained, one.push, atol=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""What goes between PyBullet and the world in a step: bodies are read, pushed and put where they are to be."""
+"""The bodies of PyBullet that a world holds: read before a step, pushed, and put where the world has them."""
 
 from __future__ import annotations
 
@@ -9,25 +9,13 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from contactlaw.pybullet_callback.exchange import (
-    FLAGS,
-    HEAD,
-    LIST,
-    MOTION,
-    NO_ROOM,
-    NOT_FINITE,
-    OTHERS,
-    PASSED,
-    ROW,
-    complete,
-    press,
-    set_off,
-    steady,
-)
-from contactlaw.pybullet_callback.linked import Linked
+from contactlaw.pybullet_callback.apply import finish_step
 from contactlaw.pybullet_callback.measure import Measured
+from contactlaw.pybullet_callback.read import begin_step, find_pressed, select_pushed
+from contactlaw.pybullet_callback.rows import FLAGS, HEAD, LIST, MOTION, NO_ROOM, NOT_FINITE, OTHERS, PASSED, ROW
 from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
+from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.data.demand import KEPT
@@ -35,79 +23,85 @@ from contactlaw.world.data.frames import ALIKE
 from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.step import step
 
-NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # read of a body yet
-WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
+NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # pose and velocity before the first reading
+MOTION_FORMAT, POSE_FORMAT, SIX_FORMAT = (
+    struct.Struct(f"{MOTION.itemsize // 8}d"),
+    struct.Struct("7d"),
+    struct.Struct("6d"),
+)
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
-STEP, PLACE, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
+STEP_FORMAT, POSITION_FORMAT, SIZE = struct.Struct("4d"), struct.Struct("3d"), ROW.itemsize
 BEFORE, AFTER, LEFT, FORCE = (int(ROW.fields[name][1]) for name in ("before", "after", "left", "force"))  # type: ignore[index]
-SPEED_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
+VELOCITY_AFTER = AFTER + int(MOTION.fields["velocity"][1])  # type: ignore[index]
 STEP_AT = int(HEAD.fields["dt"][1])  # type: ignore[index]
 
 
-class Traffic:
-    """The bodies of PyBullet that a world holds.
+class Bodies:
+    """The bodies of PyBullet that a world holds, and the steps that both take.
 
-    What is read is written into the rows only where it is not what was read before. The time step and gravity are not
-    read where bodies that fall free show that they are those known, and while all sleep, held; nor, while all are far
-    apart, velocities of bodies that cannot be moved.
+    A reading is written into the rows only where it differs from the last one. Some are spared: time step and gravity
+    while a body in free fall shows that they are as known, and while all bodies sleep; velocities of bodies that cannot
+    be pushed while all bodies are far apart.
 
     Args:
         client: Physics client id.
         world: With all bodies and shapes.
         keys: Body and link of each of its bodies.
-        linked: Those with joints.
-        measured: Who must be measured.
-        moves: Whether bodies that nothing can move are read at every step.
-        check: Raises an error where a body is another one than it was.
-        listed: Called when the list of near pairs is another one, which is made before Bullet's step then, or None.
+        trees: Those with joints.
+        measured: Pairs whose distance PyBullet must measure.
+        moves: Whether bodies that nothing can push are read at every step.
+        check: Raises an error if a body is no longer the one that was added.
+        listed: Called after the near pairs have been listed anew, which is then done before Bullet's step; or None.
 
     Attributes:
-        dt: Of the step [s].
+        dt: Time step [s].
     """
 
     def __init__(
-        self, client: int, world: World, keys: list[Key], linked: list[Linked], measured: list[Measured], moves: bool,
+        self, client: int, world: World, keys: list[Key], trees: list[Tree], measured: list[Measured], moves: bool,
         check: Callable[[], None], listed: Callable[[], None] | None,
     ) -> None:  # fmt: skip
         self._client, self._world, self.keys, self._check = client, world, keys, check
-        self.linked, self._measured, self._listed = linked, measured, listed
+        self.trees, self._measured, self._listed = trees, measured, listed
         self.rows: Any = np.zeros(len(keys), ROW)
         self._bytes = memoryview(self.rows.view(np.uint8))
-        self._named: Any = np.zeros(len(keys), np.int64)
-        self._names = memoryview(self._named)
+        self._selected: Any = np.zeros(len(keys), np.int64)
+        self._selected_rows = memoryview(self._selected)
         self._head: Any = np.zeros(1, HEAD)
-        self._head["plain"] = self._plain = not (linked or measured)
-        self._head["ahead"] = listed is not None
+        self._head["simple"] = self._simple = not (trees or measured)
+        self._head["list_first"] = listed is not None
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed, self._foreseen = 0, [], False
         self.dt, self._fall, self._down, self._parameters = 0.0, 0.0, 0, ()
-        for one in linked:
-            self.rows["linked"][one.members] = 1
-        plain = np.flatnonzero(self.rows["linked"] == 0).tolist()
+        for one in trees:
+            self.rows["in_tree"][one.members] = 1
+        simple = np.flatnonzero(self.rows["in_tree"] == 0).tolist()
         self.bind(world.arrays)
-        self.weigh(plain)
-        self._heavy = dict.fromkeys(k for k in plain if self.rows["mass"][k] > 0.0)
+        self.read_masses(simple)
+        self._heavy = dict.fromkeys(k for k in simple if self.rows["mass"][k] > 0.0)
         self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
-        fixed = [(keys[k], k * SIZE) for k in plain if self.rows["mass"][k] == 0.0]
+        fixed = [(keys[k], k * SIZE) for k in simple if self.rows["mass"][k] == 0.0]
         self._bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
-        self._still = [one for one in fixed if one[0][1] != BASE]
+        self._fixed_links = [one for one in fixed if one[0][1] != BASE]
         if not moves:
             self._read()
-            self._bases, self._still = self._moving, []
+            self._bases, self._fixed_links = self._moving, []
 
     def bind(self, arrays: Arrays) -> None:
-        """Let the compiled code know where the arrays are."""
+        """Set the addresses of the world's arrays in the head."""
         self._world._arrays = self.arrays = arrays.bound()
         self._state, self.seen = arrays.world, np.zeros(arrays.contacts.size)
         head = self._head
-        head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
+        head["world"], head["rows"], head["selected"] = (
+            a.ctypes.data for a in (self._state, self.rows, self._selected)
+        )
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
         self._passed = False
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
 
-    def weigh(self, rows: Iterable[int]) -> None:
-        """Read masses and inertias of bodies without joints; what has others than before wakes."""
+    def read_masses(self, rows: Iterable[int]) -> None:
+        """Read masses and inertias of bodies without joints; wake those that have others than before."""
         for k in rows:
             row, own = self.rows[k], self.arrays.bodies[k + 1]
             mass, inertia = _mass_of(self.keys[k], self._client)
@@ -120,132 +114,133 @@ class Traffic:
             own["oriented"] |= 1 - own["isotropic"]
             own["held"] = np.nan
 
-    def weigh_near(self) -> bool:
-        """The same of all that may touch something soon; returns whether links have others than the trees know."""
+    def near_masses_changed(self) -> bool:
+        """Read masses of all bodies that may touch something soon; return whether those of links have changed."""
         if self._listed:
             self._listed()
         near = self.arrays.near_bodies[: self._state["near_body_count"][0]].tolist()
-        self.weigh([k - 1 for k in near if k - 1 in self._heavy])
-        return any(one.inertias() != one.known for one in self.linked)
+        self.read_masses([k - 1 for k in near if k - 1 in self._heavy])
+        return any(one.inertias() != one.known for one in self.trees)
 
     def foresee(self) -> int:
-        """The step that Bullet is about to take; returns what `exchange.look` says of the contacts."""
+        """Take the step of the world that Bullet is about to take; return as `apply.write_bodies`."""
         self._found, self._pushed, self._passed = 0, [], False
-        self._look_up()
-        if self._set_off() != PASSED:
-            self._found = self._complete(0)
+        self._read_parameters()
+        if self._begin_step() != PASSED:
+            self._found = self._finish_step(0)
             self._pushed = [
-                one for one in self.linked if one.hand_back(self.arrays, self.dt, False, self._presses(one))
+                one for one in self.trees if one.write_back(self.arrays, self.dt, False, self._is_pressed(one))
             ]
         self._foreseen = True
         return self._found
 
     def push(self) -> None:
-        """Apply the forces of the step that was foreseen."""
+        """Apply the forces of the foreseen step."""
         if self._found >= FLAGS:
             self._push(self._found // FLAGS)
         for one in self._pushed:
             one.apply_push()
 
     def take_step(self) -> int:
-        """A step of PyBullet, then the same one of the world, which is handed back; returns as `foresee`."""
-        if not (self._plain and self._parameters):
-            self._look_up()
-        pushed = self._set_off()
+        """Step PyBullet, then the world with the accelerations of that step; return as `foresee`."""
+        if not (self._simple and self._parameters):
+            self._read_parameters()
+        pushed = self._begin_step()
         if pushed > 0:
             self._push(pushed)
-        for one in self.linked:
+        for one in self.trees:
             one.apply_steady_push()
         STEP_BULLET(self._client)
         if pushed == PASSED:
-            if self._falls() or not self._look_up():
+            if self._first_falls() or not self._read_parameters():
                 return 0
-            set_off(self._head_at)  # once more: something may be met in such a step
+            begin_step(self._head_at)  # again with the new time step or gravity, in which bodies may touch
             self._passed = False
         client, rows, after, velocity = self._client, self._bytes, self._after, p.getBaseVelocity
         for i, (body, at) in enumerate(self._moving):
             now = velocity(body, client)
             if now != after[i]:
                 after[i] = now
-                SPEED.pack_into(rows, at + SPEED_AFTER, *now[0], *now[1])
-        for one in self.linked:
-            one.compare(self.arrays, self.dt)
-        done = self._complete(1)
+                SIX_FORMAT.pack_into(rows, at + VELOCITY_AFTER, *now[0], *now[1])
+        for one in self.trees:
+            one.read_forces(self.arrays, self.dt)
+        done = self._finish_step(1)
         if done >= FLAGS:
             self._put(done // FLAGS, LEFT)
-        for one in self.linked:
-            one.hand_back(self.arrays, self.dt, True, self._presses(one))
+        for one in self.trees:
+            one.write_back(self.arrays, self.dt, True, self._is_pressed(one))
         return done
 
-    def _set_off(self) -> int:
-        """Read all bodies and set the world's out from there; returns how many are to be pushed, or PASSED."""
-        for one in self.linked:
+    def _begin_step(self) -> int:
+        """Read all bodies and set those of the world; return how many are to be pushed, or PASSED."""
+        for one in self.trees:
             one.now = one.read()
         if not self._read(self._passed) and self._foreseen:
             self._refuse_twice()
         self._foreseen = False
-        pushed = set_off(self._head_at)
+        pushed = begin_step(self._head_at)
         if self._passed and pushed != PASSED and self._read():
-            pushed = set_off(self._head_at)
+            pushed = begin_step(self._head_at)
         self._passed = pushed == PASSED
         if pushed == NOT_FINITE:
             self._refuse()
         if pushed == LIST:
-            self._list_anew()
-            pushed = steady(self._head_at)
+            self._list_near()
+            pushed = select_pushed(self._head_at)
         found = max(LIST - pushed, 0)
-        for one in self.linked:
-            one.receive(self.arrays, self._head["gravity"][0])
-            one.set_out(self.arrays, self.dt)
-            self.rows["strange"][one.members] = one.strange
-            found |= int(one.strange)
+        for one in self.trees:
+            one.begin_step(self.arrays, self._head["gravity"][0])
+            one.set_tree(self.arrays, self.dt)
+            self.rows["placed"][one.members] = one.placed
+            found |= int(one.placed)
         if found:
-            self._settle(found)
-            pushed = steady(self._head_at)
+            self._handle_findings(found)
+            pushed = select_pushed(self._head_at)
         for one in self._measured:
             one.place(self._client, self.arrays, self.dt)
         return pushed
 
-    def _look_up(self) -> bool:
-        """Read the time step and gravity; returns whether they are others."""
+    def _read_parameters(self) -> bool:
+        """Read the time step and gravity; return whether they have changed."""
         told = engine_parameters(self._client)
         known = tuple(told[name] for name in PARAMETERS)
         if known == self._parameters:
             return False
         self.dt, self._parameters = known[0], known
-        STEP.pack_into(self._head, STEP_AT, *known)
+        STEP_FORMAT.pack_into(self._head, STEP_AT, *known)
         self._down = max(range(3), key=lambda i: abs(known[i + 1]))
         self._fall = self.dt * known[self._down + 1]
         return True
 
-    def _falls(self) -> bool:
-        """Whether the first body that moves has fallen, within a half, as in a step of the length and gravity known:
-        so much longer it may be for what is called far apart.
+    def _first_falls(self) -> bool:
+        """Return whether the first body has fallen as with the known time step and gravity, within half of it.
+
+        `far_apart` looks ahead by two steps, so that half a step more does not matter.
         """
         if self._fall == 0.0:
             return False
         gained = p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
         return abs(gained - self._last[0][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
 
-    def _complete(self, stepped: int) -> int:
-        """Move the world and hand it back."""
-        while (done := complete(self._head_at, stepped)) < 0:
+    def _finish_step(self, stepped: int) -> int:
+        """Take the step of the world; return as `apply.write_bodies`."""
+        while (done := finish_step(self._head_at, stepped)) < 0:
             if done == NOT_FINITE:
                 self._refuse()
-            if done == NO_ROOM and not KEPT:  # or it raises
+            if done == NO_ROOM and not KEPT:  # the truth of KEPT raises an error that was stored
                 self._make_room()
                 continue
-            if self._plain and self._look_up():
-                set_off(self._head_at)
+            if self._simple and self._read_parameters():
+                begin_step(self._head_at)
             if done == OTHERS:
                 for body, at in self._moving:
                     x, q = p.getBasePositionAndOrientation(body, self._client)
-                    POSE.pack_into(self._bytes, at + AFTER, *x, *q)
-                self.weigh(np.flatnonzero(self.rows["other"] == 2).tolist())
+                    POSE_FORMAT.pack_into(self._bytes, at + AFTER, *x, *q)
+                self.read_masses(np.flatnonzero(self.rows["disturbed"] == 2).tolist())
         return done
 
-    def _settle(self, found: int) -> None:
-        """See to what `exchange.receive` found."""
+    def _handle_findings(self, found: int) -> None:
+        """Handle what `read_bodies` found: found // 2 poses to be corrected; if odd, bodies moved by the user."""
         self._check()
         if found > 1:
             self._put(found >> 1, BEFORE)
@@ -253,26 +248,26 @@ class Traffic:
                           for body, _ in self._bases]  # fmt: skip
         if not found & 1:
             return
-        # somebody has put bodies where they are: see who is near whom, and who lies on whom
-        self.weigh(np.flatnonzero((self.rows["strange"] != 0) & (self.rows["linked"] == 0)).tolist())
-        self._list_anew()
-        self.arrays.bodies["placed"][1:] = self.rows["strange"]
-        press(self._head_at)
-        for one in self.linked:
-            if one.strange:
+        # the user has moved bodies: find near pairs, and what presses on what
+        self.read_masses(np.flatnonzero((self.rows["placed"] != 0) & (self.rows["in_tree"] == 0)).tolist())
+        self._list_near()
+        self.arrays.bodies["placed"][1:] = self.rows["placed"]
+        find_pressed(self._head_at)
+        for one in self.trees:
+            if one.placed:
                 self.arrays.bodies["held"][:, 0] = np.nan
-                one.pressed = self._presses(one)
-                one.set_out(self.arrays, self.dt)
+                one.pressed = self._is_pressed(one)
+                one.set_tree(self.arrays, self.dt)
 
-    def _list_anew(self) -> None:
-        """See who is near whom, before Bullet does."""
+    def _list_near(self) -> None:
+        """List the near pairs anew, before Bullet's step."""
         self._state["stale"] = 1
         while step(self._state, 0.0, 1) == 0:
             self._make_room()
         if self._listed:
             self._listed()
 
-    def _presses(self, one: Linked) -> bool:
+    def _is_pressed(self, one: Tree) -> bool:
         return bool(self.rows["pressed"][one.members].any())
 
     def _make_room(self) -> None:
@@ -281,12 +276,12 @@ class Traffic:
         self.seen[: seen.size] = seen
 
     def _read(self, passed: bool = False) -> bool:
-        """Where bodies are and how they move, into the rows; returns whether something is not as it was before.
+        """Read poses and velocities of bodies into the rows; return whether one has changed.
 
-        passed: whether how those move that cannot be moved does not matter.
+        passed: all bodies were far apart, so that velocities of bodies that cannot be pushed need not be read.
         """
         client, new, moving = self._client, False, len(self._moving)
-        rows, last, pack = self._bytes, self._last, WHOLE.pack_into
+        rows, last, pack = self._bytes, self._last, MOTION_FORMAT.pack_into
         pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
         for i, (body, at) in enumerate(self._bases):
             state = pose(body, client), velocity(body, client) if i < moving or not passed else last[i][1]
@@ -294,34 +289,34 @@ class Traffic:
                 last[i], new = state, True
                 (x, q), (v, w) = state
                 pack(rows, at + BEFORE, *x, *q, *v, *w)
-        for (body, link), at in self._still:
+        for (body, link), at in self._fixed_links:
             state = p.getLinkState(body, link, 1, 1, client)
             pack(rows, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
         return new
 
     def _push(self, number: int) -> None:
-        """Apply the forces and torques of bodies that have been named."""
-        for k in self._names[:number]:
+        """Apply forces and torques to the first `number` selected bodies."""
+        for k in self._selected_rows[:number]:
             body, at = self.keys[k][0], k * SIZE
-            fx, fy, fz, tx, ty, tz = SPEED.unpack_from(self._bytes, at + FORCE)
-            place = PLACE.unpack_from(self._bytes, at + BEFORE)
+            fx, fy, fz, tx, ty, tz = SIX_FORMAT.unpack_from(self._bytes, at + FORCE)
+            place = POSITION_FORMAT.unpack_from(self._bytes, at + BEFORE)
             p.applyExternalForce(body, BASE, (fx, fy, fz), place, p.WORLD_FRAME, self._client)
             if tx != 0.0 or ty != 0.0 or tz != 0.0:
                 p.applyExternalTorque(body, BASE, (tx, ty, tz), p.WORLD_FRAME, self._client)
 
     def _put(self, number: int, motion: int) -> None:
-        """Put bodies that have been named where a motion in their rows says, moving as it says."""
-        for k in self._names[:number]:
-            body, own = self.keys[k][0], WHOLE.unpack_from(self._bytes, k * SIZE + motion)
-            p.resetBasePositionAndOrientation(body, own[:3], own[3:7], self._client)  # which stops it
+        """Set pose and velocity of the first `number` selected bodies from a motion in their rows."""
+        for k in self._selected_rows[:number]:
+            body, own = self.keys[k][0], MOTION_FORMAT.unpack_from(self._bytes, k * SIZE + motion)
+            p.resetBasePositionAndOrientation(body, own[:3], own[3:7], self._client)  # it also stops the body
             p.resetBaseVelocity(body, own[7:10], own[10:], self._client)
 
     def _refuse_twice(self) -> None:
-        """Nothing has moved since a step was foreseen: that is right only if nothing was moving."""
+        """Refuse a second call before Bullet has stepped: nothing has moved, though something has a velocity."""
         moving = [body for body, _ in self._moving if any(map(any, p.getBaseVelocity(body, self._client)))]
-        moving += [one.body for one in self.linked if one.now[1].any()]
+        moving += [one.body for one in self.trees if one.now[1].any()]
         if moving and all(
-            np.array_equal(now, was) for one in self.linked for now, was in zip(one.now, one.start, strict=True)
+            np.array_equal(now, was) for one in self.trees for now, was in zip(one.now, one.start, strict=True)
         ):
             raise ValueError(
                 f"called again before stepSimulation: body {moving[0]} moves, and is where it was; call it once for "
@@ -334,7 +329,7 @@ class Traffic:
 
 
 def _mass_of(key: Key, client: int) -> tuple[float, Array]:
-    """Mass and principal moments of a body; none of a link that nothing can move, or of a body that has gone."""
+    """Return mass and principal moments of a body; zero for a link that nothing can push, or a removed body."""
     try:
         info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, np.zeros(3))
     except p.error:

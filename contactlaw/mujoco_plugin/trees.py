@@ -178,7 +178,7 @@ def read_tree(head, j, t):
 @jit
 def last_evaluated(head):
     """Return the address of the state for which the engine last evaluated forces."""
-    return place(head.starts, (1 + head.nq + head.nv) * head.turn)
+    return place(head.recent, (1 + head.nq + head.nv) * head.newest)
 
 
 @jit
@@ -329,4 +329,4 @@ def read_row(head, j, t, number):
 def addresses() -> dict[str, int]:
     """Return the addresses of `serve` and `press`, by their fields in the head; compiled on first use."""
     with compiling("bodies with joints", 5):
-        return {"serve": address_of(serve, SERVE, layout.KEY), "press": address_of(press, PRESS, layout.KEY)}
+        return {"tree_stage": address_of(serve, SERVE, layout.KEY), "tree_force": address_of(press, PRESS, layout.KEY)}

@@ -1,6 +1,6 @@
 """Bodies with joints: a kinematic tree of the world for each, read from PyBullet and written back.
 
-As for free bodies (`exchange`), Bullet's velocity belongs to half a step before its position: v + dt/2 a is read, and
+As for free bodies (`rows`), Bullet's velocity belongs to half a step before its position: v + dt/2 a is read, and
 written back likewise, except where a contact is closed. With M(q) a + c(q, v) = f, the force on the joints besides
 gravity and contacts is f = M (a - a0), where a0 is the acceleration of the model alone and a that of Bullet: of the
 step that Bullet has taken, or, before it steps, of the last one. If contacts change the velocities by u dt, they are
@@ -51,7 +51,7 @@ def axes_of(quaternion: Array) -> Array:
     return rotation((x, y, z, w))
 
 
-class Linked:
+class Tree:
     """A body of PyBullet with joints, as a tree of a world.
 
     Attributes:
@@ -72,7 +72,7 @@ class Linked:
         joint_at, axes = [np.zeros(3)] * self.free, [UP] * self.free
         stands = {BASE: (np.zeros(3), np.eye(3))}  # pose in the base's inertial frame of links fixed to it
         places = [stands[BASE]] * self.free
-        for link, info in enumerate(infos):  # getJointInfo gives the parent's frame by the inverse rotation
+        for link, info in enumerate(infos):  # info[13:17]: axis, position and inverse rotation in the parent, parent
             moves[link] = moves[info[16]] or info[2] in KINDS
             at, turn = -rotation(dynamics[link][3]).T @ dynamics[link][2], rotation(info[15]).T
             origin, frame = stands.get(info[16], stands[BASE])
@@ -92,8 +92,8 @@ class Linked:
             self.joints.append((link, kind, self.q_size, self.v_size))
             self.q_size, self.v_size = self.q_size + Q_SIZE[kind], self.v_size + V_SIZE[kind]
         held = [joint for joint in self.joints if joint[1] != FREE_JOINT]
-        self._jointed, self._own = [joint[0] for joint in held], [joint[1:] for joint in held]
-        self._others = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
+        self._joint_links, self._kinds = [joint[0] for joint in held], [joint[1:] for joint in held]
+        self._quaternion_joints = [joint for joint in self.joints if joint[1] not in (HINGE, SLIDE)]
         scalars = [joint for joint in self.joints if joint[1] in (HINGE, SLIDE)]
         self.scalar_q, self.scalar_v = ([joint[i] for joint in scalars] for i in (2, 3))
         self.torque = np.zeros(len(scalars))
@@ -115,20 +115,20 @@ class Linked:
             range(count),
         )  # fmt: skip
         self.now = self.left = self.start = np.full(self.q_size, np.nan), np.zeros(self.v_size)
-        self.ahead, self.matrix = 0.0, np.zeros((self.v_size, self.v_size))
-        self.lacks: Array | None = None
-        self.force, self.push, self.own = np.zeros((3, self.v_size))
-        self.strange = self.pressed = False
+        self.bullet_time, self.matrix = 0.0, np.zeros((self.v_size, self.v_size))
+        self.correction: Array | None = None
+        self.force, self.push, self.free_acceleration = np.zeros((3, self.v_size))
+        self.placed = self.pressed = False
         self._joints: Array | None = None
         links, before = self.rows.links, self.rows.links["parent"].tolist()
         owners = np.repeat(np.arange(links.size), links["axes"]).tolist()
         straight = [k for _, kind, _, first in self.joints for k in range(first, first + TRANSLATIONS.get(kind, 0))]
-        self._slides = [(k, owners[k], before[owners[k]]) for k in straight]
-        self._turns = np.zeros((links.size, self.v_size))  # sign with which the moment about an axis acts on a body
+        self._translations = [(k, owners[k], before[owners[k]]) for k in straight]
+        self._rotations = np.zeros((links.size, self.v_size))  # sign with which the moment about an axis acts on a body
         for k in set(range(self.v_size)) - set(straight):
-            self._turns[owners[k], k] = 1.0
+            self._rotations[owners[k], k] = 1.0
             if before[owners[k]] >= 0:
-                self._turns[before[owners[k]], k] = -1.0
+                self._rotations[before[owners[k]], k] = -1.0
 
     def add_to(self, world: World) -> list[Key]:
         """Add its tree to a world, whose bodies get consecutive numbers; return body and link of each."""
@@ -154,9 +154,9 @@ class Linked:
             x, turn = p.getBasePositionAndOrientation(self.body, self._client)
             velocity, spin = p.getBaseVelocity(self.body, self._client)
             q, v = [*x, turn[3], *turn[:3]], [*velocity, *(rotation(turn).T @ spin).tolist()]
-        if self._jointed:
+        if self._joint_links:
             torques = []
-            for place, speed, _, torque in p.getJointStatesMultiDof(self.body, self._jointed, self._client):
+            for place, speed, _, torque in p.getJointStatesMultiDof(self.body, self._joint_links, self._client):
                 if len(place) == 1:
                     q.append(place[0])
                     torques.append(torque[0])
@@ -170,12 +170,12 @@ class Linked:
 
     def write(self, q: Array, v: Array) -> None:
         """Set coordinates and velocities in PyBullet."""
-        if self._jointed:
+        if self._joint_links:
             places, speeds = q.tolist(), v.tolist()
             p.resetJointStatesMultiDof(
-                self.body, self._jointed,
-                [[*places[i + 1 : i + 4], places[i]] if kind == BALL else [places[i]] for kind, i, _ in self._own],
-                [speeds[j : j + 3] if kind == BALL else [speeds[j]] for kind, _, j in self._own], self._client,
+                self.body, self._joint_links,
+                [[*places[i + 1 : i + 4], places[i]] if kind == BALL else [places[i]] for kind, i, _ in self._kinds],
+                [speeds[j : j + 3] if kind == BALL else [speeds[j]] for kind, _, j in self._kinds], self._client,
             )  # fmt: skip
         if self.free:
             x, y, z, *turn = q[:7].tolist()
@@ -186,7 +186,7 @@ class Linked:
         """Return coordinates q displaced by x, shape (v_size,), rotations along the bodies' axes."""
         out = q.copy()
         out[self.scalar_q] += x[self.scalar_v]
-        for _, kind, i, j in self._others:
+        for _, kind, i, j in self._quaternion_joints:
             if kind == FREE_JOINT:
                 out[i : i + 3] += x[j : j + 3]
                 i, j = i + 3, j + 3
@@ -198,7 +198,7 @@ class Linked:
         """Return the displacement, shape (v_size,), from coordinates q to others."""
         out = np.zeros(self.v_size)
         out[self.scalar_v] = other[self.scalar_q] - q[self.scalar_q]
-        for _, kind, i, j in self._others:
+        for _, kind, i, j in self._quaternion_joints:
             if kind == FREE_JOINT:
                 out[j : j + 3] = other[i : i + 3] - q[i : i + 3]
                 i, j = i + 3, j + 3
@@ -215,7 +215,7 @@ class Linked:
             out[3:6] = axes_of(other[3:7]).T @ (axes_of(q[3:7]) @ v[3:6])
         return out
 
-    def _look_at(self, world: Arrays) -> None:
+    def _bind(self, world: Arrays) -> None:
         """Find its numbers in the arrays of a world."""
         if self._joints is world.joints:
             return
@@ -228,25 +228,25 @@ class Linked:
         self._asleep, self._touched = (world.bodies[name][own] for name in ("asleep", "touched"))
         self._centres = world.bodies["position"][own]
 
-    def receive(self, world: Arrays, gravity: Array) -> None:
+    def begin_step(self, world: Arrays, gravity: Array) -> None:
         """Take the state at the start of a step, correct its coordinates, and see whether the user has moved it."""
-        self._look_at(world)
+        self._bind(world)
         q, v = self.now
-        left = self.moved(self.left[0], self.ahead * v) if self.ahead > 0.0 else self.left[0]
+        left = self.moved(self.left[0], self.bullet_time * v) if self.bullet_time > 0.0 else self.left[0]
         near = EXACT * (1.0 + np.abs(q).max(initial=0.0))
-        self.strange = (
+        self.placed = (
             not np.abs(left - q).max(initial=0.0) <= 0.5 * near
             and not np.abs(self.between(left, q)).max(initial=0.0) <= near
         )
-        if self.strange:
+        if self.placed:
             self.force[:], self.push[:], self.pressed = 0.0, 0.0, False
-        elif self.ahead > 0.0:
-            self._learn((v - self.start[1]) / self.ahead)
-        if self.lacks is not None and not self.strange:
-            q, old = self.moved(q, self.lacks), q
+        elif self.bullet_time > 0.0:
+            self._find_forces((v - self.start[1]) / self.bullet_time)
+        if self.correction is not None and not self.placed:
+            q, old = self.moved(q, self.correction), q
             v = self.along(v, old, q)
             self.write(q, v)
-        self.lacks = None
+        self.correction = None
         self.start = q, v
         tree = world.trees[self.number]
         tree["gravity"] = gravity
@@ -254,9 +254,9 @@ class Linked:
             tree["base"], (x, y, z, w) = p.getBasePositionAndOrientation(self.body, self._client)
             tree["base_turn"] = w, x, y, z
 
-    def _learn(self, gained: Array) -> None:
+    def _find_forces(self, gained: Array) -> None:
         """Find the forces on the joints, and which joints a motor held against `push`, from a step's accelerations."""
-        known, i = self.matrix @ self.own, self.scalar_v
+        known, i = self.matrix @ self.free_acceleration, self.scalar_v
         armature, inertia = self._axes["armature"][i], self.matrix[i, i]
         torque = np.abs(self.torque)
         held = np.abs(gained[i]) * (inertia - armature) < np.maximum(np.abs(self.push[i]), CARRIES * torque)
@@ -264,7 +264,7 @@ class Linked:
         self.matrix[i, i] += self._axes["armature"][i] - armature
         self.force += self.matrix @ gained - known - self.push
 
-    def set_out(self, world: Arrays, dt: float) -> None:
+    def set_tree(self, world: Arrays, dt: float) -> None:
         """Set the world's tree at the start of the step, with `force` and the velocity at the time of the position."""
         self._place(world, dt)
         self.matrix = matrix_of_factor(self._axes, self._factor, self._carried)
@@ -272,40 +272,40 @@ class Linked:
     def _place(self, world: Arrays, dt: float) -> None:
         self._f[:] = self.force
         self._put(world, *self.start)
-        self.own = self._a.copy()
+        self.free_acceleration = self._a.copy()
         if not self.pressed:
-            self._put(world, self.start[0], self.start[1] + 0.5 * dt * self.own)
+            self._put(world, self.start[0], self.start[1] + 0.5 * dt * self.free_acceleration)
 
     def _put(self, world: Arrays, q: Array, v: Array) -> None:
         self._q[:], self._v[:] = q, v
         settle(world, self.number)
 
-    def compare(self, world: Arrays, dt: float) -> None:
+    def read_forces(self, world: Arrays, dt: float) -> None:
         """After Bullet's step: find the forces on the joints within it."""
         self.after = self.read()
-        self._learn((self.after[1] - self.start[1]) / dt)
+        self._find_forces((self.after[1] - self.start[1]) / dt)
         self._place(world, dt)
 
-    def hand_back(self, world: Arrays, dt: float, stepped: bool, pressed: bool) -> bool:
+    def write_back(self, world: Arrays, dt: float, stepped: bool, pressed: bool) -> bool:
         """Write the tree back after the world's step; return whether it must be pushed, as PyBullet has yet to step."""
-        self._look_at(world)
+        self._bind(world)
         self.pressed = pressed
         if not (self._asleep.any() or self._touched.any()):
             self.push[:] = 0.0
-            ahead = self.start[0], self.start[1] + dt * self.own
-            self.left, self.ahead = (self.after, 0.0) if stepped else (ahead, dt)
+            ahead = self.start[0], self.start[1] + dt * self.free_acceleration
+            self.left, self.bullet_time = (self.after, 0.0) if stepped else (ahead, dt)
             return False
         q, v = self._q.copy(), self._v.copy()
         if not pressed:
             v -= 0.5 * dt * self._a
         shown = self.along(v, q, self.start[0])  # Bullet keeps the spin of a base along the axes before its step
-        self.push = self.matrix @ ((shown - self.start[1]) / dt - self.own)
+        self.push = self.matrix @ ((shown - self.start[1]) / dt - self.free_acceleration)
         if stepped:
             self.write(q, v)
-            self.left, self.ahead = (q, v), 0.0
+            self.left, self.bullet_time = (q, v), 0.0
             return False
-        self.left, self.ahead = (self.start[0], shown), dt
-        self.lacks = self.between(self.moved(self.start[0], dt * shown), q)
+        self.left, self.bullet_time = (self.start[0], shown), dt
+        self.correction = self.between(self.moved(self.start[0], dt * shown), q)
         self._put(world, *self.start)  # the pose at which it is pushed
         return True
 
@@ -320,8 +320,8 @@ class Linked:
         """Apply the push of the contacts as forces and torques on links, at the present pose of the world's tree."""
         if not self.push.any():
             return
-        moments = self._turns @ (self.push[:, None] * self._axes["spin"])
-        for k, owner, parent in self._slides:
+        moments = self._rotations @ (self.push[:, None] * self._axes["spin"])
+        for k, owner, parent in self._translations:
             push = self.push[k] * self._axes["velocity"][k]
             # on a free base at its own frame, about which spin is reckoned; fixed links shift the centre of mass
             place = (self._q[:3] if self.free and owner == 0 else self._centres[owner]).tolist()

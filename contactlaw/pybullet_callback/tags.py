@@ -1,4 +1,4 @@
-"""Marks on bodies by which a callback knows them again: PyBullet gives the id of a removed body to the next one."""
+"""Tags by which a callback recognises its bodies: PyBullet gives the id of a removed body to the next one."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import pybullet as p
 _NAMES = count()
 
 
-class Marks:
-    """User data entries of one callback's bodies.
+class Tags:
+    """User data entries on the bodies of one callback.
 
     Attributes:
-        bodies: Those that have one, or had when it was put, and its id.
+        bodies: Id of the entry by body.
     """
 
     def __init__(self, client: int) -> None:
@@ -23,29 +23,33 @@ class Marks:
         self._text, self._first = self._name.encode(), -1
         self.bodies: dict[int, int] = {}
 
-    def put(self, bodies: Iterable[int]) -> None:
-        """Mark bodies."""
+    def add(self, bodies: Iterable[int]) -> None:
+        """Tag bodies."""
         for body in set(bodies) - self.bodies.keys():
             self.bodies[body] = p.addUserData(body, self._name, self._name, physicsClientId=self._client)
         self._first = next(iter(self.bodies.values()), -1)
 
-    def take(self, body: int) -> None:
-        """Take the mark off a body, which may be gone."""
+    def remove(self, body: int) -> None:
+        """Remove the tag of a body, which may have been removed itself."""
         if self.is_there(body):
             p.removeUserData(self.bodies[body], self._client)
         self.bodies.pop(body, None)
         self._first = next(iter(self.bodies.values()), -1)
 
     def is_there(self, body: int) -> bool:
-        """Whether the body still is the one that was marked."""
+        """Return whether a body is still the one that was tagged."""
         return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self._text
 
-    def some_are_gone(self) -> bool:
-        """Whether the first is, as all are after resetSimulation; cheap enough for each step."""
+    def first_is_gone(self) -> bool:
+        """Return whether the first body is gone, as all are after resetSimulation; cheap enough for each step."""
         return p.getUserData(self._first, self._client) != self._text
 
     def check(self) -> None:
-        """Raise ValueError where one is not."""
+        """Check that all bodies are there.
+
+        Raises:
+            ValueError: One is not.
+        """
         for body in (body for body in sorted(self.bodies) if not self.is_there(body)):
             raise ValueError(
                 f"body {body}: removed, or no longer the one that a contact was added for (resetSimulation removes "

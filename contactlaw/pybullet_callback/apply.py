@@ -1,0 +1,154 @@
+"""Hook "apply", compiled: the step of the world, and its results for the bodies that contacts have touched."""
+
+from __future__ import annotations
+
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+
+from contactlaw.jit import jit, jit_inside
+from contactlaw.memory import doubles_at
+from contactlaw.pair import DEEPEST
+from contactlaw.pybullet_callback.read import read_accelerations
+from contactlaw.pybullet_callback.rows import (
+    EXACT,
+    FLAGS,
+    LISTED,
+    NO_RADIUS,
+    NO_ROOM,
+    NOT_FINITE,
+    NOTED,
+    OTHERS,
+    PUT_IN,
+    SEEN,
+    TOO_FAR,
+    UNKNOWN,
+    head_at,
+    note_end,
+    quaternion_of,
+    row_at,
+    same_motion,
+    select,
+    store_quaternion,
+    torque_for,
+)  # fmt: skip
+from contactlaw.world.bodies.motion import set_axes, spin_rate
+from contactlaw.world.data.access import body_at, contact_at, pair_at, world_at
+from contactlaw.world.data.call import address, call_step, ready
+from contactlaw.world.data.demand import STEP
+from contactlaw.world.data.records import CLOSED, FREE
+from contactlaw.world.data.vec import axpy, dot, half_turn, load, load4, norm, product, scale, store, store4, sub
+from contactlaw.world.shapes.radius import is_clear
+from contactlaw.world.step import GROWS
+
+
+@jit
+def finish_step(block, stepped):
+    """After Bullet's step, if it has stepped: take that of the world and write the bodies; return as `write_bodies`.
+
+    Other results: NOT_FINITE. NO_ROOM: the world may need more room. UNKNOWN: time step and gravity must be read.
+    OTHERS: these, the poses of bodies that something else moved, and the masses of those of them that were pushed.
+    """
+    head = head_at(block, 0)
+    w = world_at(head.world, 0)
+    if stepped != 0:
+        others = read_accelerations(head, w)
+        if others < 0:
+            return NOT_FINITE
+        if (others > 0 or head.unknown != 0) and head.refreshed == 0:
+            head.refreshed = 1
+            return OTHERS if others > 0 else UNKNOWN
+    if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
+        return NO_ROOM
+    return write_bodies(head, w, stepped)
+
+
+@jit_inside
+def write_bodies(head, w, stepped):
+    """After the world's step: select the bodies that were touched.
+
+    If Bullet has stepped, Python puts them where they are `left`; else it pushes them with `force` and `torque`.
+    Returns FLAGS times the number of bodies plus the bits of `check_contacts`.
+    """
+    head.selected_count = 0
+    flags = check_contacts(head, w)
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        if r.in_tree != 0:
+            continue
+        if b.touched != 0 and r.mass > 0.0:
+            write_touched(head, k, r, b, stepped)
+        elif b.asleep != 0 or r.mass == 0.0:
+            note_end(r, r.before, 0.0)
+            if r.mass > 0.0 and (stepped == 0 or not same_motion(r.after, r.before)):
+                select(head, k)
+        elif stepped == 0:
+            note_end(r, r.before, head.dt)
+        else:
+            note_end(r, r.after, 0.0)
+        if b.asleep != 0 and (stepped != 0 or b.touched == 0):  # the contacts carry what accelerates it
+            store(r.force, scale(-r.mass, load(b.acceleration)))
+            store(r.torque, scale(-1.0, load(b.torque)))
+    return FLAGS * head.selected_count + flags
+
+
+@jit_inside
+def check_contacts(head, w):
+    """Find which bodies have closed contacts; return the bits NOTED (something to report) and LISTED."""
+    flags = 0 if w.lists == head.lists else LISTED
+    head.lists = w.lists
+    for k in range(head.count):
+        row_at(head.rows, k).pressed = 0
+    seen = carray(doubles_at(head.seen), w.contact_room)
+    for slot in range(w.contact_room):
+        c = contact_at(w.contacts, slot)
+        if c.phase == FREE:
+            seen[slot] = 0.0
+            continue
+        known = int(seen[slot])
+        notes = known | SEEN | (TOO_FAR if c.deepest > DEEPEST * c.touch.radius else 0)
+        notes |= PUT_IN if c.built > 0.0 else 0
+        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+            notes |= NO_RADIUS
+        if notes > known | SEEN:
+            flags |= NOTED
+        seen[slot] = notes
+        if c.phase == CLOSED:
+            row_at(head.rows, c.body_a - 1).pressed = 1
+            row_at(head.rows, c.body_b - 1).pressed = 1
+    return flags
+
+
+@jit_inside
+def write_touched(head, k, r, b, stepped):
+    """Write the result of the step for a body that was touched."""
+    dt, m, turned = head.dt, r.before, load4(b.quaternion)
+    lag = 0.0 if r.pressed != 0 else -0.5 * dt
+    v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), load(b.spin)
+    spin = axpy(lag, spin_rate(b, spin), spin)
+    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), load(b.acceleration))
+    store(r.force, scale(r.mass, gained))
+    # the torque for the axes at the start of the step, as Bullet uses the inertia there
+    store4(b.quaternion, quaternion_of(m))
+    set_axes(b)
+    rate = sub(scale(1.0 / dt, sub(spin, load(m.spin))), spin_rate(b, load(m.spin)))
+    store(r.torque, torque_for(r, b, rate))
+    store4(b.quaternion, turned)
+    set_axes(b)
+    select(head, k)
+    if stepped != 0:
+        store(r.left.position, load(b.position))
+        store_quaternion(r.left, turned)
+        store(r.left.velocity, v)
+        store(r.left.spin, spin)
+        r.bullet_time, r.correction = 0.0, 0
+        return
+    note_end(r, m, dt)
+    store(r.left.velocity, v)
+    expected = axpy(dt, v, load(m.position))  # where Bullet will have moved and turned it
+    store(r.shift, sub(load(b.position), expected))
+    c, s = half_turn(dt * dt * dot(spin, spin))
+    x, y, z = scale(s * dt, spin)
+    c, x, y, z = product((c, x, y, z), quaternion_of(m))
+    store4(r.turn, product(turned, (c, -x, -y, -z)))
+    off = norm(load(r.shift)) > EXACT * norm(sub(expected, load(m.position)))
+    off = off or abs(r.turn[1]) + abs(r.turn[2]) + abs(r.turn[3]) > EXACT
+    r.correction = 1 if off or b.asleep != 0 else 0

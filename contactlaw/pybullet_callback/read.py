@@ -1,0 +1,230 @@
+"""Hook "read", compiled: bodies from PyBullet into the world before a step, and accelerations after Bullet's step."""
+
+from __future__ import annotations
+
+from math import isfinite, nan
+
+from contactlaw.jit import jit, jit_inside
+from contactlaw.pybullet_callback.rows import (
+    EXACT,
+    LIST,
+    NOT_FINITE,
+    PASSED,
+    finite,
+    head_at,
+    note_end,
+    quaternion_of,
+    row_at,
+    same_motion,
+    select,
+    set_body,
+    store_quaternion,
+    torque_for,
+)  # fmt: skip
+from contactlaw.world.bodies.motion import give, gyroscopic, stands
+from contactlaw.world.bodies.prescribed import lead
+from contactlaw.world.data.access import body_at, near_at, shape_at, world_at
+from contactlaw.world.data.call import address, call_step
+from contactlaw.world.data.demand import STEP
+from contactlaw.world.data.records import NEVER
+from contactlaw.world.data.vec import add, axpy, dot, load, load4, norm, product, scale, store, store4, sub, unit
+from contactlaw.world.near.guards import outgrown, surface_speed
+from contactlaw.world.near.listing import list_near, strayed
+from contactlaw.world.shapes.geometry import meet
+from contactlaw.world.sleep import disturbed
+from contactlaw.world.step import PRESSED
+
+
+@jit
+def begin_step(block):
+    """Begin a step: read bodies and select those to be pushed; return how many.
+
+    Other results: PASSED: no two bodies can touch in this step or the next, and there is no more to do. LIST: near
+    pairs must be listed anew. LIST - n: `read_bodies` found n. NOT_FINITE. A second call does the same again.
+    """
+    head = head_at(block, 0)
+    w = world_at(head.world, 0)
+    found = read_bodies(head, w)
+    if found != 0:
+        return NOT_FINITE if found < 0 else LIST - found
+    apart = head.simple != 0 and w.spares == w.contact_room and w.step > 0.0
+    if apart or head.list_first != 0:
+        for k in range(head.count):
+            b = body_at(w.bodies, k + 1)
+            if apart:
+                b.still = 1 if stands(b) else 0
+            w.stale |= strayed(b, 2.0 * head.dt)
+        if outgrown(w, -NEVER, 2.0 * head.dt):
+            w.stale = 1
+    if w.stale != 0 and head.list_first != 0:
+        return LIST
+    if w.stale != 0 and apart:
+        list_near(w)
+        w.stale = 0 if 2 * w.nears <= w.near_room else 1
+    if w.stale != 0 or not (apart and far_apart(w, 2.0 * head.dt)):
+        return select_pushed(block)
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        b.turned += head.dt * norm(load(b.spin))  # Bullet turns it, the world does not
+        note_end(r, r.before, head.dt if r.mass > 0.0 else 0.0)
+    return PASSED
+
+
+@jit_inside
+def read_bodies(head, w):
+    """Correct the poses that need it, and give the world's bodies the poses and velocities that were read.
+
+    Returns twice the number of bodies that must be put elsewhere before Bullet steps, plus one if the user has moved a
+    body; -1: numbers are not finite.
+    """
+    head.selected_count, head.refreshed, placed, moved = 0, 0, 0, False
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        if not finite(r.before):
+            head.bad = k
+            return -1
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        if r.in_tree != 0:
+            continue
+        b = body_at(w.bodies, k + 1)
+        store(b.acceleration, load(head.gravity) if r.mass > 0.0 else (0.0, 0.0, 0.0))
+        store(b.torque, (0.0, 0.0, 0.0))
+        r.placed = 0
+        if r.bullet_time == 0.0 and same_motion(r.before, r.left):
+            if b.asleep == 0 and (r.mass > 0.0 or not stands(b)):
+                set_body(r, b, head.dt)
+            continue
+        v = load(r.before.velocity)
+        if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
+            move_kinematic(w, r, b, head.dt)
+            placed |= r.placed
+            moved = moved or r.placed != 0
+            continue
+        if r.mass > 0.0:
+            r.placed = 0 if is_expected(r, v) or (r.correction != 0 and is_expected(r, load(r.left.velocity))) else 1
+        if r.correction != 0 and r.placed == 0:
+            store(r.before.position, add(load(r.before.position), load(r.shift)))
+            store_quaternion(r.before, unit(product(load4(r.turn), quaternion_of(r.before))))
+            if b.asleep != 0 and norm(v) + norm(load(r.before.spin)) <= EXACT * head.dt * norm(load(b.acceleration)):
+                store(r.before.velocity, (0.0, 0.0, 0.0))
+                store(r.before.spin, (0.0, 0.0, 0.0))
+            select(head, k)
+        if r.mass == 0.0 or r.placed != 0:
+            placed |= r.placed
+            r.pressed, moved = 0, True
+        r.correction = 0
+        set_body(r, b, head.dt)
+    if moved:  # sleeping bodies must check again whether what holds them is still there
+        w.stale = 1
+        for i in range(1, w.body_count):
+            b = body_at(w.bodies, i)
+            if b.asleep != 0:
+                b.held[0] = nan
+    return 2 * head.selected_count + placed
+
+
+@jit_inside
+def move_kinematic(w, r, b, dt):
+    """Let a body that nothing pushes, and that has no velocity in PyBullet, move to where the user has put it."""
+    store(b.position, load(r.left.position))
+    store4(b.quaternion, quaternion_of(r.left))
+    lead(w, b, load(r.before.position), quaternion_of(r.before), dt)
+    r.pressed, r.placed = 0, b.placed
+
+
+@jit_inside
+def is_expected(r, v):
+    """Return whether a body is where a velocity takes it in the time for which Bullet has moved it."""
+    x, way = load(r.before.position), scale(r.bullet_time, v)
+    return norm(sub(sub(x, load(r.left.position)), way)) <= EXACT * (norm(x) + norm(way))
+
+
+@jit_inside
+def far_apart(w, time):
+    """Return whether no two near shapes can touch within a time [s]."""
+    for k in range(w.nears):
+        p = near_at(w.near, k)
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
+        if time * (surface_speed(a, time) + surface_speed(b, time)) >= -overlap:
+            return False
+    return True
+
+
+@jit
+def find_pressed(block):
+    """Find which bodies are pressed where the user has put bodies: these have their true velocities in PyBullet."""
+    head = head_at(block, 0)
+    w = world_at(head.world, 0)
+    call_step(address(w, STEP), w, head.dt, PRESSED)
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        if r.placed != 0 and b.pressed != 0:
+            r.pressed = 1
+            if r.in_tree == 0:
+                set_body(r, b, head.dt)
+
+
+@jit
+def select_pushed(block):
+    """Select the bodies to be pushed with the force of the contacts in the last step; return how many."""
+    head = head_at(block, 0)
+    head.selected_count = 0
+    for k in range(head.count):
+        r = row_at(head.rows, k)
+        if r.in_tree != 0 or r.mass == 0.0:
+            continue
+        if r.pressed == 0 or r.placed != 0:
+            store(r.force, (0.0, 0.0, 0.0))
+            store(r.torque, (0.0, 0.0, 0.0))
+        else:
+            select(head, k)
+    return head.selected_count
+
+
+@jit_inside
+def read_accelerations(head, w):
+    """After Bullet's step: find the accelerations that it gave to bodies besides the push of the contacts.
+
+    Where that is gravity alone, it is set to gravity, to the bit. Returns how many bodies had others; -1: not finite. A
+    body in free fall shows that time step and gravity are the known ones; where all bodies sleep, neither matters.
+    """
+    others, falls, sleep = 0, False, head.simple != 0
+    dt, gravity = head.dt, load(head.gravity)
+    for k in range(head.count):
+        r, b = row_at(head.rows, k), body_at(w.bodies, k + 1)
+        r.disturbed = 0
+        if r.mass == 0.0 or r.in_tree != 0:
+            continue
+        v, old = load(r.after.velocity), load(r.before.velocity)
+        u, older = load(r.after.spin), load(r.before.spin)
+        if not isfinite(dot(v, v) + dot(u, u)):
+            head.bad = k
+            return -1
+        sleep = sleep and b.asleep != 0 and not disturbed(b)
+        falls = falls or (r.pressed == 0 and b.asleep == 0 and norm(gravity) > 0.0)
+        gained = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
+        speeds = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
+        store(b.acceleration, gravity)
+        turning = give(b, sub(load(r.torque), gyroscopic(b, older)))
+        twist = sub(sub(u, older), scale(dt, turning))
+        spins = norm(u) + norm(older) + dt * norm(turning) + norm(give(b, load(r.torque))) * dt
+        store(b.torque, (0.0, 0.0, 0.0))
+        no_force, no_torque = norm(gained) <= EXACT * speeds, norm(twist) <= EXACT * spins
+        if no_force and no_torque:
+            if head.refreshed == 0:
+                store(r.after.position, axpy(dt, v, load(r.before.position)))
+                store4(
+                    r.after.quaternion, load4(r.before.quaternion)
+                )  # right for sleeping bodies, the only ones it is used for
+            continue
+        others += 1
+        r.disturbed = 2 if r.pressed != 0 else 1
+        if not no_force:
+            store(b.acceleration, axpy(1.0 / dt, gained, gravity))
+        if not no_torque:
+            store(b.torque, torque_for(r, b, scale(1.0 / dt, twist)))
+        set_body(r, b, dt)
+    head.unknown = 0 if others == 0 and (sleep or falls) else 1
+    return others

@@ -1,0 +1,128 @@
+"""Records of bodies that Python and the compiled hooks `read` and `apply` share.
+
+Bullet steps v <- v + dt a, then x <- x + dt v: its velocity belongs to half a step before its position, and x1 = x0 +
+dt (v0 + dt a) is a parabola if the velocity at x0 is v0 + dt/2 a. So velocities are read and written; but if a contact
+is closed at the end of a step the true velocity is written, so that a body at rest has none. The same holds for the
+spin, with the gyroscopic rate of change.
+
+The result of a step is an impulse and a pose. If Bullet has yet to step, a force gives the impulse, and the pose is
+corrected at the next call (`read_bodies`). If Bullet has stepped, the world takes the same step again with the
+accelerations that Bullet's step had, and pose and velocity are written to PyBullet (`write_bodies`). The accelerations
+follow from the change of velocity. If that is not due to gravity and the push alone, Python is asked to read the pose
+too, and the mass of a body that was pushed.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+from contactlaw.jit import jit_inside
+from contactlaw.memory import element, set_whole
+from contactlaw.world.bodies.motion import set_axes, spin_rate
+from contactlaw.world.data.records import VECTOR, record
+from contactlaw.world.data.vec import axpy, load, store, store4, to_body, to_world
+
+MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
+"""Pose and velocity as PyBullet gives them, quaternion scalar last."""
+
+ROW = record(
+    before=MOTION, after=MOTION,  # as read before and after Bullet's step
+    left=MOTION,  # as the last call left it in PyBullet
+    bullet_time="f8",  # [s] for which Bullet has moved it since then
+    correction="i8",  # after that its pose must be corrected by
+    shift=VECTOR, turn=("f8", (4,)),  # this displacement [m] and rotation (quaternion, scalar first)
+    mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
+    in_tree="i8",  # part of a body with joints, see `trees`
+    force=VECTOR, torque=VECTOR,  # mean force [N] and torque [N m] of contacts over the last step
+    pressed="i8",  # a contact was closed at its end
+    placed="i8",  # the user has moved it since
+    disturbed="i8",  # Bullet's step moved it not by gravity and the push alone; 2: it was pushed
+)  # fmt: skip
+"""A body of the world in PyBullet."""
+
+HEAD = record(
+    world="u8", rows="u8", seen="u8", count="i8",
+    dt="f8", gravity=VECTOR,
+    simple="i8",  # no body has joints, no shape must be measured
+    list_first="i8",  # near pairs of the next step must be listed before Bullet's step
+    refreshed="i8",  # the readings that OTHERS or UNKNOWN asked for have been made in this step
+    unknown="i8",  # no body has shown that the known time step and gravity are the present ones
+    lists="i8",  # number of lists of near pairs made so far
+    bad="i8",  # row with numbers that are not finite
+    selected="u8", selected_count="i8",  # rows of bodies that Python must push or put elsewhere
+)  # fmt: skip
+"""Input of the compiled code (addresses, time step [s], gravity [m/s^2]) and its results."""
+
+EXACT = 1e-12  # relative difference that counts as rounding
+NOTED, LISTED, FLAGS = 1, 2, 4  # bits of `check_contacts`, and the first free one: see there
+NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
+PASSED, LIST = -2, -3  # of `begin_step`
+SEEN, TOO_FAR, NO_RADIUS, PUT_IN = 1, 2, 4, 8  # bits of what has been seen of a contact, see `check_contacts`
+
+head_at: Any = element(HEAD)
+row_at: Any = element(ROW)
+
+
+@jit_inside
+def finite(m):
+    """Return whether pose and velocity are finite."""
+    total = 0.0
+    for i in range(3):
+        total += m.position[i] + m.velocity[i] + m.spin[i]
+    return isfinite(total + m.quaternion[0] + m.quaternion[1] + m.quaternion[2] + m.quaternion[3])
+
+
+@jit_inside
+def same_motion(a, b):
+    """Return whether two poses and velocities are the same to the bit."""
+    same = a.quaternion[3] == b.quaternion[3]
+    for i in range(3):
+        same = same and a.position[i] == b.position[i] and a.quaternion[i] == b.quaternion[i]
+        same = same and a.velocity[i] == b.velocity[i] and a.spin[i] == b.spin[i]
+    return same
+
+
+@jit_inside
+def quaternion_of(m):
+    """Return the quaternion of a motion, scalar first."""
+    return m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2]
+
+
+@jit_inside
+def store_quaternion(m, q):
+    """Write a quaternion, scalar first, into a motion."""
+    m.quaternion[3], m.quaternion[0], m.quaternion[1], m.quaternion[2] = q
+
+
+@jit_inside
+def set_body(r, b, dt):
+    """Put the world's body where PyBullet's is, with the velocity at that time; its acceleration is known."""
+    m = r.before
+    store(b.position, load(m.position))
+    store4(b.quaternion, quaternion_of(m))
+    set_axes(b)
+    lag = 0.5 * dt if r.pressed == 0 and r.mass > 0.0 else 0.0
+    store(b.velocity, axpy(lag, load(b.acceleration), load(m.velocity)))
+    store(b.spin, axpy(lag, spin_rate(b, load(m.spin)), load(m.spin)))
+
+
+@jit_inside
+def torque_for(r, b, rate):
+    """Return the torque [N m] for an angular acceleration of a body."""
+    p, i = to_body(b.axes, rate), r.inertia
+    return to_world(b.axes, (i[0] * p[0], i[1] * p[1], i[2] * p[2]))
+
+
+@jit_inside
+def select(head, k):
+    """Add a row to those that Python must push or put elsewhere."""
+    set_whole(head.selected, head.selected_count, k)
+    head.selected_count += 1
+
+
+@jit_inside
+def note_end(r, m, ahead):
+    """Note how a body is left, and for how long [s] Bullet will move it after that."""
+    r.left = m
+    r.bullet_time = ahead
