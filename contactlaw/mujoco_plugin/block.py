@@ -96,21 +96,21 @@ sensor_at: Any = element(SENSOR)
 
 
 @jit_inside
-def place(address, count):
-    """Return the address of element `count` of an array of doubles. (Sums of addresses must stay unsigned integers.)"""
+def shifted(address, count):
+    """Return the address `count` doubles after another one. (Sums of addresses must stay unsigned integers.)"""
     return types.uintp(address) + types.uintp(8 * count)
 
 
 @jit_inside
 def floats(address, first, size):
     """Return a view of doubles at an address."""
-    return carray(doubles_at(place(address, first)), size)
+    return carray(doubles_at(shifted(address, first)), size)
 
 
 @jit_inside
 def number(address, i):
     """Return element i of an array of doubles."""
-    return doubles_at(place(address, i))[0]
+    return doubles_at(shifted(address, i))[0]
 
 
 @jit_inside

@@ -26,10 +26,10 @@ from contactlaw.mujoco_plugin.block import (
     free_at,
     head_at,
     mocap_at,
-    place,
+    shifted,
 )  # fmt: skip
 from contactlaw.mujoco_plugin.edits import is_edited
-from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.free import lead_free, mean_share, press_free, read_free, stays_within_margin, write_free
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
@@ -67,7 +67,7 @@ def move_world(head, w, state):
     """
     w.step = head.step_size
     known = head.mocap_count == 0 and w.stale != 0
-    known = known and state[LEFT] == end_checksum(head, place(head.start, 1), place(head.start, 1 + head.nq))
+    known = known and state[LEFT] == end_checksum(head, shifted(head.start, 1), shifted(head.start, 1 + head.nq))
     for i in range(head.free_count):
         read_free(head, free_at(head.frees, i), known)
     for i in range(head.mocap_count):
@@ -102,7 +102,7 @@ def step_world(head):
     w = world_at(head.world, 0)
     find_start(head)
     state = load_state(head)
-    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
+    far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_stay_within_margin(head)
     return CALM if far else move_world(head, w, state)
 
 
@@ -151,9 +151,9 @@ def find_start(head):
     step in two halves (mj_step1, mj_step2) is one of Euler, with a single call.
     """
     m, size = model_at(head.model, 0), 1 + head.nq + head.nv
-    head.start = place(head.recent, size * head.newest)
+    head.start = shifted(head.recent, size * head.newest)
     if floats(head.start, 0, 1)[0] + m.opt.timestep != data_at(head.data, 0).time:
-        head.start = place(head.recent, size * ((head.newest + 1) % STARTS))
+        head.start = shifted(head.recent, size * ((head.newest + 1) % STARTS))
     head.step_size = m.opt.timestep
     head.lag = 0.0 if m.opt.integrator == layout.RUNGE_KUTTA else 0.5 * m.opt.timestep
     store(head.gravity, (0.0, 0.0, 0.0) if m.opt.disableflags & layout.NO_GRAVITY else load(m.opt.gravity))
@@ -197,11 +197,11 @@ def load_world(head, w, state):
 
 
 @jit
-def all_far(head):
+def all_stay_within_margin(head):
     """Return whether there are only free bodies and none has left its margin."""
     far = head.mocap_count + head.tree_count == 0
     for i in range(head.free_count if far else 0):
-        far = far and is_far(head, free_at(head.frees, i))
+        far = far and stays_within_margin(head, free_at(head.frees, i))
     return far
 
 
@@ -279,7 +279,7 @@ def compute(m, d, instance, capability):
         send_report(head, notices.EDITED, 0.0)
         head = head_of(m, d, instance)
     head.newest = (head.newest + 1) % STARTS
-    save_state(head, place(head.recent, head.newest * (1 + head.nq + head.nv)))
+    save_state(head, shifted(head.recent, head.newest * (1 + head.nq + head.nv)))
     d = data_at(head.data, 0)
     if head.calm * head.idle != 0 and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token:
         return  # no contact presses, and `given` is zero already

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import place
+from contactlaw.mujoco_plugin.block import shifted
 from contactlaw.mujoco_plugin.layout import jit
 
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
@@ -84,9 +84,9 @@ def is_edited(head):
     """Return whether any watched number differs from its copy."""
     differ, kept = 0, head.watched
     for i in range(head.range_count):
-        start = place(whole_at(head.model, whole_at(head.ranges, 3 * i)), whole_at(head.ranges, 3 * i + 1))
+        start = shifted(whole_at(head.model, whole_at(head.ranges, 3 * i)), whole_at(head.ranges, 3 * i + 1))
         count = whole_at(head.ranges, 3 * i + 2)
         for k in range(count):
             differ |= whole_at(start, k) ^ whole_at(kept, k)
-        kept = place(kept, count)
+        kept = shifted(kept, count)
     return differ != 0

@@ -1,6 +1,6 @@
-"""Free bodies: read from mjData into the world, and written conjugate.
+"""Free bodies: read from mjData into the world, and written back.
 
-The state_of of a free joint are those of the body's frame, the world's those of the centre of mass. With all
+The coordinates of a free joint are those of the body's frame, the world's those of the centre of mass. With all
 integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
 a) is a parabola if the velocity at x0 is v0 + dt/2 a. If a contact is closed at the end of a step, the velocity written
 is the true one, so that a body at rest has none. The spin is read and written without the gyroscopic part of this half
@@ -14,7 +14,7 @@ from math import sqrt
 import numpy as np
 
 from contactlaw.memory import whole_at
-from contactlaw.mujoco_plugin.block import floats, place
+from contactlaw.mujoco_plugin.block import floats, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.bodies.motion import follow, give, set_axes, spin_rate
 from contactlaw.world.contacts.force import hardly_moves
@@ -45,7 +45,7 @@ def frame_of(f, q):
 
 
 @jit
-def is_far(head, f):
+def stays_within_margin(head, f):
     """Return whether a body has stayed within its margin in this step.
 
     Also sums up the angle that it has turned, unless it is a ball about its own centre. The path in the step is short,
@@ -54,20 +54,20 @@ def is_far(head, f):
     b, offset = body_at(world_at(head.world, 0).bodies, f.body), load(f.offset)
     q, old = state_of(head, head.start, f)
     new = floats(data_at(head.data, 0).qvel, f.v, 6)
-    v, centre, apart = load(new), load(q), dot(offset, offset)
+    v, centre, arm_squared = load(new), load(q), dot(offset, offset)
     change = sub(v, load(old))
-    way = abs(v[0]) + abs(v[1]) + abs(v[2]) + abs(change[0]) + abs(change[1]) + abs(change[2])
-    way = head.step_size * way
-    if b.reach + apart > 0.0:
+    path = abs(v[0]) + abs(v[1]) + abs(v[2]) + abs(change[0]) + abs(change[1]) + abs(change[2])
+    path = head.step_size * path
+    if b.reach + arm_squared > 0.0:
         turned = head.step_size * max(norm((new[3], new[4], new[5])), norm((old[3], old[4], old[5])))
         b.turned += turned
-        way += b.turned * b.reach + turned * sqrt(apart)
+        path += b.turned * b.reach + turned * sqrt(arm_squared)
         _, arm = frame_of(f, q)
         centre = add(centre, arm)
         if not same_as_left(head, f.q, 7, f.v, 6):
             return False
-    left, gone = b.margin - way, sub(centre, load(b.mark))
-    return left >= 0.0 and dot(gone, gone) <= left * left
+    left, moved = b.margin - path, sub(centre, load(b.mark))
+    return left >= 0.0 and dot(moved, moved) <= left * left
 
 
 @jit
@@ -125,7 +125,7 @@ def outer_force(head, f, own, arm):
         push = axpy(sign, load(floats(forces, f.v, 3)), push)
         moment = axpy(sign, load(floats(forces, f.v + 3, 3)), moment)
     moment = sub(turn_by(own, moment), cross(arm, push))
-    extra = place(d.xfrc_applied, 6 * f.id)
+    extra = shifted(d.xfrc_applied, 6 * f.id)
     return add(push, load(floats(extra, 0, 3))), add(moment, load(floats(extra, 3, 3)))
 
 
@@ -141,7 +141,7 @@ def same_as_left(head, q, q_size, v, v_size):
     """Return whether some coordinates and velocities, from q and v on, are still those at the end of the last step."""
     differ = 0
     for first, size in ((1 + q, q_size), (1 + head.nq + v, v_size)):
-        now, left = place(head.start, first), place(head.left, first)
+        now, left = shifted(head.start, first), shifted(head.left, first)
         for i in range(size):
             differ |= whole_at(now, i) ^ whole_at(left, i)
     return differ == 0

@@ -26,7 +26,7 @@ from numba import types
 from contactlaw.jit import address_of, compiling
 from contactlaw.memory import caller, whole_at
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, number, place, sensor_at
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, number, sensor_at, shifted
 from contactlaw.mujoco_plugin.free import mean_share
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.world.data.access import body_at, contact_at, world_at
@@ -115,10 +115,10 @@ def evaluate_sensors(head, mean):
         applied[i] += loads[i]
     if mean != 0:
         d.time = number(head.start, 0)
-        push = place(head.loads, 2 * n)
+        push = shifted(head.loads, 2 * n)
         for body in range(1, head.body_count):
-            wrench, centre = place(head.loads, 6 * body), place(d.xipos, 3 * body)
-            generalise(head.model, head.data, wrench, place(wrench, 3), centre, types.int32(body), push)
+            wrench, centre = shifted(head.loads, 6 * body), shifted(d.xipos, 3 * body)
+            generalise(head.model, head.data, wrench, shifted(wrench, 3), centre, types.int32(body), push)
         solve(head.model, head.data, push, push, types.int32(1))
         for i in range(nv):
             accelerations[i] += q[i]
@@ -223,10 +223,10 @@ def add_to(head, s, c, out, mean):
 @jit
 def meets(head, site, x, direction):
     """Return whether a ray from a point hits a site."""
-    m, d, room = model_at(head.model, 0), data_at(head.data, 0), place(head.loads, 12 * head.body_count + 2 * head.nv)
+    m, d, room = model_at(head.model, 0), data_at(head.data, 0), shifted(head.loads, 12 * head.body_count + 2 * head.nv)
     store(floats(room, 0, 3), x)
     store(floats(room, 3, 3), direction)
-    at, turn, size = place(d.site_xpos, 3 * site), place(d.site_xmat, 9 * site), place(m.site_size, 3 * site)
+    at, turn, size = shifted(d.site_xpos, 3 * site), shifted(d.site_xmat, 9 * site), shifted(m.site_size, 3 * site)
     kind = types.int32(entry(m.site_type, site))
     # the last pointer, from MuJoCo 3.4 on, is where it would write the normal
-    return ray(at, turn, size, room, place(room, 3), kind, POINTER(0)) >= 0.0
+    return ray(at, turn, size, room, shifted(room, 3), kind, POINTER(0)) >= 0.0

@@ -36,7 +36,7 @@ from numba import types
 from contactlaw.jit import address_of, compiling
 from contactlaw.memory import caller
 from contactlaw.mujoco_plugin import layout
-from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, number, place
+from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, number, shifted
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
@@ -178,7 +178,7 @@ def read_tree(head, j, t):
 @jit
 def last_evaluated(head):
     """Return the address of the state for which the engine last evaluated forces."""
-    return place(head.recent, (1 + head.nq + head.nv) * head.newest)
+    return shifted(head.recent, (1 + head.nq + head.nv) * head.newest)
 
 
 @jit
