@@ -140,7 +140,7 @@ def replace_all(spec: mujoco.MjSpec, plain: mujoco.MjModel, entries: Sequence[Co
     before = {item: (item.contype, item.conaffinity) for item in (*colliding(spec), *spec.flexes)}
 
     def kind_of(item: Any) -> Hashable:
-        return (before[item], shapes[item].kind, belongs[item]) if item in belongs else before[item]
+        return (before[item], shapes[item].type, belongs[item]) if item in belongs else before[item]
 
     def why_native(one: Any, two: Any) -> str | None:
         """Return why the engine keeps a pair, "" if no entry of the law fits; None if it does not keep it."""

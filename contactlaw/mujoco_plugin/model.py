@@ -301,9 +301,9 @@ class Model:
         return self._world.add_shape(kind, row, size, *pose, self._roundings.get(geom), points)
 
     def _heights(self, geom: int) -> tuple[Array, Array]:
-        """Half lengths of a height field along x and y [m], and its heights [m], shape (rows, columns).
+        """Return half lengths of a height field along x and y [m], and its heights [m], shape (rows, columns).
 
-        While the model is compiled there are none yet, and something stands for them.
+        While the model is compiled there are none yet; a flat field stands in for them.
         """
         m, field = self._m, int(self._m.geom_dataid[geom])
         first, shape = int(m.hfield_adr[field]), (int(m.hfield_nrow[field]), int(m.hfield_ncol[field]))

@@ -50,11 +50,6 @@ class Shape:
         return float(np.linalg.norm(self.size)) if self.type == "box" else inf
 
     @property
-    def kind(self) -> tuple[str, bool]:
-        """Key of shapes that are served or refused alike."""
-        return self.type, self.is_spherical
-
-    @property
     def label(self) -> str:
         """Type and name, for messages."""
         return f"{self.type} {self.name!r}"
@@ -84,7 +79,7 @@ def check_served(sets: Sets, shapes: Mapping[Any, Shape]) -> None:
     Raises:
         ValueError: It cannot serve a pair; the message names the geoms.
     """
-    for one, two in sets.by_kinds(lambda geom: shapes[geom].kind):
+    for one, two in sets.by_kinds(lambda geom: shapes[geom].type):
         why = why_not_served(shapes[one], shapes[two])
         if why:
             raise ValueError(why)

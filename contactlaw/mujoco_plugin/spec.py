@@ -40,10 +40,9 @@ def add_contact(
     """Let geoms touch by the law; then call `spec.compile()` and plain `mj_step`, at any time step.
 
     The native contact of these pairs is disabled; that of each geom with all others stays unless `others` is False.
-    Balls, capsules, boxes, cylinders and planes may touch each other, see docs/shapes.md. With `pair.radius` a ball may
-    touch any shape, and a capsule any shape if neither has a free joint. Other pairs, such as a box on a mesh, are
-    refused: they touch in more than one point. Contacts that share bodies are integrated together, whichever call added
-    them.
+    All shapes may touch each other, see docs/shapes.md (a mesh is its convex hull), except planes and height fields
+    among themselves, and signed distance fields (sdf), which are refused. Contacts that share bodies are integrated
+    together, whichever call added them.
 
     What the plugin notices while a model runs (too deep an overlap, an edge) is reported once for each `MjData` as a
     `ContactWarning`. A model that it cannot serve fails when its `MjData` is made, with the reason on stderr.

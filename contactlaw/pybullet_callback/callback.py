@@ -50,10 +50,10 @@ class ContactCallback:
     Requirements and limits:
       * numSubSteps must be 0 or 1. Time step and gravity are read at every call (`step` reads them only if no falling
         body shows them and not all bodies sleep); they must not change between `contact()` and stepSimulation.
-      * Radii are those of spheres, capsules, planes and box faces. With `pair.radius` a sphere may touch any shape, and
-        a capsule any shape if neither is a free body without joints. Where PyBullet must measure, a step uses the
-        tangent plane at the nearest point. Others, such as a concave mesh on a plane, are refused: they touch in more
-        than one point. Without `pair.radius` a ball on a box's edge is warned of.
+      * Spheres, capsules, boxes, cylinders, convex hulls of meshes and compounds of these touch each other and planes.
+        PyBullet measures any other shape, such as a concave mesh: it needs `pair.radius`, and only spheres may touch
+        it, and capsules if neither body is free without joints. A step then uses the tangent plane at the nearest
+        point. Without `pair.radius` a ball on a box's edge is warned of.
       * Masses and inertias are read when bodies come near each other, and when a pressed body does not move as it
         should; call `look` if they are changed in the step before an impact. For bodies with joints only the former
         holds.
