@@ -97,7 +97,7 @@ def read_bodies(head, w):
             continue
         v = load(r.before.velocity)
         if r.mass == 0.0 and dot(v, v) + dot(load(r.before.spin), load(r.before.spin)) == 0.0:
-            move_kinematic(w, r, b, head.dt)
+            read_kinematic(w, r, b, head.dt)
             placed |= r.placed
             moved = moved or r.placed != 0
             continue
@@ -125,7 +125,7 @@ def read_bodies(head, w):
 
 
 @jit_inside
-def move_kinematic(w, r, b, dt):
+def read_kinematic(w, r, b, dt):
     """Let a body that nothing pushes, and that has no velocity in PyBullet, move to where the user has put it."""
     store(b.position, load(r.left.position))
     store4(b.quaternion, quaternion_of(r.left))
