@@ -21,7 +21,7 @@ from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import edited, look_over, notice, tell_of
 from contactlaw.mujoco_plugin.sensors import call_sense
-from contactlaw.world.bodies.prescribed import lead
+from contactlaw.world.bodies.prescribed import move_kinematic
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
 from contactlaw.world.data.checksum import mix, one_of
@@ -107,7 +107,7 @@ def read_placed(head, w, p, left_io):
     store4(b.quaternion, load4(left_io[3:]) if known else turn)
     store(b.velocity, load(left_io[7:]))
     store(b.spin, load(left_io[10:]))
-    lead(w, b, place, turn, head.step_size)
+    move_kinematic(w, b, place, turn, head.step_size)
     store(left_io, place)
     store4(left_io[3:], turn)
     store(left_io[7:], load(b.velocity))

@@ -16,7 +16,7 @@ import numpy as np
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin.block import floats, place
 from contactlaw.mujoco_plugin.layout import data_at, jit
-from contactlaw.world.bodies.motion import follow, give, set_axes, spin_rate
+from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import hardly_moves
 from contactlaw.world.data.access import body_at, world_at
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, load4, norm, product, store, store4, sub, turn_by
@@ -65,7 +65,7 @@ def is_far(head, f):
         centre = add(centre, arm)
         if not same_as_left(head, f.q, 7, f.v, 6):
             return False
-    left, gone = b.margin - way, sub(centre, load(b.mark))
+    left, gone = b.margin - way, sub(centre, load(b.listed_position))
     return left >= 0.0 and dot(gone, gone) <= left * left
 
 
@@ -98,7 +98,7 @@ def read_free(head, f, known):
     store(b.spin, spin)
     store(b.velocity, add(load(v), cross(spin, arm)))
     store(b.momentum, (0.0, 0.0, 0.0))
-    follow(b)
+    update_momentum(b)
 
 
 @jit
@@ -109,7 +109,7 @@ def lead_free(head, f):
         return
     _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
     velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
-    store(b.spin, axpy(head.lag, give(b, load(b.torque)), load(b.spin)))
+    store(b.spin, axpy(head.lag, spin_change(b, load(b.torque)), load(b.spin)))
     store(b.velocity, add(velocity, cross(load(b.spin), arm)))
 
 
@@ -168,7 +168,7 @@ def write_free(head, f):
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
     if b.pressed == 0 and head.lag > 0.0:
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
-        spin = axpy(-head.lag, give(b, load(b.torque)), spin)
+        spin = axpy(-head.lag, spin_change(b, load(b.torque)), spin)
     store(q, sub(load(b.position), arm))
     store4(floats(d.qpos, f.q + 3, 4), own)
     store(v, velocity)

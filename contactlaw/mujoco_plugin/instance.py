@@ -23,7 +23,7 @@ from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import FOUND_IN, TOO_DEEP, ContactWarning
 from contactlaw.world.data import demand
 from contactlaw.world.data.records import EDITED, RESIZED, WORLD
-from contactlaw.world.shapes.radius import UNCLEAR
+from contactlaw.world.shapes.geometry import UNCLEAR
 
 COMPILE_TIME = 15  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)
@@ -142,7 +142,7 @@ _TEXTS = {
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
-@demand.keeps
+@demand.catches
 def report(address: int, code: int, value: float) -> None:
     """Something that a compiled callback noticed, once for each instance and mjData; address: of the block."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
@@ -233,7 +233,7 @@ def register() -> None:
     for plugin in plugins:
         for name, function in (("nstate", nstate), ("nsensordata", nsensordata), ("init", init)):
             setattr(plugin, name, ctypes.cast(function, ctypes.c_void_p))
-    _keep(nstate, nsensordata, init, report, *demand.LASTS)
+    _keep(nstate, nsensordata, init, report, *demand.KEEP_ALIVE)
     if not there:
         for plugin in plugins:
             layout.LIBRARY.mjp_registerPlugin(ctypes.byref(plugin))

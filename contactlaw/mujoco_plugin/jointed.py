@@ -40,7 +40,7 @@ from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, n
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, notice
-from contactlaw.world.bodies.motion import stands
+from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
 from contactlaw.world.data.records import ASKED, PASSES, SLIDE, STAYS
@@ -111,7 +111,7 @@ def find_jointed(head, j, t):
     if j.base != 0:
         store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
-        if not stands(body_at(w.bodies, t.hangs_on)):
+        if not is_static(body_at(w.bodies, t.hangs_on)):
             tell_of_tow(head, w, j, t)
     placed = not same_as_left(head, j.q, t.q_size, j.v, t.v_size)
     for i in range(t.count):
@@ -139,7 +139,7 @@ def set_down(t, coordinates, velocities):
     copy(coordinates, vector(t.start, t.q_size))
     copy(velocities, vector(t.v, t.v_size))
     clear(vector(t.x, t.v_size))
-    call_with_body(t.stand, body_at(t.bodies, 0))
+    call_with_body(t.move_from_start, body_at(t.bodies, 0))
 
 
 @jit

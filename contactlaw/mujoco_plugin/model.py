@@ -20,7 +20,7 @@ from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import matrix_of, product
 from contactlaw.world.data.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.state import size as state_size
-from contactlaw.world.trees.rows import TreeRows
+from contactlaw.world.trees.tree_records import TreeRecords
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -230,7 +230,7 @@ class Model:
             })  # fmt: skip
         for first in dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body]):
             bodies = np.flatnonzero(root == first).tolist()  # welded ones among them
-            rows = TreeRows(m, bodies)
+            rows = TreeRecords(m, bodies)
             tree, made = self._world.add_tree_of(rows)
             for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
                 self._rows[body], self._frames[body] = made[row], Pose(at, turn)

@@ -21,8 +21,8 @@ from contactlaw.mujoco_plugin.block import place
 from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.pair import DEEPEST
 from contactlaw.world.data.access import contact_at, near_at, pair_at, world_at
-from contactlaw.world.data.call import raise_later, waits
-from contactlaw.world.shapes.radius import is_clear
+from contactlaw.world.data.call import error_pending, raise_later
+from contactlaw.world.shapes.geometry import radius_is_clear
 
 DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
@@ -54,7 +54,7 @@ def notice_of(head, c, code, value):
 def tell(head, code, value):
     """The same of what the head holds."""
     said = whole_at(head.said, head.told)
-    if said & code == 0 and not waits(world_at(head.world, 0).demand):
+    if said & code == 0 and not error_pending(world_at(head.world, 0).demand):
         set_whole(head.said, head.told, said | code)
         tell_of(head, code, value)
 
@@ -77,9 +77,9 @@ def look_over(head, w):
         c = contact_at(w.contacts, p.slot)
         if c.deepest > DEEPEST * c.touch.radius:
             notice_of(head, c, DEEP, c.deepest / c.touch.radius)
-        if c.built > 0.0:
-            notice_of(head, c, BUILT, c.built / c.touch.radius)
-        if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+        if c.initial_overlap > 0.0:
+            notice_of(head, c, BUILT, c.initial_overlap / c.touch.radius)
+        if pair_at(w.pairs, c.pair).radius == 0.0 and not radius_is_clear(w, c):
             notice_of(head, c, UNCLEAR_RADIUS, c.touch.radius)
     if w.lost > 0:
         notice(head, FULL, float(w.contact_room))

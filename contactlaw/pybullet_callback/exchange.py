@@ -21,8 +21,8 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import doubles_at, element, set_whole
 from contactlaw.pair import DEEPEST
-from contactlaw.world.bodies.motion import give, gyroscopic, set_axes, spin_rate, stands
-from contactlaw.world.bodies.prescribed import lead
+from contactlaw.world.bodies.motion import gyroscopic, is_static, set_axes, spin_change, spin_rate
+from contactlaw.world.bodies.prescribed import move_kinematic
 from contactlaw.world.data.access import body_at, contact_at, near_at, pair_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
@@ -46,8 +46,7 @@ from contactlaw.world.data.vec import (
 )  # fmt: skip
 from contactlaw.world.near.guards import outgrown, surface_speed
 from contactlaw.world.near.listing import list_near, strayed
-from contactlaw.world.shapes.geometry import meet
-from contactlaw.world.shapes.radius import is_clear
+from contactlaw.world.shapes.geometry import meet, radius_is_clear
 from contactlaw.world.sleep import disturbed
 from contactlaw.world.step import GROWS, PRESSED
 
@@ -114,7 +113,7 @@ def receive(head, w):
         store(b.torque, (0.0, 0.0, 0.0))
         r.strange = 0
         if r.ahead == 0.0 and alike(r.before, r.left):
-            if b.asleep == 0 and (r.mass > 0.0 or not stands(b)):
+            if b.asleep == 0 and (r.mass > 0.0 or not is_static(b)):
                 set_out(r, b, head.dt)
             continue
         v = load(r.before.velocity)
@@ -151,7 +150,7 @@ def go(w, r, b, dt):
     """Let a body that nothing pushes, and that has not been given a velocity, go where it has been put."""
     store(b.position, load(r.left.position))
     store4(b.quaternion, quaternion_of(r.left))
-    lead(w, b, load(r.before.position), quaternion_of(r.before), dt)
+    move_kinematic(w, b, load(r.before.position), quaternion_of(r.before), dt)
     r.pressed, r.strange = 0, b.placed
 
 
@@ -248,9 +247,9 @@ def compare(head, w):
         other = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         size = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
         store(b.acceleration, gravity)
-        turning = give(b, sub(load(r.torque), gyroscopic(b, older)))
+        turning = spin_change(b, sub(load(r.torque), gyroscopic(b, older)))
         twist = sub(sub(u, older), scale(dt, turning))
-        spins = norm(u) + norm(older) + dt * norm(turning) + norm(give(b, load(r.torque))) * dt
+        spins = norm(u) + norm(older) + dt * norm(turning) + norm(spin_change(b, load(r.torque))) * dt
         store(b.torque, (0.0, 0.0, 0.0))
         slow, even = norm(other) <= EXACT * size, norm(twist) <= EXACT * spins
         if slow and even:
@@ -313,7 +312,7 @@ def set_off(place):
         for k in range(head.count):
             b = body_at(w.bodies, k + 1)
             if apart:
-                b.still = 1 if stands(b) else 0
+                b.still = 1 if is_static(b) else 0
             w.stale |= strayed(b, 2.0 * head.dt)
         if outgrown(w, -NEVER, 2.0 * head.dt):
             w.stale = 1
@@ -410,8 +409,8 @@ def look(head, w):
             continue
         known = int(said[slot])
         notes = known | SEEN | (TOO_FAR if c.deepest > DEEPEST * c.touch.radius else 0)
-        notes |= PUT_IN if c.built > 0.0 else 0
-        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+        notes |= PUT_IN if c.initial_overlap > 0.0 else 0
+        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not radius_is_clear(w, c):
             notes |= NO_RADIUS
         if notes > known | SEEN:
             flags |= NOTED

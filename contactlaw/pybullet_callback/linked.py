@@ -28,7 +28,7 @@ from contactlaw.world.data.frames import UNTURNED, matrix_of, product, quaternio
 from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers, settle
 from contactlaw.world.trees.description import ZERO
-from contactlaw.world.trees.rows import Q_SIZE, V_SIZE, TreeRows
+from contactlaw.world.trees.tree_records import Q_SIZE, V_SIZE, TreeRecords
 
 LEAST_INERTIA = 1e-12  # [m^2] over the mass
 EXACT = 1e-9  # of a coordinate, a difference that is rounding
@@ -98,7 +98,7 @@ class Linked:
         self.torque = np.zeros(len(scalars))
         count, joint_count = len(self.links), [int(link in kinds) for link in self.links]
         parents = {link: number for number, link in enumerate(self.links)}
-        self.rows = TreeRows(
+        self.rows = TreeRecords(
             SimpleNamespace(
                 body_parentid=[-1 if link == BASE else parents.get(infos[link][16], -1) for link in self.links],
                 body_jntnum=joint_count, body_jntadr=np.cumsum([0, *joint_count])[:-1],

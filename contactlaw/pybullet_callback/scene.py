@@ -22,7 +22,7 @@ from contactlaw.world.arrays import with_more_room
 from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.records import FREE, Arrays
 from contactlaw.world.shapes.description import tangent
-from contactlaw.world.shapes.radius import UNCLEAR
+from contactlaw.world.shapes.geometry import UNCLEAR
 
 CROWD_SUBSTEPS = 60
 STILLNESS = 1e-9  # of the overlap: what rests carries its weight to that
@@ -165,7 +165,7 @@ class Scene:
         radius, seen = float(record["touch"]["radius"]), int(self.traffic.seen[slot])
         for holds, text, value in (
             (seen & TOO_FAR, TOO_DEEP, record["deepest"] / max(radius, 1e-300)), (seen & NO_RADIUS, UNCLEAR, radius),
-            (seen & PUT_IN, FOUND_IN, record["built"] / max(radius, 1e-300)),
+            (seen & PUT_IN, FOUND_IN, record["initial_overlap"] / max(radius, 1e-300)),
         ):  # fmt: skip
             if holds and (one.key, two.key, text) not in contact.told:
                 contact.told.add((one.key, two.key, text))

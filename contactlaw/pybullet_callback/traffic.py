@@ -30,7 +30,7 @@ from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, na
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.data.demand import KEPT
+from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import ALIKE
 from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.step import step
@@ -232,7 +232,7 @@ class Traffic:
         while (done := complete(self._head_at, stepped)) < 0:
             if done == NOT_FINITE:
                 self._refuse()
-            if done == NO_ROOM and not KEPT:  # or it raises
+            if done == NO_ROOM and not PENDING_ERROR:  # or it raises
                 self._make_room()
                 continue
             if self._plain and self._look_up():

@@ -28,7 +28,7 @@ from contactlaw.world.data.records import (
     numbers_of,
 )
 from contactlaw.world.implicit.equations import room_for
-from contactlaw.world.shapes import extended as long
+from contactlaw.world.shapes import swept
 from contactlaw.world.shapes.hulls import by_direction
 from contactlaw.world.trees.coordinates import addresses
 
@@ -49,9 +49,9 @@ def empty() -> Arrays:
         groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(),
         guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
-        island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
-        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
-        memory_aside=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
+        island_pairs=whole(LEAST), grid=whole(4), saved_bodies=np.zeros(3, BODY), trees=np.zeros(0, TREE),
+        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), saved_contacts=np.zeros(LEAST, CONTACT),
+        saved_memory=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
@@ -86,7 +86,7 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     room = np.zeros(bodies.size, np.int64)
     return one._replace(
         bodies=bodies, near_bodies=room, roots=room.copy(), island_bodies=room.copy(),
-        aside=np.zeros(bodies.size + 2, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
+        saved_bodies=np.zeros(bodies.size + 2, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
     )  # fmt: skip
 
 
@@ -112,7 +112,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     shapes = with_rows(one.shapes, own)
     new, bodies = shapes[-len(rows) :], one.bodies
     more = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
-    new["long"][more] = long.address() if more.any() and not INTERPRETED else 0
+    new["swept"][more] = swept.address() if more.any() and not INTERPRETED else 0
     flat = np.isin(new["kind"], (PLANE, TANGENT))
     far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
     far[new["kind"] == PLANE] = FAR
@@ -147,7 +147,7 @@ def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
     more = max(size - one.memory.shape[1], 0)
     memory = np.pad(one.memory, ((0, 0), (0, more)))
     return one._replace(
-        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=memory, memory_aside=memory.copy()
+        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=memory, saved_memory=memory.copy()
     )
 
 
@@ -160,10 +160,10 @@ def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
 
     memory = room(np.float64, contacts, one.memory.shape[1])
     return one._replace(
-        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["long"].any() else 1),
+        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["swept"].any() else 1),
         island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
-        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), contacts_aside=room(CONTACT, contacts),
-        memory_aside=memory,
+        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), saved_contacts=room(CONTACT, contacts),
+        saved_memory=memory,
     )  # fmt: skip
 
 
@@ -179,6 +179,6 @@ def with_more_room(one: Arrays) -> Arrays:
         near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
         island_pairs=np.zeros(2 * one.near.size, np.int64),
         contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
-        contacts_aside=np.zeros(2 * more, CONTACT), memory_aside=np.zeros((2 * more, one.memory.shape[1])),
+        saved_contacts=np.zeros(2 * more, CONTACT), saved_memory=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip

@@ -18,7 +18,7 @@ from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.shapes.description import Shapes
 from contactlaw.world.trees.coordinates import coordinates, write_coordinates
 from contactlaw.world.trees.description import Tree
-from contactlaw.world.trees.rows import TreeRows
+from contactlaw.world.trees.tree_records import TreeRecords
 
 NEAR_PART = 8  # of all other solids and planes, that a corner, an edge or a rim may be near to, in the mean
 
@@ -102,7 +102,7 @@ class Building(Shapes):
         self.place_tree(number, tree.start if q is None else q, np.zeros(tree.v_size) if v is None else v)
         return number, bodies
 
-    def add_tree_of(self, rows: TreeRows) -> tuple[int, list[int]]:
+    def add_tree_of(self, rows: TreeRecords) -> tuple[int, list[int]]:
         """The same of records, which an engine's adapter has; the tree is nowhere until it is placed."""
         first, count = len(self._frames), rows.links.size
         self._new_bodies += rows.bodies()

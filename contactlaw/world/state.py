@@ -33,7 +33,7 @@ from contactlaw.world.data.access import (
     shape_at,
     tree_at,
 )
-from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, WAITS
+from contactlaw.world.data.records import CLOSED, CONTACT, FREE, LEDGER, PARTED, PAUSE_LIMIT
 from contactlaw.world.data.vec import dot, load, norm, store
 from contactlaw.world.near.listing import count_slots
 from contactlaw.world.near.pairing import can_touch, pair_of
@@ -89,7 +89,7 @@ def write(w, out):
     count, lost, at = 0, 0, HEAD
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.closed == 0 and p.built == 0.0:
+        if p.closed == 0 and p.initial_overlap == 0.0:
             continue
         if count == room:
             lost += 1
@@ -106,7 +106,7 @@ def write(w, out):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         sleeps = b.asleep != 0 and small(b.held, 3)
-        out[at] = 1.0 if sleeps else -float(b.waits + WAITS * b.waited)
+        out[at] = 1.0 if sleeps else -float(b.pause + PAUSE_LIMIT * b.last_pause)
         for j in range(3):
             out[at + 1 + j] = b.held[j] if sleeps else 0.0
         at += SLEEP
@@ -114,7 +114,7 @@ def write(w, out):
         copy(pair_at(w.pairs, i).ledger, out, at + LEDGER * i)
     for k in range(w.nears):
         p = near_at(w.near, k)
-        if p.slot >= 0 and p.closed == 0 and p.built == 0.0:
+        if p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0:
             enter(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
     return lost
 
@@ -163,7 +163,8 @@ def read(w, row):
             a, b = int(row[at]), int(row[at + 1])
             c = contact_at(w.contacts, slot)
             c.touches = int(row[at + 2])
-            c.turned, c.waits, c.kept = 0.0, 0.0, 0.0  # laws know all between steps, but for what parted in the slot
+            # laws know all motion between steps; but the slot may hold what a contact that parted did not tell
+            c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
             here = take(row, at + SHAPES, part(w, slot, 0, KNOWN_NUMBERS))
             here = take(row, here, part(w, slot, FROM, REST))
             take(row, here, memory_of(w, slot))
@@ -201,7 +202,7 @@ def forget(w):
         b = body_at(w.bodies, i)
         b.asleep = 0
         b.active = 0
-        b.waits, b.waited = 0, 0
+        b.pause, b.last_pause = 0, 0
         store(b.held, (0.0, 0.0, 0.0))
     for i in range(w.pair_count):
         own = pair_at(w.pairs, i).ledger
@@ -253,8 +254,8 @@ def admit(w, c, a, b):
     arms = sound_arm(body_at(w.bodies, sa.body), load(c.arm_a), both)
     arms = arms and sound_arm(body_at(w.bodies, sb.body), load(c.arm_b), both)
     kept = t.state != SPUN or law.sectors > 0.0
-    closed = t.overlap > 0.0 or (t.overlap == 0.0 < c.built and t.force == 0.0)
-    if not (arms and kept and closed and c.built >= 0.0 and sound_touch(t) and sound_frame(c, law.rolling)):
+    closed = t.overlap > 0.0 or (t.overlap == 0.0 < c.initial_overlap and t.force == 0.0)
+    if not (arms and kept and closed and c.initial_overlap >= 0.0 and sound_touch(t) and sound_frame(c, law.rolling)):
         return False
     w.spares -= 1
     c.phase = CLOSED if t.overlap > 0.0 else PARTED
@@ -303,11 +304,11 @@ def sound_arm(b, arm, radii):
 @jit_inside
 def lay(b, row):
     """Let a body sleep, or wait, if a row says so; returns whether it is one that may."""
-    if -WAITS * WAITS < row[0] <= 0.0:
+    if -PAUSE_LIMIT * PAUSE_LIMIT < row[0] <= 0.0:
         waits = int(-row[0])
-        b.waits, b.waited = waits % WAITS, waits // WAITS
+        b.pause, b.last_pause = waits % PAUSE_LIMIT, waits // PAUSE_LIMIT
     if row[0] <= 0.0:
-        return row[0] > -WAITS * WAITS
+        return row[0] > -PAUSE_LIMIT * PAUSE_LIMIT
     if row[0] != 1.0 or not small(row, SLEEP) or (b.active == 0 and b.tree == 0) or b.inverse_mass == 0.0:
         return False
     b.asleep = 1

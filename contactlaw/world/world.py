@@ -8,7 +8,7 @@ from contactlaw import checks
 from contactlaw.world import readout
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.building import Building
-from contactlaw.world.data.demand import KEPT
+from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import product
 from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.step import step
@@ -59,7 +59,7 @@ class World(Building):
         left = checks.count("n", n, 0)
         while left > 0:
             left -= step(self.arrays.bound().world, self.timestep, left)
-            if not KEPT and left > 0:  # or it raises
+            if not PENDING_ERROR and left > 0:  # or it raises
                 self._arrays = with_more_room(self.arrays)
         if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")

@@ -12,7 +12,7 @@ from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.contacts.force import ask_at, slopes
-from contactlaw.world.data.access import contact_at, keep_contact
+from contactlaw.world.data.access import contact_at, save_contact
 from contactlaw.world.implicit.equations import room_for
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
@@ -297,7 +297,7 @@ def test_a_block_that_rocks_on_two_edges_takes_implicit_steps():
 def slopes_both_ways(world, moved, stage, out):
     """What slopes are told of the first contact, after a slide, and the differences that its law makes of them."""
     w = world[0]
-    keep_contact(w, 0)
+    save_contact(w, 0)
     c = contact_at(w.contacts, 0)
     t, u, v = c.touch, moved[0], moved[1]
     t.before, t.closing = t.overlap, 0.0

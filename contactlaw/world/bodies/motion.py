@@ -67,7 +67,7 @@ def drift(b, h):
         rate = scale(b.inverse_inertia[0], load(b.torque))
         twist = scale(h, axpy(0.5 * h, rate, w))
         store(b.twist, twist)
-        store(b.turn, add(load(b.turn), twist))
+        store(b.pending_turn, add(load(b.pending_turn), twist))
         store(b.spin, axpy(h, rate, w))
         if b.oriented != 0:
             settle(b)
@@ -76,7 +76,7 @@ def drift(b, h):
         store(b.momentum, add(load(b.momentum), torque))
         tumble(b, h)
         store(b.momentum, add(load(b.momentum), torque))
-        store(b.spin, give(b, load(b.momentum)))
+        store(b.spin, spin_change(b, load(b.momentum)))
 
 
 @jit_inside
@@ -85,13 +85,13 @@ def settle(b):
     if b.tree != 0:
         call_with_body(tree_at(b.tree, 0).settle, b)
         return
-    t = load(b.turn)
+    t = load(b.pending_turn)
     t2 = dot(t, t)
     if t2 == 0.0:
         return
     store4(b.quaternion, unit(product(rotation(t), load4(b.quaternion))))
     b.turned += sqrt(t2)
-    store(b.turn, (0.0, 0.0, 0.0))
+    store(b.pending_turn, (0.0, 0.0, 0.0))
     set_axes(b)
 
 
@@ -121,7 +121,7 @@ def tumble(b, h):
     """
     total = (0.0, 0.0, 0.0)
     m, i = load(b.momentum), load(b.inverse_inertia)
-    speed = norm(give(b, m))
+    speed = norm(spin_change(b, m))
     count = max(min(ceil(speed * abs(h) / LARGEST_TURN), MOST), 1.0)
     part = h / count
     for _ in range(int(count)):
@@ -135,14 +135,14 @@ def tumble(b, h):
             if dot(change, change) <= EXACT * dot(w, w):
                 break
         turn = to_world(b.axes, scale(part, w))
-        store(b.turn, turn)
+        store(b.pending_turn, turn)
         settle(b)
         total = add(total, turn)
     store(b.twist, total)
 
 
 @jit_inside
-def give(b, moment):
+def spin_change(b, moment):
     """Change of spin by an angular impulse [N m s] about the centre of mass: R I^-1 R^T L [rad/s]."""
     if b.isotropic != 0:
         return scale(b.inverse_inertia[0], moment)
@@ -153,14 +153,14 @@ def give(b, moment):
 @jit_inside
 def spin_rate(b, w):
     """Angular acceleration [rad/s^2] without contacts, at a spin."""
-    return give(b, sub(load(b.torque), gyroscopic(b, w)))
+    return spin_change(b, sub(load(b.torque), gyroscopic(b, w)))
 
 
 @jit_inside
-def follow(b):
+def update_momentum(b):
     """The angular momentum of the spin that a body was given."""
     spin = load(b.spin)
-    change = sub(spin, give(b, load(b.momentum)))
+    change = sub(spin, spin_change(b, load(b.momentum)))
     if b.isotropic == 0 and dot(change, change) != 0.0:
         w, i = to_body(b.axes, spin), b.inverse_inertia
         store(b.momentum, to_world(b.axes, (w[0] / i[0], w[1] / i[1], w[2] / i[2])))
@@ -176,7 +176,7 @@ def gyroscopic(b, w):
 
 
 @jit_inside
-def stands(b):
+def is_static(b):
     """Whether a body that nothing can push does not move by itself either."""
     return b.inverse_mass == 0.0 and dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin)) == 0.0
 
@@ -234,7 +234,7 @@ def kick(b, impulse, moment):
         store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
     else:
         store(b.momentum, add(load(b.momentum), moment))
-        store(b.spin, give(b, load(b.momentum)))
+        store(b.spin, spin_change(b, load(b.momentum)))
 
 
 @jit_inside
@@ -243,7 +243,7 @@ def mobility(b, arm, direction):
     if b.tree != 0:
         return ask_mobility(tree_at(b.tree, 0).mobility, b, arm, b, arm, direction)
     r = cross(arm, direction)
-    return b.inverse_mass + dot(r, give(b, r))
+    return b.inverse_mass + dot(r, spin_change(b, r))
 
 
 @jit_inside
@@ -257,19 +257,19 @@ def mobility_between(a, arm_a, b, arm_b, direction):
 
 
 @jit_inside
-def lightness(b, reach):
+def mobility_bound(b, reach):
     """Mobility [1/kg] of what is so far from a body's centre of mass [m], at most: joints only take from it."""
-    return b.inverse_mass + reach * reach * lightest(b)
+    return b.inverse_mass + reach * reach * max_inverse_inertia(b)
 
 
 @jit_inside
-def lightest(b):
+def max_inverse_inertia(b):
     """Inverse of the least moment of inertia of a body [1/(kg m^2)]."""
     return max(b.inverse_inertia[0], max(b.inverse_inertia[1], b.inverse_inertia[2]))
 
 
 @jit_inside
-def rate(b):
+def turn_rate(b):
     """Angular speed [1/s] of a body, or, in a tree, of all that carries it, at most."""
     return norm(load(b.spin)) if b.tree == 0 else link_at(tree_at(b.tree, 0).links, b.member).rate
 
@@ -281,7 +281,7 @@ def decay(b):
 
 
 @jit_inside
-def swing(b, reach, time):
+def change_bound(b, reach, time):
     """Bound on how joints change the acceleration [m/s^2] of a point so far from the centre of mass [m] in a time [s].
 
     What carries the body turns it at a rate r, with r^2 of the reach; the others push it, from directions that turn as
@@ -290,6 +290,6 @@ def swing(b, reach, time):
     """
     if b.tree == 0:
         return 0.0
-    t, own = tree_at(b.tree, 0), rate(b)
-    pull = min(t.pull, t.effort * sqrt(lightness(b, reach)))
+    t, own = tree_at(b.tree, 0), turn_rate(b)
+    pull = min(t.max_acceleration, t.effort * sqrt(mobility_bound(b, reach)))
     return 4.0 * (pull * min(t.rate * time, 1.0) + own * own * reach * min(own * time, 1.0))

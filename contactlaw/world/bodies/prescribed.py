@@ -18,7 +18,7 @@ JUMP = 5.0
 
 
 @jit_inside
-def lead(w, b, place, turn, h):
+def move_kinematic(w, b, place, turn, h):
     """Let a body, which is where it was left, go to a place [m] and a quaternion within a step of h [s].
 
     Its velocities are those of the step before. One that jumps is there at once, at rest, as somebody who is `placed`.

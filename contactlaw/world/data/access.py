@@ -43,59 +43,59 @@ def copy_numbers(source, target, count):
 
 
 @jit_inside
-def body_aside(w, i, place):
+def scratch_body(w, i, place):
     """A copy of a body, in one of two places."""
-    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.aside + 8 * BODY_NUMBERS * place, BODY_NUMBERS)
-    return body_at(w.aside, place)
+    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.saved_bodies + 8 * BODY_NUMBERS * place, BODY_NUMBERS)
+    return body_at(w.saved_bodies, place)
 
 
 @jit_inside
-def keep_body(w, i):
-    """Keep a body as it is, for `body_kept`."""
-    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.aside + 8 * BODY_NUMBERS * (i + 2), BODY_NUMBERS)
+def save_body(w, i):
+    """Keep a body as it is, for `saved_body`."""
+    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.saved_bodies + 8 * BODY_NUMBERS * (i + 2), BODY_NUMBERS)
 
 
 @jit_inside
-def body_kept(w, i):
+def saved_body(w, i):
     """A body as it was when it was kept."""
-    return body_at(w.aside, i + 2)
+    return body_at(w.saved_bodies, i + 2)
 
 
 @jit_inside
-def bring_back_body(w, i):
+def restore_body(w, i):
     """Make a body what it was when it was kept."""
-    copy_numbers(w.aside + 8 * BODY_NUMBERS * (i + 2), w.bodies + 8 * BODY_NUMBERS * i, BODY_NUMBERS)
+    copy_numbers(w.saved_bodies + 8 * BODY_NUMBERS * (i + 2), w.bodies + 8 * BODY_NUMBERS * i, BODY_NUMBERS)
 
 
 @jit_inside
-def keep_contact(w, slot):
+def save_contact(w, slot):
     """Keep a contact as it is, with what its law remembers."""
     place = 8 * CONTACT_NUMBERS * slot
-    copy_numbers(w.contacts + place, w.contacts_aside + place, CONTACT_NUMBERS)
+    copy_numbers(w.contacts + place, w.saved_contacts + place, CONTACT_NUMBERS)
     place = 8 * w.memory_size * slot
-    copy_numbers(w.memory + place, w.memory_aside + place, w.memory_size)
+    copy_numbers(w.memory + place, w.saved_memory + place, w.memory_size)
 
 
 @jit_inside
-def contact_kept(w, slot):
+def saved_contact(w, slot):
     """A contact as it was when it was kept."""
-    return contact_at(w.contacts_aside, slot)
+    return contact_at(w.saved_contacts, slot)
 
 
 @jit_inside
-def bring_back_contact(w, slot):
+def restore_contact(w, slot):
     """Make a contact what it was when it was kept, but for what its law remembers."""
     place = 8 * CONTACT_NUMBERS * slot
-    copy_numbers(w.contacts_aside + place, w.contacts + place, CONTACT_NUMBERS)
+    copy_numbers(w.saved_contacts + place, w.contacts + place, CONTACT_NUMBERS)
 
 
 @jit_inside
-def bring_back_touch(w, slot):
+def restore_law_state(w, slot):
     """Make what laws know of a contact, and remember, what it was when it was kept."""
     place = 8 * CONTACT_NUMBERS * slot
-    copy_numbers(w.contacts_aside + place, w.contacts + place, KNOWN_NUMBERS)
+    copy_numbers(w.saved_contacts + place, w.contacts + place, KNOWN_NUMBERS)
     place = 8 * w.memory_size * slot
-    copy_numbers(w.memory_aside + place, w.memory + place, w.memory_size)
+    copy_numbers(w.saved_memory + place, w.memory + place, w.memory_size)
 
 
 @jit_inside

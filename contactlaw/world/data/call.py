@@ -9,7 +9,7 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import caller, whole_at
-from contactlaw.world.data.demand import ASK, KEEPER, LATER, TRUTH, WAITS
+from contactlaw.world.data.demand import ADD_CALL, ASK, ERROR_OBJECT, IS_TRUE, PENDING
 from contactlaw.world.data.records import BODY, CONTACT, NEAR, SHAPE, TREE, WORLD
 
 BODY_TYPE = numba.from_dtype(BODY)
@@ -32,7 +32,7 @@ NEAREST = types.Tuple((VECTOR, NUMBER, VECTOR, SIMPLEX))(
 )
 RADIUS = types.Tuple((NUMBER, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 MEETING = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
-PARTING = types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
+SEPARATION = types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 TIME = types.void(NEAR_TYPE, SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR, VECTOR, NUMBER)
 FACE = types.boolean(VECTOR, VECTOR, NUMBER, SHAPE_TYPE, BODY_TYPE)
 ON_WORLD = types.boolean(WORLD_TYPE)
@@ -58,7 +58,7 @@ ask_mobility: Any = caller(MOBILITY)
 ask_deepest: Any = caller(DEEPEST)
 ask_meeting: Any = caller(MEETING)
 ask_nearest: Any = caller(NEAREST)
-ask_parting: Any = caller(PARTING)
+ask_separation: Any = caller(SEPARATION)
 ask_radius: Any = caller(RADIUS)
 ask_time: Any = caller(TIME)
 ask_over_face: Any = caller(FACE)
@@ -80,7 +80,7 @@ call_later: Any = caller(types.int32(types.uint64, types.uint64))
 def ready(w, what):
     """Whether a function is there that only some scenes need, by its number, see `demand`; if not, it is asked for."""
     table = w.demand
-    if entry(table, what) == 0 and not waits(table):
+    if entry(table, what) == 0 and not error_pending(table):
         call_for(entry(table, ASK), what)
         if entry(table, what) == 0:
             raise_later(table)
@@ -94,15 +94,15 @@ def address(w, what):
 
 
 @jit_inside
-def waits(table):
+def error_pending(table):
     """Whether an exception waits to be raised; table: address of `demand.TABLE`. No Python is called meanwhile."""
-    return entry(table, WAITS) != 0
+    return entry(table, PENDING) != 0
 
 
 @jit_inside
 def raise_later(table):
     """Have what waits raised when compiled code has returned."""
-    call_later(entry(table, LATER), entry(table, TRUTH), entry(table, KEEPER))
+    call_later(entry(table, ADD_CALL), entry(table, IS_TRUE), entry(table, ERROR_OBJECT))
 
 
 @jit_inside

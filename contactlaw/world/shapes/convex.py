@@ -11,7 +11,7 @@ from functools import lru_cache
 from math import sqrt
 
 from contactlaw.jit import address_of
-from contactlaw.world.data.call import MEETING, NEAREST, PARTING, RADIUS, ask_deepest
+from contactlaw.world.data.call import MEETING, NEAREST, RADIUS, SEPARATION, ask_deepest
 from contactlaw.world.data.records import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, deepest_on_line
@@ -93,9 +93,9 @@ def part(sa, a, sb, b, n):
 
 
 @lru_cache
-def parting() -> dict[str, int]:
+def separating() -> dict[str, int]:
     """Of what parts them, compiled where there are boxes, cylinders or hulls."""
-    return {"parting": address_of(part, PARTING)}
+    return {"separation": address_of(part, SEPARATION)}
 
 
 @lru_cache

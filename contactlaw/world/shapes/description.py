@@ -132,7 +132,7 @@ class Shapes:
         own -= middle
         reach = float(np.linalg.norm(own, axis=1).max()) + radius
         made |= {"radius": radius, "at": made["at"] + middle, "half": np.array([reach, 0.0, 0.0]), "vertices": own}
-        return self._solid(made | {"edges": edges} | convex.addresses() | convex.parting())
+        return self._solid(made | {"edges": edges} | convex.addresses() | convex.separating())
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
@@ -223,7 +223,7 @@ def _rounded(half: Array, rounding: float | None) -> Fields:
     radius = ROUNDING * least if rounding is None else checks.positive("rounding", rounding)
     if radius > 0.5 * least:
         raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
-    return {"half": half, "radius": radius} | convex.parting()
+    return {"half": half, "radius": radius} | convex.separating()
 
 
 def tangent(row: int, partner: int, reach: float) -> Fields:

@@ -19,7 +19,7 @@ from functools import lru_cache
 from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.data.call import MEETING, PARTING, RADIUS
+from contactlaw.world.data.call import MEETING, RADIUS, SEPARATION
 from contactlaw.world.data.records import BOX, CYLINDER, ELLIPSOID, NEVER, PLANE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
@@ -285,4 +285,4 @@ def part(sa, a, sb, b, n):
 def addresses() -> dict[str, int]:
     """Of these, compiled where there are ellipsoids."""
     known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
-    return known | {"parting": address_of(part, PARTING)}
+    return known | {"separation": address_of(part, SEPARATION)}

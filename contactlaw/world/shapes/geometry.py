@@ -6,16 +6,32 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.data.access import shape_at
+from contactlaw.world.data.access import body_at, shape_at
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_radius
-from contactlaw.world.data.records import BOX, CYLINDER, DISC, ELLIPSOID, HULL, NEVER, PLANE, SEGMENT, SIDE, SPHERE
-from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_world
+from contactlaw.world.data.records import (
+    BOX,
+    CORNER,
+    CYLINDER,
+    DISC,
+    EDGE,
+    ELLIPSOID,
+    HULL,
+    NEVER,
+    PLANE,
+    SEGMENT,
+    SIDE,
+    SPHERE,
+)
+from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_body, to_world
 
 BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
-SUNK = 0.975  # of `most_overlap`, what crowns and BACK leave of it
-ALONE = 1e9  # [m] that count as none: more than any shapes overlap
+SUNK = 0.975  # of `max_overlap`, what crowns and BACK leave of it
+IGNORED = 1e9  # [m] that count as none: more than any shapes overlap
+ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
+
+UNCLEAR = "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; give the pair its radius"
 OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)
-"""Which of the addresses of `long`."""
+"""Which of the addresses of `swept.TABLE`."""
 
 
 @jit_inside
@@ -27,9 +43,9 @@ def centre(s, b):
 
 
 @jit_inside
-def asked_of(sa, sb, what):
-    """Address of what is asked of two shapes of which one is long, see `long`."""
-    return types.uint64(whole_at(sb.long if sb.long != 0 else sa.long, what))
+def function_for(sa, sb, what):
+    """Address of a function of two shapes of which one is swept, see `swept.TABLE`."""
+    return types.uint64(whole_at(sb.swept if sb.swept != 0 else sa.swept, what))
 
 
 @jit_inside
@@ -43,7 +59,7 @@ def meet(sa, a, sb, b):
     """
     where = sa.meet if sa.meet != 0 else sb.meet
     if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
-        where = asked_of(sa, sb, OF_MEETING)
+        where = function_for(sa, sb, OF_MEETING)
     if where != 0:
         return ask_meeting(where, sa, a, sb, b)
     from_a, from_b = centre(sa, a), centre(sb, b)
@@ -62,11 +78,11 @@ def meet(sa, a, sb, b):
 def meet_near(w, p, a, b):
     """`meet` of a near pair whose bodies are given, without the overlap that counts as none."""
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-    return overlap - p.built, n, arm_a, arm_b
+    return overlap - p.initial_overlap, n, arm_a, arm_b
 
 
 @jit_inside
-def most_overlap(sa, sb):
+def max_overlap(sa, sb):
     """Overlap [m] beyond which there is no one normal, and no depth that changes continuously.
 
     So within the core of a hull; for what is not a sphere, within that of a box or a cylinder; where the middle of an
@@ -95,17 +111,17 @@ def curl(s):
 
 
 @jit_inside
-def is_sunk(p):
+def is_ignored(p):
     """Whether all overlap of a pair counts as none."""
-    return p.built >= ALONE
+    return p.initial_overlap >= IGNORED
 
 
 @jit_inside
-def build_in(w, p, overlap):
+def set_initial_overlap(w, p, overlap):
     """Let so much overlap [m] of a pair count as none; of shapes too deep in each other all, until they part."""
-    most = most_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
-    p.built = ALONE if overlap >= SUNK * most else overlap
-    return p.built
+    most = max_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
+    p.initial_overlap = IGNORED if overlap >= SUNK * most else overlap
+    return p.initial_overlap
 
 
 @jit_inside
@@ -136,7 +152,26 @@ def effective_radius(sa, a, sb, b):
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
         where = sa.curve if sa.meet != 0 else sb.curve
     elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
-        where = asked_of(sa, sb, OF_RADIUS)
+        where = function_for(sa, sb, OF_RADIUS)
     if where != 0:
         return ask_radius(where, sa, a, sb, b)
     return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)
+
+
+@jit_inside
+def radius_is_clear(w, c):
+    """Whether two shapes touch where they have one radius: not at the edge of a box, nor with a capsule's side there.
+
+    The parts of boxes and cylinders have radii by their definition.
+    """
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
+        return True
+    if sa.kind == SEGMENT:
+        return False
+    a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
+    _, normal, _, _ = meet(sa, a, sb, b)  # now: the contact's may be of before the box turned
+    n = to_body(b.axes, normal)
+    for i in range(3):
+        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALIGNED
+    return clear

@@ -11,22 +11,23 @@ import numpy as np
 from contactlaw.jit import address_of
 from contactlaw.world.data.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
 from contactlaw.world.data.records import Array, Arrays, numbers_of
-from contactlaw.world.trees import dynamics as tree_dynamics
-from contactlaw.world.trees import implicit as lasting
-from contactlaw.world.trees import kinematics as tree_kinematics
-from contactlaw.world.trees import mobility as trees
-from contactlaw.world.trees import motion as tree_motion
+from contactlaw.world.trees import dynamics, implicit, kinematics, mobility, motion
 
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Where these functions stand, compiled, by their names in `records.TREE`."""
-    made = {
-        ON_TREE: (tree_kinematics.move, tree_dynamics.accelerate), WITH_NUMBER: (tree_motion.fly, tree_motion.drift),
-        WITH_BODY: (trees.settle, trees.spread, trees.rest, lasting.stand, lasting.weigh, lasting.resist),
-        WITH_VECTORS: (trees.kick, trees.press, lasting.carry), MOBILITY: (trees.mobility,),
+    """Return the addresses of the compiled functions of trees, by their names in `records.TREE`."""
+    by_signature = {
+        ON_TREE: (kinematics.move, dynamics.accelerate),
+        WITH_NUMBER: (motion.fly, motion.drift),
+        WITH_BODY: (
+            mobility.settle, mobility.spread_delta_v, mobility.stop, implicit.move_from_start, implicit.write_masses,
+            implicit.add_damping,
+        ),
+        WITH_VECTORS: (mobility.kick, mobility.add_accelerations, implicit.add_force),
+        MOBILITY: (mobility.mobility,),
     }  # fmt: skip
-    return {one.__name__: address_of(one, kind) for kind, functions in made.items() for one in functions}
+    return {one.__name__: address_of(one, kind) for kind, functions in by_signature.items() for one in functions}
 
 
 def numbers(world: Arrays, number: int, name: str) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.world.data.frames import principal, unit_quaternion
 from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
-from contactlaw.world.trees.rows import V_SIZE, TreeRows
+from contactlaw.world.trees.tree_records import V_SIZE, TreeRecords
 
 KINDS = {"free": FREE_JOINT, "ball": BALL, "slide": SLIDE, "hinge": HINGE}
 ZERO = {FREE_JOINT: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], BALL: [1.0, 0.0, 0.0, 0.0], SLIDE: [0.0], HINGE: [0.0]}
@@ -90,7 +90,7 @@ class Tree:
                 raise ValueError(f"joints: part {number} has none; make it one body with its parent")
             if not -1 <= part.parent < number:
                 raise ValueError(f"parent = {part.parent}: of part {number} must be from -1 to {number - 1}")
-        self.rows = TreeRows(
+        self.rows = TreeRecords(
             SimpleNamespace(
                 body_parentid=[part.parent for part in parts],
                 body_jntnum=count,

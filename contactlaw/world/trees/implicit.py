@@ -8,7 +8,7 @@ from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy, place
 
 
-def stand(b):
+def move_from_start(b):
     """Move the coordinates that the step began with by x; all bodies there, with the velocities that there are."""
     t = tree_at(b.tree, 0)
     copy(vector(t.start, t.q_size), vector(t.q, t.q_size))
@@ -16,7 +16,7 @@ def stand(b):
     t.stale = 1
 
 
-def weigh(b):
+def write_masses(b):
     """Write the mass matrix L^T D L of the step's start where the tree's `weights` are."""
     t = tree_at(b.tree, 0)
     n = t.v_size
@@ -32,7 +32,7 @@ def weigh(b):
             i, p = axis_at(t.axes, i).before, p - 1
 
 
-def resist(b):
+def add_damping(b):
     """Add what damping and limits that are reached do, to the weights; in x what they have added to the forces.
 
     With D and limits as `trees.dynamics` has them: b D + b^2 K, and -D (V - v) and the change of a limit's force.
@@ -60,7 +60,7 @@ def resist(b):
                 out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
 
 
-def carry(b, force, moment):
+def add_force(b, force, moment):
     """Add to x what a force on a body and a moment do along the tree's velocities."""
     t = tree_at(b.tree, 0)
     load_axes(t, b, force, moment, vector(t.x, t.v_size), 1.0)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.bodies.motion import LEAST_MOBILITY, lightness
+from contactlaw.world.bodies.motion import LEAST_MOBILITY, mobility_bound
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import mix, one_of
@@ -50,18 +50,18 @@ def place(t):
 def accelerate(t):
     """The mass matrix and the accelerations at q and v; how fast they change."""
     call_on_tree(t.accelerate, t)
-    t.rate, t.fold, t.pull, t.effort = 0.0, 0.0, 0.0, 0.0
+    t.rate, t.change_rate, t.max_acceleration, t.effort = 0.0, 0.0, 0.0, 0.0
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
         spin, pull = load(b.spin), norm(load(b.acceleration))
         link.rate = norm(spin) + sqrt(norm(load(b.turning)))
-        t.fold = max(t.fold, link.rate)
+        t.change_rate = max(t.change_rate, link.rate)
         if link.parent >= 0:
-            t.fold = max(t.fold, link.rate + norm(sub(spin, load(body_at(t.bodies, link.parent).spin))))
+            t.change_rate = max(t.change_rate, link.rate + norm(sub(spin, load(body_at(t.bodies, link.parent).spin))))
             link.rate = max(link.rate, link_at(t.links, link.parent).rate)
         t.rate = max(t.rate, link.rate)
-        t.pull = max(t.pull, pull)
-        t.effort = max(t.effort, pull / sqrt(lightness(b, b.reach)))
+        t.max_acceleration = max(t.max_acceleration, pull)
+        t.effort = max(t.effort, pull / sqrt(mobility_bound(b, b.reach)))
 
 
 def settle(b):
@@ -81,7 +81,7 @@ def settle(b):
         t.stale = 0
         t.hold = 0
         t.held = 0.0
-        clear(vector(t.push, t.v_size))
+        clear(vector(t.kick_v, t.v_size))
     if b.time == 0.0:  # D is constant over a step, and M nearly so
         t.decay = decay(t)
 
@@ -89,7 +89,7 @@ def settle(b):
 def kick(b, impulse, moment):
     """Give a body of a tree an impulse [N s] and an angular one [N m s]: its velocities follow later."""
     t = tree_at(b.tree, 0)
-    load_axes(t, b, impulse, moment, vector(t.due, t.v_size), 1.0)
+    load_axes(t, b, impulse, moment, vector(t.pending, t.v_size), 1.0)
     t.kicked = 1
     t.stale = 1
 
@@ -101,7 +101,7 @@ def take_up(t):
         return
     t.kicked = 0
     n = t.v_size
-    x, m, due = vector(t.x, n), vector(t.factor, (n, n)), vector(t.due, n)
+    x, m, due = vector(t.x, n), vector(t.factor, (n, n)), vector(t.pending, n)
     copy(due, x)
     clear(due)
     descend(t, m, x, n - 1, True)
@@ -122,7 +122,7 @@ def take_up(t):
 @jit_inside
 def change(t, x):
     """Change the velocities."""
-    v, push = vector(t.v, t.v_size), vector(t.push, t.v_size)
+    v, push = vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
     for k in range(t.v_size):
         v[k] += x[k]
         push[k] += x[k]
@@ -145,7 +145,7 @@ def mobility(a, arm_a, b, arm_b, direction):
     return max(out, LEAST_MOBILITY * a.inverse_mass) if same else out
 
 
-def press(b, force, moment):
+def add_accelerations(b, force, moment):
     """Add what a force [N] and a moment [N m] give to the accelerations of all, in `shift` and `twist` (`sleep`)."""
     t = tree_at(b.tree, 0)
     n = t.v_size
@@ -161,7 +161,7 @@ def press(b, force, moment):
         one.active = 1
 
 
-def rest(b):
+def stop(b):
     """Stop a tree that falls asleep; its first body keeps what it sleeps with."""
     t = tree_at(b.tree, 0)
     clear(vector(t.v, t.v_size))
@@ -194,12 +194,12 @@ def held_by(t):
     return one_of(mix(t.q, 0, t.q_size, 0)), one, two
 
 
-def spread(b):
+def spread_delta_v(b):
     """Hand on to the tree's other bodies by how much impacts may change the velocity of one.
 
     By Cauchy and Schwarz, one point's answer to a kick at another is at most the geometric mean of both mobilities.
     """
-    t, own = tree_at(b.tree, 0), lightness(b, b.reach)
+    t, own = tree_at(b.tree, 0), mobility_bound(b, b.reach)
     for i in range(t.count):
         one = body_at(t.bodies, i)
-        one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(lightness(one, one.reach) / own, 1.0)))
+        one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(mobility_bound(one, one.reach) / own, 1.0)))

@@ -43,7 +43,7 @@ def fly(b, until):
     t.decay = decay(t)
     longest = abs(left) / max(min(ceil(abs(left) * t.decay / LARGEST_DECAY), STIFF), 1.0)
     while left != 0.0:
-        steps = max(min(ceil(abs(left) * t.fold / LARGEST_TURN), MOST), ceil(abs(left) / longest - 1e-6))
+        steps = max(min(ceil(abs(left) * t.change_rate / LARGEST_TURN), MOST), ceil(abs(left) / longest - 1e-6))
         h = left / steps
         runge_kutta(t, h)
         left = left - h if steps > 1.0 else 0.0
@@ -139,7 +139,7 @@ def drift(b, h):
         store(one.twist, scale(0.5 * h, add(load(one.spin), load(one.twist))))
         one.turned += norm(load(one.twist))
         one.time += h
-    clear(vector(t.push, n))
+    clear(vector(t.kick_v, n))
     t.stale = 1
 
 
@@ -147,7 +147,7 @@ def drift(b, h):
 def foresee(t, h):
     """Find mass matrix and accelerations for the next substeps of h [s], as they are amid the kicks that end these."""
     n = t.v_size
-    longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.fold, 1e-9)), LARGEST_LAG / max(t.decay, 1e-9))
+    longest = min(max(LONGEST_HOLD, HELD_TURN / max(t.change_rate, 1e-9)), LARGEST_LAG / max(t.decay, 1e-9))
     t.hold = int(max(min(HOLD, longest / h), 1.0)) if t.held == h else 1
     kicks = 0.5 * t.hold if t.held > 0.0 else 1.0  # of a group's first substep half a kick is known
     t.held = h
@@ -155,7 +155,7 @@ def foresee(t, h):
     t.lag = h / LARGEST_DECAY - 1.0 / t.decay if stiff else 0.5 * h * t.hold
     half = 0.5 * h * (t.hold + 1)
     q, v, a, x = vector(t.q, t.q_size), vector(t.v, n), vector(t.a, n), vector(t.x, n)
-    push, q0, v0 = vector(t.push, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
+    push, q0, v0 = vector(t.kick_v, n), vector(t.room, t.q_size), vector(t.room + 8 * t.q_size, n)
     copy(q, q0)
     copy(v, v0)
     for k in range(n):

@@ -15,7 +15,7 @@ Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
 V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
 
 
-class TreeRows:
+class TreeRecords:
     """The records of one tree, from arrays; bodies without joints are one with the body that they are fixed to.
 
     Args:
