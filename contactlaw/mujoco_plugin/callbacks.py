@@ -24,7 +24,7 @@ from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.world.bodies.prescribed import move_kinematic
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
-from contactlaw.world.data.checksum import mix, one_of
+from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import RESIZED
@@ -229,13 +229,13 @@ def token_of(head, state, first, last):
     first, last: there are zeros alone from the one place to the other.
     """
     mixed = mix(state.ctypes.data, 1, first, 0) + mix(state.ctypes.data, last, state.size, 0)
-    return one_of(mixed + types.uint64(head.signature)) if mixed != types.uint64(0) else 0.0
+    return as_float(mixed + types.uint64(head.signature)) if mixed != types.uint64(0) else 0.0
 
 
 @jit
 def left_of(head, q, v):
     """A number that tells coordinates and velocities, at two addresses, of a model as the law reads it."""
-    return one_of(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.made))
+    return as_float(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.made))
 
 
 @jit

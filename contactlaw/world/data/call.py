@@ -1,4 +1,7 @@
-"""Functions called by their addresses: what moves trees, or meets discs or hulls, is compiled where they are."""
+"""Calls of functions by address, so that code for trees, discs or hulls is compiled only where a scene has them.
+
+Signatures first, then what calls a function of each signature: the address comes before the arguments.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,7 @@ call_later: Any = caller(types.int32(types.uint64, types.uint64))
 
 @jit_inside
 def ready(w, what):
-    """Whether a function is there that only some scenes need, by its number, see `demand`; if not, it is asked for."""
+    """Return whether a function compiled on demand is there, by its number in `demand`; asks Python for it if not."""
     table = w.demand
     if entry(table, what) == 0 and not error_pending(table):
         call_for(entry(table, ASK), what)
@@ -89,23 +92,23 @@ def ready(w, what):
 
 @jit_inside
 def address(w, what):
-    """Where a function is that is ready."""
+    """Return the address of a function that is `ready`."""
     return entry(w.demand, what)
 
 
 @jit_inside
 def error_pending(table):
-    """Whether an exception waits to be raised; table: address of `demand.TABLE`. No Python is called meanwhile."""
+    """Return whether an exception is kept, without calling Python; table: address of `demand.TABLE`."""
     return entry(table, PENDING) != 0
 
 
 @jit_inside
 def raise_later(table):
-    """Have what waits raised when compiled code has returned."""
+    """Schedule the kept exception to be raised when compiled code has returned."""
     call_later(entry(table, ADD_CALL), entry(table, IS_TRUE), entry(table, ERROR_OBJECT))
 
 
 @jit_inside
 def entry(table, place):
-    """Of `demand.TABLE`."""
+    """Return an entry of `demand.TABLE`."""
     return types.uint64(whole_at(table, place))

@@ -1,4 +1,4 @@
-"""Where two shapes are nearest: overlap, normal and the point of contact of round shapes with all others."""
+"""Overlap, normal, point of contact and effective radius of two shapes: spheres and planes here, others by address."""
 
 from __future__ import annotations
 
@@ -24,19 +24,17 @@ from contactlaw.world.data.records import (
 )
 from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_body, to_world
 
-BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
-SUNK = 0.975  # of `max_overlap`, what crowns and BACK leave of it
-IGNORED = 1e9  # [m] that count as none: more than any shapes overlap
-ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and the axis of a box, where it is that of a face
-
+BACK = 0.02  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
+SUNK = 0.975  # share of `max_overlap` from which cores may touch, as crowns and BACK shorten it
+IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
+ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
 UNCLEAR = "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; give the pair its radius"
-OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)
-"""Which of the addresses of `swept.TABLE`."""
+OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)  # places in `swept.TABLE`
 
 
 @jit_inside
 def centre(s, b):
-    """Of a shape, or point of a plane: from its body's centre of mass [m]."""
+    """Return a shape's centre, or a plane's point, from its body's centre of mass [m], world frame."""
     if b.oriented == 0:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.at))
@@ -44,18 +42,18 @@ def centre(s, b):
 
 @jit_inside
 def function_for(sa, sb, what):
-    """Address of a function of two shapes of which one is swept, see `swept.TABLE`."""
+    """Return the address of a function of two shapes of which one is swept, see `swept.TABLE`."""
     return types.uint64(whole_at(sb.swept if sb.swept != 0 else sa.swept, what))
 
 
 @jit_inside
 def meet(sa, a, sb, b):
-    """Overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass.
+    """Return overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass [m].
 
-    The forces on both bodies act at one point, on the line of centres, so that they have no moment together: the point
-    divides the distance of two round shapes as their radii do; on a plane or a core, a box or a cylinder, it is the
-    sphere's lowest. A core or a segment is met by the sphere around the nearest point of A's middle line, and a disc
-    meets what it meets by the sphere around its deepest point.
+    The forces on both bodies act at one point on the line of the centres, so that their moments cancel. Between two
+    round shapes the point divides the distance as the radii do; on a plane or a core (a box, cylinder or hull) it is
+    the deepest point of A's sphere. That sphere is centred at the point of A's middle line nearest to B; of a disc at
+    its deepest point.
     """
     where = sa.meet if sa.meet != 0 else sb.meet
     if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
@@ -76,17 +74,18 @@ def meet(sa, a, sb, b):
 
 @jit_inside
 def meet_near(w, p, a, b):
-    """`meet` of a near pair whose bodies are given, without the overlap that counts as none."""
+    """Return `meet` of a near pair whose bodies are given, less the overlap that counts as none."""
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
     return overlap - p.initial_overlap, n, arm_a, arm_b
 
 
 @jit_inside
 def max_overlap(sa, sb):
-    """Overlap [m] beyond which there is no one normal, and no depth that changes continuously.
+    """Return the overlap [m] beyond which a pair has no unique normal and no depth that changes continuously.
 
-    So within the core of a hull; for what is not a sphere, within that of a box or a cylinder; where the middle of an
-    ellipsoid is deep in one; and of an ellipsoid and another one, or a hull, at their least radii of curvature.
+    That is where the core of a hull overlaps the other shape's; the core of a box or cylinder that of a shape other
+    than a sphere, or the centre of an ellipsoid; and where an ellipsoid overlaps another one, or a hull, by their least
+    radii.
     """
     if sb.kind < ELLIPSOID or sb.kind >= PLANE or (sa.kind < SEGMENT and sb.kind != HULL):
         return NEVER
@@ -98,27 +97,27 @@ def max_overlap(sa, sb):
 
 @jit_inside
 def overlap_of_cores(sa, sb):
-    """Overlap [m] beyond which what they sweep, or the ball in an ellipsoid's tip, is in each other too."""
+    """Return the overlap [m] at which the swept cores touch, or the inscribed balls of least radius of ellipsoids."""
     core = sb.kind == BOX or sb.kind == CYLINDER
-    return curl(sa) + (0.0 if core and sa.kind == SEGMENT else curl(sb))
+    return least_radius(sa) + (0.0 if core and sa.kind == SEGMENT else least_radius(sb))
 
 
 @jit_inside
-def curl(s):
-    """Least radius of curvature of a round shape, of an ellipsoid, or of what sweeps a core [m]."""
+def least_radius(s):
+    """Return the least radius of curvature [m] of a round shape or an ellipsoid, or the radius that sweeps a core."""
     h = s.half
     return min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2]) if s.kind == ELLIPSOID else s.radius
 
 
 @jit_inside
 def is_ignored(p):
-    """Whether all overlap of a pair counts as none."""
+    """Return whether a pair is ignored until its shapes part: all its overlap counts as none."""
     return p.initial_overlap >= IGNORED
 
 
 @jit_inside
 def set_initial_overlap(w, p, overlap):
-    """Let so much overlap [m] of a pair count as none; of shapes too deep in each other all, until they part."""
+    """Let `overlap` [m] of a pair count as none, or all overlap if it is too deep for a contact; returns the result."""
     most = max_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
     p.initial_overlap = IGNORED if overlap >= SUNK * most else overlap
     return p.initial_overlap
@@ -126,7 +125,7 @@ def set_initial_overlap(w, p, overlap):
 
 @jit_inside
 def round_on_round(radius_a, from_a, radius_b, from_b, d):
-    """`meet` of two spheres; d: from the centre of B to that of A."""
+    """Return `meet` of two spheres; d: from the centre of B to that of A."""
     far = norm(d)
     n = scale(1.0 / max(far, 1e-300), d)
     both = radius_a + radius_b
@@ -136,7 +135,7 @@ def round_on_round(radius_a, from_a, radius_b, from_b, d):
 
 @jit_inside
 def half_axis(s, b):
-    """From the middle of a segment to its end, or of a disc to its border, in the world [m]; zero for a sphere."""
+    """Return a segment's half axis, or the vector from a disc's middle to its rim, world frame [m]; else zero."""
     if s.kind < SEGMENT:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.half))
@@ -144,9 +143,9 @@ def half_axis(s, b):
 
 @jit_inside
 def effective_radius(sa, a, sb, b):
-    """R [m] where two shapes are nearest, 1/R = 1/R_A + 1/R_B of spheres, and the longer axis, see `curvature`.
+    """Return R [m] where two shapes are nearest, and the longer axis of the contact ellipse, see `curvature`.
 
-    Boxes count as flat.
+    1/R = 1/R_A + 1/R_B of spheres; boxes count as flat.
     """
     where = types.uint64(0)
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
@@ -160,9 +159,9 @@ def effective_radius(sa, a, sb, b):
 
 @jit_inside
 def radius_is_clear(w, c):
-    """Whether two shapes touch where they have one radius: not at the edge of a box, nor with a capsule's side there.
+    """Return whether two shapes touch where both have one radius: not a box's edge, nor a box with a capsule's side.
 
-    The parts of boxes and cylinders have radii by their definition.
+    Parts of boxes and cylinders have a radius by definition.
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
     if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
@@ -170,7 +169,7 @@ def radius_is_clear(w, c):
     if sa.kind == SEGMENT:
         return False
     a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
-    _, normal, _, _ = meet(sa, a, sb, b)  # now: the contact's may be of before the box turned
+    _, normal, _, _ = meet(sa, a, sb, b)  # the contact's own normal may be older than the box's pose
     n = to_body(b.axes, normal)
     for i in range(3):
         clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALIGNED

@@ -1,7 +1,7 @@
-"""Shapes that are more than a sphere: sides of capsules, edges, boxes and cylinders, their rims and sides.
+"""Swept shapes: capsules and edges (a sphere along a segment), rims and sides of cylinders (along a disc), and cores.
 
-What is asked of them is called by its address, so that it is compiled where there are any; hulls and ellipsoids have
-their own of some of it, see `convex` and `ellipsoid`.
+These functions are called by address through `TABLE`, so that they are compiled only where a scene has such shapes.
+Hulls and ellipsoids have functions of their own in place of some, see `convex` and `ellipsoid`.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, 
 from contactlaw.world.shapes.core import deepest_on_line, lies_over_face, nearest_on_core
 from contactlaw.world.shapes.curvature import radius_between, rim, side_at
 from contactlaw.world.shapes.geometry import OF_FACE, OF_MEETING, OF_RADIUS, OF_TIME, centre, half_axis, round_on_round
-from contactlaw.world.shapes.segments import CROWN, clip, nearest_on_segments
+from contactlaw.world.shapes.segments import CAPSULE_CROWN, clip, nearest_on_segments
 
-GROWN = 1.5  # what accelerations by turning may grow to, within LARGEST_TURN, over what they are now
+GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_TURN
 TABLE = np.zeros(4, np.uint64)
-"""Addresses, see `geometry.OF_MEETING` and those after it."""
+"""Addresses of `meet`, `radius`, `predict_side` and `core.lies_over_face`, see `geometry.OF_MEETING`."""
 
 
 def meet(sa, a, sb, b):
-    """`geometry.meet` of a shape with a segment or a core."""
+    """`geometry.meet` of any round shape with a segment, a box or a cylinder."""
     from_a, from_b = centre(sa, a), centre(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
     if sb.kind == SEGMENT:
         u, v = half_axis(sa, a), half_axis(sb, b)
         s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
         d = sub(axpy(s, u, d), scale(t, v))
-        radius_a, radius_b = sa.radius * (1.0 - CROWN * s * s), sb.radius * (1.0 - CROWN * t * t)
+        radius_a, radius_b = sa.radius * (1.0 - CAPSULE_CROWN * s * s), sb.radius * (1.0 - CAPSULE_CROWN * t * t)
         return round_on_round(radius_a, axpy(s, u, from_a), radius_b, axpy(t, v, from_b), d)
     radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
     if sa.kind == SEGMENT or sa.kind == EDGE:
@@ -51,7 +51,7 @@ def meet(sa, a, sb, b):
 
 
 def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of two segments or a sphere and one, or of a cylinder's rim or side."""
+    """`geometry.effective_radius` of two segments, a sphere and a segment, or a cylinder's rim or side."""
     if sa.kind == DISC:
         return rim(sa, a)
     if sa.kind == SIDE:
@@ -62,17 +62,20 @@ def radius(sa, a, sb, b):
     u, v = half_axis(sa, a), half_axis(sb, b)
     d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
     s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
-    return radius_between(side_at(sa, u, s, CROWN), side_at(sb, v, t, CROWN))
+    return radius_between(side_at(sa, u, s, CAPSULE_CROWN), side_at(sb, v, t, CAPSULE_CROWN))
 
 
 def predict_side(p, sa, a, sb, b, n, arm_a, left):
-    """`pace.predict` where A is a segment, or wider; the record knows gap, time, and acceleration without turning.
+    """Predict the time of impact of a segment, a disc or anything wider, A: `near.time_of_impact.predict` for these.
 
-    Two convex shapes are at least as far apart as along any direction that one of them holds (a separating axis): here
-    along the normal that there is, as B turns. Along it the middle line of A is x(s) = m + s c, and the gap of each
-    point at least the gap that there is, and at least x(s) - R; both move at speeds that are linear in s. So the
-    first is one of both ends, or the point where both bounds meet. Of a disc and of what
-    is wider only the gap and the greatest speed of all points count. Accelerations as B sees them are bounded.
+    On entry p.gap and p.checked are set, and p.acceleration without the part by rotation. n: normal from B to A; arm_a:
+    of the nearest point of A; left: rest of the step [s].
+
+    The distance of two convex shapes is at least that along any direction fixed to B (a separating axis): here the
+    present normal. Along it the points of A's middle line x(s) = m + s c, -1 <= s <= 1, have gaps of at least the
+    present gap, and at least x(s) - R; they move at speeds linear in s. So the first to close is one of both ends, or
+    the point where both bounds are equal. Of a disc or anything wider only the gap and the greatest speed of all points
+    are used. Accelerations relative to B are bounded.
     """
     from_a, u = centre(sa, a), half_axis(sa, a)
     from_b = add(from_a, sub(load(a.position), load(b.position)))
@@ -104,7 +107,7 @@ def predict_side(p, sa, a, sb, b, n, arm_a, left):
 
 @lru_cache
 def address() -> int:
-    """Of the table, filled; what is in it is compiled where there are such shapes."""
+    """Return the address of the table, filled; its functions are compiled on the first call."""
     TABLE[OF_MEETING], TABLE[OF_RADIUS] = address_of(meet, MEETING), address_of(radius, RADIUS)
     TABLE[OF_TIME], TABLE[OF_FACE] = address_of(predict_side, TIME), address_of(lies_over_face, FACE)
     return TABLE.ctypes.data

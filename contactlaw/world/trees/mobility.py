@@ -16,7 +16,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import LEAST_MOBILITY, mobility_bound
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
-from contactlaw.world.data.checksum import mix, one_of
+from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
 from contactlaw.world.trees.dynamics import answered, ascend, decay, descend, limit_impulse, load_axes, project
 from contactlaw.world.trees.kinematics import spread_velocity, vector
@@ -191,7 +191,7 @@ def held_by(t):
     for k in range(t.v_size):
         one += (0.5 + GOLDEN * (k + 1.0) % 1.0) * f[k]
         two += (0.5 + SILVER * (k + 1.0) % 1.0) * f[k]
-    return one_of(mix(t.q, 0, t.q_size, 0)), one, two
+    return as_float(mix(t.q, 0, t.q_size, 0)), one, two
 
 
 def spread_delta_v(b):
