@@ -46,7 +46,7 @@ from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
 from contactlaw.world.data.records import ASKED, PASSES, SLIDE, STAYS
 from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
 from contactlaw.world.near.passing import find_passing
-from contactlaw.world.trees.dynamics import ascend, descend, mobility_along
+from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy
 
@@ -246,8 +246,8 @@ def hand_over_limits(head, j, t):
     first = d.ne + d.nf
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
     copy(floats(head.given, j.v, n), answer)
-    descend(t, factor, answer, n - 1, True)
-    ascend(t, factor, answer)
+    solve_lt(t, factor, answer, n - 1, True)
+    solve_ld(t, factor, answer)
     for row in range(first, first + d.nl):
         joint, force = entry(d.efc_id, row), number(d.efc_force, row)
         if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:

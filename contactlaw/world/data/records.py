@@ -63,7 +63,7 @@ BODY = record(
     unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
     pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
     still="i8",  # 1: nothing moves it within this step
-    asleep="i8", held=VECTOR,  # acceleration when it fell asleep; of a tree's first body see `trees.mobility.held_by`
+    asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`
     changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
     touched="i8",  # 1: a contact has given it an impulse in this step
     placed="i8",  # 1: the user has moved it since the last step
@@ -134,10 +134,11 @@ LINK = record(
     place=VECTOR, turn=("f8", (4,)),  # pose of its frame in the world
     velocity=VECTOR,  # of its material at the tree's origin [m/s]
     rate="f8",  # [rad/s] greatest angular speed of the link and of those that carry it
-    gain=VECTOR, turning=VECTOR,  # bias accelerations, at a = 0: of its material at the origin, and angular
-    answer=VECTOR, answer_turning=VECTOR,  # the same accelerations by a alone
+    bias=VECTOR, bias_turning=VECTOR,  # bias accelerations, at a = 0: of its material at the origin, and angular
+    response=VECTOR, response_turning=VECTOR,  # the same accelerations by a alone
     force=VECTOR, moment=VECTOR,  # [N], [N m] about the origin, that it and all it carries need at a = 0
-    total="f8", offset=VECTOR, tensor=("f8", (6,)),  # composite body: mass, first moment, inertia xx yy zz xy xz yz
+    # composite body of it and all it carries, about the origin: mass, first moment, inertia xx yy zz xy xz yz
+    composite_mass="f8", composite_moment=VECTOR, composite_inertia=("f8", (6,)),
 )  # fmt: skip
 """A body of a tree and how its parent carries it; the row of the same body in `Arrays.bodies` holds its motion."""
 

@@ -1,4 +1,4 @@
-"""The coordinates of trees from Python, and the functions that move them."""
+"""Coordinates and velocities of trees from Python, and the addresses of the functions that move trees."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def addresses() -> dict[str, int]:
 
 
 def numbers(world: Arrays, number: int, name: str) -> Array:
-    """Those that a tree keeps by a name, a view."""
+    """Return a view of one of a tree's arrays, by its name in `records.TREE`."""
     tree = world.trees[number]
     sizes = numbers_of(tree)
     names = list(sizes)
@@ -40,12 +40,12 @@ def numbers(world: Arrays, number: int, name: str) -> Array:
 
 
 def coordinates(world: Arrays, number: int) -> tuple[Array, Array]:
-    """Coordinates and velocities of a tree."""
+    """Return copies of the coordinates and velocities of a tree."""
     return numbers(world, number, "q").copy(), numbers(world, number, "v").copy()
 
 
 def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
-    """Put a tree somewhere: new are its coordinates, its velocities and all that follows from them."""
+    """Set the coordinates and velocities of a tree, and all that is derived from them."""
     for name, value in (("q", q), ("v", v)):
         own = numbers(world, number, name)
         if value.shape != own.shape:
@@ -55,7 +55,7 @@ def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
 
 
 def settle(world: Arrays, number: int) -> None:
-    """Find what follows from the coordinates and velocities of a tree, which have been written."""
+    """Update all that follows from the coordinates and velocities of a tree, which have changed; wakes its bodies."""
     tree = world.trees[number]
     tree["stale"] = 1
     world.bodies["asleep"][int(tree["first"]) : int(tree["first"] + tree["count"])] = 0
@@ -64,12 +64,12 @@ def settle(world: Arrays, number: int) -> None:
 
 @lru_cache
 def _called(address: int) -> Any:
-    """What stands there, as Python calls it."""
+    """Return the function at an address, callable from Python."""
     return CFUNCTYPE(None, c_uint64)(address)
 
 
 def carriers(axes: Array) -> tuple[list[int], list[int]]:
-    """Pairs of degrees of freedom of a tree: each, and one that carries it."""
+    """Return all pairs of a degree of freedom of a tree and one that carries it, as two lists."""
     rows, columns = [], []
     for k in range(axes.size):
         i = int(axes["before"][k])
@@ -81,7 +81,7 @@ def carriers(axes: Array) -> tuple[list[int], list[int]]:
 
 
 def matrix_of_factor(axes: Array, factor: Array, carried: tuple[list[int], list[int]]) -> Array:
-    """L^T D L, see `trees.dynamics`; carried: as `carriers` has it."""
+    """Return L^T D L, see `trees.dynamics`; carried: result of `carriers`."""
     lower, (rows, columns) = np.eye(axes.size), carried
     lower[rows, columns] = factor.reshape(axes.size, axes.size)[rows, axes["depth"][columns]]
     return (lower.T / axes["inverse"]) @ lower

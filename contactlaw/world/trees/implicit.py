@@ -1,23 +1,23 @@
-"""A tree of bodies in an implicit step: its masses, its Jacobians, and where its velocities take it."""
+"""A tree of bodies in an implicit step: its mass matrix, its Jacobians, and the pose that its velocities lead to."""
 
 from __future__ import annotations
 
 from contactlaw.world.data.access import axis_at, tree_at
-from contactlaw.world.trees.dynamics import limit_force, load_axes
+from contactlaw.world.trees.dynamics import add_jacobian_transpose, limit_force
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import clear, copy, place
+from contactlaw.world.trees.mobility import clear, copy, move_bodies
 
 
 def move_from_start(b):
-    """Move the coordinates that the step began with by x; all bodies there, with the velocities that there are."""
+    """Move the tree by x from its coordinates at the start of the step; sets poses and velocities of its bodies."""
     t = tree_at(b.tree, 0)
     copy(vector(t.start, t.q_size), vector(t.q, t.q_size))
-    place(t)
+    move_bodies(t)
     t.stale = 1
 
 
 def write_masses(b):
-    """Write the mass matrix L^T D L of the step's start where the tree's `weights` are."""
+    """Add the mass matrix L^T D L of the start of the step to the matrix at `weights`."""
     t = tree_at(b.tree, 0)
     n = t.v_size
     m, out = vector(t.factor, (n, n)), vector(t.weights, (n, t.stride))
@@ -33,9 +33,9 @@ def write_masses(b):
 
 
 def add_damping(b):
-    """Add what damping and limits that are reached do, to the weights; in x what they have added to the forces.
+    """Add damping and active limits to the matrix at `weights`; x <- their force, less that at the start of the step.
 
-    With D and limits as `trees.dynamics` has them: b D + b^2 K, and -D (V - v) and the change of a limit's force.
+    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force.
     """
     t = tree_at(b.tree, 0)
     n = t.v_size
@@ -61,6 +61,6 @@ def add_damping(b):
 
 
 def add_force(b, force, moment):
-    """Add to x what a force on a body and a moment do along the tree's velocities."""
+    """Add the generalised force of a force on a body and a moment to x."""
     t = tree_at(b.tree, 0)
-    load_axes(t, b, force, moment, vector(t.x, t.v_size), 1.0)
+    add_jacobian_transpose(t, b, force, moment, vector(t.x, t.v_size), 1.0)
