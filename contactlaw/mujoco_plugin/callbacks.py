@@ -30,7 +30,7 @@ from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import load, load4, scale, store, store4
 from contactlaw.world.sleep import lies
-from contactlaw.world.state import hole, stand, write
+from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees.mobility import clear, copy
 
@@ -168,7 +168,7 @@ def take_over(head, w, state):
     sound, dropped = state[TOKEN] == token_of(head, state, state.size, state.size), 0
     if not sound:
         clear(state[PUSH:])
-    stand(w)
+    forget_motion(w)
     if ready(w, READ_STATE):
         row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
@@ -207,7 +207,7 @@ def leave(head, w, state):
     lost = write(w, state[head.row :])
     if lost > 0:
         notice(head, notices.UNSAVED, float(lost))
-    first, last = hole(w, state[head.row :])
+    first, last = unused_span(w, state[head.row :])
     head.token = token_of(head, state, head.row + first, head.row + last)
     state[TOKEN] = head.token
 
@@ -306,7 +306,7 @@ def reset(m, state, block, instance):
     head = head_at(block, 0)
     clear(floats(state, 0, head.own_size))
     if head.leads != 0:
-        stand(world_at(head.world, 0))
+        forget_motion(world_at(head.world, 0))
 
 
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)

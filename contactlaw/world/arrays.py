@@ -1,4 +1,4 @@
-"""The arrays of a world: made empty, and made longer when bodies, shapes or contacts come to it."""
+"""The arrays of a world: created empty, and extended as bodies, shapes and contacts are added."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ from contactlaw.world.shapes import swept
 from contactlaw.world.shapes.hulls import by_direction
 from contactlaw.world.trees.coordinates import addresses
 
-FAR = 1e3  # [m] that a plane on a body that moves may reach
-RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))
-LEAST = 64  # near pairs and contacts that there is room for from the start
+FAR = 1e3  # [m] reach of a plane on a moving body
+RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
+LEAST = 64  # room for near pairs and contacts at the start
 
 
 def empty() -> Arrays:
-    """A world without bodies but itself."""
+    """Return the arrays of a world with no body but the world itself."""
 
     def whole(count: int) -> Array:
         return np.zeros(count, np.int64)
@@ -57,19 +57,19 @@ def empty() -> Arrays:
     body["quaternion"][0] = 1.0
     body["axes"] = np.eye(3).ravel()
     body["isotropic"] = 1
-    body["oriented"] = 1  # planes of the world have places
+    body["oriented"] = 1  # planes of the world are off its origin
     made.world["spares"] = LEAST
     made.world["stale"] = 1
     return made
 
 
 def longer(array: Array, count: int) -> Array:
-    """The array with so many rows of zeros behind it."""
+    """Return an array with `count` rows of zeros appended."""
     return np.concatenate([array, np.zeros((count, *array.shape[1:]), array.dtype)])
 
 
 def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
-    """The array of records and more of them, given field by field."""
+    """Return an array of records with more records appended, given field by field."""
     if not rows:
         return array
     first = len(array)
@@ -81,7 +81,7 @@ def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
 
 
 def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
-    """The world and more bodies."""
+    """Return the world with more bodies."""
     bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
     return one._replace(
@@ -91,7 +91,7 @@ def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
 
 
 def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
-    """The world and one more tree, whose bodies are in it; fields: of its record, sizes and functions among them."""
+    """Return the world with one more tree, whose bodies it has already; fields: of `records.TREE`."""
     trees = with_rows(one.trees, [addresses() | fields])
     tree = trees[-1]
     tree["numbers"] = one.joints.size
@@ -102,7 +102,7 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
-    """The world and more shapes; the bodies that they are on know how far they reach."""
+    """Return the world with more shapes; updates `reach`, `size` and `oriented` of their bodies."""
     points, own = one.points, []
     for fields in rows:
         vertices = fields.get("vertices", NONE)
@@ -138,9 +138,9 @@ def _lengths(vectors: Array) -> Array:
 
 
 def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
-    """The world and one more pair of materials.
+    """Return the world with one more pair of materials.
 
-    radius: see `records.PAIR`. numbers: as `ContactPair.parameters` gives them. size: how many its law remembers.
+    radius: see `records.PAIR`. numbers: from `ContactPair.parameters`. size: length of the history that its law keeps.
     """
     pairs = longer(one.pairs, 1)
     pairs["radius"][-1], pairs["numbers"][-1] = radius, one.numbers.size
@@ -152,7 +152,7 @@ def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
 
 
 def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
-    """The world before its first step, with room for so many near pairs and contacts: zeros that take no memory yet."""
+    """Return a world that has not been stepped with room for so many near pairs and contacts; takes no memory yet."""
     one.world["spares"] = contacts
 
     def room(kind: Any, *shape: int) -> Array:
@@ -168,7 +168,7 @@ def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
 
 
 def with_more_room(one: Arrays) -> Arrays:
-    """The world with room for twice as many near pairs and contacts."""
+    """Return the world with twice the room for near pairs and contacts."""
     more = one.contacts.size
     spares = int(one.world["spares"][0])
     new = np.arange(2 * more - 1, more - 1, -1)
