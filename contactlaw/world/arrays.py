@@ -103,27 +103,27 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """Return the world with more shapes; updates `reach`, `size` and `oriented` of their bodies."""
-    points, own = one.points, []
+    points, records = one.points, []
     for fields in rows:
         vertices = fields.get("vertices", NONE)
         place = {"first": len(points)} if len(vertices) else {}
-        own.append({name: value for name, value in fields.items() if name in RECORDED} | place)
+        records.append({name: value for name, value in fields.items() if name in RECORDED} | place)
         points = np.concatenate([points, by_direction(vertices)]) if place else points
-    shapes = with_rows(one.shapes, own)
+    shapes = with_rows(one.shapes, records)
     new, bodies = shapes[-len(rows) :], one.bodies
-    more = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
-    new["swept"][more] = swept.address() if more.any() and not INTERPRETED else 0
+    is_swept = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
+    new["swept"][is_swept] = swept.address() if is_swept.any() and not INTERPRETED else 0
     flat = np.isin(new["kind"], (PLANE, TANGENT))
-    far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
-    far[new["kind"] == PLANE] = FAR
-    small = np.where(
+    reach = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
+    reach[new["kind"] == PLANE] = FAR
+    least = np.where(
         np.isin(new["kind"], (ELLIPSOID, BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"])
     )
-    np.bitwise_or.at(bodies["oriented"], new["body"], (far > 0.0).astype(np.int64))
-    own = new["body"] != 0
-    np.maximum.at(bodies["reach"], new["body"][own], far[own])
+    np.bitwise_or.at(bodies["oriented"], new["body"], (reach > 0.0).astype(np.int64))
+    on_body = new["body"] != 0
+    np.maximum.at(bodies["reach"], new["body"][on_body], reach[on_body])
     sizes = np.where(bodies["size"] > 0.0, bodies["size"], np.inf)
-    np.minimum.at(sizes, new["body"][own], small[own])
+    np.minimum.at(sizes, new["body"][on_body], least[on_body])
     bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
@@ -131,6 +131,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
 
 
 def _lengths(vectors: Array) -> Array:
+    """Return the lengths of vectors, shape (n, 3); most of them are zero."""
     out = np.zeros(len(vectors))
     for i in np.flatnonzero(vectors.any(1)):
         out[i] = np.linalg.norm(vectors[i])

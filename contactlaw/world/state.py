@@ -213,7 +213,7 @@ def clear_state(w):
 
 @jit_inside
 def forget_motion(w):
-    """Zero the bodies' velocities and accelerations, which margins of near pairs depend on; the caller sets new ones."""
+    """Zero the bodies' velocities and accelerations, which set margins of near pairs; the caller sets new ones."""
     w.stale = 1
     for i in range(w.body_count):
         b = body_at(w.bodies, i)

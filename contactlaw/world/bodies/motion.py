@@ -270,7 +270,7 @@ def max_inverse_inertia(b):
 
 @jit_inside
 def turn_rate(b):
-    """Return the angular speed [rad/s] of a body; in a tree the greatest of those of the body and its ancestors."""
+    """Return the angular speed [rad/s] of a body; in a tree a bound for the body and its ancestors, see `LINK.rate`."""
     return norm(load(b.spin)) if b.tree == 0 else link_at(tree_at(b.tree, 0).links, b.member).rate
 
 

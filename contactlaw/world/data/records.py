@@ -20,7 +20,7 @@ NEVER = np.inf
 # Kinds of shapes. Of two shapes that touch, A is the one of the lower kind; `near.pairing.meets` says which do.
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
-MEASURED, BOUNDED = -3.0, -2.0  # in place of a time `NEAR.checked`: its gap and speed are known, or a least gap
+MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap and speed known; a lower bound of the gap
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
 TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
 EDITED, RESIZED = 1, 2  # values of `WORLD.edited`
@@ -81,10 +81,9 @@ BODY = record(
 """A rigid body. The first one is the world itself, which does not move."""
 
 TREE = record(
-    # addresses of the functions that move it, see `trees.mobility` and `trees.motion`
+    # addresses of the functions that move it, see `trees.mobility`, `trees.motion` and `trees.implicit`
     fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread_delta_v="u8", add_accelerations="u8", stop="u8",
-    # of an implicit step, see `trees.implicit`
-    move_from_start="u8", write_masses="u8", add_damping="u8", add_force="u8",
+    move_from_start="u8", write_masses="u8", add_damping="u8", add_force="u8",  # in an implicit step
     move="u8",  # q <- q moved by x; poses of its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
     # its bodies are consecutive rows: address and number of the first, and how many
@@ -100,7 +99,7 @@ TREE = record(
     e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
     x="u8",  # (v_size,), argument and result of these functions
     pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
-    kick_v="u8",  # (v_size,), change of v by impulses since the accelerations were last found
+    kick_v="u8",  # (v_size,), change of v by impulses since its last drift
     factor="u8",  # (v_size, v_size), see `trees.dynamics`
     room="u8",  # q_size + 3 v_size, scratch
     start="u8",  # q_size + v_size, coordinates and velocities at the start of an implicit step
@@ -113,8 +112,8 @@ TREE = record(
     hold="i8",  # substeps for which its mass matrix and accelerations are still held
     held="f8",  # [s] length of these substeps
     stale="i8",  # 1: accelerations and factor do not belong to q and v
-    rate="f8",  # [rad/s] greatest angular speed of its bodies
-    change_rate="f8",  # [rad/s] the same, with that relative to the parent added: how fast its motion changes
+    rate="f8",  # [rad/s] at which its bodies turn, at most: see `LINK`
+    change_rate="f8",  # [rad/s] at which its motion changes: the greatest `rate` plus spin relative to the parent
     max_acceleration="f8", effort="f8",  # [m/s^2] of its bodies, greatest; greatest ratio to the root of their mobility
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
     lag="f8", span="f8",  # [s] s of M + s D, by which damping is implicit, see `trees.motion`; length of the step
@@ -133,7 +132,7 @@ LINK = record(
     mass="f8", inertia=VECTOR,  # [kg], principal moments [kg m^2]
     place=VECTOR, turn=("f8", (4,)),  # pose of its frame in the world
     velocity=VECTOR,  # of its material at the tree's origin [m/s]
-    rate="f8",  # [rad/s] greatest angular speed of the link and of those that carry it
+    rate="f8",  # [rad/s] spin plus root of angular acceleration: greatest of the link and of those that carry it
     bias=VECTOR, bias_turning=VECTOR,  # bias accelerations, at a = 0: of its material at the origin, and angular
     response=VECTOR, response_turning=VECTOR,  # the same accelerations by a alone
     force=VECTOR, moment=VECTOR,  # [N], [N m] about the origin, that it and all it carries need at a = 0
@@ -151,7 +150,7 @@ JOINT = record(
 
 AXIS = record(
     before="i8", depth="i8",  # the axis that carries it, -1: none; how many carry it
-    begins="i8",  # 0: a further axis of a ball joint, which turns with what is before the joint
+    begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inverse="f8",  # inverse pivot of the factor
     spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
@@ -227,7 +226,7 @@ GUARD = record(
     unlisted="i8",  # 1: none of the shapes' parts is listed
     place=VECTOR, turn=MATRIX,  # pose of A in B's frame, principal axes as columns, at the last look
     limit="f8",  # [m] that A may move there before near pairs must be listed anew
-    moved="f8", speed="f8",  # [m] that it has moved, and [m/s] its speed within the step, at most
+    moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its speed within the step, at most
     speed_now="f8",  # [m/s] speed of A there now, at most
     last_move="f8",  # [m] that it moved between the last two looks, at most
     normal=VECTOR, separation="f8",  # of a separating plane, in the frame of b's body; [m] by which it separates them
