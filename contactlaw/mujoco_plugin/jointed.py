@@ -236,7 +236,7 @@ def press(block, b, arm, force, push):
     while k >= 0:
         axis = axis_at(t.axes, k)
         push_io[k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
-        k = axis.before
+        k = axis.parent
 
 
 @jit
@@ -283,7 +283,7 @@ def hold(head, j, t):
         k, push = last, 0.0
         while k >= 0:
             push += row[k] * (weight * a[k] - spring * v[k])
-            k = axis_at(t.axes, k).before
+            k = axis_at(t.axes, k).parent
         k = last
         while k >= 0:
             f[k] += push * row[k]
@@ -292,7 +292,7 @@ def hold(head, j, t):
                 inertia[k, p] += weight * row[k] * row[other]
                 damping[k, p] += (weight * reference[1] + spring) * row[k] * row[other]
                 p, other = p - 1, axis_at(t.axes, other).before
-            k = axis_at(t.axes, k).before
+            k = axis_at(t.axes, k).parent
 
 
 @jit
@@ -318,7 +318,7 @@ def read_row(head, j, t, number):
     k = last
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0
-        k = axis_at(t.axes, k).before
+        k = axis_at(t.axes, k).parent
     return last if left == 0 else -1
 
 

@@ -149,7 +149,7 @@ JOINT = record(
 """A joint of a link. Several joints of one link act in sequence, the first next to the parent."""
 
 AXIS = record(
-    before="i8", depth="i8",  # the axis that carries it, -1: none; how many carry it
+    parent="i8", depth="i8",  # the axis that carries it, -1: none; how many carry it
     begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
     inverse="f8",  # inverse pivot of the factor
@@ -178,7 +178,7 @@ SHAPE = record(
     points="u8",  # address of that table
     # addresses of functions: `meet` of a hull or an ellipsoid; `radius` of these and cylinders; nearest point of a hull
     meet="u8", curve="u8", nearest="u8",
-    separation="u8",  # address of the function that separates a core from a plane or another core, see `convex.part`
+    separation="u8",  # function that separates a core from a plane or another core, see `convex.separate`
     swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
 )  # fmt: skip
 """A shape fixed to a body.

@@ -122,7 +122,7 @@ def around(s):
 
 @jit_inside
 def parted(w, g, n):
-    """What parts the two shapes of a guard, with what sweeps them, see `convex.part`."""
+    """What parts the two shapes of a guard, with what sweeps them, see `convex.separate`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
     n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
     return n, low - around(sa), high + (around(sb) if sb.kind != PLANE else 0.0)

@@ -78,7 +78,7 @@ def seek_nearest(sa, a, sb, b, shift, known, simplex):
     return v, float(count), e, corners
 
 
-def part(sa, a, sb, b, n):
+def separate(sa, a, sb, b, n):
     """Find two parallel planes that separate a core A from a plane or a core B.
 
     n: their normal from B to A, or zero if it is to be found. Returns the normal, zero if the cores overlap; the least
@@ -99,8 +99,8 @@ def part(sa, a, sb, b, n):
 
 @lru_cache
 def separating() -> dict[str, int]:
-    """Return the address of `part`, compiled where there are boxes, cylinders or hulls."""
-    return {"separation": address_of(part, SEPARATION)}
+    """Return the address of `separate`, compiled where there are boxes, cylinders or hulls."""
+    return {"separation": address_of(separate, SEPARATION)}
 
 
 @lru_cache

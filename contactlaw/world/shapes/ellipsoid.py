@@ -277,8 +277,8 @@ def radius(sa, a, sb, b):
     return radius_between(one, two)
 
 
-def part(sa, a, sb, b, n):
-    """`convex.part` of an ellipsoid and a core, with a known normal."""
+def separate(sa, a, sb, b, n):
+    """`convex.separate` of an ellipsoid and a core, with a known normal."""
     lowest = facing(sa, a, scale(-1.0, n))
     low = dot(n, add(sub(load(a.position), load(b.position)), lowest))
     return n, low, low - plane_gap(sa, a, sb, b, n), lowest
@@ -288,4 +288,4 @@ def part(sa, a, sb, b, n):
 def addresses() -> dict[str, int]:
     """Return the addresses of these functions, compiled where there are ellipsoids."""
     known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
-    return known | {"separation": address_of(part, SEPARATION)}
+    return known | {"separation": address_of(separate, SEPARATION)}

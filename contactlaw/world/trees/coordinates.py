@@ -72,11 +72,11 @@ def carriers(axes: Array) -> tuple[list[int], list[int]]:
     """Return all pairs of a degree of freedom of a tree and one that carries it, as two lists."""
     rows, columns = [], []
     for k in range(axes.size):
-        i = int(axes["before"][k])
+        i = int(axes["parent"][k])
         while i >= 0:
             rows.append(k)
             columns.append(i)
-            i = int(axes["before"][i])
+            i = int(axes["parent"][i])
     return rows, columns
 
 

@@ -47,12 +47,12 @@ def accelerate(t):
             own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
             lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
             m[k, p] = own + lag * resistance
-            j = axis.before
+            j = axis.parent
             while j >= 0:
                 one = axis_at(t.axes, j)
                 p -= 1
                 m[k, p] = t.lag * d[k, p] + held[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
-                j = one.before
+                j = one.parent
         if link.parent >= 0:
             parent = link_at(t.links, link.parent)
             store(parent.force, add(load(parent.force), force))
@@ -74,7 +74,7 @@ def set_forces(t, d, a):
     v = vector(t.room + 8 * t.q_size, t.v_size) if t.midway != 0 else now
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
-        j, p, own = axis.before, axis.depth, v[k] - v_f[k]
+        j, p, own = axis.parent, axis.depth, v[k] - v_f[k]
         a[k] = f[k] - d[k, p] * own
         if axis.side != 0.0:
             a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], now[k]), 0.0)
@@ -82,7 +82,7 @@ def set_forces(t, d, a):
             p -= 1
             a[k] -= d[k, p] * (v[j] - v_f[j])
             a[j] -= d[k, p] * own
-            j = axis_at(t.axes, j).before
+            j = axis_at(t.axes, j).parent
 
 
 @jit_inside
@@ -182,14 +182,14 @@ def factorise(t, m):
         axis = axis_at(t.axes, k)
         p = axis.depth
         axis.inverse = 1.0 / m[k, p]
-        i = axis.before
+        i = axis.parent
         while i >= 0:
             p -= 1
             part = m[k, p] * axis.inverse
             for j in range(p + 1):
                 m[i, j] -= part * m[k, j]
             m[k, p] = part
-            i = axis_at(t.axes, i).before
+            i = axis_at(t.axes, i).parent
 
 
 @jit_inside
@@ -197,13 +197,13 @@ def solve_lt(t, m, x, k, every):
     """x <- L^-T x. every: for all axes from k down, else only for k and those that carry it."""
     while k >= 0:
         axis = axis_at(t.axes, k)
-        i, p, own = axis.before, axis.depth, x[k]
+        i, p, own = axis.parent, axis.depth, x[k]
         if own != 0.0:
             while i >= 0:
                 p -= 1
                 x[i] -= m[k, p] * own
-                i = axis_at(t.axes, i).before
-        k = k - 1 if every else axis.before
+                i = axis_at(t.axes, i).parent
+        k = k - 1 if every else axis.parent
 
 
 @jit_inside
@@ -211,11 +211,11 @@ def solve_ld(t, m, x):
     """x <- L^-1 D^-1 x."""
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
-        i, p, own = axis.before, axis.depth, x[k] * axis.inverse
+        i, p, own = axis.parent, axis.depth, x[k] * axis.inverse
         while i >= 0:
             p -= 1
             own -= m[k, p] * x[i]
-            i = axis_at(t.axes, i).before
+            i = axis_at(t.axes, i).parent
         x[k] = own
 
 
@@ -246,7 +246,7 @@ def decay(t):
                 entry = abs(x[i]) * sqrt(own * other.inverse)
                 columns[i] += entry
                 total += entry
-                i = other.before
+                i = other.parent
             rows = max(rows, total)
     out = 0.0
     for k in range(t.v_size):
@@ -260,7 +260,7 @@ def answer_along(t, last):
     x, k = vector(t.x, t.v_size), last
     while k >= 0:
         x[k] = 0.0
-        k = axis_at(t.axes, k).before
+        k = axis_at(t.axes, k).parent
     x[last] = 1.0
     solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
 
@@ -273,7 +273,7 @@ def mobility_along(t, last):
     while k >= 0:
         axis = axis_at(t.axes, k)
         out += axis.inverse * x[k] * x[k]
-        k = axis.before
+        k = axis.parent
     return out
 
 
@@ -321,7 +321,7 @@ def add_jacobian_transpose(t, b, impulse, moment, x, left):
     while k >= 0:
         axis = axis_at(t.axes, k)
         x[k] = left * x[k] + dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
-        k = axis.before
+        k = axis.parent
     return last
 
 

@@ -28,8 +28,8 @@ def write_masses(b):
             j, q = k, axis_at(t.axes, k).depth
             while j >= 0:
                 out[i, j] += left * (1.0 if j == k else m[k, q])
-                j, q = axis_at(t.axes, j).before, q - 1
-            i, p = axis_at(t.axes, i).before, p - 1
+                j, q = axis_at(t.axes, j).parent, q - 1
+            i, p = axis_at(t.axes, i).parent, p - 1
 
 
 def add_damping(b):
@@ -52,7 +52,7 @@ def add_damping(b):
             if i != k:
                 out[i, k] += t.stage * d[k, p]
                 x[i] -= d[k, p] * (v[k] - v0[k])
-            i, p = axis_at(t.axes, i).before, p - 1
+            i, p = axis_at(t.axes, i).parent, p - 1
         if axis.side != 0.0:
             now = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
             x[k] += axis.side * (now - max(limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))

@@ -149,7 +149,7 @@ def mobility(a, arm_a, b, arm_b, direction):
     while k >= 0:
         axis = axis_at(t.axes, k)
         out += x[k] * axis.inverse * (x[k] if same else y[k])
-        k = axis.before
+        k = axis.parent
     return max(out, LEAST_MOBILITY * a.inverse_mass) if same else out
 
 

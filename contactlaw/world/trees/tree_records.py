@@ -98,7 +98,7 @@ class TreeRecords:
             parent = self.links[link["parent"]] if link["parent"] >= 0 else None
             before = -1 if parent is None else int(parent["first_axis"] + parent["axes"]) - 1
             for k in range(int(link["first_axis"]), int(link["first_axis"] + link["axes"])):
-                self.axes["before"][k] = before
+                self.axes["parent"][k] = before
                 self.axes["depth"][k] = 0 if before < 0 else self.axes["depth"][before] + 1
                 before = k
 
