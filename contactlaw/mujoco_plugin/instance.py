@@ -23,7 +23,7 @@ from contactlaw.mujoco_plugin.sensors import NUMBERS
 from contactlaw.pair import FOUND_IN, TOO_DEEP, ContactWarning
 from contactlaw.world.data import demand
 from contactlaw.world.data.records import EDITED, RESIZED, WORLD
-from contactlaw.world.shapes.geometry import UNCLEAR
+from contactlaw.world.shapes.curvature import UNCLEAR
 
 COMPILE_TIME = 15  # [s]
 OLDEST, NEWEST = (3, 3, 6), (4, 99, 99)

@@ -22,7 +22,7 @@ from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.pair import DEEPEST
 from contactlaw.world.data.access import contact_at, near_at, pair_at, world_at
 from contactlaw.world.data.call import error_pending, raise_later
-from contactlaw.world.shapes.geometry import radius_is_clear
+from contactlaw.world.shapes.curvature import radius_is_clear
 
 DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
 OF_BODIES = ("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")

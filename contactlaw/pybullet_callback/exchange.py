@@ -46,7 +46,8 @@ from contactlaw.world.data.vec import (
 )  # fmt: skip
 from contactlaw.world.near.guards import outgrown, surface_speed
 from contactlaw.world.near.listing import list_near, strayed
-from contactlaw.world.shapes.geometry import meet, radius_is_clear
+from contactlaw.world.shapes.curvature import radius_is_clear
+from contactlaw.world.shapes.geometry import meet
 from contactlaw.world.sleep import disturbed
 from contactlaw.world.step import GROWS, PRESSED
 

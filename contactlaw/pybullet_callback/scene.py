@@ -21,8 +21,8 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.records import FREE, Arrays
+from contactlaw.world.shapes.curvature import UNCLEAR
 from contactlaw.world.shapes.description import tangent
-from contactlaw.world.shapes.geometry import UNCLEAR
 
 CROWD_SUBSTEPS = 60
 STILLNESS = 1e-9  # of the overlap: what rests carries its weight to that

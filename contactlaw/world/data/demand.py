@@ -91,10 +91,6 @@ PENDING_ERROR = _PendingError()
 KEEP_ALIVE = TABLE, PENDING_ERROR, _supply
 """Objects that engines must keep alive, as they may step worlds to the end of the process."""
 
-for _place, _function in (
-    (ASK, _supply),
-    (ADD_CALL, pythonapi.Py_AddPendingCall),
-    (IS_TRUE, pythonapi.PyObject_IsTrue),
-):
-    TABLE[_place] = cast(_function, c_void_p).value or 0
+_functions = _supply, pythonapi.Py_AddPendingCall, pythonapi.PyObject_IsTrue
+TABLE[[ASK, ADD_CALL, IS_TRUE]] = [cast(one, c_void_p).value or 0 for one in _functions]
 TABLE[ERROR_OBJECT] = id(PENDING_ERROR)

@@ -14,11 +14,16 @@ from __future__ import annotations
 from math import exp, log, log1p, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_world
+from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.records import BOX, CORNER, EDGE, SEGMENT
+from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_body, to_world
+from contactlaw.world.shapes.geometry import meet
 
 SCALE = 0.0312022  # of the fit of ln(R sqrt(p q)) in ln(1 + SCALE ln^2(q/p))
 FIT = (1.3265492, 0.13058459, 0.11675849)  # its coefficients
 FLATTEST = 1e-5  # ratio of curvatures, at least: the range of the fit
+ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
+UNCLEAR = "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; give the pair its radius"
 
 
 @jit_inside
@@ -89,3 +94,22 @@ def side_at(s, u, place, crown):
     if square == 0.0 or abs(place) >= 1.0:
         return k, k, (1.0, 0.0, 0.0)
     return 2.0 * crown * s.radius / square, k, scale(1.0 / sqrt(square), u)
+
+
+@jit_inside
+def radius_is_clear(w, c):
+    """Return whether two shapes touch where both have one radius: not a box's edge, nor a box with a capsule's side.
+
+    Parts of boxes and cylinders have a radius by definition.
+    """
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
+        return True
+    if sa.kind == SEGMENT:
+        return False
+    a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
+    _, normal, _, _ = meet(sa, a, sb, b)  # the contact's own normal may be older than the box's pose
+    n = to_body(b.axes, normal)
+    for i in range(3):
+        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALIGNED
+    return clear

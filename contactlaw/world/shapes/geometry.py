@@ -6,29 +6,14 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.access import shape_at
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_radius
-from contactlaw.world.data.records import (
-    BOX,
-    CORNER,
-    CYLINDER,
-    DISC,
-    EDGE,
-    ELLIPSOID,
-    HULL,
-    NEVER,
-    PLANE,
-    SEGMENT,
-    SIDE,
-    SPHERE,
-)
-from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_body, to_world
+from contactlaw.world.data.records import BOX, CYLINDER, DISC, ELLIPSOID, HULL, NEVER, PLANE, SEGMENT, SIDE, SPHERE
+from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 BACK = 0.02  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
 SUNK = 0.975  # share of `max_overlap` from which cores may touch, as crowns and BACK shorten it
 IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
-ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
-UNCLEAR = "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; give the pair its radius"
 OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)  # places in `swept.TABLE`
 
 
@@ -155,22 +140,3 @@ def effective_radius(sa, a, sb, b):
     if where != 0:
         return ask_radius(where, sa, a, sb, b)
     return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)
-
-
-@jit_inside
-def radius_is_clear(w, c):
-    """Return whether two shapes touch where both have one radius: not a box's edge, nor a box with a capsule's side.
-
-    Parts of boxes and cylinders have a radius by definition.
-    """
-    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
-        return True
-    if sa.kind == SEGMENT:
-        return False
-    a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
-    _, normal, _, _ = meet(sa, a, sb, b)  # the contact's own normal may be older than the box's pose
-    n = to_body(b.axes, normal)
-    for i in range(3):
-        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALIGNED
-    return clear

@@ -309,7 +309,7 @@ def spread_acceleration(t):
 
 
 @jit_inside
-def add_jacobian_transpose(t, b, impulse, moment, x, left):
+def add_impulse(t, b, impulse, moment, x, left):
     """x <- left x + J^T (p, m), of an impulse [N s] on a body's centre of mass and an angular impulse [N m s].
 
     Only entries of the axes that carry the body are set; returns the last of these.
@@ -327,7 +327,7 @@ def add_jacobian_transpose(t, b, impulse, moment, x, left):
 
 @jit_inside
 def project(t, b, impulse, moment, x):
-    """x <- L^-T J^T (p, m), see `add_jacobian_transpose`; returns the last axis that carries the body."""
-    last = add_jacobian_transpose(t, b, impulse, moment, x, 0.0)
+    """x <- L^-T J^T (p, m), see `add_impulse`; returns the last axis that carries the body."""
+    last = add_impulse(t, b, impulse, moment, x, 0.0)
     solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
     return last

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contactlaw.world.data.access import axis_at, tree_at
-from contactlaw.world.trees.dynamics import add_jacobian_transpose, limit_force
+from contactlaw.world.trees.dynamics import add_impulse, limit_force
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy, move_bodies
 
@@ -63,4 +63,4 @@ def add_damping(b):
 def add_force(b, force, moment):
     """Add the generalised force of a force on a body and a moment to x."""
     t = tree_at(b.tree, 0)
-    add_jacobian_transpose(t, b, force, moment, vector(t.x, t.v_size), 1.0)
+    add_impulse(t, b, force, moment, vector(t.x, t.v_size), 1.0)

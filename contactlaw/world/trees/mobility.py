@@ -19,7 +19,7 @@ from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
 from contactlaw.world.trees.dynamics import (
-    add_jacobian_transpose,
+    add_impulse,
     decay,
     limit_impulse,
     link_response,
@@ -97,7 +97,7 @@ def settle(b):
 def kick(b, impulse, moment):
     """Add an impulse [N s] and an angular impulse [N m s] on a body of a tree to the pending ones."""
     t = tree_at(b.tree, 0)
-    add_jacobian_transpose(t, b, impulse, moment, vector(t.pending, t.v_size), 1.0)
+    add_impulse(t, b, impulse, moment, vector(t.pending, t.v_size), 1.0)
     t.kicked = 1
     t.stale = 1
 
