@@ -26,9 +26,9 @@ def move_kinematic(w, b, place, turn, h):
     """
     back = load4(b.quaternion)
     c, x, y, z = product(turn, (back[0], -back[1], -back[2], -back[3]))
-    way, half = (x, y, z), norm((x, y, z))
+    axis, half = (x, y, z), norm((x, y, z))
     angle = 2.0 * atan2(half, abs(c)) / half if half > 0.0 else 0.0
-    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale((angle if c > 0.0 else -angle) / h, way)
+    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale((angle if c > 0.0 else -angle) / h, axis)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
     if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
         store(b.velocity, velocity)

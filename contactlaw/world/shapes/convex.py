@@ -44,9 +44,9 @@ def meet(sa, a, sb, b):
     """`geometry.meet` with a hull."""
     radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
     if sa.kind == DISC:
-        way, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
-        from_a = add(from_a, way)
-        v, y, _, _ = nearest(sa, a, sb, b, way)
+        offset, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
+        from_a = add(from_a, offset)
+        v, y, _, _ = nearest(sa, a, sb, b, offset)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
         at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
@@ -54,17 +54,17 @@ def meet(sa, a, sb, b):
     else:
         v, y, _, _ = nearest(sa, a, sb, b, ZERO)
     both = radius_a + radius_b
-    far = norm(v)
-    if far > DEEP * both:
-        n = scale(1.0 / far, v)
+    distance = norm(v)
+    if distance > DEEP * both:
+        n = scale(1.0 / distance, v)
     else:  # as between two balls at the centres; of a line at its point nearest to the other centre
         n = sub(add(load(a.position), from_a), add(load(b.position), centre(sb, b)))
         n = axpy(clip(-dot(n, u) / max(dot(u, u), 1e-300)), u, n)
         n = scale(1.0 / max(norm(n), 1e-300), n)
-    overlap = both - far
+    overlap = both - distance
     if sa.kind >= BOX:
         overlap -= BACK * both
-    arm_b = axpy(far / both * radius_b, n, y)
+    arm_b = axpy(distance / both * radius_b, n, y)
     arm_a = add(arm_b, sub(load(b.position), load(a.position)))
     return overlap, n, arm_a, arm_b
 

@@ -39,8 +39,8 @@ def excess_of(p, s, less):
     h, z = s.half[0] - less, excess(p[2], s.half[2] - less)
     if s.kind == BOX:
         return excess(p[0], h), excess(p[1], s.half[1] - less), z
-    far = sqrt(p[0] * p[0] + p[1] * p[1])
-    out = 1.0 - h / far if far > h else 0.0
+    radial = sqrt(p[0] * p[0] + p[1] * p[1])
+    out = 1.0 - h / radial if radial > h else 0.0
     return out * p[0], out * p[1], z
 
 
@@ -63,18 +63,18 @@ def local(v, s, b):
 
 
 @jit_inside
-def excess_at(m, way, less, one, last):
-    """Return the excess over a core at m + way, and what `change_of` and the next call need.
+def excess_at(m, offset, less, shapes, last):
+    """Return the excess over a core at m + offset, and what `change_of` and the next call need.
 
-    m, way: along the core's axes; of a hull in the world, `way` from the middle of A. one: (sa, a, sb, b), the shape
-    that the point belongs to and the core, with their bodies. last: result at a point nearby, or `NOWHERE`: on a hull
-    the search starts there. The further results are, of a hull, the vertices of the nearest feature, its edge, and the
-    simplex; of other cores 0, and the point along the core's axes.
+    m, offset: along the core's axes; of a hull in the world, `offset` from A's middle. shapes: (sa, a, sb, b), the
+    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`: on a
+    hull the search starts there. The further results are, of a hull, the number of vertices of the nearest feature, its
+    edge, and the simplex; of other cores 0, and the point along the core's axes.
     """
-    sa, a, sb, b = one
+    sa, a, sb, b = shapes
     if sb.kind == HULL:
-        return ask_nearest(sb.nearest, sa, a, sb, b, way, last[1], last[3])
-    x = add(m, way)
+        return ask_nearest(sb.nearest, sa, a, sb, b, offset, last[1], last[3])
+    x = add(m, offset)
     return excess_of(x, sb, less), 0.0, x, last[3]
 
 
@@ -100,10 +100,10 @@ def way_out(p, s):
         if i <= min(j, k):
             return -i, (1.0 if x >= 0.0 else -1.0, 0.0, 0.0)
         return (-j, (0.0, 1.0 if y >= 0.0 else -1.0, 0.0)) if j <= k else (-k, up)
-    far = sqrt(x * x + y * y)
-    if k <= h[0] - far or far == 0.0:
+    radial = sqrt(x * x + y * y)
+    if k <= h[0] - radial or radial == 0.0:
         return -k, up
-    return far - h[0], (x / far, y / far, 0.0)
+    return radial - h[0], (x / radial, y / radial, 0.0)
 
 
 @jit_inside
@@ -115,12 +115,12 @@ def nearest_on_core(d, s, b, rounding):
     """
     p = local(d, s, b)
     e = excess_of(p, s, rounding)
-    far = norm(e)
-    if far > 0.0:
-        far, n = far - rounding, scale(1.0 / far, e)
+    distance = norm(e)
+    if distance > 0.0:
+        distance, n = distance - rounding, scale(1.0 / distance, e)
     else:
-        far, n = way_out(p, s)
-    return far, to_world(b.axes, to_world(s.axes, n))
+        distance, n = way_out(p, s)
+    return distance, to_world(b.axes, to_world(s.axes, n))
 
 
 def lies_over_face(d, u, margin, s, b):
@@ -140,26 +140,26 @@ def lies_over_face(d, u, margin, s, b):
 
 
 @jit_inside
-def deepest_on_line(d, u, rounding, one):
+def deepest_on_line(d, u, rounding, shapes):
     """Find the deepest point of a capsule's side, or of a core's edge, in a core.
 
     Returns its place -1..1 along the half axis u, its radius [m], and the result of `excess_at` there.
 
-    d: from the core's centre to the segment's middle, world frame. one: as for `excess_at`. On a face a capsule lies on
-    its ends and a box on its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)), so
-    that they do not share the load of the ends, and so that the deepest point is unique and moves continuously: it is
-    the minimum of D + CROWN R s^2, the root of the slope of D^2/2 + CROWN R D s^2 with the distance D held. This slope
-    grows with s, and on cores with flat faces is almost piecewise linear.
+    d: from the core's centre to the segment's middle, world frame. shapes: as for `excess_at`. On a face a capsule lies
+    on its ends and a box on its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)),
+    so that they do not share the load of the ends, and so that the deepest point is unique and moves continuously: it
+    is the minimum of D + CROWN R s^2, the root of the slope of D^2/2 + CROWN R D s^2 with the distance D held. This
+    slope grows with s, and on cores with flat faces is almost piecewise linear.
     """
-    s, b, radius = one[2], one[3], one[0].radius
+    s, b, radius = shapes[2], shapes[3], shapes[0].radius
     p, q, same = d, u, CONVERGED_ON_HULL
     if s.kind != HULL:
         p, q, same = local(d, s, b), local(u, s, b), CONVERGED
     crown = 2.0 * CROWN * radius
-    low, high, at, seen = -2.0, 2.0, 0.0, NOWHERE
+    low, high, at, found = -2.0, 2.0, 0.0, NOWHERE
     for _ in range(ITERATIONS):
-        seen = excess_at(p, scale(at, q), rounding, one, seen)
-        e, count, other, _ = seen
+        found = excess_at(p, scale(at, q), rounding, shapes, found)
+        e, count, other, _ = found
         k = crown * max(norm(e), LEAST)
         value, slope = k * at + dot(e, q), k + dot(change_of(e, count, other, q, rounding, s), q)
         if value == 0.0:  # the whole line is inside
@@ -174,4 +174,4 @@ def deepest_on_line(d, u, rounding, one):
         if abs(new - at) <= same:
             break
         at = new
-    return at, radius * (1.0 - CROWN * (1.0 + at * at)), seen
+    return at, radius * (1.0 - CROWN * (1.0 + at * at)), found

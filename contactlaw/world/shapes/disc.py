@@ -56,33 +56,31 @@ def within_circle(h, b, radius):
             break
         t += square * det / (q * x * x - 2.0 * h[1] * x * y + p * y * y) * (far - radius) / radius
     far = sqrt(x * x + y * y)
-    one = radius / far if far > radius else 1.0
-    return one * x, one * y
+    share = radius / far if far > radius else 1.0
+    return share * x, share * y
 
 
 @jit_inside
-def slope_at(m, e1, e2, crown, y, one):
+def slope_at(m, e1, e2, crown, y, shapes):
     """Return `excess_at` at m + y, the slope there of distance^2/2 with the crown, and the crown's factor."""
-    seen = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), one[2].radius, one, NOWHERE)
-    e = seen[0]
+    found = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), shapes[2].radius, shapes, NOWHERE)
+    e = found[0]
     k = crown * max(norm(e), LEAST)
-    return seen, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
+    return found, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
 
 
 @jit_inside
-def nearest_in_disc(m, e1, e2, radius, crown, one):
+def nearest_in_disc(m, e1, e2, radius, crown, shapes):
     """Return the point y of a disc round m, along e1 and e2, with the least distance + crown y^2/2 from a core.
 
     Newton's method within the circle. The function is convex and piecewise smooth, so a step that goes too far is
     shortened to where the slope along it would vanish.
     """
-    y = 0.0, 0.0
-    (e, count, other, _), g, k = slope_at(m, e1, e2, crown, y, one)
+    y, core = (0.0, 0.0), shapes[2]
+    (e, count, other, _), g, k = slope_at(m, e1, e2, crown, y, shapes)
     for _ in range(ITERATIONS):
-        by1, by2 = (
-            change_of(e, count, other, e1, one[2].radius, one[2]),
-            change_of(e, count, other, e2, one[2].radius, one[2]),
-        )
+        by1 = change_of(e, count, other, e1, core.radius, core)
+        by2 = change_of(e, count, other, e2, core.radius, core)
         h = dot(by1, e1) + k, dot(by1, e2), dot(by2, e2) + k
         b = g[0] - h[0] * y[0] - h[1] * y[1], g[1] - h[1] * y[0] - h[2] * y[1]
         z = within_circle(h, b, radius)
@@ -93,7 +91,7 @@ def nearest_in_disc(m, e1, e2, radius, crown, one):
         share = 1.0
         for _ in range(CUTS):
             new = y[0] + share * step[0], y[1] + share * step[1]
-            (e, count, other, _), g, k = slope_at(m, e1, e2, crown, new, one)
+            (e, count, other, _), g, k = slope_at(m, e1, e2, crown, new, shapes)
             end = g[0] * step[0] + g[1] * step[1]
             if not end > -0.1 * start:
                 break
@@ -119,40 +117,40 @@ def deepest(sa, a, sb, b, d):
         if share > 1.0:
             t, share = 1.0 / far, 1.0
         return scale(-t * radius, across), r * (1.0 - CROWN * (1.0 + share * share))
-    side, one = to_world(a.axes, side), (sa, a, sb, b)
+    side, shapes = to_world(a.axes, side), (sa, a, sb, b)
     m, e1, u = d, side, axis
     if sb.kind != HULL:
         m, e1, u = local(d, sb, b), local(side, sb, b), local(axis, sb, b)
     e2 = cross(u, e1)
     crown = 2.0 * CROWN * r
     s = 0.0
-    y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), one)
+    y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes)
     if length > 0.0:
         along = scale(length, u)
-        s, y = along_axis(m, e1, e2, (along, crown, radius), one)
+        s, y = along_axis(m, e1, e2, (along, crown, radius), shapes)
     offset = axpy(s * length, axis, axpy(y[0], side, scale(y[1], cross(axis, side))))
     square = (y[0] * y[0] + y[1] * y[1]) / (radius * radius)
     return offset, r * (1.0 - CROWN * (1.0 + s * s + square))
 
 
 @jit_inside
-def along_axis(m, e1, e2, made, one):
+def along_axis(m, e1, e2, made, shapes):
     """Return the place -1..1 along the axis of the deepest point of a cylinder's side, and its place across the axis.
 
     made: half the axis, the crown, and the radius. The slope along the axis of the least distance of each disc is that
     of the distance at its nearest point, and grows: regula falsi after Anderson and Bjorck.
     """
     low, high = -1.0, 1.0
-    y, below = slope_along(m, e1, e2, made, low, one)
+    y, below = slope_along(m, e1, e2, made, low, shapes)
     if below >= 0.0:
         return low, y
-    y, above = slope_along(m, e1, e2, made, high, one)
+    y, above = slope_along(m, e1, e2, made, high, shapes)
     if above <= 0.0:
         return high, y
     at = 0.0
     for _ in range(ROOT_ITERATIONS):
         before, at = at, (low * above - high * below) / (above - below)
-        y, value = slope_along(m, e1, e2, made, at, one)
+        y, value = slope_along(m, e1, e2, made, at, shapes)
         if value == 0.0 or abs(at - before) <= ROOT_CONVERGED:
             break
         if value < 0.0:
@@ -167,11 +165,11 @@ def along_axis(m, e1, e2, made, one):
 
 
 @jit_inside
-def slope_along(m, e1, e2, made, at, one):
+def slope_along(m, e1, e2, made, at, shapes):
     """Return the deepest point of the disc at a place of the axis, and the slope along the axis there."""
     along, crown, radius = made
-    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), one)
-    (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, one)
+    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), shapes)
+    (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, shapes)
     return y, dot(e, along) + crown * norm(e) * at
 
 

@@ -207,10 +207,10 @@ def nearest_to_ellipsoid(sa, a, sb, b):
         x = facing(sa, a, scale(-1.0, n))
         inside = sub(axpy(ball, n, x), centre(sa, a))
         v, y, count, e, around = feature_at(sa, a, sb, b, inside)
-        far = norm(v)
-        if far == 0.0:
+        distance = norm(v)
+        if distance == 0.0:
             break
-        m = scale(1.0 / far, v)
+        m = scale(1.0 / distance, v)
         if norm(sub(n, m)) <= 10.0 * CONVERGED:
             return n, dot(sub(add(between, x), y), n), y, count, e, around
         n = m

@@ -51,8 +51,8 @@ def meet(sa, a, sb, b):
         return round_on_round(sa.radius, from_a, sb.radius, from_b, d)
     n, radius = to_world(b.axes, load(sb.normal)), sa.radius
     if sa.kind == DISC:
-        way, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
-        d, from_a = add(d, way), add(from_a, way)
+        offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, offset), add(from_a, offset)
     arm = axpy(-radius, n, from_a)
     return radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
@@ -111,11 +111,11 @@ def set_initial_overlap(w, p, overlap):
 @jit_inside
 def round_on_round(radius_a, from_a, radius_b, from_b, d):
     """Return `meet` of two spheres; d: from the centre of B to that of A."""
-    far = norm(d)
-    n = scale(1.0 / max(far, 1e-300), d)
+    distance = norm(d)
+    n = scale(1.0 / max(distance, 1e-300), d)
     both = radius_a + radius_b
-    share = far / both
-    return both - far, n, axpy(-share * radius_a, n, from_a), axpy(share * radius_b, n, from_b)
+    share = distance / both
+    return both - distance, n, axpy(-share * radius_a, n, from_a), axpy(share * radius_b, n, from_b)
 
 
 @jit_inside

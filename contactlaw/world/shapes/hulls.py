@@ -34,9 +34,9 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Ar
     size = float(np.ptp(points, axis=0).max())
     first = int(points[:, 0].argmin())
     second = int(np.linalg.norm(points - points[first], axis=1).argmax())
-    way = (points[second] - points[first]) / max(size, 1e-300)
-    third = int(np.linalg.norm(np.cross(points - points[first], way), axis=1).argmax())
-    heights = (points - points[first]) @ np.cross(way, points[third] - points[first])
+    direction = (points[second] - points[first]) / max(size, 1e-300)
+    third = int(np.linalg.norm(np.cross(points - points[first], direction), axis=1).argmax())
+    heights = (points - points[first]) @ np.cross(direction, points[third] - points[first])
     fourth = int(np.abs(heights).argmax())
     if not abs(heights[fourth]) > FLAT * size**2:
         raise ValueError("points: lie in a plane; a hull needs four that do not")

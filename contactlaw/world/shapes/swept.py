@@ -43,11 +43,11 @@ def meet(sa, a, sb, b):
         s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b))
         d, from_a = axpy(s, u, d), axpy(s, u, from_a)
     elif sa.kind == DISC or sa.kind == SIDE:
-        way, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
-        d, from_a = add(d, way), add(from_a, way)
-    far, n = nearest_on_core(d, sb, b, rounding)
+        offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, offset), add(from_a, offset)
+    distance, n = nearest_on_core(d, sb, b, rounding)
     arm = axpy(-radius, n, from_a)
-    return radius - far, n, arm, add(arm, sub(load(a.position), load(b.position)))
+    return radius - distance, n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
 def radius(sa, a, sb, b):
