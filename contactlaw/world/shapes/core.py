@@ -67,9 +67,9 @@ def excess_at(m, offset, less, shapes, last):
     """Return the excess over a core at m + offset, and what `change_of` and the next call need.
 
     m, offset: along the core's axes; of a hull in the world, `offset` from A's middle. shapes: (sa, a, sb, b), the
-    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`: on a
-    hull the search starts there. The further results are, of a hull, the number of vertices of the nearest feature, its
-    edge, and the simplex; of other cores 0, and the point along the core's axes.
+    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`:
+    on a hull the search starts there. The further results are, of a hull, the number of vertices of the nearest
+    feature, its edge, and the simplex; of other cores 0, and the point along the core's axes.
     """
     sa, a, sb, b = shapes
     if sb.kind == HULL:
