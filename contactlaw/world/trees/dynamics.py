@@ -278,7 +278,7 @@ def mobility_along(t, last):
 
 
 @jit_inside
-def link_response(t, i, a):
+def response_of(t, i, a):
     """Return angular and linear acceleration of a link by a, at the origin; sets them for the links it carries."""
     link = link_at(t.links, i)
     turning, gain = ZERO, ZERO
@@ -300,7 +300,7 @@ def spread_acceleration(t):
     a, origin = vector(t.a, t.v_size), load(t.origin)
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
-        turning, gain = link_response(t, i, a)
+        turning, gain = response_of(t, i, a)
         turning = add(turning, load(link.bias_turning))
         gain = add(gain, load(link.bias))
         c = sub(load(b.position), origin)

@@ -18,15 +18,7 @@ from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
 from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
-from contactlaw.world.trees.dynamics import (
-    add_impulse,
-    decay,
-    limit_impulse,
-    link_response,
-    project,
-    solve_ld,
-    solve_lt,
-)
+from contactlaw.world.trees.dynamics import add_impulse, decay, limit_impulse, project, response_of, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import spread_velocity, vector
 
 SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
@@ -163,7 +155,7 @@ def add_accelerations(b, force, moment):
     solve_ld(t, vector(t.factor, (n, n)), x)
     for i in range(t.count):
         one = body_at(t.bodies, i)
-        turning, gain = link_response(t, i, x)
+        turning, gain = response_of(t, i, x)
         store(one.twist, add(load(one.twist), turning))
         store(one.shift, add(load(one.shift), add(gain, cross(turning, sub(load(one.position), origin)))))
         one.active = 1
