@@ -291,7 +291,7 @@ def hold(head, j, t):
             while other >= 0:
                 inertia[k, p] += weight * row[k] * row[other]
                 damping[k, p] += (weight * reference[1] + spring) * row[k] * row[other]
-                p, other = p - 1, axis_at(t.axes, other).before
+                p, other = p - 1, axis_at(t.axes, other).parent
             k = axis_at(t.axes, k).parent
 
 
