@@ -62,12 +62,18 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     assert link.is_symlink() and path.read_text() == "new"
 
 
+def heed_signals() -> None:
+    """Undo what a shell sets for commands in the background (SIGINT) and nohup (SIGHUP): both ignored."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 def started(folder: Path, *command: str) -> subprocess.Popen[str]:
-    """A process whose interrupts are not ignored, as they are where a shell has it in the background."""
+    """Start Python with a command line; signals end it as they would in a terminal."""
     return subprocess.Popen(
         [sys.executable, *command], cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=heed_signals,
     )  # fmt: skip
 
 

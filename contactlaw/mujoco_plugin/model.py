@@ -284,8 +284,21 @@ class Model:
         """Give a geom to its body in the world; returns the shapes that it makes."""
         row, shape, pose = self._rows[self._carriers[geom][0]], self._kinds[geom], self._pose_of(geom)
         kind = "sphere" if shape.is_spherical else shape.type
-        points = self._vertices(geom) if kind == "mesh" else None
-        return self._world.add_shape(kind, row, shape.size, *pose, self._roundings.get(geom), points)
+        size, points = self._heights(geom) if kind == "hfield" else (shape.size, None)
+        points = self._vertices(geom) if kind == "mesh" else points
+        return self._world.add_shape(kind, row, size, *pose, self._roundings.get(geom), points)
+
+    def _heights(self, geom: int) -> tuple[Array, Array]:
+        """Half lengths of a height field along x and y [m], and its heights [m], shape (rows, columns).
+
+        While the model is compiled there are none yet, and something stands for them.
+        """
+        m, field = self._m, int(self._m.geom_dataid[geom])
+        first, shape = int(m.hfield_adr[field]), (int(m.hfield_nrow[field]), int(m.hfield_ncol[field]))
+        if shape[0] == 0:
+            return np.ones(2), np.zeros((2, 2))
+        own = m.hfield_data[first : first + shape[0] * shape[1]].reshape(shape)
+        return m.hfield_size[field, :2], m.hfield_size[field, 2] * own.astype(np.float64)
 
     def _vertices(self, geom: int) -> Array:
         """Of a mesh [m], shape (n, 3), in the geom's frame: those of its hull where MuJoCo has found it.

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from contactlaw.world.near.sets import Sets
 
 Bits = tuple[int, int]
-UNMEASURED = "hfield", "sdf"
+UNMEASURED = ("sdf",)
+FLAT = "plane", "hfield"  # which only what is round meets
 
 
 def type_of(number: int) -> str:
@@ -37,7 +38,7 @@ class Shape:
 
     @property
     def bound(self) -> float:
-        """Radius of a sphere around it [m], as MuJoCo has it; infinite of planes and meshes."""
+        """Radius of a sphere around it [m], as MuJoCo has it; infinite of planes, height fields and meshes."""
         if self.is_spherical:
             return float(self.size[0])
         if self.type == "capsule":
@@ -70,10 +71,10 @@ def why_not_served(one: Shape, two: Shape) -> str | None:
         if shape.type in UNMEASURED:
             return (
                 f"{shape.label}: MuJoCo computes no reliable distance to it, and bodies would fall through; a plane, "
-                "sphere, capsule, ellipsoid, cylinder, box or convex mesh will do"
+                "height field, sphere, capsule, ellipsoid, cylinder, box or convex mesh will do"
             )
-    if one.type == two.type == "plane":  # nothing round to meet by
-        return f"{one.label} on {two.label}: planes do not touch each other; a box will do for one of them"
+    if one.type in FLAT and two.type in FLAT:
+        return f"{one.label} on {two.label}: planes and height fields do not touch each other; a box will do for one"
     return None
 
 

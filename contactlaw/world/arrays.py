@@ -105,17 +105,17 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
     """Return the world with more shapes; updates `reach`, `size` and `oriented` of their bodies."""
     points, records = one.points, []
     for fields in rows:
-        vertices = fields.get("vertices", NONE)
-        place = {"first": len(points)} if len(vertices) else {}
+        table = by_direction(fields["vertices"]) if "vertices" in fields else fields.get("heights", NONE)
+        place = {"first": len(points)} if len(table) else {}
         records.append({name: value for name, value in fields.items() if name in RECORDED} | place)
-        points = np.concatenate([points, by_direction(vertices)]) if place else points
+        points = np.concatenate([points, table]) if place else points
     shapes = with_rows(one.shapes, records)
     new, bodies = shapes[-len(rows) :], one.bodies
     is_swept = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
     new["swept"][is_swept] = swept.address() if is_swept.any() and not INTERPRETED else 0
-    flat = np.isin(new["kind"], (PLANE, TANGENT))
+    flat = new["kind"] >= PLANE
     reach = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
-    reach[new["kind"] == PLANE] = FAR
+    reach[flat & (new["kind"] != TANGENT)] = FAR
     least = np.where(
         np.isin(new["kind"], (ELLIPSOID, BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"])
     )

@@ -140,8 +140,10 @@ def test_a_wrong_choice_of_geoms_is_told_with_the_nearest_names(geoms, message):
         load_model(SCENE, [(geoms, "floor", PAIR)])
 
 
-HILLS = """<mujoco><asset><hfield name="hills" nrow="4" ncol="4" size="1 1 .1 .1"/></asset><worldbody>
-<geom name="hills" type="hfield" hfield="hills"/><body name="b c"><freejoint/><geom name="my ball" size=".1"/>
+TORUS = """<mujoco><extension><plugin plugin="mujoco.sdf.torus"><instance name="t"/></plugin></extension>
+<asset><mesh name="torus"><plugin instance="t"/></mesh></asset><worldbody>
+<geom name="ring" type="sdf" mesh="torus"><plugin instance="t"/></geom>
+<body name="b c" pos="0 0 1"><freejoint/><geom name="my ball" size=".1"/>
 <geom name="other" size=".1"/></body></worldbody></mujoco>"""
 STILL = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><body pos="0 0 2">
 <geom name="still" size=".1"/></body></worldbody></mujoco>"""
@@ -159,8 +161,8 @@ OPTION = '<option timestep="1e-5" gravity="0 0 0"/>'
         (SCENE, ("upper", "floor", PAIR), {"others": "no"}, "others = 'no': must be True or False"),
         (SCENE, ("upper", "floor", PAIR), {"as_native": 0}, "as_native = 0: must be True or False"),
         (STILL, ("floor", "still", steel_pair(radius=1.0)), {}, "none of these geoms can move"),
-        (HILLS, ("other", "hills", PAIR), {}, "hfield .hills.: MuJoCo computes no reliable distance"),
-        (HILLS, (["my ball", "other"], "hills", PAIR), {}, "hfield .hills.: MuJoCo computes no reliable distance"),
+        (TORUS, ("other", "ring", PAIR), {}, "sdf .ring.: MuJoCo computes no reliable distance"),
+        (TORUS, (["my ball", "other"], "ring", PAIR), {}, "sdf .ring.: MuJoCo computes no reliable distance"),
         (SCENE.replace(OPTION, '<compiler discardvisual="true"/>'), ("upper", "floor", PAIR), {"others": False},
          "others = False: .*discardvisual"),
         (SCENE.replace(OPTION, '<option><flag sleep="enable"/></option>'), ("upper", "floor", PAIR), {}, "sleep"),

@@ -13,7 +13,7 @@ if numba.config.DISABLE_JIT:
 from mujoco_scenes import DENSITY, GEOM, RADIUS, ball_on_floor, bounce_of, steel_pair  # noqa: E402
 
 from contactlaw import ContactPair, ContactWarning, Material  # noqa: E402
-from contactlaw.mujoco_plugin import add_contact  # noqa: E402
+from contactlaw.mujoco_plugin import add_contact, load_model  # noqa: E402
 
 
 def test_the_native_contact_of_the_pair_is_off_and_that_with_others_stays():
@@ -141,7 +141,7 @@ def shapes_spec():
     [
         ({"geom2": "flor"}, "geom2 = 'flor': is the name of no geom of the model; did you mean 'floor'"),
         ({"geom1": 99}, "geom1 = 99"),
-        ({"geom1": "wall"}, "plane 'wall' on plane 'floor': planes do not touch each other"),
+        ({"geom1": "wall"}, "plane 'wall' on plane 'floor': planes and height fields do not touch each other"),
         ({"geom2": "ball"}, "another geom"),
         ({"pair": 0.1}, "pair = 0.1"),
         ({"spec": shapes_spec().compile()}, "before the model is compiled"),
@@ -247,9 +247,35 @@ def test_a_geom_of_another_spec_is_refused():
         add_contact(spec, other.geom("ball"), "floor", steel_pair())
 
 
-def test_a_height_field_is_refused_by_name():
+def test_a_height_field_on_a_plane_is_refused_by_name():
     spec = mujoco.MjSpec.from_string("""<mujoco><asset><hfield name="hills" nrow="3" ncol="3" size="1 1 .1 .1"/></asset>
       <worldbody><geom name="ground" type="hfield" hfield="hills"/>
-      <body pos="0 0 1"><freejoint/><geom name="ball" size=".02"/></body></worldbody></mujoco>""")
-    with pytest.raises(ValueError, match="hfield 'ground': MuJoCo computes no reliable distance"):
-        add_contact(spec, "ball", "ground", steel_pair(radius=0.02))
+      <body pos="0 0 1" mocap="true"><geom name="table" type="plane" size="1 1 1"/></body></worldbody></mujoco>""")
+    with pytest.raises(ValueError, match="plane 'table' on hfield 'ground': planes and height fields do not touch"):
+        add_contact(spec, "table", "ground", steel_pair(radius=0.02))
+
+
+HILLS = """<mujoco><option timestep="2e-3"/><asset><hfield name="hills" nrow="4" ncol="5" size="1 .8 .3 .1"
+  elevation="0 1 2 3 4 0 1 2 3 4 0 1 2 3 4 0 1 2 3 4"/></asset><worldbody>
+  <geom name="ground" type="hfield" hfield="hills" pos="0 0 -.15" euler="0 0 {yaw}"/>
+  <body pos="0 0 .1"><freejoint/><geom name="ball" size=".02" density="2000"/></body>
+  <body pos=".2 .2 .2"><freejoint/><geom name="box" type="box" size=".03 .02 .02"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("yaw", [0, 90])
+def test_a_height_field_is_where_mujoco_has_it(yaw):
+    """Heights that rise along x make a slope of 0.15: bodies slide down it as on MuJoCo's plane of that slope."""
+    pair = steel_pair(friction=0.0, restitution=0.01)
+    model = load_model(HILLS.format(yaw=yaw), [(["ball", "box"], "ground", pair)])
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 300)
+    down = np.array([-1.0, 0.0, -0.15]) if yaw == 0 else np.array([0.0, -1.0, -0.15])
+    before = data.qvel[:3].copy()
+    mujoco.mj_step(model, data, 100)
+    gained = 9.81 * 0.15 / (1.0 + 0.15**2) * 0.2  # g sin(slope), of which the way along is 1/sqrt(1 + slope^2)
+    assert data.qvel[:3] - before == pytest.approx(gained * down, rel=1e-6, abs=1e-9)
+    turned = data.geom("ground").xmat.reshape(3, 3).T
+    for name, depth in (("ball", 0.02), ("box", 0.02)):
+        place = turned @ (data.geom(name).xpos - data.geom("ground").xpos)
+        height = (place[2] - 0.15 - 0.15 * place[0]) / np.sqrt(1.0 + 0.15**2)
+        assert height == pytest.approx(depth, abs=2e-6)

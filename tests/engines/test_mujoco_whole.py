@@ -81,18 +81,19 @@ def test_every_contact_that_the_engine_would_make_is_the_laws(flag):
 
 
 def test_what_it_does_not_serve_stays_the_engines_and_is_said():
-    scene = HEAP.replace("<worldbody>", """<asset><hfield name="hills" nrow="3" ncol="3" size="1 1 .1 .1"
-      elevation="1 1 1 1 1 1 1 1 1"/></asset><worldbody><geom name="hills" type="hfield" hfield="hills" pos="0 0 -.05"/>
+    scene = HEAP.replace("<worldbody>", """<extension><plugin plugin="mujoco.sdf.torus"><instance name="t"/></plugin>
+      </extension><asset><mesh name="torus"><plugin instance="t"/></mesh></asset><worldbody>
+      <geom name="ring" type="sdf" mesh="torus" pos=".2 0 0"><plugin instance="t"/></geom>
       <body name="crate" pos=".105 .001 0"><freejoint/><geom name="crate" type="mesh" mesh="m"/></body>""", 1).replace(
         "<asset>", '<asset><mesh name="m" vertex="0 0 -.1 .1 0 -.1 0 .1 -.1 0 0 .1"/>'
     )  # fmt: skip
     expected = native(mujoco.MjModel.from_xml_string(scene))
-    with pytest.warns(ContactWarning, match=r"does not serve .*hfield 'hills'.*keep the engine's own contact"):
+    with pytest.warns(ContactWarning, match=r"does not serve .*sdf 'ring'.*keep the engine's own contact"):
         model = load_model(scene, [("*", "*", SOFT)])
     left, taken = native(model), by_law(model)
     assert left and taken and not left & taken
-    assert all("hills" in pair for pair in left if "crate" not in pair)
-    assert {pair for pair in expected if "hills" in pair} <= left
+    assert all("ring" in pair for pair in left if "crate" not in pair)
+    assert {pair for pair in expected if "ring" in pair} <= left
     assert taken == expected - left and left <= expected
 
 

@@ -29,7 +29,8 @@ SERVED = [
     ("mesh", "plane"), ("mesh", "box"), ("mesh", "mesh"), ("capsule", "mesh"), ("ellipsoid", "plane"),
     ("ellipsoid", "box"), ("ellipsoid", "ellipsoid"), ("ellipsoid", "mesh"), ("capsule", "ellipsoid"),
     ("box", "plane"), ("box", "box"), ("cylinder", "plane"), ("cylinder", "box"), ("cylinder", "cylinder"),
-    ("capsule", "cylinder"), ("ellipsoid", "cylinder"), ("mesh", "cylinder"),
+    ("capsule", "cylinder"), ("ellipsoid", "cylinder"), ("mesh", "cylinder"), ("sphere", "hfield"), ("box", "hfield"),
+    ("capsule", "hfield"), ("mesh", "hfield"), ("ellipsoid", "hfield"), ("cylinder", "hfield"),
 ]  # fmt: skip
 
 
@@ -38,6 +39,12 @@ def model_of(moving, ground, joint="<freejoint/>"):
       <hfield name="hills" nrow="2" ncol="2" size="1 1 .1 .1" elevation="0 0 0 0"/></asset><worldbody>
       <body pos="0 0 -.02"><geom name="ground" {GEOMS[ground]}/></body>
       <body pos="0 0 .1">{joint}<geom name="moving" {GEOMS[moving]} density="2000"/></body></worldbody></mujoco>"""
+
+
+TORUS = """<mujoco><extension><plugin plugin="mujoco.sdf.torus"><instance name="t"/></plugin></extension>
+  <asset><mesh name="torus"><plugin instance="t"/></mesh></asset><worldbody>
+  <geom name="ground" type="sdf" mesh="torus"><plugin instance="t"/></geom>
+  <body pos="0 0 1"><freejoint/><geom name="moving" size=".02"/></body></worldbody></mujoco>"""
 
 
 @pytest.fixture
@@ -50,19 +57,14 @@ def load_model():
     return load_model
 
 
-def test_mujoco_refuses_a_height_field_by_its_name(load_model):
-    with pytest.raises(ValueError, match="hfield 'ground': MuJoCo computes no reliable distance to it"):
-        load_model(model_of("sphere", "hfield"), [("moving", "ground", PAIR)])
-
-
 @pytest.mark.parametrize("other", [True, False])
-@pytest.mark.parametrize("ground", ["box", "mesh", "ellipsoid", "cylinder", "plane"])
+@pytest.mark.parametrize("ground", ["box", "mesh", "ellipsoid", "cylinder", "plane", "hfield"])
 @pytest.mark.parametrize("moving", ["mesh", "ellipsoid", "sphere"])
 def test_mujoco_pushes_nothing_that_the_law_has(load_model, moving, ground, other):
     mujoco = pytest.importorskip("mujoco")
     model = load_model(model_of(moving, ground), [("moving", "ground", PAIR, {"others": other})], overlaps="keep")
     data = mujoco.MjData(model)
-    data.qpos[2] = 0.01 if ground != "plane" else 0.0
+    data.qpos[2] = 0.01 if ground not in ("plane", "hfield") else 0.0
     mujoco.mj_forward(model, data)
     assert data.nefc == 0
 
@@ -81,10 +83,10 @@ def test_mujoco_refuses_from_xml_too(load_model, capfd):
         f'<extension><plugin plugin="contactlaw.contact"><instance name="x">{config}</instance></plugin></extension>'
     )
     pair = '<contact><pair geom1="moving" geom2="ground" margin="-1e6"/></contact>'
-    text = model_of("ellipsoid", "hfield").replace("<asset>", plugin + pair + "<asset>")
+    text = TORUS.replace("<asset>", plugin + pair + "<asset>")
     with pytest.raises(ValueError, match="init failed"):
         mujoco.MjModel.from_xml_string(text)
-    assert "hfield 'ground': MuJoCo computes no reliable distance" in capfd.readouterr().err
+    assert "sdf 'ground': MuJoCo computes no reliable distance" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("ground", ["cylinder", "mesh", "ellipsoid"])

@@ -18,7 +18,7 @@ from contactlaw.world.data.demand import TABLE
 NEVER = np.inf
 
 # Kinds of shapes. Of two shapes that touch, A is the one of the lower kind; `near.pairing.meets` says which do.
-SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, TANGENT = range(13)
+SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
 MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap and speed known; a lower bound of the gap
 # Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
@@ -89,8 +89,7 @@ TREE = record(
     # its bodies are consecutive rows: address and number of the first, and how many
     bodies="u8", first="i8", count="i8",
     q_size="i8", v_size="i8", joint_count="i8",
-    # what carries it, which does not move within a step
-    base=VECTOR, base_turn=("f8", (4,)),  # position [m] and quaternion
+    base=VECTOR, base_turn=("f8", (4,)),  # position [m] and quaternion of what carries it, at rest within a step
     hangs_on="i8",  # number of that body
     gravity=VECTOR,  # [m/s^2]
     # addresses of its numbers
@@ -188,8 +187,9 @@ only. SEGMENT: the side of a capsule, which meets round shapes, and the edges of
 polyhedron swept by a ball) and PLANE (a half space) meet round shapes. ELLIPSOID: meets all but parts.
 
 Flat shapes meet each other by round parts, see `shapes.parts.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC,
-the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders only. TANGENT: a plane that is placed
-anew before each step where an engine has found two shapes nearest; its pair is always looked at.
+the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders only. HEIGHT_FIELD: meets what a
+plane meets, see `shapes.height_field`; whole shapes are separated from it by the plane at its top. TANGENT: a plane
+that is placed anew before each step where an engine has found two shapes nearest; its pair is always looked at.
 """
 
 LEDGER = 6

@@ -125,7 +125,7 @@ def parted(w, g, n):
     """What parts the two shapes of a guard, with what sweeps them, see `convex.separate`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
     n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
-    return n, low - around(sa), high + (around(sb) if sb.kind != PLANE else 0.0)
+    return n, low - around(sa), high + (around(sb) if sb.kind < PLANE else 0.0)
 
 
 @jit_inside
@@ -158,7 +158,7 @@ def has_plane(w, p, a, b):
     g = guard_at(w.guards, p.guard)
     time = b.time if a.still != 0 else a.time
     here = body_at(w.bodies, p.body_a).time == a.time and body_at(w.bodies, p.body_b).time == b.time  # and not aside
-    flat = shape_at(w.shapes, g.a).kind >= BOX and shape_at(w.shapes, g.b).kind != PLANE
+    flat = shape_at(w.shapes, g.a).kind >= BOX and shape_at(w.shapes, g.b).kind < PLANE
     if not (flat and here) or (b.still == 0 and b.time != time):
         return False
     if g.plane_time != time:

@@ -100,7 +100,7 @@ def list_within(w, steps):
         if s.kind == TANGENT:
             consider(w, s.partner, i)
             continue
-        if s.kind == PLANE:
+        if s.kind >= PLANE:
             for j in range(shapes):
                 if shape_at(w.shapes, j).kind < PLANE and not is_part(shape_at(w.shapes, j)):
                     consider(w, j, i)

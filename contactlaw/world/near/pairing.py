@@ -28,6 +28,7 @@ from contactlaw.world.data.records import (
     DISC,
     EDGE,
     ELLIPSOID,
+    HEIGHT_FIELD,
     HINGE,
     HULL,
     NEVER,
@@ -69,11 +70,11 @@ def meets(kind_a, kind_b):
     if kind_a == EDGE:
         return BOX <= kind_b <= HULL
     if kind_a == DISC:
-        return BOX <= kind_b <= PLANE
+        return BOX <= kind_b <= HEIGHT_FIELD
     if kind_a == SIDE:
         return kind_b == CYLINDER
     if kind_a == ELLIPSOID:
-        return kind_b <= PLANE
+        return kind_b <= HEIGHT_FIELD
     return kind_b == HULL and kind_a != CYLINDER
 
 
@@ -120,7 +121,7 @@ def consider(w, i, j):
         gap = -overlap
     if gap > margin:
         return
-    if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL:
+    if sa.kind >= SEGMENT or ELLIPSOID <= sb.kind <= HULL or sb.kind == HEIGHT_FIELD:
         guard = new_guard(w, i, j, w.step)
     enlist(w, i, j, guard, gap)
 
@@ -166,7 +167,7 @@ def turns_past(w, g):
             n = load(axis_at(t.axes, link.first_axis).spin)
             _, bottom, top = parted(w, g, scale(-1.0, n))
             _, low, high = parted(w, g, n)
-            return max(low - high, bottom - top) > 0.0 and shape_at(w.shapes, g.b).kind != PLANE
+            return max(low - high, bottom - top) > 0.0 and shape_at(w.shapes, g.b).kind < PLANE
     return False
 
 
@@ -180,7 +181,7 @@ def list_parts(w, shapes, n, top, listing):
     guard, margin = listing
     other, body = shape_at(w.shapes, j), body_at(w.bodies, shape_at(w.shapes, i).body)
     to, far = ZERO, NEVER
-    if other.kind != PLANE:
+    if other.kind < PLANE:
         b = body_at(w.bodies, other.body)
         to, far = add(sub(load(b.position), load(body.position)), centre(other, b)), margin + size(other)
     k = shape_at(w.shapes, i).next

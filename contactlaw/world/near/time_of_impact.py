@@ -12,17 +12,24 @@ from contactlaw.world.bodies.motion import (
     acceleration_of,
     change_bound,
     closing_at,
+    greatest_closing,
     turn_rate,
     velocity_at,
 )
 from contactlaw.world.data.access import shape_at
 from contactlaw.world.data.call import ask_time
-from contactlaw.world.data.records import NEVER, PLANE, SEGMENT, SPHERE
+from contactlaw.world.data.records import HEIGHT_FIELD, NEVER, PLANE, SEGMENT, SPHERE
 from contactlaw.world.data.vec import add, dot, load, norm, sub
 from contactlaw.world.near.guards import keeps_apart, over_plane
 from contactlaw.world.shapes.geometry import OF_TIME, centre, meet_near
 
 OVER = 0.01  # of the radius, over a plane that parts whole shapes: what is higher is seen against this alone
+
+
+@jit_inside
+def bending(b, time):
+    """Return a bound on the acceleration [m/s^2] by rotation of a body's points within a time [s]."""
+    return turning_bound(b, time) * b.reach + change_bound(b, b.reach, time)
 
 
 @jit_inside
@@ -50,6 +57,12 @@ def predict(w, p, a, b, now, left):
     p.acceleration = -dot(rest, n) if flat else norm(rest)
     p.toi = now
     if overlap > 0.0:
+        return
+    if sb.kind == HEIGHT_FIELD:  # not convex: it comes nearer as fast as any point moves, at most
+        p.closing = greatest_closing(a, b)
+        p.acceleration = norm(rest) + bending(a, left) + bending(b, left)
+        wait = time_to_close(p.gap, p.closing, p.acceleration)
+        p.toi = now + wait if wait < left else NEVER
         return
     if sa.kind >= SEGMENT:
         ask_time(types.uint64(whole_at(sa.swept, OF_TIME)), p, sa, a, sb, b, n, arm_a, left)

@@ -85,7 +85,7 @@ def separate(sa, a, sb, b, n):
     height of A along it and the greatest of B, without the radii that sweep them, from B's centre of mass [m]; and A's
     lowest point from its own centre of mass.
     """
-    if sb.kind == PLANE:
+    if sb.kind >= PLANE:
         n = to_world(b.axes, load(sb.normal))
         high = dot(n, centre(sb, b))
     else:

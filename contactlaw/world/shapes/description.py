@@ -7,8 +7,20 @@ from numpy.typing import ArrayLike
 
 from contactlaw import checks
 from contactlaw.world.data.frames import matrix_of, turn_to, unit_quaternion
-from contactlaw.world.data.records import BOX, CYLINDER, ELLIPSOID, END, HULL, PLANE, SEGMENT, SPHERE, TANGENT, Array
-from contactlaw.world.shapes import convex, disc, ellipsoid
+from contactlaw.world.data.records import (
+    BOX,
+    CYLINDER,
+    ELLIPSOID,
+    END,
+    HEIGHT_FIELD,
+    HULL,
+    PLANE,
+    SEGMENT,
+    SPHERE,
+    TANGENT,
+    Array,
+)
+from contactlaw.world.shapes import convex, disc, ellipsoid, height_field
 from contactlaw.world.shapes.hulls import core_of
 from contactlaw.world.shapes.parts import Fields, parts_of
 
@@ -145,6 +157,31 @@ class Shapes:
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
         return self._shape(self._placed(PLANE, body, p) | {"normal": self._turn(body)[1] @ n})
 
+    def add_height_field(
+        self, body: int | None, heights: ArrayLike, half_lengths: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0),
+        quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> int:  # fmt: skip
+        """Fix a height field to a body, or to the world: None; returns the shape's number.
+
+        The surface through the heights is smooth. Shapes that meet planes touch it from above.
+
+        Args:
+            body: Number of the body.
+            heights: [m], shape (rows, columns), at least two each: rows along its y axis, columns along x.
+            half_lengths: Half of its lengths along x and y [m], shape (2,).
+            at, quaternion: As for a box; heights are along the third axis.
+        """
+        own, half = checks.finite_array("heights", heights), checks.finite_array("half_lengths", half_lengths)
+        if own.ndim != 2 or min(own.shape) < 2:
+            raise ValueError(f"heights: shape {own.shape}; must be (rows, columns), at least 2 each")
+        if half.shape != (2,) or not half.min() > 0.0:
+            raise ValueError(f"half_lengths = {half.tolist()}: must be two numbers > 0")
+        rows, top = height_field.table(own, half)
+        axes = matrix_of(unit_quaternion("quaternion", quaternion))
+        made = self._placed(HEIGHT_FIELD, body, checks.vector("at", at) + top * axes[:, 2], axes)
+        made |= {"half": np.array([*half, 0.0]), "normal": self._turn(body)[1] @ axes[:, 2], "heights": rows}
+        return self._shape(made | height_field.addresses())
+
     def add_shape(
         self, kind: str, body: int, sizes: Array, at: Array, quaternion: Array, rounding: float | None = None,
         points: Array | None = None,
@@ -152,7 +189,7 @@ class Shapes:
         """Fix a shape, given by an engine's name and sizes, to a body; returns the numbers of the shapes that it makes.
 
         sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
-        points: of a mesh, whose hull it is; without them any other kind makes no shape.
+        points: of a mesh, whose hull it is, or the heights of an "hfield"; without them such kinds make no shape.
         """
         axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
         if kind == "capsule":
@@ -167,6 +204,8 @@ class Shapes:
             return [self.add_cylinder(body, first, second, at, axis, rounding)]
         if kind == "ellipsoid":
             return [self.add_ellipsoid(body, sizes, at, quaternion)]
+        if kind == "hfield" and points is not None:
+            return [self.add_height_field(body, points, sizes, at, quaternion)]
         return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
 
     def _body(self, body: int) -> int:

@@ -100,6 +100,20 @@ def nearest_in_disc(m, e1, e2, radius, crown, shapes):
     return y
 
 
+@jit_inside
+def lowest_over_plane(s, b, n):
+    """Return the vector from a disc's middle to its deepest point over a plane of normal n [m], and the radius there."""
+    radius, _, _ = dimensions(s)
+    r, axis = s.radius, to_world(b.axes, load(s.normal))
+    across = axpy(-dot(n, axis), axis, n)
+    far = norm(across)
+    t = 0.5 * radius / (CROWN * r)
+    share = t * far
+    if share > 1.0:
+        t, share = 1.0 / far, 1.0
+    return scale(-t * radius, across), r * (1.0 - CROWN * (1.0 + share * share))
+
+
 def deepest(sa, a, sb, b, d):
     """Return the vector from a disc's middle to its deepest point in a plane or a core [m], and the radius there [m].
 
@@ -109,14 +123,7 @@ def deepest(sa, a, sb, b, d):
     r = sa.radius
     axis = to_world(a.axes, load(sa.normal))
     if sb.kind == PLANE:
-        n = to_world(b.axes, load(sb.normal))
-        across = axpy(-dot(n, axis), axis, n)
-        far = norm(across)
-        t = 0.5 * radius / (CROWN * r)
-        share = t * far
-        if share > 1.0:
-            t, share = 1.0 / far, 1.0
-        return scale(-t * radius, across), r * (1.0 - CROWN * (1.0 + share * share))
+        return lowest_over_plane(sa, a, to_world(b.axes, load(sb.normal)))
     side, shapes = to_world(a.axes, side), (sa, a, sb, b)
     m, e1, u = d, side, axis
     if sb.kind != HULL:

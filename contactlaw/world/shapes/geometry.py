@@ -8,7 +8,19 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.data.access import shape_at
 from contactlaw.world.data.call import ask_deepest, ask_meeting, ask_radius
-from contactlaw.world.data.records import BOX, CYLINDER, DISC, ELLIPSOID, HULL, NEVER, PLANE, SEGMENT, SIDE, SPHERE
+from contactlaw.world.data.records import (
+    BOX,
+    CYLINDER,
+    DISC,
+    ELLIPSOID,
+    HEIGHT_FIELD,
+    HULL,
+    NEVER,
+    PLANE,
+    SEGMENT,
+    SIDE,
+    SPHERE,
+)
 from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
 BACK = 0.02  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
@@ -40,7 +52,7 @@ def meet(sa, a, sb, b):
     the deepest point of A's sphere. That sphere is centred at the point of A's middle line nearest to B; of a disc at
     its deepest point.
     """
-    where = sa.meet if sa.meet != 0 else sb.meet
+    where = sa.meet if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.meet
     if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
         where = function_for(sa, sb, OF_MEETING)
     if where != 0:
@@ -134,7 +146,7 @@ def effective_radius(sa, a, sb, b):
     """
     where = types.uint64(0)
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
-        where = sa.curve if sa.meet != 0 else sb.curve
+        where = sa.curve if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.curve
     elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
         where = function_for(sa, sb, OF_RADIUS)
     if where != 0:

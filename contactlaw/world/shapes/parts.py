@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from contactlaw.world.data.records import BOX, CORNER, CYLINDER, DISC, EDGE, HULL, PLANE, SIDE
+from contactlaw.world.data.records import BOX, CORNER, CYLINDER, DISC, EDGE, HEIGHT_FIELD, HULL, PLANE, SIDE
 from contactlaw.world.shapes import disc
 from contactlaw.world.shapes.core import CROWN
 
@@ -25,7 +25,7 @@ def parts_of(core: Fields, others: set[int]) -> list[Fields]:
     rests on its rims, DISCs that reach to its side, and on four small feet an end, which leave the ground once the rim
     is lower by some hundredths of r. A hull has the same parts as a box.
     """
-    flat, cores = others & {PLANE, BOX, CYLINDER, HULL}, others & {BOX, CYLINDER, HULL}
+    flat, cores = others & {PLANE, HEIGHT_FIELD, BOX, CYLINDER, HULL}, others & {BOX, CYLINDER, HULL}
     if not flat:
         return []
     base, r = {"body": core["body"], "radius": core["radius"]}, core["radius"]

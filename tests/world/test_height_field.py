@@ -1,0 +1,173 @@
+"""Height fields: surfaces through heights on a grid, against planes, brute force, a pendulum's period and energy."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin, sqrt, tan
+
+import numpy as np
+import pytest
+
+from contactlaw.jit import jit
+from contactlaw.world import World
+from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.frames import matrix_of
+from contactlaw.world.shapes.geometry import meet
+from tests.world.world_scenes import steel_pair
+
+pytestmark = pytest.mark.heavy
+TILT, HALF = 0.3, (2.0, 1.5)
+SHAPES = "ball", "egg", "can", "box"
+
+
+@jit
+def meeting(world, i, j):
+    """Overlap, normal and both arms of two shapes where their bodies are."""
+    w = world[0]
+    one, other = shape_at(w.shapes, i), shape_at(w.shapes, j)
+    return meet(one, body_at(w.bodies, one.body), other, body_at(w.bodies, other.body))
+
+
+def give_shape(world: World, name: str, **motion) -> tuple[int, int]:
+    """A body of 0.2 kg with a shape; the numbers of both."""
+    body = world.add_body(0.2, (4e-5, 5e-5, 6e-5), **motion)
+    if name == "ball":
+        return body, world.add_sphere(body, 0.02)
+    if name == "egg":
+        return body, world.add_ellipsoid(body, (0.02, 0.03, 0.025))
+    return body, world.add_cylinder(body, 0.03, 0.02) if name == "can" else world.add_box(body, (0.03, 0.02, 0.02))
+
+
+def bowl(curvature: float, half: float, count: int = 25) -> np.ndarray:
+    x = np.linspace(-half, half, count)
+    return 0.5 * curvature * (x[None] ** 2 + x[:, None] ** 2)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_tilted_field_is_a_plane(name):
+    """Interpolation reproduces a plane: the first bounces are those off it, to what times of touch are found to."""
+    ends = []
+    for field in (True, False):
+        world = World(timestep=1e-3)
+        if field:
+            heights = np.tile(tan(TILT) * np.linspace(-HALF[0], HALF[0], 9), (7, 1))
+            ground = world.add_height_field(None, heights, HALF)
+        else:
+            ground = world.add_plane(None, (0.0, 0.0, 0.0), (-sin(TILT), 0.0, cos(TILT)))
+        body, shape = give_shape(world, name, position=(1.0, 0.0, 0.4), spin=(1.0, 3.0, 2.0))
+        world.add_contact(shape, ground, steel_pair(friction=0.3, restitution=0.8))
+        world.step(220)
+        assert world.velocity[body, 2] > -1.2  # from 0.08 m it has bounced; falling on it would go at 2.2 m/s
+        ends.append(np.concatenate([world.position[body], world.velocity[body]]))
+    assert np.abs(ends[0] - ends[1]).max() < 1e-4
+
+
+def test_the_nearest_point_is_that_of_a_dense_net():
+    """A ball's distance from a bumpy field is the least over a net of points, whose own error is of second order."""
+    rng = np.random.default_rng(3)
+    heights = 0.05 * rng.standard_normal((8, 9))
+    world = World()
+    ground = world.add_height_field(None, heights, (0.4, 0.35))
+    body = world.add_body(1.0, 1e-3)
+    ball = world.add_sphere(body, 0.03)
+    fine = 120
+
+    def along(values: np.ndarray, count: int) -> np.ndarray:
+        """Between the rows, by Keys' cubic as a polynomial in the place."""
+        padded = np.pad(values, [(1, 1), (0, 0)], mode="reflect", reflect_type="odd")
+        place = np.linspace(0.0, count - 1.0, fine * (count - 1) + 1)
+        i = np.minimum(place.astype(int), count - 2)
+        t = (place - i)[:, None]
+        a, b, c, d = (padded[i + n] for n in range(4))
+        return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)))
+
+    z = along(along(heights, 8).T, 9).T
+    x, y = np.linspace(-0.4, 0.4, z.shape[1]), np.linspace(-0.35, 0.35, z.shape[0])
+    for _ in range(40):
+        u, v = rng.uniform(-0.38, 0.38), rng.uniform(-0.33, 0.33)
+        foot = z[np.abs(y - v).argmin(), np.abs(x - u).argmin()]
+        c = np.array([u, v, foot + rng.uniform(0.01, 0.06)])
+        world.arrays.bodies["position"][body + 1] = c
+        far = sqrt(((x - u)[None] ** 2 + (y - v)[:, None] ** 2 + (z - c[2]) ** 2).min())
+        overlap, normal, _, _ = meeting(world.arrays.bound().world, ball, ground)
+        assert 0.03 - overlap <= far + 1e-12  # it is the least, or a bound where it is clear of the field
+        if overlap > -0.01:
+            assert far - (0.03 - overlap) < 1e-4
+            assert np.dot(normal, normal) == pytest.approx(1.0, abs=1e-14)
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 4e-3])
+def test_a_ball_rolls_in_a_bowl_as_a_pendulum(timestep):
+    """Small swings of a rolling ball: T = 2 pi sqrt(7/5 (1/k - r)/g) at the bottom of a bowl of curvature k."""
+    k, r = 2.0, 0.02
+    world = World(timestep=timestep)
+    ground = world.add_height_field(None, bowl(k, 0.3), (0.3, 0.3))
+    body = world.add_body(0.2, 0.4 * 0.2 * r * r, position=(0.005, 0.0, r + 0.5 * k / (1.0 - k * r) * 0.005**2))
+    world.add_contact(world.add_sphere(body, r), ground, steel_pair(friction=0.5, restitution=0.9))
+    places = []
+    for _ in range(round(5.0 / timestep)):
+        world.step(1)
+        places.append(world.position[body, 0])
+    x = np.array(places)
+    down = np.flatnonzero((x[:-1] > 0.0) & (x[1:] <= 0.0))
+    times = timestep * (down + x[down] / (x[down] - x[down + 1]))
+    assert np.diff(times).mean() == pytest.approx(2.0 * pi * sqrt(1.4 * (1.0 / k - r) / 9.81), rel=2e-4)
+    assert x[-round(1.7 / timestep) :].max() > 0.99 * x.max()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("timestep", [5e-4, 4e-3])
+def test_elastic_bodies_keep_their_energy_on_hills(name, timestep):
+    x = np.linspace(-1.0, 1.0, 25)
+    hills = bowl(0.6, 1.0) + 0.01 * np.sin(9.0 * x[None]) * np.cos(7.0 * x[:, None])
+    world = World(timestep=timestep)
+    ground = world.add_height_field(None, hills, (1.0, 1.0))
+    _, shape = give_shape(world, name, position=(0.1, 0.2, 0.3), spin=(3.0, -5.0, 8.0))
+    world.add_contact(shape, ground, steel_pair(friction=0.0, restitution=1.0))
+    before = world.energy.total
+    for _ in range(round(1.2 / timestep)):
+        world.step(1)
+        assert world.energy.total == pytest.approx(before, rel=2e-4)
+    assert world.arrays.world["kicks"][0] > 100
+    assert world.arrays.world["late"][0] == 0
+
+
+def test_a_ball_that_goes_past_the_border_falls():
+    world = World(timestep=2e-3)
+    ground = world.add_height_field(None, np.zeros((3, 3)), (0.2, 0.2))
+    body, shape = give_shape(world, "ball", position=(0.1, 0.0, 0.02), velocity=(1.0, 0.0, 0.0))
+    world.add_contact(shape, ground, steel_pair(friction=0.3, restitution=0.5))
+    world.step(40)
+    assert world.position[body, 2] == pytest.approx(0.02, abs=1e-6)
+    world.step(200)
+    assert world.position[body, 2] < -0.3 and world.position[body, 0] > 0.22
+
+
+def test_a_turned_field_is_the_field_turned():
+    """Field, ball and gravity turned together: the motion is that of the unturned, turned."""
+    q = np.array([cos(0.4), 0.3 * sin(0.4), -0.5 * sin(0.4), sqrt(0.66) * sin(0.4)])
+    ends = []
+    for quaternion in ((1.0, 0.0, 0.0, 0.0), q):
+        matrix = matrix_of(np.array(quaternion))
+        world = World(gravity=matrix @ [0.0, 0.0, -9.81], timestep=2e-3)
+        ground = world.add_height_field(None, bowl(1.0, 0.5), (0.5, 0.5), quaternion=quaternion)
+        body, shape = give_shape(world, "ball", position=matrix @ [0.1, 0.05, 0.1], quaternion=quaternion)
+        world.add_contact(shape, ground, steel_pair(friction=0.3, restitution=0.8))
+        world.step(100)
+        ends.append(matrix.T @ world.position[body])
+    assert np.abs(ends[1] - ends[0]).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("heights", "half", "message"),
+    [
+        (np.zeros(4), (1.0, 1.0), r"heights: shape \(4,\); must be \(rows, columns\)"),
+        (np.zeros((1, 4)), (1.0, 1.0), r"heights: shape \(1, 4\); must be"),
+        ([[0.0, np.nan], [0.0, 0.0]], (1.0, 1.0), "heights"),
+        (np.zeros((3, 3)), (1.0, 0.0), r"half_lengths = \[1.0, 0.0\]: must be two numbers > 0"),
+        (np.zeros((3, 3)), (1.0, 1.0, 1.0), "half_lengths = .*must be two numbers"),
+    ],
+)
+def test_what_is_no_field_is_refused(heights, half, message):
+    world = World()
+    with pytest.raises(ValueError, match=message):
+        world.add_height_field(None, heights, half)
