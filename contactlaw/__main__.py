@@ -127,7 +127,7 @@ def _calibrate(given: argparse.Namespace) -> None:
         )  # fmt: skip
     print(result.summary())
     if given.png is not None:
-        from contactlaw.calibration_figure import save_calibration
+        from contactlaw.calibration.figure import save_calibration
 
         print(f"picture: {save_calibration(result, given.png)}")
 

@@ -14,8 +14,7 @@ from contactlaw.impact import check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import SCALED_DEEPEST, Motion, normal_motion
 from contactlaw.pair import ContactPair, warn_of_depth
-from contactlaw.single import paths
-from contactlaw.single.ledger import TRACK, Scale, ledger
+from contactlaw.single import DONE, PULL, SLIDING_SPEED, STORED, TRACK, Scale, impact_by_steps
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -165,8 +164,8 @@ def collide(
     else:
         law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more of them than the rebound does
         p, scales = pair.parameters(radius, law.memory), Scale(mass, approach, length, tangential_mass)
-        after = paths.impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
-    force = np.outer(track[0], (-along[0], -along[1], -along[2]))
+        after = impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
+    force = np.outer(track[PULL], (-along[0], -along[1], -along[2]))
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
     impulse = push * x + pull * along[0], push * y + pull * along[1], push * z + pull * along[2]
@@ -177,7 +176,7 @@ def collide(
             _plus(v_b, -in_b, impulse), _plus(w_b, -arm_b * turn_b, turn),
         ]
     )  # fmt: skip
-    time, overlap, normal_force, *energies = ledger(motion, Scale(mass, approach, length, tangential_mass), track)
+    time, overlap, normal_force, *energies = _ledger(motion, Scale(mass, approach, length, tangential_mass), track)
     return Impact(
         velocity_a, spin_a, velocity_b, spin_b, chi, scale * speed, scale * after,
         time, overlap, normal_force, force, *energies,
@@ -196,6 +195,23 @@ def _normal_motion(
         return motion, approach * sqrt(mass / (LINEAR_STIFFNESS * k * sqrt(deepest))), deepest
     length = deepest / SCALED_DEEPEST
     return motion, length, length * float(motion.delta.max())
+
+
+def _ledger(motion: Motion, scale: Scale, track: Array) -> list[Array]:
+    """Time [s], overlap [m], normal force [N]; kinetic energy, stored normally and tangentially, lost to friction and
+    to the damper [J], (steps + 1,) each."""
+    energy = scale.mass * scale.approach * scale.approach
+    stored, square = energy * motion.energy, motion.speed * motion.speed
+    return [
+        scale.length / scale.approach * motion.instant,
+        scale.length * motion.delta,
+        energy / scale.length * motion.force,
+        0.5 * energy * square + 0.5 * scale.tangential_mass * track[SLIDING_SPEED] ** 2,
+        stored,
+        track[STORED],
+        track[DONE] - track[STORED],
+        0.5 * energy * (1.0 - square) - stored,
+    ]
 
 
 def _cross(a: Sequence[float], b: Sequence[float]) -> Vector:

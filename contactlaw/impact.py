@@ -11,14 +11,13 @@ from math import ceil, inf, isfinite, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlaw import checks
+from contactlaw import checks, single
 from contactlaw.laws import Law, law_of, oscillator
 from contactlaw.laws.base import Array, Impacts
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import normal_motion
 from contactlaw.laws.record import PAIR
 from contactlaw.pair import ContactPair, warn_of_depth
-from contactlaw.single import paths
 
 # Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
 # the finer its traces across the contact.
@@ -126,7 +125,7 @@ def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Ar
     """Whole impacts in steps, scaled so that m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
     motion = normal_motion(zeta, steps, law.linear)
     deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # the former: P = delta
-    paths.impacts_by_steps(
+    single.impacts_by_steps(
         law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0), *law.new_contact(), motion, deepest, psi, chi, out
     )
 
@@ -190,12 +189,12 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
     p = pair.parameters()
     warn_of_depth(float(overlap.max()), float(p[RADIUS_AT]))
     normal = np.empty(overlap.size)
-    x, y = (1.0, 0.0) if line else paths.direction(motion)
+    x, y = (1.0, 0.0) if line else single.direction(motion)
     if law.on_line is not None and pair.friction > 0.0 and (x != 0.0 or y != 0.0):
         pull = np.empty(overlap.size)
         law.on_line.force_along_path(p, overlap, motion if line else (motion - motion[0]) @ (x, y), normal, pull)
         return normal, pull if line else np.outer(pull, (x, y))
     plane = np.column_stack([motion, np.zeros(motion.size)]) if line else np.ascontiguousarray(motion)
     tangential = np.empty((overlap.size, 2))
-    paths.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
+    single.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
     return normal, tangential[:, 0].copy() if line else tangential

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from importlib import import_module
+from math import inf
 from pkgutil import iter_modules
 
 from contactlaw import checks
@@ -19,7 +20,7 @@ def _ranked() -> list[tuple[str, type[Law]]]:
     return sorted(KNOWN.items(), key=lambda item: item[1].rung)
 
 
-LAWS: dict[str, Law] = {name: kind() for name, kind in _ranked()}
+LAWS: dict[str, Law] = {name: kind() for name, kind in _ranked() if kind.rung < inf}
 """Every law of the package by its name, with its defaults, in the order of the rungs."""
 
 

@@ -50,12 +50,13 @@ class Law:
       4. where the defaults, those of Mindlin's spring, are not its own: `stiffness(contact, law)`, stuck [N/m]
          (infinite: rigid), and `energy(contact, law, memory)` [J];
       5. `ContactPair(..., law=MyLaw())` then works everywhere. `law_of`, XML and the command line find it by its name
-         once its file is imported; one in this folder is in `LAWS`, over which all property tests run.
+         once its file is imported. Files in this folder always are; those with a `rung` are in `LAWS`, over which all
+         property tests run.
 
     Attributes:
         name: As users write it.
         source: Where the law comes from.
-        rung: Its place in the ladder, by which `LAWS` is ordered.
+        rung: Its place in the ladder, by which `LAWS` is ordered; infinite: it is not in `LAWS`.
         memory: How many vectors it remembers.
         linear: Whether the normal spring is linear as well.
         sectors: Whether it is Microslip's theory, so that `laws.sectors` may stand for it in contacts that spin.

@@ -6,6 +6,7 @@ Forces F and tractions q point along the motion of body A relative to B: the for
 from __future__ import annotations
 
 from math import ceil, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,11 +15,25 @@ from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.normal_motion import Motion
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
-from contactlaw.single.ledger import Scale, note
 
 SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
 MOST_SUBSTEPS = 4096  # per segment of the path
 ROUNDING = 1e-15  # of coordinates, over the largest
+
+
+class Scale(NamedTuple):
+    """From scaled to SI: effective mass [kg], approach speed [m/s], length [m], tangential effective mass [kg]."""
+
+    mass: float
+    approach: float
+    length: float
+    tangential_mass: float
+
+
+# Rows of what is known of the tangential motion, (TRACK, steps + 1): force [N], energy stored by it [J], work done by
+# it until now [J], sliding speed [m/s].
+PULL, STORED, DONE, SLIDING_SPEED = range(4)
+TRACK = 4
 
 
 @jit
@@ -110,7 +125,9 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
         speed -= share * impulse * motion.drop[k]
         slide = speed * length / approach * motion.step[k]
         now = 0.5 * (before + speed) if 0 < k < steps else before if k == 0 else speed
-        note(track_out, k, pull, elastic, work, now)
+        if track_out.size > 0:
+            track_out[PULL, k], track_out[STORED, k], track_out[DONE, k] = pull, elastic, work
+            track_out[SLIDING_SPEED, k] = now
     return speed
 
 

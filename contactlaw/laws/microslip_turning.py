@@ -1,0 +1,271 @@
+"""`MicroslipTurning`, a law for slides that turn: microslip's springs, but Coulomb's limit on the surface.
+
+    pair = ContactPair(steel, steel, friction=0.1, law=MicroslipTurning())
+
+On a straight slide |q| <= mu p on the line and |tau| <= mu p on the surface are one condition (method of dimensionality
+reduction); where tractions have different directions only the second is friction's. Abel's transform takes the line's
+tractions q, constant within cells that end at c_i = w_1 + .. + w_i, to the forces on rings of the surface, which end at
+r_j (Popov & Hess 2015, section 17):
+
+    f = B q      B_ji = H_i(r_(j-1)) - H_i(r_j)      H_i(r) = 2 [sqrt(c_i^2 - r^2) - sqrt(c_(i-1)^2 - r^2)]
+
+B is constant, and upper triangular with c_j <= r_j < c_(j+1). The springs' energy, sum of w q^2/G*, makes A = C^T
+diag(2 w) C, C = B^-1, the compliance between the rings. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
+(B mu p)_j, such that a ring on its limit slips, r = A (B q* - f), along its traction, the mean of before and after.
+Should few sweeps leave tractions of which the step would give energy, they go back until it gives none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import exp, inf, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlaw.jit import jit, jit_inline, jit_of_sums
+from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
+from contactlaw.laws.nodes import levers, step_of
+from contactlaw.laws.slip import carried
+
+TURN = 1e-3  # of the limit, or sine: tractions out of line by less count as straight, at a tenth of this of mu P
+BEYOND = 0.15  # of the next cell: r_j beyond c_j, where the surface's traction is infinite. 0.1 to 0.25 are as good
+ENOUGH, MOST_SWEEPS = 0.0075, 12  # change of the rings' forces in a sweep, over that of a contact that sticks
+NEAR = 0.8  # of the limit squared: such a ring's force counts as on its limit at the start of the step
+
+# Rows of what is known of the nodes: limit; traction without slip, and as it will be, along both tangents.
+CAP, FREE_U, FREE_V, NEW_U, NEW_V = range(5)
+# Rows of what is known of the rings: limit; force now, before, and where it would be if this ring alone were stuck.
+LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
+
+
+def cells(count: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Places and widths of cells on [0, 1] that end at equal steps of the angle, x = sin: narrow where slip begins.
+
+    x^2 is its mean over the cell, so that all limits together are those of the pressure. Gauss's nodes do not lie in
+    the middle of the cells that their weights make: where a tenth of the radius slips, the loss a turn was off by 12 %.
+    """
+    ends = np.sin(np.linspace(0.0, 0.5 * np.pi, count + 1))
+    return np.sqrt((ends[1:] ** 2 + ends[1:] * ends[:-1] + ends[:-1] ** 2) / 3.0), np.diff(ends)
+
+
+@lru_cache(maxsize=64)
+def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[Any]]:
+    """B, C, and over the diagonal of A: C^T diag(2 w) by rows, A without its diagonal by columns; (n, n) each."""
+    w = np.array(weights)
+    ends = np.concatenate([[0.0], np.cumsum(w)])
+    rims = ends + np.concatenate([[0.0], BEYOND * w[1:], [0.0]])
+    within = 2.0 * np.sqrt(np.maximum(ends**2 - rims[:, None] ** 2, 0.0))
+    b = np.triu(-np.diff(np.diff(within), axis=0))
+    c = np.triu(np.linalg.inv(b))
+    a = c.T @ (2.0 * w[:, None] * c)
+    own = np.diag(a)
+    return {"surface": b, "line": c, "slip": 2.0 * w * c.T / own[:, None], "follow": a / own - np.eye(w.size)}
+
+
+@jit_inline
+def on_a_line(contact, memory, du, dv):
+    """Whether force, displacement and the middle's traction are on one line, to `TURN`: then nothing turns."""
+    f, g, u, v = contact.f, contact.g, memory[0, 0], memory[1, 0]
+    if f == 0.0 and g == 0.0:
+        f, g = u, v
+    square, step, middle = f * f + g * g, f * dv - g * du, f * v - g * u
+    narrow = TURN * TURN * square
+    return step * step <= narrow * (du * du + dv * dv) and middle * middle <= narrow * (u * u + v * v)
+
+
+@jit_of_sums
+def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
+    """Whether tractions lie on no one line once all nodes are displaced and some must slip; arguments: `displace`."""
+    rate = 1.0 / (overlap - before) if overlap > before else 1e300
+    uu, uv, vv, load, most = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(law.w.size):
+        z = max(overlap - s2 * law.x2[i], 0.0)
+        part = min(z * rate, 1.0)
+        u, v = memory[0, i] + part * gu, memory[1, i] + part * gv
+        most = max(most, u * u + v * v - cap * cap * z * z)
+        uu += law.w[i] * u * u
+        uv += law.w[i] * u * v
+        vv += law.w[i] * v * v
+        load += law.w[i] * z
+    return min(most, load) > 0.0 and uu * vv - uv * uv > (TURN * cap * load) ** 2 * (uu + vv)
+
+
+@jit
+def returned(x, y, limit, before_u, before_v):
+    """A ring's force on its limit, where it would be outside, at (x, y), if it stuck; before: at the start of the step.
+
+    The slip along the mean of the tractions before and after needs no root. A ring that has just come to its limit, or
+    a step that is long beside it, goes straight to the limit and then, as a spring that is dragged, along a tractrix:
+    tan(angle/2) falls by exp(-way/limit).
+    """
+    square = limit * limit
+    over, along = x * x + y * y - square, square + x * before_u + y * before_v
+    if before_u * before_u + before_v * before_v > NEAR * square and over < 0.6 * square and along > 1.5 * square:
+        scale = 1.0 / (2.0 * along + over)
+        return (2.0 * along * x - over * before_u) * scale, (2.0 * along * y - over * before_v) * scale
+    way_x, way_y = x - before_u, y - before_v
+    way = sqrt(way_x * way_x + way_y * way_y)
+    if limit == 0.0 or way == 0.0:
+        return before_u, before_v
+    inward, across = (before_u * way_x + before_v * way_y) / way, (before_v * way_x - before_u * way_y) / way
+    reach = sqrt(max(square - across * across, 0.0))
+    half = across / (limit + reach) * exp(-max(way - reach + inward, 0.0) / limit)
+    scale = limit / ((1.0 + half * half) * way)
+    x, y = (1.0 - half * half) * scale, 2.0 * half * scale
+    return x * way_x - y * way_y, x * way_y + y * way_x
+
+
+@jit_of_sums
+def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
+    """`microslip.displace`, with its arguments and results, by friction's limit on the surface.
+
+    The springs' own limit makes the first guess; then rings are returned from the edge inwards (Gauss-Seidel), each
+    knowing what those outside of it have slipped, more closely where the step would give energy.
+    """
+    n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
+    rate = 1.0 / (overlap - before) if overlap > before else 1e300
+    node, ring = np.empty((5, n)), np.zeros((7, n))
+    load, active, pull_u, pull_v, lost = 0.0, 0, 0.0, 0.0, 0.0
+    for i in range(n):
+        z = max(overlap - s2 * law.x2[i], 0.0)
+        part = min(z * rate, 1.0)
+        u, v = memory[0, i] + part * gu, memory[1, i] + part * gv
+        back = min(cap * z / sqrt(u * u + v * v + 1e-300), 1.0)
+        node[CAP, i] = cap * z
+        node[FREE_U, i], node[FREE_V, i], node[NEW_U, i], node[NEW_V, i] = u, v, back * u, back * v
+        load += law.w[i] * z
+        active += z > 0.0
+    for j in range(active):
+        limit, fu, fv, before_u, before_v, out_u, out_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(n):
+            b, slip = law.surface[j, i], law.slip[j, i]
+            limit += b * node[CAP, i]
+            fu += b * node[NEW_U, i]
+            fv += b * node[NEW_V, i]
+            before_u += b * memory[0, i]
+            before_v += b * memory[1, i]
+            out_u += slip * (node[FREE_U, i] - node[NEW_U, i])
+            out_v += slip * (node[FREE_V, i] - node[NEW_V, i])
+        limit, square = max(limit, 0.0), before_u * before_u + before_v * before_v
+        onto = limit / sqrt(square) if square > NEAR * limit * limit else 1.0
+        ring[LIMIT, j], ring[FORCE_U, j], ring[FORCE_V, j] = limit, fu, fv
+        ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
+        ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
+    enough = 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2)
+    for _ in range(3):
+        lost = give_way(law, memory, node, ring, relax(law, ring, active, enough))
+        if lost >= 0.0:
+            break
+        enough *= 1e-3
+    if lost < 0.0 and (overlap >= before or enough == 0.0):  # else the mean force is not the work's
+        pull_back(law, memory, node, lost, 1.0 if overlap >= before else 0.0)
+    for i in range(n):
+        memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
+        pull_u += law.w[i] * node[NEW_U, i]
+        pull_v += law.w[i] * node[NEW_V, i]
+    within = min(cap * load / sqrt(pull_u * pull_u + pull_v * pull_v + 1e-300), 1.0)
+    return within * pull_u, within * pull_v
+
+
+@jit_of_sums
+def relax(law, ring, active, enough):
+    """Return rings to their limits until a sweep changes their forces by no more than enough [N/m].
+
+    Returns the innermost that slips: springs further in have no slip to give way to.
+    """
+    n, inner = ring.shape[1], active
+    for _ in range(MOST_SWEEPS):
+        change, inner = 0.0, active
+        for i in range(active - 1, -1, -1):
+            u, v, limit = ring[STUCK_U, i], ring[STUCK_V, i], ring[LIMIT, i]
+            if u * u + v * v > limit * limit:
+                inner = i
+                u, v = returned(u, v, limit, ring[BEFORE_U, i], ring[BEFORE_V, i])
+            by_u, by_v = u - ring[FORCE_U, i], v - ring[FORCE_V, i]
+            by = sqrt(by_u * by_u + by_v * by_v)
+            if by > 0.03 * enough:
+                change += by
+                ring[FORCE_U, i], ring[FORCE_V, i] = u, v
+                for j in range(n):
+                    ring[STUCK_U, j] -= law.follow[i, j] * by_u
+                    ring[STUCK_V, j] -= law.follow[i, j] * by_v
+        if change <= enough:
+            break
+    return inner
+
+
+@jit_of_sums
+def give_way(law, memory, node, ring, inner):
+    """Put the rings' forces on the springs from the inner ring on; returns what the step dissipates, times G*."""
+    n, lost = ring.shape[1], 0.0
+    for i in range(inner, n):
+        u, v = 0.0, 0.0
+        for j in range(n):
+            u += law.line[i, j] * ring[FORCE_U, j]
+            v += law.line[i, j] * ring[FORCE_V, j]
+        node[NEW_U, i], node[NEW_V, i] = u, v
+        lost += law.w[i] * ((memory[0, i] + u) * (node[FREE_U, i] - u) + (memory[1, i] + v) * (node[FREE_V, i] - v))
+    for i in range(inner):
+        node[NEW_U, i], node[NEW_V, i] = node[FREE_U, i], node[FREE_V, i]
+    return lost
+
+
+@jit_of_sums
+def pull_back(law, memory, node, lost, turned):
+    """Go from tractions of which the step would give energy, lost < 0, towards the start's turned round or nothing.
+
+    turned: 1; or 0, as the load falls, in a step without displacement.
+    """
+    n, both = memory.shape[1], 1e-300
+    for i in range(n):
+        u, v = node[NEW_U, i] + turned * memory[0, i], node[NEW_V, i] + turned * memory[1, i]
+        both += law.w[i] * (u * u + v * v)
+    share = max(1.0 + lost / both, 0.0)
+    share = share if turned > 0.0 else sqrt(share)
+    for i in range(n):
+        u, v = turned * memory[0, i], turned * memory[1, i]
+        node[NEW_U, i], node[NEW_V, i] = share * (node[NEW_U, i] + u) - u, share * (node[NEW_V, i] + v) - v
+
+
+@dataclass(frozen=True)
+class MicroslipTurning(Microslip):
+    """`Microslip` that is right where a slide turns: five times its cost there, nothing where none does.
+
+    It stands beside the ladder of laws, for in a crowd nearly every slide turns.
+    """
+
+    name = "microslip_turning"
+    source = "rings with local Coulomb friction by Abel's transform: the docstring of this file"
+    rung = inf
+    nodes = 16  # the time of a sweep grows with their square
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.shear_loss:
+            raise ValueError("shear_loss = True: must be False here, slides that turn have no losses in shear")
+
+    def numbers(self) -> NDArray[Any]:
+        """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
+        x, w = cells(self.memory)
+        known = {"x": x, "x2": x * x, "w": w} | surface_maps(tuple(w))
+        values = np.zeros(1, np.dtype([(name, "f8", one.shape) for name, one in known.items()], align=True))
+        for name, one in known.items():
+            values[name] = one
+        return values
+
+    @staticmethod
+    def force(contact, law, memory, du, dv, dt):
+        """As of `Microslip`, but where tractions have more than one direction."""
+        if keeps_sliding(contact, law, memory, du, dv):
+            return contact.f, contact.g
+        share, lever = levers(contact, law)
+        step = step_of(contact, lever * du, lever * dv)
+        # Each way ends by itself: where both meet the compiler would sum the straight one in another order.
+        if not on_a_line(contact, memory, du, dv) and fans_out(law, memory, *step):
+            pull_u, pull_v = displace_on_surface(law, memory, *step)
+            return carried(contact, pull_u * share, pull_v * share)
+        pull_u, pull_v = displace(law, memory, *step)
+        return carried(contact, pull_u * share, pull_v * share)
