@@ -1,4 +1,4 @@
-"""`python -m contactlaw`: impacts, contacts and calibration on a terminal."""
+"""`python -m contactlaw`: impacts, contact pairs and calibration from the command line."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ along positive velocity is positive."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do what the arguments (None: of the command line) ask; returns the exit code."""
+    """Run the command of the arguments (None: of the command line) and return the exit code."""
     parser = _parser()
     given = parser.parse_args(arguments)
     with warnings.catch_warnings():
@@ -133,7 +133,10 @@ def _calibrate(given: argparse.Namespace) -> None:
 
 
 def _bar() -> Any:
-    """What is being done, on a terminal where there is rich; it yields what to tell, or None."""
+    """Return a context that yields a function which shows a text and the elapsed time, or None.
+
+    It yields None if stderr is no terminal or rich is not installed.
+    """
     if not sys.stderr.isatty():
         return nullcontext()
     try:

@@ -1,18 +1,19 @@
-"""`MicroslipTurning`, a law for slides that turn: microslip's springs, but Coulomb's limit on the surface.
+"""`MicroslipTurning`, a law for slides that turn: the springs of microslip with Coulomb's limit on the surface.
 
     pair = ContactPair(steel, steel, friction=0.1, law=MicroslipTurning())
 
-On a straight slide |q| <= mu p on the line and |tau| <= mu p on the surface are one condition (method of dimensionality
-reduction); where tractions have different directions only the second is friction's. Abel's transform takes the line's
-tractions q, constant within cells that end at c_i = w_1 + .. + w_i, to the forces on rings of the surface, which end at
-r_j (Popov & Hess 2015, section 17):
+On a straight slide |q| <= mu p on the line and |tau| <= mu p on the surface are the same condition (method of
+dimensionality reduction). If tractions have different directions, only the second is Coulomb's law. Abel's transform
+gives the forces on rings of the surface, which end at radii r_j, from the tractions q on the line, constant within
+cells that end at c_i = w_1 + .. + w_i (Popov & Hess 2015, section 17):
 
     f = B q      B_ji = H_i(r_(j-1)) - H_i(r_j)      H_i(r) = 2 [sqrt(c_i^2 - r^2) - sqrt(c_(i-1)^2 - r^2)]
 
-B is constant, and upper triangular with c_j <= r_j < c_(j+1). The springs' energy, sum of w q^2/G*, makes A = C^T
-diag(2 w) C, C = B^-1, the compliance between the rings. A step displaces all nodes, q*, then finds f, |f_j| <= P_j =
-(B mu p)_j, such that a ring on its limit slips, r = A (B q* - f), along its traction, the mean of before and after.
-Should few sweeps leave tractions of which the step would give energy, they go back until it gives none.
+B is constant, and upper triangular with c_j <= r_j < c_(j+1). The energy of the springs, the sum of w q^2/G*, gives
+the compliance between rings, A = C^T diag(2 w) C, C = B^-1. A step displaces all nodes, which gives q*. It then finds f
+with |f_j| <= P_j = (B mu p)_j such that each ring on its limit slips, by r = A (B q* - f), along its traction, the mean
+of before and after. If the few sweeps of the iteration leave tractions with which the step would create energy, these
+are moved back until it does not.
 """
 
 from __future__ import annotations
@@ -28,24 +29,25 @@ from numpy.typing import NDArray
 from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
 from contactlaw.laws.nodes import levers, step_of
+from contactlaw.laws.record import record_of
 from contactlaw.laws.slip import carried
 
-TURN = 1e-3  # of the limit, or sine: tractions out of line by less count as straight, at a tenth of this of mu P
-BEYOND = 0.15  # of the next cell: r_j beyond c_j, where the surface's traction is infinite. 0.1 to 0.25 are as good
-ENOUGH, MOST_SWEEPS = 0.0075, 12  # change of the rings' forces in a sweep, over that of a contact that sticks
-NEAR = 0.8  # of the limit squared: such a ring's force counts as on its limit at the start of the step
+TURN = 1e-3  # sine, or share of the limit: tractions out of line by less count as straight; error 1e-4 mu P
+BEYOND = 0.15  # distance of r_j from c_j, where the surface traction is infinite, in cells. 0.1 to 0.25 do as well
+ENOUGH, MOST_SWEEPS = 0.0075, 12  # change of the rings' forces in the last sweep, over that of a stuck contact
+NEAR = 0.8  # a force whose square is above this share of the limit's counts as on the limit at the step's start
 
-# Rows of what is known of the nodes: limit; traction without slip, and as it will be, along both tangents.
+# Rows of the array of nodes: limit; traction without slip, and new traction, along both tangents.
 CAP, FREE_U, FREE_V, NEW_U, NEW_V = range(5)
-# Rows of what is known of the rings: limit; force now, before, and where it would be if this ring alone were stuck.
+# Rows of the array of rings: limit; force now, force before, and force if this ring alone were stuck.
 LIMIT, FORCE_U, FORCE_V, BEFORE_U, BEFORE_V, STUCK_U, STUCK_V = range(7)
 
 
 def cells(count: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Places and widths of cells on [0, 1] that end at equal steps of the angle, x = sin: narrow where slip begins.
+    """Positions and widths of cells on [0, 1] that end at x = sin of equal steps of an angle: narrow where slip begins.
 
-    x^2 is its mean over the cell, so that all limits together are those of the pressure. Gauss's nodes do not lie in
-    the middle of the cells that their weights make: where a tenth of the radius slips, the loss a turn was off by 12 %.
+    x^2 is its mean over the cell, so that the limits sum to mu P. Gauss nodes are not in the middle of cells as wide as
+    their weights: with slip in a tenth of the radius, the loss in a turn was off by 12 %.
     """
     ends = np.sin(np.linspace(0.0, 0.5 * np.pi, count + 1))
     return np.sqrt((ends[1:] ** 2 + ends[1:] * ends[:-1] + ends[:-1] ** 2) / 3.0), np.diff(ends)
@@ -53,7 +55,7 @@ def cells(count: int) -> tuple[NDArray[Any], NDArray[Any]]:
 
 @lru_cache(maxsize=64)
 def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[Any]]:
-    """B, C, and over the diagonal of A: C^T diag(2 w) by rows, A without its diagonal by columns; (n, n) each."""
+    """B; C; and, over the diagonal of A, C^T diag(2 w) by rows and A without its diagonal by columns; (n, n) each."""
     w = np.array(weights)
     ends = np.concatenate([[0.0], np.cumsum(w)])
     rims = ends + np.concatenate([[0.0], BEYOND * w[1:], [0.0]])
@@ -67,7 +69,7 @@ def surface_maps(weights: tuple[float, ...]) -> dict[str, NDArray[Any]]:
 
 @jit_inline
 def on_a_line(contact, memory, du, dv):
-    """Whether force, displacement and the middle's traction are on one line, to `TURN`: then nothing turns."""
+    """Return whether force, displacement and the traction of the centre are on one line, within `TURN`."""
     f, g, u, v = contact.f, contact.g, memory[0, 0], memory[1, 0]
     if f == 0.0 and g == 0.0:
         f, g = u, v
@@ -78,7 +80,7 @@ def on_a_line(contact, memory, du, dv):
 
 @jit_of_sums
 def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
-    """Whether tractions lie on no one line once all nodes are displaced and some must slip; arguments: `displace`."""
+    """Return whether displaced nodes have tractions in different directions and some must slip; see `displace`."""
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     uu, uv, vv, load, most = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(law.w.size):
@@ -95,11 +97,11 @@ def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
 
 @jit
 def returned(x, y, limit, before_u, before_v):
-    """A ring's force on its limit, where it would be outside, at (x, y), if it stuck; before: at the start of the step.
+    """Return the force (x, y) of a ring if it stuck, outside its limit, to the limit; before: at the start of the step.
 
-    The slip along the mean of the tractions before and after needs no root. A ring that has just come to its limit, or
-    a step that is long beside it, goes straight to the limit and then, as a spring that is dragged, along a tractrix:
-    tan(angle/2) falls by exp(-way/limit).
+    Slip along the mean of the tractions before and after has a closed form. If the ring has just reached its limit, or
+    the step is long compared with the limit, the force goes straight to the limit, then along a tractrix as that of a
+    spring that is dragged: tan(angle/2) falls by exp(-way/limit).
     """
     square = limit * limit
     over, along = x * x + y * y - square, square + x * before_u + y * before_v
@@ -120,12 +122,12 @@ def returned(x, y, limit, before_u, before_v):
 
 @jit_of_sums
 def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
-    """`microslip.displace`, with its arguments and results, by friction's limit on the surface.
+    """`microslip.displace`, with the same arguments and results, under Coulomb's limit on the surface.
 
-    The springs' own limit makes the first guess; then rings are returned from the edge inwards (Gauss-Seidel), each
-    knowing what those outside of it have slipped, more closely where the step would give energy.
+    The limits of the springs give the first guess. Then rings are returned to their limits from the edge inwards
+    (Gauss-Seidel), to a smaller tolerance if the step would create energy.
     """
-    n = memory.shape[1]  # law.w.size, which the compiler knows: it would unroll these loops rather than run on vectors
+    n = memory.shape[1]  # not law.w.size, a constant: the compiler would unroll these loops and not vectorise them
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     node, ring = np.empty((5, n)), np.zeros((7, n))
     load, active, pull_u, pull_v, lost = 0.0, 0, 0.0, 0.0, 0.0
@@ -160,7 +162,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         if lost >= 0.0:
             break
         enough *= 1e-3
-    if lost < 0.0 and (overlap >= before or enough == 0.0):  # else the mean force is not the work's
+    if lost < 0.0 and (overlap >= before or enough == 0.0):  # else the mean force does not give the work
         pull_back(law, memory, node, lost, 1.0 if overlap >= before else 0.0)
     for i in range(n):
         memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
@@ -172,9 +174,9 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
 
 @jit_of_sums
 def relax(law, ring, active, enough):
-    """Return rings to their limits until a sweep changes their forces by no more than enough [N/m].
+    """Return rings to their limits until a sweep changes their forces by no more than `enough` [N/m].
 
-    Returns the innermost that slips: springs further in have no slip to give way to.
+    Returns the innermost ring that slips; springs further in stick.
     """
     n, inner = ring.shape[1], active
     for _ in range(MOST_SWEEPS):
@@ -199,7 +201,7 @@ def relax(law, ring, active, enough):
 
 @jit_of_sums
 def give_way(law, memory, node, ring, inner):
-    """Put the rings' forces on the springs from the inner ring on; returns what the step dissipates, times G*."""
+    """Set the tractions of springs from ring `inner` outwards by the rings' forces; return the dissipation times G*."""
     n, lost = ring.shape[1], 0.0
     for i in range(inner, n):
         u, v = 0.0, 0.0
@@ -215,9 +217,9 @@ def give_way(law, memory, node, ring, inner):
 
 @jit_of_sums
 def pull_back(law, memory, node, lost, turned):
-    """Go from tractions of which the step would give energy, lost < 0, towards the start's turned round or nothing.
+    """Move tractions with a dissipation lost < 0 towards the reversed ones of the start (turned = 1) or zero (0).
 
-    turned: 1; or 0, as the load falls, in a step without displacement.
+    Zero: the load falls, in a step without displacement.
     """
     n, both = memory.shape[1], 1e-300
     for i in range(n):
@@ -232,15 +234,15 @@ def pull_back(law, memory, node, lost, turned):
 
 @dataclass(frozen=True)
 class MicroslipTurning(Microslip):
-    """`Microslip` that is right where a slide turns: five times its cost there, nothing where none does.
+    """`Microslip` that is also right for slides that turn, at five times the cost there and none elsewhere.
 
-    It stands beside the ladder of laws, for in a crowd nearly every slide turns.
+    It is not in `LAWS`: in a crowd nearly every slide turns.
     """
 
     name = "microslip_turning"
     source = "rings with local Coulomb friction by Abel's transform: the docstring of this file"
     rung = inf
-    nodes = 16  # the time of a sweep grows with their square
+    nodes = 16  # the cost of a sweep grows with their square
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -248,22 +250,18 @@ class MicroslipTurning(Microslip):
             raise ValueError("shear_loss = True: must be False here, slides that turn have no losses in shear")
 
     def numbers(self) -> NDArray[Any]:
-        """The nodes' places on [0, 1], their squares and weights, and the maps between line and surface."""
+        """Return positions of the nodes on [0, 1], their squares and weights, and the maps between line and surface."""
         x, w = cells(self.memory)
-        known = {"x": x, "x2": x * x, "w": w} | surface_maps(tuple(w))
-        values = np.zeros(1, np.dtype([(name, "f8", one.shape) for name, one in known.items()], align=True))
-        for name, one in known.items():
-            values[name] = one
-        return values
+        return record_of(x=x, x2=x * x, w=w, **surface_maps(tuple(w)))
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """As of `Microslip`, but where tractions have more than one direction."""
+        """Force of `Microslip`, but with the limit on the surface if tractions differ in direction."""
         if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         share, lever = levers(contact, law)
         step = step_of(contact, lever * du, lever * dv)
-        # Each way ends by itself: where both meet the compiler would sum the straight one in another order.
+        # Two returns: with a common one the compiler would sum `displace` in another order.
         if not on_a_line(contact, memory, du, dv) and fans_out(law, memory, *step):
             pull_u, pull_v = displace_on_surface(law, memory, *step)
             return carried(contact, pull_u * share, pull_v * share)
