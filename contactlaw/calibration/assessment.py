@@ -169,7 +169,7 @@ def _stiffness(evidence: Evidence, regimes: list[str]) -> Estimate:
     low, high = evidence.ranges[1].tolist()
     why = "too few impacts that stick, or errors too large, tell values apart"
     if all(regime == SLIDES for regime in regimes):
-        why = "every impact slides throughout, and sliding does not feel the tangential stiffness, only that it slides"
+        why = "every impact slides throughout, and gross slip does not depend on the tangential stiffness"
     bounds = [f"at least {low:.2g}"] * (low > 0.0) + [f"at most {high:.2g}"] * bool(np.isfinite(high))
     where = f" It is {' and '.join(bounds)}." if bounds else ""
     note = f"The stiffness ratio kappa is not determined: {why}.{where} Take it from the elastic constants."

@@ -75,7 +75,7 @@ def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str
         low, high = (_end(misfit, most, best, edge) for edge in grid[[0, -1]])
         number = Estimate("measured", float(np.exp(best)), (high - low) / (2.0 * NORMAL), low, high)
     rival = next((name for name in order if name != chosen and clear[name] < CLEAR), None)
-    note = "" if rival is None else f"The table does not tell it from a {rival} restitution."
+    note = "" if rival is None else f"The table does not distinguish it from a {rival} restitution."
     return OverSpeedFit(law, number, note)
 
 

@@ -30,7 +30,7 @@ from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.microslip import Microslip, displace, keeps_sliding
 from contactlaw.laws.nodes import levers, step_of
 from contactlaw.laws.record import record_of
-from contactlaw.laws.slip import carried
+from contactlaw.laws.slip import carried, slipped_along_mean
 
 TURN = 1e-3  # sine, or share of the limit: tractions out of line by less count as straight; error 1e-4 mu P
 BEYOND = 0.15  # distance of r_j from c_j, where the surface traction is infinite, in cells. 0.1 to 0.25 do as well
@@ -99,15 +99,14 @@ def fans_out(law, memory, s2, overlap, before, gu, gv, cap):
 def returned(x, y, limit, before_u, before_v):
     """Return the force (x, y) of a ring if it stuck, outside its limit, to the limit; before: at the start of the step.
 
-    Slip along the mean of the tractions before and after has a closed form. If the ring has just reached its limit, or
-    the step is long compared with the limit, the force goes straight to the limit, then along a tractrix as that of a
-    spring that is dragged: tan(angle/2) falls by exp(-way/limit).
+    Slip is along the mean of the forces before and after. If the ring has just reached its limit, or the step is long
+    compared with the limit, the force moves straight to the limit instead, then as that of a dragged spring along a
+    tractrix: tan(angle/2) falls by exp(-way/limit).
     """
     square = limit * limit
     over, along = x * x + y * y - square, square + x * before_u + y * before_v
     if before_u * before_u + before_v * before_v > NEAR * square and over < 0.6 * square and along > 1.5 * square:
-        scale = 1.0 / (2.0 * along + over)
-        return (2.0 * along * x - over * before_u) * scale, (2.0 * along * y - over * before_v) * scale
+        return slipped_along_mean(x, y, before_u, before_v, along, over)
     way_x, way_y = x - before_u, y - before_v
     way = sqrt(way_x * way_x + way_y * way_y)
     if limit == 0.0 or way == 0.0:

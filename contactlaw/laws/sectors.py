@@ -43,7 +43,7 @@ import numpy as np
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.record import SPRUNG
-from contactlaw.laws.slip import carried
+from contactlaw.laws.slip import carried, slipped_along_mean
 from contactlaw.laws.torsion import FULL, limit_point
 
 RINGS, SECTORS = 10, 4
@@ -265,8 +265,7 @@ def returned(x, y, u, v, most, over):
         u, v = onto * u, onto * v
         along = most + x * u + y * v
         if along > 1.5 * most:
-            one = 1.0 / (2.0 * along + over)
-            return (2.0 * along * x - over * u) * one, (2.0 * along * y - over * v) * one
+            return slipped_along_mean(x, y, u, v, along, over)
     back = sqrt(most / (most + over))
     return back * x, back * y
 

@@ -58,6 +58,17 @@ def sliding_direction(contact):
 
 
 @jit
+def slipped_along_mean(x, y, u, v, along, over):
+    """Traction q on a limit P after slip along the mean of the tractions before, q_0 = (u, v), and after, q.
+
+    t = (x, y): traction without slip. From t - q = lambda (q_0 + q) and |q_0| = |q| = P follows lambda = over/(2 along)
+    with along = P^2 + t.q_0 and over = t^2 - P^2.
+    """
+    scale = 1.0 / (2.0 * along + over)
+    return (2.0 * along * x - over * u) * scale, (2.0 * along * y - over * v) * scale
+
+
+@jit
 def held(contact, f, g):
     """Factor <= 1 that reduces the springs' tangential force (f, g) [N] to at most mu times the elastic P."""
     pull, limit = sqrt(f * f + g * g), contact.friction * contact.elastic
