@@ -23,7 +23,7 @@ from contactlaw.pair import ContactPair, warn_of_depth
 # normal frequency; the faster it is, the finer are the tractions that it leaves across the contact.
 CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
-PART = 8192  # impacts that a thread takes at a time
+BATCH = 8192  # impacts that a thread takes at a time
 RADIUS_AT = (PAIR.names or ()).index("radius")
 STABLE_STEPS = 4.5  # steps an impact over sqrt(chi): twice those at which the leapfrog of a stuck contact is unstable
 SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 and kappa = mu = 1
@@ -132,11 +132,11 @@ def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Ar
 
 def _share(run: Callable[[slice], object], size: int, threads: int) -> None:
     """Share a batch among threads, in parts so small that no thread waits long for the others."""
-    if threads == 1 or size <= PART:
+    if threads == 1 or size <= BATCH:
         run(slice(None))
         return
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(run, (slice(start, start + PART) for start in range(0, size, PART))))
+        list(pool.map(run, (slice(start, start + BATCH) for start in range(0, size, BATCH))))
 
 
 def nodes_for(chi: float) -> int:

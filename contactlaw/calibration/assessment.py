@@ -8,8 +8,8 @@ import numpy as np
 from scipy import stats
 
 from contactlaw.calibration.curve import sliding_from
-from contactlaw.calibration.fit import pose
-from contactlaw.calibration.outliers import far_limit, middle
+from contactlaw.calibration.fit import problem_of
+from contactlaw.calibration.outliers import far_limit, robust_scale
 from contactlaw.calibration.over_speed import over_speed
 from contactlaw.calibration.ranges import NORMAL, Evidence, widening
 from contactlaw.calibration.result import (
@@ -53,7 +53,7 @@ def assess(
             sliding_friction=Estimate("not determined"), regimes=(UNKNOWN,) * n, outliers=(), residuals=np.zeros(n),
             residual_rms=0.0, degrees_of_freedom=0, chi_squared=None, scatter=None, curve_parameters=None, **table,
         )  # fmt: skip
-    whole = pose(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
+    whole = problem_of(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
     evidence = evidence_of(whole)
     residuals, _ = whole.residuals(np.log(evidence.best))
     regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
@@ -91,7 +91,7 @@ def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpe
     law = over_speed(z1, ratio, error if known else np.ones(ratio.size), known, asked)
     if ratio.size >= 6:
         far = np.abs(ratio - np.median(ratio)) / error
-        keep = far <= far_limit(ratio.size - 1) * middle(far, 1, 1.0 if known else 1e-9)
+        keep = far <= far_limit(ratio.size - 1) * robust_scale(far, 1, 1.0 if known else 1e-9)
         ratio, error, z1 = ratio[keep], error[keep], z1[keep]
     mean = _mean(ratio, error, known, _speed_note(np.log(z1), ratio, error))
     if mean.value is not None and (mean.lower or 0.0) > 1.0:

@@ -115,7 +115,7 @@ class Problem:
         return np.append(found.x, held), int(np.count_nonzero(felt > 1e-5 * felt.max()))
 
 
-def pose(impacts: Impacts, restitution: float, kappa: float, *, hold: bool) -> Problem:
+def problem_of(impacts: Impacts, restitution: float, kappa: float, *, hold: bool) -> Problem:
     """Return the problem of a table in which some impact lost tangential velocity; kappa is the start, or held."""
     low, high = (0.9 * kappa, 1.1 * kappa) if hold else KAPPA_RANGE
     law = curve(max(round(restitution, 2), 0.01), impacts.mass_ratio, low, high)

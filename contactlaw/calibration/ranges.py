@@ -14,15 +14,15 @@ import numpy as np
 from scipy import ndimage, optimize, stats
 
 from contactlaw.calibration.fit import Problem
-from contactlaw.calibration.outliers import kept
+from contactlaw.calibration.outliers import inliers
 from contactlaw.calibration.table import Array, Mask
 
 WIDEST = 2.5  # a parameter whose 95 % range spans more than this factor is not determined
 LEAST_FREEDOM = 2  # degrees of freedom below which the scatter does not give the errors
 NORMAL = float(stats.norm.ppf(0.975))
 WINDOW = 0.2  # greatest step in a logarithm, to a minimum of the cost or between points of a profile
-BOTTOM_STEPS = 6  # Gauss-Newton steps to a minimum
-FAITH = 0.02  # relative error of the cost that a linear curve predicts
+MINIMUM_STEPS = 6  # Gauss-Newton steps to a minimum
+LINEAR_ERROR = 0.02  # relative error of the cost that a linear curve predicts
 FIRST_STEP, LAST_STEP = 0.01, 0.15  # steps along a profile, in the logarithm
 
 
@@ -75,7 +75,7 @@ def pooled(misfit: float, freedom: int, problem: Problem) -> float:
     return float(np.sqrt((misfit + other) / (freedom + more)) * stats.t.ppf(0.975, freedom + more))
 
 
-def unlike(problem: Problem, place: Array, freedom: int) -> Array:
+def unequal(problem: Problem, place: Array, freedom: int) -> Array:
     """95 % reach for each parameter, shape (fitted,), if the errors differ between impacts.
 
     The variance of a parameter follows from the residual of each impact, divided by 1 - h for its leverage h (HC3:
@@ -93,9 +93,9 @@ def unlike(problem: Problem, place: Array, freedom: int) -> Array:
     return np.sqrt(spread) * stats.t.ppf(0.975, tell)
 
 
-def weigh(whole: Problem) -> Evidence:
+def evaluate(whole: Problem) -> Evidence:
     """Fit a table, find allowed places, and follow the profile of each parameter from the outermost to its ends."""
-    used = kept(whole)
+    used = inliers(whole)
     problem = whole if used.all() else replace(whole, impacts=whole.impacts.chosen(used))
     n, known = problem.impacts.size, problem.impacts.known_errors
     fits = sorted((problem.solve(start) for start in problem.starts()), key=lambda fit: problem.cost(fit[0]))
@@ -110,13 +110,13 @@ def weigh(whole: Problem) -> Evidence:
     scatter, quantile = wider
     reach = scatter * quantile if known else max(scatter * quantile, pooled(misfit, freedom, problem))
     least = float(problem.cost(best))
-    reaches = np.full(problem.fitted, reach) if known else np.maximum(unlike(problem, best, freedom), reach)
+    reaches = np.full(problem.fitted, reach) if known else np.maximum(unequal(problem, best, freedom), reach)
     limits = least + reaches**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
     within = np.array([place for place, _ in fits])
     ranges = np.exp(np.stack([best, best], axis=1))
     allowed = [problem.grid[problem.map <= limits.max()]]
     for axis, most in enumerate(limits.tolist()):
-        places = np.concatenate([within[problem.cost(within) <= most], _bottoms(problem, axis, most)])
+        places = np.concatenate([within[problem.cost(within) <= most], _minima(problem, axis, most)])
         allowed.append(places)
         low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
         ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
@@ -125,18 +125,18 @@ def weigh(whole: Problem) -> Evidence:
     return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(np.concatenate(allowed)))
 
 
-def _bottoms(problem: Problem, axis: int, most: float) -> Array:
+def _minima(problem: Problem, axis: int, most: float) -> Array:
     """Return allowed places, shape (m, 2): minima of the map along one axis, refined by Gauss-Newton steps."""
     near = ndimage.minimum_filter1d(problem.map, 3, axis) * (1.0 + 1e-9)
     places, unit = problem.grid[problem.map <= near], np.eye(2)[axis]
-    for _ in range(BOTTOM_STEPS):
+    for _ in range(MINIMUM_STEPS):
         terms = problem.terms(places)
         slopes = (problem.terms(places + 1e-6 * unit) - terms) / 1e-6
         cost, down, power = (np.sum(one, axis=-1) for one in (terms**2, slopes * terms, slopes**2))
         power = np.maximum(power, 1e-300)
-        hopeful = cost - down**2 / power <= most + FAITH * cost  # the minimum, if the curve were linear
+        promising = cost - down**2 / power <= most + LINEAR_ERROR * cost  # the minimum, if the curve were linear
         step = np.clip(-down / power, -WINDOW, WINDOW)[:, None] * unit
-        places = np.clip(places + step, problem.grid[0, 0], problem.grid[-1, -1])[hopeful]
+        places = np.clip(places + step, problem.grid[0, 0], problem.grid[-1, -1])[promising]
     return places[problem.cost(places) <= most]
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from scipy import stats
 
 from contactlaw.calibration.fit import Problem
-from contactlaw.calibration.outliers import middle
-from contactlaw.calibration.ranges import Evidence, weigh
+from contactlaw.calibration.outliers import robust_scale
+from contactlaw.calibration.ranges import Evidence, evaluate
 from contactlaw.calibration.table import Array, Impacts, Mask
 
 MANY, GROUPS = 4000, 1000  # most impacts that are fitted without averaging; half the greatest number of averages
@@ -21,13 +21,13 @@ CHANCE = 0.025  # probability that the farthest impact of a table is left out th
 
 
 def evidence_of(whole: Problem) -> Evidence:
-    """`ranges.weigh` of a table; of a large one by averages, without impacts that lie too far from a first fit."""
+    """`ranges.evaluate` of a table; of a large one by averages, without impacts that lie too far from a first fit."""
     impacts = whole.impacts
     if impacts.size <= MANY:
-        return weigh(whole)
+        return evaluate(whole)
     first = _averaged(whole, np.ones(impacts.size, dtype=bool))
     far = np.abs(whole.scaled(np.log(first.best)))
-    used = far <= stats.norm.isf(0.5 * CHANCE / impacts.size) * middle(far, whole.fitted, whole.least_scale)
+    used = far <= stats.norm.isf(0.5 * CHANCE / impacts.size) * robust_scale(far, whole.fitted, whole.least_scale)
     return replace(_averaged(whole, used), used=used)
 
 
@@ -47,4 +47,4 @@ def _averaged(whole: Problem, used: Mask) -> Evidence:
     errors = np.stack([np.sqrt(mean(row**2) / count) for row in whole.impacts.errors])
     same = whole.impacts
     averages = Impacts(velocities, errors, same.known_errors, same.mass_ratio, same.own_restitution)
-    return weigh(replace(whole, impacts=averages))
+    return evaluate(replace(whole, impacts=averages))

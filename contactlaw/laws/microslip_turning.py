@@ -34,7 +34,7 @@ from contactlaw.laws.slip import carried, slipped_along_mean
 
 TURN = 1e-3  # sine, or share of the limit: tractions out of line by less count as straight; error 1e-4 mu P
 BEYOND = 0.15  # distance of r_j from c_j, where the surface traction is infinite, in cells. 0.1 to 0.25 do as well
-ENOUGH, MOST_SWEEPS = 0.0075, 12  # change of the rings' forces in the last sweep, over that of a stuck contact
+TOLERANCE, MOST_SWEEPS = 0.0075, 12  # change of the rings' forces in the last sweep, over that of a stuck contact
 NEAR = 0.8  # a force whose square is above this share of the limit's counts as on the limit at the step's start
 
 # Rows of the array of nodes: limit; traction without slip, and new traction, along both tangents.
@@ -129,7 +129,7 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
     n = memory.shape[1]  # not law.w.size, a constant: the compiler would unroll these loops and not vectorise them
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
     node, ring = np.empty((5, n)), np.zeros((7, n))
-    load, active, pull_u, pull_v, lost = 0.0, 0, 0.0, 0.0, 0.0
+    load, active, pull_u, pull_v, dissipated = 0.0, 0, 0.0, 0.0, 0.0
     for i in range(n):
         z = max(overlap - s2 * law.x2[i], 0.0)
         part = min(z * rate, 1.0)
@@ -155,14 +155,14 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
         ring[LIMIT, j], ring[FORCE_U, j], ring[FORCE_V, j] = limit, fu, fv
         ring[BEFORE_U, j], ring[BEFORE_V, j] = onto * before_u, onto * before_v
         ring[STUCK_U, j], ring[STUCK_V, j] = fu + out_u, fv + out_v
-    enough = 2.0 * ENOUGH * sqrt((gu * gu + gv * gv) * overlap / s2)
+    tolerance = 2.0 * TOLERANCE * sqrt((gu * gu + gv * gv) * overlap / s2)
     for _ in range(3):
-        lost = give_way(law, memory, node, ring, relax(law, ring, active, enough))
-        if lost >= 0.0:
+        dissipated = set_springs(law, memory, node, ring, relax(law, ring, active, tolerance))
+        if dissipated >= 0.0:
             break
-        enough *= 1e-3
-    if lost < 0.0 and (overlap >= before or enough == 0.0):  # else the mean force does not give the work
-        pull_back(law, memory, node, lost, 1.0 if overlap >= before else 0.0)
+        tolerance *= 1e-3
+    if dissipated < 0.0 and (overlap >= before or tolerance == 0.0):  # else the mean force does not give the work
+        pull_back(law, memory, node, dissipated, 1.0 if overlap >= before else 0.0)
     for i in range(n):
         memory[0, i], memory[1, i] = node[NEW_U, i], node[NEW_V, i]
         pull_u += law.w[i] * node[NEW_U, i]
@@ -172,8 +172,8 @@ def displace_on_surface(law, memory, s2, overlap, before, gu, gv, cap):
 
 
 @jit_of_sums
-def relax(law, ring, active, enough):
-    """Return rings to their limits until a sweep changes their forces by no more than `enough` [N/m].
+def relax(law, ring, active, tolerance):
+    """Return rings to their limits until a sweep changes their forces by no more than `tolerance` [N/m].
 
     Returns the innermost ring that slips; springs further in stick.
     """
@@ -187,36 +187,38 @@ def relax(law, ring, active, enough):
                 u, v = returned(u, v, limit, ring[BEFORE_U, i], ring[BEFORE_V, i])
             by_u, by_v = u - ring[FORCE_U, i], v - ring[FORCE_V, i]
             by = sqrt(by_u * by_u + by_v * by_v)
-            if by > 0.03 * enough:
+            if by > 0.03 * tolerance:
                 change += by
                 ring[FORCE_U, i], ring[FORCE_V, i] = u, v
                 for j in range(n):
                     ring[STUCK_U, j] -= law.follow[i, j] * by_u
                     ring[STUCK_V, j] -= law.follow[i, j] * by_v
-        if change <= enough:
+        if change <= tolerance:
             break
     return inner
 
 
 @jit_of_sums
-def give_way(law, memory, node, ring, inner):
+def set_springs(law, memory, node, ring, inner):
     """Set the tractions of springs from ring `inner` outwards by the rings' forces; return the dissipation times G*."""
-    n, lost = ring.shape[1], 0.0
+    n, dissipated = ring.shape[1], 0.0
     for i in range(inner, n):
         u, v = 0.0, 0.0
         for j in range(n):
             u += law.line[i, j] * ring[FORCE_U, j]
             v += law.line[i, j] * ring[FORCE_V, j]
         node[NEW_U, i], node[NEW_V, i] = u, v
-        lost += law.w[i] * ((memory[0, i] + u) * (node[FREE_U, i] - u) + (memory[1, i] + v) * (node[FREE_V, i] - v))
+        dissipated += law.w[i] * (
+            (memory[0, i] + u) * (node[FREE_U, i] - u) + (memory[1, i] + v) * (node[FREE_V, i] - v)
+        )
     for i in range(inner):
         node[NEW_U, i], node[NEW_V, i] = node[FREE_U, i], node[FREE_V, i]
-    return lost
+    return dissipated
 
 
 @jit_of_sums
-def pull_back(law, memory, node, lost, turned):
-    """Move tractions with a dissipation lost < 0 towards the reversed ones of the start (turned = 1) or zero (0).
+def pull_back(law, memory, node, dissipated, turned):
+    """Move tractions whose dissipation is negative towards the reversed ones of the start (turned = 1) or zero (0).
 
     Zero: the load falls, in a step without displacement.
     """
@@ -224,7 +226,7 @@ def pull_back(law, memory, node, lost, turned):
     for i in range(n):
         u, v = node[NEW_U, i] + turned * memory[0, i], node[NEW_V, i] + turned * memory[1, i]
         both += law.w[i] * (u * u + v * v)
-    share = max(1.0 + lost / both, 0.0)
+    share = max(1.0 + dissipated / both, 0.0)
     share = share if turned > 0.0 else sqrt(share)
     for i in range(n):
         u, v = turned * memory[0, i], turned * memory[1, i]

@@ -50,8 +50,8 @@ RINGS, SECTORS = 10, 4
 NUMBERS = 2 * RINGS * SECTORS  # numbers that a contact stores
 LEAST_SPIN = 0.02  # sigma (`validation.reference.grid`) from which on psi_2 would be off by 2e-3 without sectors
 REST = 4.2  # compliance of the rest, fitted to the grid with nu = 0 and 0.28
-BESIDE = 0.05  # stiffness of the parallel spring over the stuck stiffness of a contact of the whole span
-ENOUGH, MOST_SWEEPS = 2e-2, 6  # change in the last sweep, over what the step adds to the forces; most sweeps
+PARALLEL = 0.05  # stiffness of the parallel spring over the stuck stiffness of a contact of the whole span
+TOLERANCE, MOST_SWEEPS = 2e-2, 6  # change in the last sweep, over what the step adds to the forces; most sweeps
 NEAR = 0.8  # a traction whose square is above this share of the limit's counts as on the limit at the step's start
 
 RIMS, LINE = np.arange(RINGS + 1) / RINGS, (np.arange(RINGS) + 0.5) / RINGS
@@ -90,7 +90,9 @@ def _arms():
 ARMS = _arms()
 SLIDE, SWIRL = _abel(False), np.ascontiguousarray(_abel(True) / ARMS[:, None])
 # Compliances between rings: of f, times G*; of s, times G_t.
-GIVE = np.stack([_compliance(SLIDE, np.full(RINGS, 2.0 / RINGS)), _compliance(SWIRL, 16.0 / 3.0 * np.diff(RIMS**3))])
+COMPLIANCE = np.stack(
+    [_compliance(SLIDE, np.full(RINGS, 2.0 / RINGS)), _compliance(SWIRL, 16.0 / 3.0 * np.diff(RIMS**3))]
+)
 
 
 @jit
@@ -105,11 +107,11 @@ def advance(contact, state, memory, modulus, moved):
         state.span = sqrt(contact.radius * contact.reach)
     span, radius, soft = state.span, sqrt(contact.radius * contact.overlap), contact.g_star / modulus
     moves = contact.g_star * moved[0], contact.g_star * moved[1], contact.g_star * span * moved[2]
-    hold = 0.5 / BESIDE, 0.5 / BESIDE, 3.0 / 16.0 * soft / BESIDE  # compliances of the parallel spring
+    hold = 0.5 / PARALLEL, 0.5 / PARALLEL, 3.0 / 16.0 * soft / PARALLEL  # compliances of the parallel spring
     limit, added, before, target = np.empty(RINGS), np.empty((2, RINGS)), memory.copy(), (0.0, 0.0, 0.0)
     load = fit(contact, span, limit, added, contact.friction * contact.elastic / span)
     way = add(memory, added, moves[0], moves[1], moves[2] / soft)
-    slips = give_way(memory, before, limit, soft, ENOUGH * way)
+    slips = let_slip(memory, before, limit, soft, TOLERANCE * way)
     held = energy_of(state.missed, hold)
     energy = 2.0 * contact.g_star / span * state.stored - held
     start = resultant(before)
@@ -205,32 +207,32 @@ def add(memory, added, gu, gv, gs):
 
 @jit_inline
 def weights(soft):
-    """Compliances of the six parts and of the rest over `GIVE`. soft: G*/G_t, 4/(2 - nu) for equal materials."""
+    """Factors on `COMPLIANCE` for the six parts and the rest. soft: G*/G_t, 4/(2 - nu) for equal materials."""
     radial = max(4.0 - soft, 1.0)
     return 1.0, 1.0, soft, radial, 2.0, 2.0, REST * soft / radial
 
 
 @jit_of_sums
-def give_way(memory, before, limit, soft, enough):
+def let_slip(memory, before, limit, soft, tolerance):
     """Let sectors slip until all are within their limits; return whether all slip.
 
-    before: tractions at the start of the step. enough: change in the last sweep.
+    before: tractions at the start of the step. tolerance: change in the last sweep.
     """
-    gave, parts, trial = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty((2, SECTORS))
+    lost, parts, trial = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty((2, SECTORS))
     slips, weight = True, weights(soft)
     for _ in range(MOST_SWEEPS):
         change, slips = 0.0, True
         for i in range(RINGS - 1, -1, -1):
-            own = weight[6] * GIVE[1, i, i]
-            one = 1.0 / max(GIVE[0, i, i], own, soft * GIVE[1, i, i])
+            own = weight[6] * COMPLIANCE[1, i, i]
+            one = 1.0 / max(COMPLIANCE[0, i, i], own, soft * COMPLIANCE[1, i, i])
             rest = one * own
             for k in range(SECTORS):
-                trial[0, k] = memory[0, i, k] - (1.0 - rest) * gave[0, i, k]
-                trial[1, k] = memory[1, i, k] - (1.0 - rest) * gave[1, i, k]
+                trial[0, k] = memory[0, i, k] - (1.0 - rest) * lost[0, i, k]
+                trial[1, k] = memory[1, i, k] - (1.0 - rest) * lost[1, i, k]
             for m in range(6):
                 slip = 0.0
                 for j in range(RINGS):
-                    slip += GIVE[min(m // 2, 1), i, j] * parts[m, j]
+                    slip += COMPLIANCE[min(m // 2, 1), i, j] * parts[m, j]
                 slip = one * weight[m] * slip - rest * parts[m, i]
                 for k in range(SECTORS):
                     trial[0, k] += slip * PARTS[i, m, 0, k]
@@ -242,17 +244,17 @@ def give_way(memory, before, limit, soft, enough):
                 slips = slips and over >= 0.0
                 if over > 0.0:
                     x, y = returned(x, y, before[0, i, k], before[1, i, k], most, over)
-                gave[0, i, k], gave[1, i, k] = memory[0, i, k] - x, memory[1, i, k] - y
+                lost[0, i, k], lost[1, i, k] = memory[0, i, k] - x, memory[1, i, k] - y
             for m in range(6):
                 t = 0.0
                 for k in range(SECTORS):
-                    t += gave[0, i, k] * PARTS[i, m, 0, k] + gave[1, i, k] * PARTS[i, m, 1, k]
+                    t += lost[0, i, k] * PARTS[i, m, 0, k] + lost[1, i, k] * PARTS[i, m, 1, k]
                 t /= SECTORS
                 change += abs(t - parts[m, i])
                 parts[m, i] = t
-        if change <= enough:
+        if change <= tolerance:
             break
-    memory -= gave
+    memory -= lost
     return slips
 
 
@@ -335,7 +337,7 @@ def stored(tractions, soft):
     """Elastic energy of the sectors."""
     parts, weight, energy = np.zeros((6, RINGS)), weights(soft), 0.0
     for i in range(RINGS):
-        own = weight[6] * GIVE[1, i, i]
+        own = weight[6] * COMPLIANCE[1, i, i]
         for k in range(SECTORS):
             x, y = tractions[0, i, k], tractions[1, i, k]
             energy += own / SECTORS * (x * x + y * y)
@@ -346,7 +348,7 @@ def stored(tractions, soft):
     for m in range(6):
         for i in range(RINGS):
             for j in range(RINGS):
-                energy += weight[m] * GIVE[min(m // 2, 1), i, j] * parts[m, i] * parts[m, j]
+                energy += weight[m] * COMPLIANCE[min(m // 2, 1), i, j] * parts[m, i] * parts[m, j]
     return energy
 
 
