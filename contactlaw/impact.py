@@ -145,7 +145,7 @@ def nodes_for(chi: float) -> int:
 
 
 def check_steps(steps: int, chi: float) -> None:
-    """Refuse fewer steps than an impact at this chi is stable with."""
+    """Raise ValueError if an impact at this chi is unstable with so few steps."""
     needed = ceil(STABLE_STEPS * sqrt(chi))
     if steps < needed:
         raise ValueError(f"chi = {chi:g}: needs steps >= {needed} to be stable, and several times that to be exact")

@@ -89,9 +89,8 @@ class Law:
 
     def numbers(self) -> NDArray[Any]:
         """Return the record that `force` reads, a structured array of shape (1,)."""
-        return record.record_of(
-            vectors=self.memory, **{field.name: getattr(self, field.name) for field in fields(self)}
-        )
+        own = {field.name: getattr(self, field.name) for field in fields(self)}
+        return record.record_of(vectors=self.memory, **own)
 
     def with_pair(self, *known: float, speeds: Array | None = None) -> Array:
         """Return the numbers that the kernels read: `record.PAIR`, then the law's own, then those of `laws.speeds`.
@@ -100,18 +99,15 @@ class Law:
             known: The first eight fields of `record.PAIR`.
             speeds: Table of `laws.speeds`; None: restitution and friction do not depend on speed.
         """
-        own = self.numbers().view(np.float64)
+        numbers = self.numbers()
+        own, addresses = numbers.view(np.float64), _addresses(self.functions(), numbers.dtype)
         at = 0 if speeds is None else record.PAIR_SIZE + own.size
-        pair = np.array((*known, at, self.linear, self.memory, self.sectors, *self.addresses()), record.PAIR)
+        pair = np.array((*known, at, self.linear, self.memory, self.sectors, *addresses), record.PAIR)
         return np.concatenate([pair.reshape(1).view(np.float64), own, *([] if speeds is None else [speeds])])
 
     def new_contact(self) -> tuple[Array, Array]:
         """Return storage for a contact (`record.CONTACT`) and for the vectors of the law, both zero."""
         return np.zeros(record.CONTACT_SIZE), np.zeros(2 * self.memory)
-
-    def addresses(self) -> tuple[float, float, float]:
-        """Return the addresses of the compiled force, stiffness and energy."""
-        return _addresses(self.functions(), self.numbers().dtype)
 
     def functions(self) -> tuple[Callable[..., Any], ...]:
         """Return the functions force, stiffness and energy."""
@@ -135,21 +131,20 @@ KNOWN: dict[str, type[Law]] = {}
 
 
 @lru_cache(maxsize=256)
-def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tuple[float, float, float]:
+def _addresses(given: tuple[Callable[..., Any], ...], numbers: np.dtype) -> tuple[float, ...]:
     """Compile the functions of a law for its record and return their addresses."""
     functions = [getattr(function, "py_func", function) for function in given]
     if INTERPRETED:
-        record.FUNCTIONS |= {len(record.FUNCTIONS) + i: (function, numbers) for i, function in enumerate(functions)}
-        first = float(len(record.FUNCTIONS) - len(functions))
-        return first, first + 1.0, first + 2.0
+        keys = range(len(record.FUNCTIONS), len(record.FUNCTIONS) + len(functions))
+        record.FUNCTIONS |= {key: (function, numbers) for key, function in zip(keys, functions, strict=True)}
+        return tuple(map(float, keys))
     contact, law, number = record.CONTACT_TYPE, numba.from_dtype(numbers), numba.types.float64
     signatures = (
         numba.types.UniTuple(number, 2)(contact, law, record.MEMORY_TYPE, number, number, number),
         number(contact, law),
         number(contact, law, record.MEMORY_TYPE),
     )
-    first, second, third = (
+    return tuple(
         float(address_of(function, signature, ours=Path(function.__code__.co_filename).is_relative_to(PACKAGE)))
         for function, signature in zip(functions, signatures, strict=True)
     )
-    return first, second, third

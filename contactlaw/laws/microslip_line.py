@@ -65,7 +65,7 @@ def put(stack_io, top, end, root, place, origin, slope):
     one, before = stack_io[top], stack_io[top - 1]
     inner = before.end
     width, product = root - before.root, root * before.root
-    cubic = (end + product + inner) / 3.0  # of (w^3 - w_0^3)/3, over the width
+    cubic = (end + product + inner) / 3.0  # (w^3 - w_0^3)/3 over the width w - w_0
     fifth = (end * (end + product + inner) + inner * (product + inner)) / 5.0
     one.end, one.root, one.place, one.origin, one.slope = end, root, place, origin, slope
     one.integral = before.integral + width * (origin + slope * cubic)
@@ -96,7 +96,7 @@ def advance(stack_io, top, s, overlap, root):
     origin = s - sense * overlap
     while top > 0:
         inner = top - 1
-        spare = sense * (stack_io[inner].place - origin) - stack_io[inner].end  # before the inner end would slip
+        spare = sense * (stack_io[inner].place - origin) - stack_io[inner].end  # distance to slip at the inner end
         turn = 1.0 - sense * stack_io[top].slope
         if spare > 0.0 and turn > 0.0:
             end = stack_io[inner].end + spare / turn

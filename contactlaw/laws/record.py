@@ -50,8 +50,7 @@ scale: for the law's own use; span of the nodes [m] in `microslip`.
 mass, tangential_mass: effective masses at the touch [kg]; infinite if the motion is prescribed.
 stiffness: k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m].
 e_star, g_star, radius: effective moduli [Pa] and effective radius [m].
-friction, mu, zeta: mu and zeta are the friction coefficient and the damping ratio of the touch; friction is what spin
-    leaves of mu.
+mu, zeta: friction coefficient and damping ratio of the touch. friction: the part of mu that spin leaves.
 skew: anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
     0: circular.
 """

@@ -19,7 +19,8 @@ like the swirl, with 1/G; times 1 - nu for e_r, whose tractions are along k, and
 whose tractions are. The rest is displaced by its own ring only, by 2.1/(1 - nu) times what e_p is by its own ring; this
 factor is fitted to psi_2 of the grid (`validation.reference.grid`).
 
-A step would displace the tractions g_0 to g* if all sectors stuck. Slip A (g* - g) changes them to g within the limits.
+If all sectors stuck, a step would change the tractions from g_0 to g*. The slip A (g* - g) reduces them to g, within
+the limits.
 The slip of a sector is along the mean of its tractions before and after the step, or along the traction after it if the
 sector has just reached its limit. The work of the mean force, less the increase of elastic energy, is
 

@@ -159,7 +159,7 @@ def turn_rings(state, span, old, angle, cap):
         held = side * one * state.twists[i] * max(min(was, size), 0.0)
         held = min(max(held, -mean), mean)
         begin, twist = max(held, 0.0), held + way
-        left = mean + half - begin  # until all slips
+        left = mean + half - begin  # angle until the whole ring slips
         if begin > mean - half:
             left = sqrt(4.0 * half * (mean - begin))
         left = max(left - max(twist - begin, 0.0), 0.0)
