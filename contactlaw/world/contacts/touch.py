@@ -7,7 +7,7 @@ from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import OPEN
-from contactlaw.laws.step import know
+from contactlaw.laws.step import reset
 from contactlaw.laws.torsion import RINGS
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
@@ -63,7 +63,7 @@ def close(w, k, overlap):
     t = c.touch
     law = law_of(w, pair_at(w.pairs, q.pair))
     radius, along = ellipse_of(w, q)
-    know(t, law, radius)
+    reset(t, law, radius)
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
