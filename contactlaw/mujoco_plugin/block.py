@@ -37,7 +37,7 @@ HEAD = record(
     state="i8", row="i8",  # where its part of plugin_state begins, and in it the world's own
     nq="i8", nv="i8",
     starts="u8", turn="i8",  # address of the states of the last calls of compute, and which is the newest
-    left="u8",  # address of the state that the last step left: each is time, coordinates, velocities
+    left="u8",  # of the state that the last step left: each is time, coordinates, velocities; then qacc, if all lay
     given="u8",  # address of the generalised force (nv,) that compute gave last
     # what the world was made of, see `notices`; coefficients of friction that its pairs have been given, NaN: none
     watch="u8", watch_count="i8", seen="u8", frictions="u8",
@@ -47,7 +47,7 @@ HEAD = record(
     frees="u8", free_count="i8", placed="u8", placed_count="i8", trees="u8", tree_count="i8",
     token="f8",  # of the state that the world is in
     idle="i8",  # that is one without contacts
-    calm="i8",  # whether in the last step none could touch, or all slept on
+    calm="i8",  # whether in the last step none could touch, CALM, or all slept on, LYING, see `callbacks`
     signature="u8", made="u8",  # of the model: of its sizes and names; of all that the law reads of it
     geoms="u8",  # address of the geom that each shape of the world is
     said="u8",  # address of what has been reported of each instance

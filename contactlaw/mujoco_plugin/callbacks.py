@@ -16,7 +16,7 @@ from contactlaw.jit import c_callback
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin import layout, notices
 from contactlaw.mujoco_plugin.block import LED, LEFT, PUSH, STARTS, TOKEN, floats, free_at, head_at, place, placed_at
-from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, write_free
+from contactlaw.mujoco_plugin.free import is_far, lead_free, mean_share, press_free, read_free, same_as_left, write_free
 from contactlaw.mujoco_plugin.jointed import FIND, READ, WRITE, call_press, call_trees
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import edited, look_over, notice, tell_of
@@ -35,7 +35,7 @@ from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees.mobility import clear, copy
 
 LARGEST = 1e100  # [N], a force that can be computed with
-CHANGED, MOVED, CALM = -1, 0, 1  # how a step went, see `move`
+CHANGED, MOVED, CALM, LYING = -1, 0, 1, 2  # how a step went, see `move`
 
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
@@ -48,7 +48,7 @@ def block_of(d, instance):
 
 @jit
 def move(head, w, state):
-    """Take the step of the world; returns CALM where all lies as it did, CHANGED, and takes none, where calm ends and
+    """Take the step of the world; returns LYING where all lies as it did, CHANGED, and takes none, where calm ends and
     the model is another than the world was made of."""
     w.step = head.step_size
     known = head.placed_count == 0 and w.stale != 0
@@ -61,7 +61,8 @@ def move(head, w, state):
     if head.tree_count == 0 and head.placed_count == 0 and lies(w):
         for i in range(head.free_count):
             write_free(head, free_at(head.frees, i))
-        return CALM
+        copy(floats(data_at(head.data, 0).qacc, 0, head.nv), floats(head.left, 1 + head.nq + head.nv, head.nv))
+        return LYING
     if head.calm != 0 and edited(head):
         return CHANGED
     call_step(address(w, STEP), w, head.step_size, PRESSED)
@@ -83,12 +84,26 @@ def move(head, w, state):
 
 @jit
 def go_on(head):
-    """The same, if anything is near; CALM too where all fly far from each other."""
+    """The same, if anything is near; CALM where all fly far from each other."""
     w = world_at(head.world, 0)
     find_start(head)
+    if head.calm == LYING and lies_on(head):
+        for i in range(head.free_count):
+            write_free(head, free_at(head.frees, i))
+        return LYING
     state = take(head)
     far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
     return CALM if far else move(head, w, state)
+
+
+@jit
+def lies_on(head):
+    """Whether a step in which all lay is taken once more: from the same state, with the same accelerations."""
+    d, kept, differ = data_at(head.data, 0), place(head.left, 1 + head.nq + head.nv), 0
+    for i in range(head.nv):
+        differ |= whole_at(d.qacc, i) ^ whole_at(kept, i)
+    same = differ == 0 and same_as_left(head, 0, head.nq, 0, head.nv)
+    return same and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token
 
 
 @jit
@@ -292,7 +307,7 @@ def advance(m, d, instance):
         tell_of(head, notices.EDITED, 0.0)
         head = begin(m, d, instance)
         done = go_on(head)
-    head.calm = 1 if done == CALM else 0
+    head.calm = max(done, MOVED)
     note(head, head.left)
     if head.sense != 0:
         head.averages = 1

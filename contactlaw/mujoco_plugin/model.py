@@ -184,7 +184,7 @@ class Model:
             "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
             "state": m.plugin_stateadr[self._members[0].number], "row": self._row, "nq": nq, "nv": nv,
             "signature": m.signature, "made": layout.number_of(m.plugin_attr.tobytes() + values.tobytes()),
-            "starts": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + nv), "given": np.zeros(nv),
+            "starts": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "placed": with_rows(np.zeros(0, PLACED), self._placed), "placed_count": len(self._placed),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),

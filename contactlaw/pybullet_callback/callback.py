@@ -16,7 +16,7 @@ from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, sets_of
-from contactlaw.pybullet_callback.exchange import FLAGS, LISTED, NOTED
+from contactlaw.pybullet_callback.exchange import LISTED, NOTED
 from contactlaw.pybullet_callback.marks import Marks
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
@@ -24,6 +24,7 @@ from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepp
 from contactlaw.world.contacts.ledger import Ledger
 
 LEAST_SUBSTEPS = 10
+NEWS = LISTED | NOTED
 
 
 class ContactCallback:
@@ -211,7 +212,7 @@ class ContactCallback:
             STEP_BULLET(self._client)
             return
         said = self._checked(scene.traffic.take_step)
-        if said & (FLAGS - 1):
+        if said & NEWS:
             self._look_over(scene, said)
 
     def stepping(self) -> AbstractContextManager[None]:
@@ -233,7 +234,7 @@ class ContactCallback:
         """See that all bodies are there; None: there are no contacts."""
         if not self._contacts:
             return None
-        if (count := p.getNumBodies(self._client)) != self._body_count or self._marks.some_are_gone():
+        if (count := p.getNumBodies(self._client)) != self._body_count or self._marks.first() != self._marks.text:
             self._marks.check()
             self._body_count = count
         return self._made or self._scene

@@ -48,7 +48,7 @@ from contactlaw.world.near.guards import outgrown, surface_speed
 from contactlaw.world.near.listing import list_near, strayed
 from contactlaw.world.shapes.curvature import radius_is_clear
 from contactlaw.world.shapes.geometry import meet
-from contactlaw.world.sleep import disturbed
+from contactlaw.world.sleep import disturbed, lies
 from contactlaw.world.step import GROWS, PRESSED
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
@@ -83,7 +83,7 @@ HEAD = record(
 """What compiled code is given: addresses, the step [s], gravity; and what came out."""
 
 EXACT = 1e-12  # relative difference that is rounding
-NOTED, LISTED, FLAGS = 1, 2, 4
+NOTED, LISTED, LYING, FLAGS = 1, 2, 4, 8
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4
 PASSED, LIST = -2, -3  # of `set_off`
 SEEN, TOO_FAR, NO_RADIUS, PUT_IN = 1, 2, 4, 8  # of `look`: what is known of a contact
@@ -361,7 +361,8 @@ def complete(place, stepped):
             return OTHERS if others > 0 else UNKNOWN
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
         return NO_ROOM
-    return hand_back(head, w, stepped)
+    done = hand_back(head, w, stepped)
+    return done if done > 0 or not lies(w) else LYING
 
 
 @jit_inside

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from itertools import count
 
 import pybullet as p
@@ -15,34 +16,35 @@ class Marks:
 
     Attributes:
         bodies: Those that have one, or had when it was put, and its id.
+        text: What is in the entries.
+        first: Reads the first body's: another one after resetSimulation, and cheap enough for each step.
     """
 
     def __init__(self, client: int) -> None:
         self._client = client
         self._name = f"contactlaw {next(_NAMES)}"
-        self._text, self._first = self._name.encode(), -1
+        self.text = self._name.encode()
         self.bodies: dict[int, int] = {}
 
     def put(self, bodies: Iterable[int]) -> None:
         """Mark bodies."""
         for body in set(bodies) - self.bodies.keys():
             self.bodies[body] = p.addUserData(body, self._name, self._name, physicsClientId=self._client)
-        self._first = next(iter(self.bodies.values()), -1)
+        self._look_at_first()
 
     def take(self, body: int) -> None:
         """Take the mark off a body, which may be gone."""
         if self.is_there(body):
             p.removeUserData(self.bodies[body], self._client)
         self.bodies.pop(body, None)
-        self._first = next(iter(self.bodies.values()), -1)
+        self._look_at_first()
 
     def is_there(self, body: int) -> bool:
         """Whether the body still is the one that was marked."""
-        return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self._text
+        return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self.text
 
-    def some_are_gone(self) -> bool:
-        """Whether the first is, as all are after resetSimulation; cheap enough for each step."""
-        return p.getUserData(self._first, self._client) != self._text
+    def _look_at_first(self) -> None:
+        self.first = partial(p.getUserData, next(iter(self.bodies.values()), -1), self._client)
 
     def check(self) -> None:
         """Raise ValueError where one is not."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from contactlaw.pybullet_callback.exchange import (
     FLAGS,
     HEAD,
     LIST,
+    LYING,
     MOTION,
     NO_ROOM,
     NOT_FINITE,
@@ -32,9 +34,10 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import ALIKE
-from contactlaw.world.data.records import Array, Arrays
+from contactlaw.world.data.records import Arrays
 from contactlaw.world.step import step
 
+FRAME = p.WORLD_FRAME
 NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # read of a body yet
 WHOLE, POSE, SPEED = struct.Struct(f"{MOTION.itemsize // 8}d"), struct.Struct("7d"), struct.Struct("6d")
 PARAMETERS = "fixedTimeStep", "gravityAccelerationX", "gravityAccelerationY", "gravityAccelerationZ"
@@ -81,6 +84,7 @@ class Traffic:
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed, self._foreseen = 0, [], False
+        self._pushes = list[Callable[[], Any]]()
         self.dt, self._fall, self._down, self._parameters = 0.0, 0.0, 0, ()
         for one in linked:
             self.rows["linked"][one.members] = 1
@@ -90,11 +94,19 @@ class Traffic:
         self._heavy = dict.fromkeys(k for k in plain if self.rows["mass"][k] > 0.0)
         self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
         fixed = [(keys[k], k * SIZE) for k in plain if self.rows["mass"][k] == 0.0]
-        self._bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
+        bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
+        self._bases = [
+            (partial(p.getBasePositionAndOrientation, body, client), partial(p.getBaseVelocity, body, client),
+             partial(WHOLE.pack_into, self._bytes, at + BEFORE)) for body, at in bases
+        ]  # fmt: skip
+        self._steps = [
+            (read[1], partial(SPEED.pack_into, self._bytes, at + SPEED_AFTER))
+            for read, (_, at) in zip(self._bases, self._moving, strict=False)
+        ]
         self._still = [one for one in fixed if one[0][1] != BASE]
         if not moves:
             self._read()
-            self._bases, self._still = self._moving, []
+            self._bases, self._still = self._bases[: len(self._moving)], []
 
     def bind(self, arrays: Arrays) -> None:
         """Let the compiled code know where the arrays are."""
@@ -103,14 +115,17 @@ class Traffic:
         head = self._head
         head["world"], head["rows"], head["named"] = (a.ctypes.data for a in (self._state, self.rows, self._named))
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._passed = False
+        self._passed, self._lie, self._weights = False, False, dict[int, Any]()
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
 
     def weigh(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; what has others than before wakes."""
         for k in rows:
-            row, own = self.rows[k], self.arrays.bodies[k + 1]
-            mass, inertia = _mass_of(self.keys[k], self._client)
+            mass, moments = told = _mass_of(self.keys[k], self._client)
+            if told == self._weights.get(k):
+                continue
+            self._weights[k] = told
+            row, own, inertia = self.rows[k], self.arrays.bodies[k + 1], np.array(moments)
             if mass == row["mass"] and (inertia == row["inertia"]).all():
                 continue
             row["mass"], row["inertia"] = mass, inertia
@@ -130,7 +145,7 @@ class Traffic:
 
     def foresee(self) -> int:
         """The step that Bullet is about to take; returns what `exchange.look` says of the contacts."""
-        self._found, self._pushed, self._passed = 0, [], False
+        self._found, self._pushed, self._passed, self._lie = 0, [], False, False
         self._look_up()
         if self._set_off() != PASSED:
             self._found = self._complete(0)
@@ -151,8 +166,12 @@ class Traffic:
         """A step of PyBullet, then the same one of the world, which is handed back; returns as `foresee`."""
         if not (self._plain and self._parameters):
             self._look_up()
-        pushed = self._set_off()
-        if pushed > 0:
+        lie = self._lie and not self._read()
+        pushed = 0 if lie else self._set_off()
+        if lie:
+            for apply in self._pushes:
+                apply()
+        elif pushed > 0:
             self._push(pushed)
         for one in self.linked:
             one.apply_steady_push()
@@ -162,15 +181,18 @@ class Traffic:
                 return 0
             set_off(self._head_at)  # once more: something may be met in such a step
             self._passed = False
-        client, rows, after, velocity = self._client, self._bytes, self._after, p.getBaseVelocity
-        for i, (body, at) in enumerate(self._moving):
-            now = velocity(body, client)
-            if now != after[i]:
-                after[i] = now
-                SPEED.pack_into(rows, at + SPEED_AFTER, *now[0], *now[1])
+        before, self._after = self._after, [velocity() for velocity, _ in self._steps]
+        if lie:
+            if before == self._after:
+                return 0
+            set_off(self._head_at)
+        for was, now, (_, write) in zip(before, self._after, self._steps, strict=False):
+            if now != was:
+                write(*now[0], *now[1])
         for one in self.linked:
             one.compare(self.arrays, self.dt)
         done = self._complete(1)
+        self._lie = done == LYING and self._plain and not self._still
         if done >= FLAGS:
             self._put(done // FLAGS, LEFT)
         for one in self.linked:
@@ -188,6 +210,8 @@ class Traffic:
         if self._passed and pushed != PASSED and self._read():
             pushed = set_off(self._head_at)
         self._passed = pushed == PASSED
+        if self._passed:
+            return pushed
         if pushed == NOT_FINITE:
             self._refuse()
         if pushed == LIST:
@@ -224,8 +248,8 @@ class Traffic:
         """
         if self._fall == 0.0:
             return False
-        gained = p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
-        return abs(gained - self._last[0][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
+        down, fall = self._down, self._fall
+        return abs(self._steps[0][0]()[0][down] - self._last[0][1][0][down] - fall) < 0.5 * abs(fall)
 
     def _complete(self, stepped: int) -> int:
         """Move the world and hand it back."""
@@ -249,8 +273,7 @@ class Traffic:
         self._check()
         if found > 1:
             self._put(found >> 1, BEFORE)
-            self._last = [(p.getBasePositionAndOrientation(body, self._client), p.getBaseVelocity(body, self._client))
-                          for body, _ in self._bases]  # fmt: skip
+            self._last = [(pose(), velocity()) for pose, velocity, _ in self._bases]
         if not found & 1:
             return
         # somebody has put bodies where they are: see who is near whom, and who lies on whom
@@ -285,29 +308,31 @@ class Traffic:
 
         passed: whether how those move that cannot be moved does not matter.
         """
-        client, new, moving = self._client, False, len(self._moving)
-        rows, last, pack = self._bytes, self._last, WHOLE.pack_into
-        pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
-        for i, (body, at) in enumerate(self._bases):
-            state = pose(body, client), velocity(body, client) if i < moving or not passed else last[i][1]
+        new, last, moving = False, self._last, len(self._moving)
+        for i, (pose, velocity, write) in enumerate(self._bases):
+            state = pose(), last[i][1] if passed and i >= moving else velocity()
             if state != last[i]:
                 last[i], new = state, True
                 (x, q), (v, w) = state
-                pack(rows, at + BEFORE, *x, *q, *v, *w)
+                write(*x, *q, *v, *w)
         for (body, link), at in self._still:
-            state = p.getLinkState(body, link, 1, 1, client)
-            pack(rows, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
+            state = p.getLinkState(body, link, 1, 1, self._client)
+            WHOLE.pack_into(self._bytes, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
         return new
 
     def _push(self, number: int) -> None:
         """Apply the forces and torques of bodies that have been named."""
+        rows, client, force, torque = self._bytes, self._client, p.applyExternalForce, p.applyExternalTorque
+        self._pushes = []
         for k in self._names[:number]:
             body, at = self.keys[k][0], k * SIZE
-            fx, fy, fz, tx, ty, tz = SPEED.unpack_from(self._bytes, at + FORCE)
-            place = PLACE.unpack_from(self._bytes, at + BEFORE)
-            p.applyExternalForce(body, BASE, (fx, fy, fz), place, p.WORLD_FRAME, self._client)
+            fx, fy, fz, tx, ty, tz = SPEED.unpack_from(rows, at + FORCE)
+            place = PLACE.unpack_from(rows, at + BEFORE)
+            self._pushes.append(partial(force, body, BASE, (fx, fy, fz), place, FRAME, client))
             if tx != 0.0 or ty != 0.0 or tz != 0.0:
-                p.applyExternalTorque(body, BASE, (tx, ty, tz), p.WORLD_FRAME, self._client)
+                self._pushes.append(partial(torque, body, BASE, (tx, ty, tz), FRAME, client))
+        for apply in self._pushes:
+            apply()
 
     def _put(self, number: int, motion: int) -> None:
         """Put bodies that have been named where a motion in their rows says, moving as it says."""
@@ -333,10 +358,10 @@ class Traffic:
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
 
 
-def _mass_of(key: Key, client: int) -> tuple[float, Array]:
+def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, float, float]]:
     """Mass and principal moments of a body; none of a link that nothing can move, or of a body that has gone."""
     try:
-        info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, np.zeros(3))
+        info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, (0.0, 0.0, 0.0))
     except p.error:
-        return 0.0, np.zeros(3)
-    return info[0], np.array(info[2])
+        return 0.0, (0.0, 0.0, 0.0)
+    return info[0], info[2]
