@@ -6,11 +6,9 @@ see it come and drag what lies on it along, and is there as the step ends.
 
 from __future__ import annotations
 
-from math import atan2
-
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import set_axes
-from contactlaw.world.data.vec import ZERO, load, load4, norm, product, scale, store, store4, sub
+from contactlaw.world.data.vec import ZERO, load, load4, norm, product, rotation_vector, scale, store, store4, sub
 
 # [m/s]: who would change speed by more in a step, and by more than all of it, has jumped. Arms of robots and belts set
 # out with less; 10 mm in 2 ms are no motion. Nor is it what an overlap stands for that would throw bodies so fast
@@ -24,10 +22,8 @@ def lead(w, b, place, turn, h):
     Its velocities are those of the step before. One that jumps is there at once, at rest, as somebody who is `placed`.
     """
     back = load4(b.quaternion)
-    c, x, y, z = product(turn, (back[0], -back[1], -back[2], -back[3]))
-    way, half = (x, y, z), norm((x, y, z))
-    angle = 2.0 * atan2(half, abs(c)) / half if half > 0.0 else 0.0
-    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale((angle if c > 0.0 else -angle) / h, way)
+    twist = rotation_vector(product(turn, (back[0], -back[1], -back[2], -back[3])))
+    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
     if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
         store(b.velocity, velocity)

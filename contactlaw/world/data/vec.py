@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import jit_inside
 
@@ -111,6 +111,14 @@ def rotation(turn):
     """The quaternion of a rotation vector [rad]."""
     c, s = half_turn(dot(turn, turn))
     return c, s * turn[0], s * turn[1], s * turn[2]
+
+
+@jit_inside
+def rotation_vector(q):
+    """The rotation vector [rad], by half a turn at most, of a quaternion of length one."""
+    way = q[1], q[2], q[3]
+    half = norm(way)
+    return scale(copysign(2.0 * atan2(half, abs(q[0])) / half, q[0]), way) if half > 0.0 else ZERO
 
 
 @jit_inside
