@@ -68,6 +68,13 @@ def norm(a):
 
 
 @jit_inside
+def share_of(a, b):
+    """Of a vector a as much as b has of it: a multiple of a, by 0 to 1."""
+    square = dot(a, a)
+    return scale(min(max(dot(a, b) / square, 0.0), 1.0), a) if square > 0.0 else ZERO
+
+
+@jit_inside
 def to_world(m, a):
     """The product R a of a matrix (9,), row by row, and a vector."""
     return (
