@@ -5,8 +5,9 @@ for bodies that touch through several of them move together. The blocks of the o
 
 Of plugin_state the leader uses, in doubles: a token, a check sum of the rest for this model; one of the coordinates and
 velocities that the step left, and of what the law reads of the model; the generalised force with which the contacts
-press, shape (nv,); where bodies that the user places have been put, and how they went there, shape (placed, 13); the
-world between two steps (`world.state`).
+press, shape (nv,); of free bodies the acceleration and the moment by what else pushed them, shape (nv,); where bodies
+that the user places have been put, and how they went there, shape (placed, 13); the world between two steps
+(`world.state`).
 """
 
 from __future__ import annotations
@@ -65,6 +66,7 @@ FREE = record(
     body="i8", id="i8",  # row in the world; number in the model
     q="i8", v="i8",  # where its coordinates and velocities begin
     offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
+    pressed="i8",  # a contact was closed when the step began
 )  # fmt: skip
 """A body that nothing but its contacts holds."""
 

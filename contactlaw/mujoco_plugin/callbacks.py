@@ -56,11 +56,11 @@ def move(head, w, state):
     for i in range(head.free_count):
         read_free(head, free_at(head.frees, i), known)
     for i in range(head.placed_count):
-        read_placed(head, w, placed_at(head.placed, i), state[PUSH + head.nv + LED * i :])
+        read_placed(head, w, placed_at(head.placed, i), state[PUSH + 2 * head.nv + LED * i :])
     trees(head, FIND)
     if head.tree_count == 0 and head.placed_count == 0 and lies(w):
         for i in range(head.free_count):
-            write_free(head, free_at(head.frees, i))
+            write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
         copy(floats(data_at(head.data, 0).qacc, 0, head.nv), floats(head.left, 1 + head.nq + head.nv, head.nv))
         return LYING
     if head.calm != 0 and edited(head):
@@ -75,7 +75,7 @@ def move(head, w, state):
     if head.lag > 0.0:
         keep_near(w)
     for i in range(head.free_count):
-        write_free(head, free_at(head.frees, i))
+        write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
     trees(head, WRITE)
     look_over(head, w)
     leave(head, w, state)

@@ -3,8 +3,10 @@
 The coordinates of a free joint are those of the body's frame, the world's those of its centre of mass. Under all
 integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
 a) is a parabola if the velocity at x0 is v0 + dt/2 a. Where a contact presses at the end of a step, the velocity is
-the true one, so that what rests has none. The spin of what tumbles is taken as it is: with half a step of its
-gyroscopic acceleration, which is across it, energy would be gained each time, by the square of that.
+the true one, so that what rests has none. What a force of this very step has lifted off goes on half a step behind with
+as much of it as was there in the step before: a kick for one step would else be half a kick, as the engine knows no
+more of it. The spin of what tumbles is taken as it is: with half a step of its gyroscopic acceleration, which is across
+it, energy would be gained each time, by the square of that.
 """
 
 from __future__ import annotations
@@ -19,7 +21,21 @@ from contactlaw.mujoco_plugin.layout import data_at, jit
 from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import hardly_moves
 from contactlaw.world.data.access import body_at, world_at
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, load4, norm, product, store, store4, sub, turn_by
+from contactlaw.world.data.vec import (
+    add,
+    axpy,
+    cross,
+    dot,
+    load,
+    load4,
+    norm,
+    product,
+    share_of,
+    store,
+    store4,
+    sub,
+    turn_by,
+)
 from contactlaw.world.trees.mobility import clear, copy
 
 
@@ -105,6 +121,7 @@ def read_free(head, f, known):
 def lead_free(head, f):
     """Bring the velocity of a body that nothing presses to the time of its position."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
+    f.pressed = b.pressed
     if b.asleep != 0 or b.pressed != 0 or head.lag == 0.0:
         return
     _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
@@ -154,8 +171,8 @@ def axes_of(b, f):
 
 
 @jit
-def write_free(head, f):
-    """Put a body that was touched where the world has it."""
+def write_free(head, f, pushes):
+    """Put a body that was touched where the world has it; pushes: generalised forces (nv,) on what was pressed."""
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     if b.asleep != 0:
@@ -166,9 +183,16 @@ def write_free(head, f):
         return
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
+    push, moment = sub(load(b.acceleration), load(head.gravity)), load(b.torque)
+    before, wrench = pushes[f.v : f.v + 3], pushes[f.v + 3 : f.v + 6]
     if b.pressed == 0 and head.lag > 0.0:
+        if f.pressed != 0:
+            store(b.acceleration, add(load(head.gravity), share_of(load(before), push)))
+            store(b.torque, share_of(load(wrench), moment))
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
         spin = axpy(-head.lag, spin_change(b, load(b.torque)), spin)
+    store(before, push)
+    store(wrench, moment)
     store(q, sub(load(b.position), arm))
     store4(floats(d.qpos, f.q + 3, 4), own)
     store(v, velocity)

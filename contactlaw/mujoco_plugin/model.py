@@ -151,7 +151,7 @@ class Model:
     @property
     def _row(self) -> int:
         """Where the state of the world begins in it."""
-        return PUSH + self._m.nv + LED * len(self._placed)
+        return PUSH + 2 * self._m.nv + LED * len(self._placed)
 
     @property
     def _world_size(self) -> int:

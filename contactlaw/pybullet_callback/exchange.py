@@ -2,8 +2,9 @@
 
 Bullet steps v <- v + dt a, then x <- x + dt v: its velocity is that of half a step before its position, and x1 = x0 +
 dt (v0 + dt a) is a parabola if the velocity at x0 is v0 + dt/2 a. So velocities are read, and so they are handed back;
-but where a contact is closed at the end of a step the velocity is the true one, so that what rests has none. The same
-holds of the spin, whose rate of change is gyroscopic.
+but where a contact is closed at the end of a step the velocity is the true one, so that what rests has none. Of what
+has lifted off a then has as much of the step's own force as was there in the step before: of a kick for one step Bullet
+knows no more in the next. The same holds of the spin, whose rate of change is gyroscopic.
 
 A step comes to an impulse and a place. Where Bullet has yet to step, a force gives the impulse, and what its place
 lacks then is put right at the next call (`receive`). Where it has stepped, the world goes the same step again with
@@ -37,6 +38,7 @@ from contactlaw.world.data.vec import (
     norm,
     product,
     scale,
+    share_of,
     store,
     store4,
     sub,
@@ -63,7 +65,8 @@ ROW = record(
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
     linked="i8",  # of a body with joints, see `linked`
     force=VECTOR, torque=VECTOR,  # mean of what contacts did in the last step [N], [N m]
-    pressed="i8",  # a contact was closed at the end of it
+    pressed="i8", was="i8",  # a contact was closed at the end of it, and of the one before
+    usual=VECTOR, wrench=VECTOR,  # acceleration and moment besides gravity and contacts, in the last step that touched
     strange="i8",  # somebody has put it where it is
     other="i8",  # how Bullet's step moved it was not gravity and the push alone; 2: of one that was pushed
 )  # fmt: skip
@@ -402,7 +405,8 @@ def look(head, w):
     flags = 0 if w.lists == head.lists else LISTED
     head.lists = w.lists
     for k in range(head.count):
-        row_at(head.rows, k).pressed = 0
+        r = row_at(head.rows, k)
+        r.was, r.pressed = r.pressed, 0
     said = carray(doubles_at(head.seen), w.contact_room)
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
@@ -435,9 +439,17 @@ def finish(head, k, r, b, stepped):
     """Hand back a body that was touched."""
     dt, m, turned = head.dt, r.before, load4(b.quaternion)
     lag = 0.0 if r.pressed != 0 else -0.5 * dt
+    a, moved = load(b.acceleration), load(b.torque)
+    push = sub(a, load(head.gravity))
+    if r.was != 0 and r.pressed == 0:
+        store(b.acceleration, add(load(head.gravity), share_of(load(r.usual), push)))
+        store(b.torque, share_of(load(r.wrench), moved))
+    store(r.usual, push)
+    store(r.wrench, moved)
     v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), load(b.spin)
     spin = axpy(lag, spin_rate(b, spin), spin)
-    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), load(b.acceleration))
+    store(b.torque, moved)
+    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), a)
     store(r.force, scale(r.mass, gained))
     # the moment at the start of the step, where Bullet takes its inertia
     store4(b.quaternion, quaternion_of(m))

@@ -14,6 +14,7 @@ from contactlaw.world import World
 from contactlaw.world.contacts.force import ask_at, slopes
 from contactlaw.world.data.access import contact_at, save_contact
 from contactlaw.world.implicit.equations import room_for
+from contactlaw.world.trees.description import Joint, Part, Tree
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod
@@ -234,6 +235,21 @@ def test_an_arm_comes_to_lie_as_it_does_in_short_steps() -> None:
     q = [arm.tree(0)[0][0] for arm in arms]
     assert np.ptp(q) < 1e-9
     assert all(arm.asleep.all() for arm in arms[:2])
+
+
+@pytest.mark.parametrize("timestep", [1e-3, 2e-3])
+def test_a_wheel_rolls_as_far_as_it_turns(timestep: float) -> None:
+    """On a carriage of two slides, under a push; it turns by up to 0.1 rad a step."""
+    world = World(gravity=(1.0, 0.0, -9.81), timestep=timestep)
+    slides = [Joint("slide", axis=axis) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))]
+    _, (wheel,) = world.add_tree(Tree([Part(MASS, INERTIA, [*slides, Joint()], position=(0.0, 0.0, RADIUS))]))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_sphere(wheel, RADIUS), floor, pair())
+    for _ in range(4):
+        world.step(round(0.1 * RADIUS / timestep / timestep / 4))
+        (x, _, angle), (v, _, spin) = world.tree(0)
+        assert v == pytest.approx(RADIUS * spin, rel=1e-8) and x == pytest.approx(RADIUS * angle, rel=1e-4)
+    assert count(world, "implicit") > 100
 
 
 def swinging(timestep: float) -> tuple[World, float]:

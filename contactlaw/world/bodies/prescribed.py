@@ -6,11 +6,9 @@ it, so that contacts feel its motion and carry along what lies on it, and arrive
 
 from __future__ import annotations
 
-from math import atan2
-
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import set_axes
-from contactlaw.world.data.vec import ZERO, load, load4, norm, product, scale, store, store4, sub
+from contactlaw.world.data.vec import ZERO, load, load4, norm, product, rotation_vector, scale, store, store4, sub
 
 # [m/s]: a body whose speed would change by more in a step, and by more than its present speed, has jumped: robot arms
 # and belts start with less, 10 mm in 2 ms is no motion. Also the speed that an initial overlap may give, `touch.deep`
@@ -25,10 +23,8 @@ def move_kinematic(w, b, place, turn, h):
     its velocities are those of that step. A body that jumps is put there at once, at rest, and marked as `placed`.
     """
     back = load4(b.quaternion)
-    c, x, y, z = product(turn, (back[0], -back[1], -back[2], -back[3]))
-    axis, half = (x, y, z), norm((x, y, z))
-    angle = 2.0 * atan2(half, abs(c)) / half if half > 0.0 else 0.0
-    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale((angle if c > 0.0 else -angle) / h, axis)
+    twist = rotation_vector(product(turn, (back[0], -back[1], -back[2], -back[3])))
+    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
     if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
         store(b.velocity, velocity)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import jit_inside
 
@@ -68,6 +68,13 @@ def norm(a):
 
 
 @jit_inside
+def share_of(a, b):
+    """Of a vector a as much as b has of it: a multiple of a, by 0 to 1."""
+    square = dot(a, a)
+    return scale(min(max(dot(a, b) / square, 0.0), 1.0), a) if square > 0.0 else ZERO
+
+
+@jit_inside
 def to_world(m, a):
     """Return R a, of a matrix R (9,), row by row."""
     return (
@@ -111,6 +118,14 @@ def rotation(turn):
     """Return the quaternion of a rotation vector [rad]."""
     c, s = half_turn(dot(turn, turn))
     return c, s * turn[0], s * turn[1], s * turn[2]
+
+
+@jit_inside
+def rotation_vector(q):
+    """The rotation vector [rad], by half a turn at most, of a quaternion of length one."""
+    way = q[1], q[2], q[3]
+    half = norm(way)
+    return scale(copysign(2.0 * atan2(half, abs(q[0])) / half, q[0]), way) if half > 0.0 else ZERO
 
 
 @jit_inside

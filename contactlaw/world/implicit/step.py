@@ -40,7 +40,7 @@ from contactlaw.world.data.access import (
 )
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import NEVER, PAUSE_LIMIT
-from contactlaw.world.data.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub
+from contactlaw.world.data.vec import add, axpy, cross, load, load4, norm, product, rotation_vector, scale, store, sub
 from contactlaw.world.implicit.acceptance import GAINED, changes, energy, is_held, is_lasting, is_steady
 from contactlaw.world.implicit.equations import (
     ACCELERATION,
@@ -270,8 +270,7 @@ def place(w, k, stage, time):
             place_tree(w, b, stage)
         store(b.shift, sub(load(b.position), load(start.position)))
         back = start.quaternion[0], -start.quaternion[1], -start.quaternion[2], -start.quaternion[3]
-        turn = product(load4(b.quaternion), back)
-        store(b.twist, scale(2.0 if turn[0] > 0.0 else -2.0, turn[1:]))
+        store(b.twist, rotation_vector(product(load4(b.quaternion), back)))
         b.turned = start.turned + norm(load(b.twist))
         return
     if b.unknown >= 0:
