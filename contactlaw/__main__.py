@@ -1,4 +1,4 @@
-"""`python -m contactlaw`: impacts, contacts and calibration on a terminal."""
+"""`python -m contactlaw`: impacts, contact pairs and calibration from the command line."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from contactlaw import LAWS, MATERIALS, ContactPair, ContactWarning, Material, r
 from contactlaw.calibration.reading import SPINS, VELOCITIES, calibrate_columns, read_table
 from contactlaw.ending import run
 
-TABLE = f"""CSV file, one impact a row, in SI units. Its first row names the columns: {", ".join(VELOCITIES)} (speeds of
-approach and of leaving, and velocities of the contact point along the surface, both counted along the same direction),
-and maybe {", ".join(SPINS)}: then the tangential velocities are those of the centre of mass, and the spin of rolling
-along positive velocity is positive."""
+TABLE = f"""CSV file in SI units, one impact a row. Its first row names the columns: {", ".join(VELOCITIES)} (speeds of
+approach and of separation, and velocities of the contact point along the surface, both positive in the same direction).
+With the columns {", ".join(SPINS)} the tangential velocities are those of the centre of mass; the spin of a ball that
+rolls along positive velocity is positive."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do what the arguments (None: of the command line) ask; returns the exit code."""
+    """Run the command of the arguments (None: of the command line) and return the exit code."""
     parser = _parser()
     given = parser.parse_args(arguments)
     with warnings.catch_warnings():
@@ -51,14 +51,16 @@ def _parser() -> argparse.ArgumentParser:
         one.set_defaults(run=run)
         return one
 
-    one = command("rebound", _rebound, "psi_2 of whole impacts, psi = (kappa/mu) V_x/V_z1")
+    one = command("rebound", _rebound, "psi_2 after whole impacts, psi = (kappa/mu) V_x/V_z1")
     one.add_argument("psi_1", type=float, nargs="+", help="before the impact")
     one.add_argument("--chi", type=float, default=1.256, help="(kappa/2) m_N/m_T; default: the paper's steel puck")
     one.add_argument("--law", default="microslip", help=" | ".join(LAWS))
     one.add_argument("--restitution", type=float, default=1.0, help="in [1e-6, 1]")
     one.add_argument("--json", action="store_true", help="one JSON object")
 
-    one = command("pair", _pair, "what the law makes of two materials: moduli, kappa, and an impact's time and force")
+    one = command(
+        "pair", _pair, "effective moduli and kappa of two materials; duration, overlap and force of an impact"
+    )
     one.add_argument("a", help=" | ".join(MATERIALS) + ", or 'E nu' in Pa")
     one.add_argument("b", help="the same")
     for name, default, text in (
@@ -127,13 +129,16 @@ def _calibrate(given: argparse.Namespace) -> None:
         )  # fmt: skip
     print(result.summary())
     if given.png is not None:
-        from contactlaw.calibration_figure import save_calibration
+        from contactlaw.calibration.figure import save_calibration
 
         print(f"picture: {save_calibration(result, given.png)}")
 
 
 def _bar() -> Any:
-    """What is being done, on a terminal where there is rich; it yields what to tell, or None."""
+    """Return a context that yields a function which shows a text and the elapsed time, or None.
+
+    It yields None if stderr is no terminal or rich is not installed.
+    """
     if not sys.stderr.isatty():
         return nullcontext()
     try:

@@ -1,9 +1,10 @@
-"""Machine code kept on disk, so that each kernel is compiled once for all processes.
+"""Cache of machine code on disk, shared by all processes, so that each kernel is compiled once.
 
-numba keeps an index beside numbered files, and writes the index first: a process that is killed in between, or two that
-write at once, leave an index that names the code of another signature or of older sources; a damaged file, or a full
-disk, ends in a traceback. Here a file is named by all that its code depends on, holds its own check sum, and is renamed
-into place when it is whole: what cannot be read is compiled again, what cannot be written is compiled in each process.
+numba keeps an index file beside numbered data files and writes the index first. A process that is killed in between, or
+two processes that write at once, leave an index that points to the code of another signature or of older sources; a
+damaged file or a full disk ends in a traceback. Here the name of a file is a hash of all that its code depends on, the
+file begins with its own check sum, and it is renamed into place once it is complete. A file that cannot be read is
+compiled again; where files cannot be written, each process compiles for itself.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from numba.core.serialize import dumps
 
 from contactlaw.ending import whole
 
-CHECK = 32  # bytes of a SHA-256
-UNWRITTEN: list[str] = []
-"""Why code could not be kept, once it could not."""
+CHECK = 32  # bytes of the SHA-256 digest that begins a file
+REPORTED: list[str] = []
+"""The reason why code cannot be cached, once it has been reported."""
 
 
-def lament(reason: object) -> None:
-    """Say once in a process that nothing can be kept."""
-    if not UNWRITTEN:
-        UNWRITTEN.append(str(reason))
+def report_no_cache(reason: object) -> None:
+    """Report on stderr, once a process, that machine code cannot be cached."""
+    if not REPORTED:
+        REPORTED.append(str(reason))
         print(
             f"contactlaw: machine code cannot be kept ({reason}); each process compiles its own. "
             "NUMBA_CACHE_DIR may name a folder that can be written to",
@@ -38,12 +39,12 @@ def lament(reason: object) -> None:
 
 
 class CodeFiles:
-    """The files of one function, in place of numba's index and numbered files.
+    """Files of one function, one for each signature, in place of numba's index and data files.
 
     Args:
-        folder: Where they are.
-        base: How their names begin.
-        stamp: What all code depends on.
+        folder: Folder of the files.
+        base: Prefix of their names.
+        stamp: Hash or text that changes with everything that the code depends on.
     """
 
     def __init__(self, folder: str, base: str, stamp: str) -> None:
@@ -51,11 +52,11 @@ class CodeFiles:
         self.stamp = hashlib.sha256(f"{stamp} {numba.__version__} {llvmlite.__version__}".encode()).hexdigest()[:12]
 
     def path(self, key: Any) -> Path:
-        """The file of a signature and machine."""
+        """Path of the file for a key: signature and machine."""
         return self.folder / f"{self.base}.{self.stamp}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
 
     def load(self, key: Any) -> Any:
-        """What was saved, or None: there is none, or it is damaged."""
+        """Return what was saved under a key, or None if there is no file or the file is damaged."""
         try:
             data = self.path(key).read_bytes()
         except OSError:
@@ -65,7 +66,7 @@ class CodeFiles:
         return pickle.loads(data[CHECK:])
 
     def save(self, key: Any, data: Any) -> None:
-        """Write a file, and remove those of older sources."""
+        """Write the file of a key and delete the files of older sources."""
         for old in [*self.folder.glob(f"{self.base}.*.nbc"), *self.folder.glob(f"{self.base}.nbi")]:
             if not old.name.startswith(f"{self.base}.{self.stamp}."):
                 old.unlink(missing_ok=True)
@@ -74,16 +75,16 @@ class CodeFiles:
             part.write_bytes(hashlib.sha256(content).digest() + content)
 
     def flush(self) -> None:
-        """Forget all of it."""
+        """Delete all files of the function."""
         for path in self.folder.glob(f"{self.base}.*.nbc"):
             path.unlink(missing_ok=True)
 
 
 class Cache(FunctionCache):
-    """numba's cache of a function on such files; it raises nothing where these fail.
+    """numba's cache of a function, with `CodeFiles`; reading and writing raise nothing when files fail.
 
     Raises:
-        RuntimeError: When it is made: there is nowhere to keep anything, a package inside a zip file say.
+        RuntimeError: By the constructor, if no folder for the cache exists (a package inside a zip file, for example).
     """
 
     def __init__(self, function: Any, stamp: str) -> None:
@@ -91,16 +92,16 @@ class Cache(FunctionCache):
         self._cache_file = CodeFiles(self.cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """As numba's; None where what is there cannot be used."""
+        """Return the code of a signature as numba does, or None if the file cannot be used."""
         try:
             return super().load_overload(sig, target_context)
-        except Exception:  # whatever is wrong with it, it can be compiled
+        except Exception:  # whatever the fault, the function can be compiled again
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """As numba's; where it cannot be written that is said."""
+        """Save the code of a signature as numba does; report once if it cannot be written."""
         try:
             super().save_overload(sig, data)
         except OSError as error:
-            lament(error)
+            report_no_cache(error)
             self.disable()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LARGEST = float(np.finfo(float).max)
-NUMBERS = "iufO"  # kinds of arrays; objects may be numbers of some other kind
+NUMBERS = "iufO"  # NumPy kinds that may hold real numbers; objects: Decimal and other types
 
 
 def number(name: str, value: Any, allowed: str, *, low: float, high: float, open_low: bool = False) -> float:
@@ -43,16 +43,16 @@ def not_negative(name: str, value: Any) -> float:
 
 LEAST_RESTITUTION = 1e-6  # 0 would need infinite damping; far below, the damped oscillator loses its digits
 RESTITUTIONS = "in [1e-6, 1]"
-SPEEDS = 1e-30, 1e30  # [m/s], beyond which powers of them are no numbers
+SPEEDS = 1e-30, 1e30  # [m/s], beyond which powers of a speed under- or overflow
 
 
 def restitution(name: str, value: Any) -> float:
-    """Return a restitution coefficient."""
+    """Return value as a restitution coefficient, a float in [1e-6, 1]."""
     return number(name, value, RESTITUTIONS, low=LEAST_RESTITUTION, high=1.0)
 
 
 def finite_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Return value as a float64 array without NaN or infinity; nothing is taken that is a number only in some sense."""
+    """Return value as a finite float64 array. Booleans, text, complex numbers and masked values are refused."""
     if type(value) is np.ndarray and value.dtype == np.float64 and np.isfinite(value).all():
         return value
     if np.ma.is_masked(value):
@@ -84,7 +84,7 @@ def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 def unit_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Return value as a unit vector; a length off by more than 1e-6 is refused, a smaller error removed."""
+    """Return value as a unit vector. A length that differs from 1 by more than 1e-6 is refused, else normalised."""
     array = vector(name, value)
     length = float(np.linalg.norm(array))
     if abs(length - 1.0) > 1e-6:
@@ -93,7 +93,7 @@ def unit_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 def fields_of(where: str, name: str, words: Iterable[str], known: Iterable[str]) -> dict[str, Any]:
-    """Fields by their names from words "field=number" or "field=number,number"; whole numbers stay whole."""
+    """Parse words "field=number" or "field=number,number" into a dict; integers stay int, lists become tuples."""
     known, given = list(known), {}
     for word in words:
         key, _, text = word.partition("=")
@@ -107,7 +107,7 @@ def fields_of(where: str, name: str, words: Iterable[str], known: Iterable[str])
 
 
 def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
-    """Return value if it is one of the allowed names; the error offers the nearest one."""
+    """Return value if it is one of the allowed names; the error suggests the nearest one."""
     names = list(allowed)
     if value in names:
         return value
@@ -115,21 +115,21 @@ def one_of(name: str, value: Any, allowed: Iterable[str]) -> str:
 
 
 def hint(value: Any, names: Iterable[str]) -> str:
-    """The nearest name as a question, whatever the case of letters; or nothing."""
+    """Return " (did you mean ...?)" with the nearest name, ignoring case, or an empty string."""
     known = {name.lower(): name for name in names}
     near = difflib.get_close_matches(str(value).lower(), known, n=1)
     return f" (did you mean {known[near[0]]!r}?)" if near else ""
 
 
 def truth(name: str, value: Any) -> bool:
-    """Return value if it is True or False; no number or text says so, as "no" would count as True."""
+    """Return value if it is True or False. Numbers and text are refused, since "no" would count as True."""
     if not isinstance(value, bool | np.bool_):
         raise ValueError(f"{name} = {value!r}: must be True or False")
     return bool(value)
 
 
 def count(name: str, value: Any, least: int) -> int:
-    """Return value as an int that is not below the least."""
+    """Return value as an int >= least."""
     try:
         if isinstance(value, bool):
             raise TypeError
@@ -142,7 +142,7 @@ def count(name: str, value: Any, least: int) -> int:
 
 
 def need(module: str, what: str, extra: str) -> None:
-    """Import a module of an extra, or say which extra brings it."""
+    """Import a module of an optional extra; the error names the extra that installs it."""
     try:
         import_module(module)
     except ModuleNotFoundError as error:
@@ -152,16 +152,19 @@ def need(module: str, what: str, extra: str) -> None:
 
 
 WILD = "*?["
-"""What a pattern for names has, as in a shell."""
+"""Characters that make a text a shell pattern."""
 
 
 def is_wild(text: str) -> bool:
-    """Whether a text is a pattern."""
+    """Return whether a text is a shell pattern."""
     return any(mark in text for mark in WILD)
 
 
 def flat(items: Iterable[Any], one: Any = str) -> list[Any]:
-    """Items, and those of sequences among them; one: a type that is no sequence here."""
+    """Return a list of the items, with iterables among them replaced by their items.
+
+    one: type of items that stay as they are though they are iterable, besides str.
+    """
     out: list[Any] = []
     for item in items:
         out.extend([item] if isinstance(item, str | one) or not isinstance(item, Iterable) else item)
@@ -169,7 +172,7 @@ def flat(items: Iterable[Any], one: Any = str) -> list[Any]:
 
 
 def nearest(text: str, names: Iterable[str], rest: str) -> str:
-    """The names that are meant, maybe: a question with the three nearest, or the rest of the sentence where none is."""
+    """Return "did you mean ...?" with up to three of the nearest names, or `rest` if none is near."""
     text, known = text.strip(WILD + "]"), sorted(set(names))
     near = difflib.get_close_matches(text, known, n=3)
     near += [

@@ -1,4 +1,4 @@
-"""One impact of two bodies in SI units: velocities after, force history, energy ledger."""
+"""One impact of two bodies in SI units: velocities after the impact, history of forces, energy ledger."""
 
 from __future__ import annotations
 
@@ -12,10 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 from contactlaw.impact import check_steps, nodes_for
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
-from contactlaw.laws.normal_motion import SCALED_DEEPEST, Motion, normal_motion
+from contactlaw.laws.normal_motion import (
+    DONE,
+    PULL,
+    SCALED_DEEPEST,
+    SLIDING_SPEED,
+    STORED,
+    TRACK,
+    Motion,
+    normal_motion,
+)
 from contactlaw.pair import ContactPair, warn_of_depth
-from contactlaw.single import paths
-from contactlaw.single.ledger import TRACK, Scale, ledger
+from contactlaw.single import Scale, impact_by_steps
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -26,13 +34,13 @@ NOTHING: Vector = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A body in an impact: its centre of mass lies on the contact normal (a ball, or a puck cut from one).
+    """A body whose centre of mass lies on the contact normal: a ball, or a puck cut from a ball.
 
     Attributes:
-        mass: [kg]; inf: held fast.
+        mass: Mass [kg]; inf: fixed.
         radius: Distance from the centre of mass to the contact [m]; inf: a plane.
-        inertia: Moment of inertia about the axes across the normal [kg m^2]; None: a solid ball, 2/5 M R^2.
-        velocity: Of the centre of mass [m/s], shape (3,).
+        inertia: Moment of inertia about the tangential axes [kg m^2]; None: a solid ball, 2/5 M R^2.
+        velocity: Velocity of the centre of mass [m/s], shape (3,).
         spin: Angular velocity [rad/s], shape (3,).
     """
 
@@ -69,19 +77,20 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """What an impact did. Times run from the touch; the last row is the end of contact.
+    """Result of an impact. The n rows of a history run from the first touch to the end of contact.
 
     Attributes:
-        velocity_a, spin_a, velocity_b, spin_b: After the impact, shape (3,), [m/s], [rad/s].
-        chi, psi_1, psi_2: Scaled parameters; psi_1 >= 0 by choice of direction, psi_2 along it. NaN without friction.
-        time: [s], shape (n,).
-        overlap: [m], shape (n,).
-        normal_force: [N], shape (n,).
-        tangential_force: On A, in the world frame [N], shape (n, 3).
+        velocity_a, spin_a, velocity_b, spin_b: Velocities [m/s] and spins [rad/s] after the impact, shape (3,).
+        chi, psi_1, psi_2: Scaled parameters. The direction is chosen such that psi_1 >= 0; psi_2 is along the same
+            direction. NaN without friction.
+        time: Time since the touch [s], shape (n,).
+        overlap: Overlap [m], shape (n,).
+        normal_force: Normal force [N], shape (n,).
+        tangential_force: Tangential force on A in the world frame [N], shape (n, 3).
         kinetic: Kinetic energy of the relative motion at the contact [J], shape (n,).
-        elastic_normal, elastic_tangential: Stored energy [J], shape (n,).
-        friction_loss, damping_loss: Dissipated so far [J], shape (n,); the five sum to the first kinetic energy up to
-            the error of the steps.
+        elastic_normal, elastic_tangential: Elastic energy of the contact [J], shape (n,).
+        friction_loss, damping_loss: Energy dissipated so far [J], shape (n,). The five energies sum to the initial
+            kinetic energy, up to the discretisation error.
     """
 
     velocity_a: Array
@@ -111,19 +120,19 @@ def collide(
     """One impact of two bodies in SI units.
 
     Args:
-        pair: The contact; its radius, where None, comes from the radii of the bodies.
-        a, b: The bodies; b None: a plane held fast.
+        pair: The contact. If its radius is None, the effective radius follows from the radii of the bodies.
+        a, b: The bodies; b None: a fixed plane.
         normal: Unit vector from B to A.
-        steps: Steps per contact.
+        steps: Time steps per impact, >= 4.
 
     Returns:
-        Velocities after, force history and energy ledger. The restitution is exact. `microslip` with its number of
-        nodes left open takes all springs at once (`laws.microslip_line`): no error across the contact, and one in time
-        that falls with the square of 1/steps. With 400 of them and chi up to 2 psi_2 is within 1e-4 and F within 3e-5
-        of mu P_max; with chi 4.5, 3e-4 and 7e-5.
+        Velocities after the impact, history of forces, and energy ledger. The restitution is exact. `microslip` with
+        its number of nodes left open treats all springs in closed form (`laws.microslip_line`): there is no error
+        across the contact, and the error in time falls with the square of 1/steps. With 400 steps psi_2 is within 1e-4
+        and F within 3e-5 of mu P_max for chi up to 2; within 3e-4 and 7e-5 at chi 4.5.
 
     Raises:
-        ValueError: The bodies do not approach, or a value is outside its range.
+        ValueError: The bodies do not approach each other, or a value is outside its range.
     """
     b = FIXED_PLANE if b is None else b
     if not (isinstance(steps, int | np.integer) and steps >= 4):
@@ -163,10 +172,10 @@ def collide(
         unit = pair.friction * mass * approach**2 / length, rate**2 * pair.kappa * mass, rate
         after = rate * law.on_line.impact(motion, chi, unit, speed / rate, track)
     else:
-        law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more of them than the rebound does
+        law = law.with_nodes(2 * nodes_for(chi))  # forces during an impact need more nodes than the rebound
         p, scales = pair.parameters(radius, law.memory), Scale(mass, approach, length, tangential_mass)
-        after = paths.impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
-    force = np.outer(track[0], (-along[0], -along[1], -along[2]))
+        after = impact_by_steps(p, *law.new_contact(), motion, scales, deepest, speed, track)
+    force = np.outer(track[PULL], (-along[0], -along[1], -along[2]))
 
     push, pull = mass * approach * (1.0 + pair.restitution), tangential_mass * (after - speed)
     impulse = push * x + pull * along[0], push * y + pull * along[1], push * z + pull * along[2]
@@ -177,7 +186,7 @@ def collide(
             _plus(v_b, -in_b, impulse), _plus(w_b, -arm_b * turn_b, turn),
         ]
     )  # fmt: skip
-    time, overlap, normal_force, *energies = ledger(motion, Scale(mass, approach, length, tangential_mass), track)
+    time, overlap, normal_force, *energies = _ledger(motion, Scale(mass, approach, length, tangential_mass), track)
     return Impact(
         velocity_a, spin_a, velocity_b, spin_b, chi, scale * speed, scale * after,
         time, overlap, normal_force, force, *energies,
@@ -187,7 +196,7 @@ def collide(
 def _normal_motion(
     pair: ContactPair, radius: float, mass: float, approach: float, steps: int
 ) -> tuple[Motion, float, float]:
-    """The scaled motion, its length [m], and the greatest overlap that the law is told of [m]."""
+    """Return the scaled normal motion, its unit of length [m], and the greatest overlap that the law foresees [m]."""
     linear = pair.rule.linear
     motion = normal_motion(pair.damping_ratio, steps, linear)
     k = 4.0 / 3.0 * pair.effective_modulus * sqrt(radius)
@@ -196,6 +205,25 @@ def _normal_motion(
         return motion, approach * sqrt(mass / (LINEAR_STIFFNESS * k * sqrt(deepest))), deepest
     length = deepest / SCALED_DEEPEST
     return motion, length, length * float(motion.delta.max())
+
+
+def _ledger(motion: Motion, scale: Scale, track: Array) -> list[Array]:
+    """Return time [s], overlap [m], normal force [N] and five energies [J], shape (steps + 1,) each.
+
+    The energies are those of `Impact`, in its order. track: see `normal_motion.TRACK`.
+    """
+    energy = scale.mass * scale.approach * scale.approach
+    stored, square = energy * motion.energy, motion.speed * motion.speed
+    return [
+        scale.length / scale.approach * motion.instant,
+        scale.length * motion.delta,
+        energy / scale.length * motion.force,
+        0.5 * energy * square + 0.5 * scale.tangential_mass * track[SLIDING_SPEED] ** 2,
+        stored,
+        track[STORED],
+        track[DONE] - track[STORED],
+        0.5 * energy * (1.0 - square) - stored,
+    ]
 
 
 def _cross(a: Sequence[float], b: Sequence[float]) -> Vector:
@@ -209,7 +237,7 @@ def _plus(a: Sequence[float], factor: float, b: Sequence[float]) -> Vector:
 
 
 def _any_tangent(n: Vector) -> Vector:
-    """A unit vector across n."""
+    """Return a unit vector perpendicular to n."""
     least = min(range(3), key=lambda i: abs(n[i]))
     x, y, z = _cross(n, [float(i == least) for i in range(3)])
     length = hypot(x, y, z)

@@ -1,4 +1,4 @@
-"""How a command ends before its time: no file is left half-written, and a line says what ended it."""
+"""Orderly ends of a command that is interrupted: no file is left half-written, and a line names the signal."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pathlib import Path
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """A file to write beside `path`, with its ending, that takes its place when all is written.
+    """Yield a temporary path in the folder of `path`, with the same suffix; the file there replaces `path` at the end.
 
     Raises:
-        OSError: It cannot; whatever is raised, what stood at `path` is left as it was.
+        OSError: The file cannot replace `path`. On this and any other exception `path` is left as it was.
     """
     target = path.resolve()
     part = target.with_name(f".{os.getpid()}.{target.name}")
@@ -27,15 +27,15 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 class Ended(SystemExit):
-    """A signal that ends the process, raised where it came: what is open is closed on the way out."""
+    """Raised by the handler of a signal that ends the process, so that open files are closed on the way out."""
 
 
 def run(command: Callable[[], object]) -> None:
-    """Run a command of the command line, which ends in order and with a line when it is interrupted or told to end."""
-    came: list[int] = []
+    """Run a command; on SIGINT, SIGTERM or SIGHUP print a line on stderr and exit with 128 + the signal's number."""
+    received: list[int] = []
 
     def end(number: int, _: object) -> None:
-        came.append(number)
+        received.append(number)
         raise Ended(128 + number)
 
     for name in ("SIGTERM", "SIGHUP"):
@@ -45,8 +45,8 @@ def run(command: Callable[[], object]) -> None:
     try:
         command()
     except KeyboardInterrupt:
-        came.append(signal.SIGINT)
-    finally:  # whatever has become of the exception on its way
-        if came:
-            print(f"ended by {signal.Signals(came[0]).name}; files are whole or as they were", file=sys.stderr)
-            sys.exit(128 + came[0])
+        received.append(signal.SIGINT)
+    finally:  # the command may have replaced the exception by another
+        if received:
+            print(f"ended by {signal.Signals(received[0]).name}; files are whole or as they were", file=sys.stderr)
+            sys.exit(128 + received[0])

@@ -1,4 +1,4 @@
-"""One contact without an engine: a whole impact in scaled variables, and the forces along a prescribed path."""
+"""One contact without an engine: whole impacts in scaled variables, and forces along a prescribed path."""
 
 from __future__ import annotations
 
@@ -11,23 +11,22 @@ from math import ceil, inf, isfinite, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlaw import checks
+from contactlaw import checks, single
 from contactlaw.laws import Law, law_of, oscillator
 from contactlaw.laws.base import Array, Impacts
 from contactlaw.laws.hertz import LINEAR_STIFFNESS
 from contactlaw.laws.normal_motion import normal_motion
 from contactlaw.laws.record import PAIR
 from contactlaw.pair import ContactPair, warn_of_depth
-from contactlaw.single import paths
 
-# Nodes and steps by chi: the tangential oscillation has sqrt(2 chi) times the normal frequency, and the faster it is
-# the finer its traces across the contact.
+# (nodes, steps) of the intervals between these values of chi. The tangential oscillation has sqrt(2 chi) times the
+# normal frequency; the faster it is, the finer are the tractions that it leaves across the contact.
 CHI_BOUNDS = [1.3, 2.2, 5.0, 10.0, 20.0, 40.0]
-PART = 8192  # impacts that a thread takes at a time
-RADIUS_AT = (PAIR.names or ()).index("radius")
-STABLE_STEPS = 4.5  # per contact, times sqrt(chi): twice those at which a stuck contact, a leapfrog, grows
-SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 and kappa = mu = 1
 RESOLUTION = [(16, 128), (16, 160), (32, 256), (64, 360), (64, 512), (128, 720), (128, 1024)]
+BATCH = 8192  # impacts that a thread takes at a time
+RADIUS_AT = (PAIR.names or ()).index("radius")
+STABLE_STEPS = 4.5  # steps an impact over sqrt(chi): twice those at which the leapfrog of a stuck contact is unstable
+SCALED = 0.75, 0.75, 1.0, 1.0  # E*, G*, R and mu of a pair with P = delta^1.5 and kappa = mu = 1
 
 
 def rebound(
@@ -42,27 +41,27 @@ def rebound(
     """Scaled tangential velocity of the contact point after an impact.
 
     Args:
-        psi_1: (kappa/mu) V_x/V_z1 before, any sign. The arrays broadcast.
+        psi_1: (kappa/mu) V_x/V_z1 before the impact, any sign. psi_1, chi and restitution broadcast.
         chi: (kappa/2) m_N/m_T, > 0.
-        law: Name in `LAWS`, or a law. One with numbers in SI units sees the scaled impact, m = V_z1 = 1 and P =
-            delta^1.5.
-        restitution: e, in [1e-6, 1].
-        steps: Steps per impact; None: from chi, 128 to 1024. `coulomb` takes none.
-        threads: How many threads share a large batch, >= 1; the results do not depend on it.
+        law: A law or its name in `LAWS`. Fields of a law that have SI units apply to the scaled impact, with
+            m = V_z1 = 1 and P = delta^1.5.
+        restitution: e in [1e-6, 1].
+        steps: Steps per impact; None: 128 to 1024, by chi. `coulomb` needs none.
+        threads: Number of threads that share a large batch, >= 1; results do not depend on it.
 
     Returns:
-        psi_2 = (kappa/mu) V_x2/V_z1, scaled by the approach speed; a float where all arguments are scalars.
+        psi_2 = (kappa/mu) V_x2/V_z1, scaled by the approach speed; a float if all arguments are scalars.
         Largest error of `microslip` at default settings: below 1e-3 for chi from 0.5 to 2, below 5e-3 up to 4.5.
 
     Raises:
-        ValueError: A value outside its range; the message names it.
+        ValueError: A value is outside its range; the message names it.
     """
     rule = law_of(law)
     if steps is not None and not (isinstance(steps, int | np.integer) and not isinstance(steps, bool) and steps >= 4):
         raise ValueError(f"steps = {steps!r}: must be None or an integer >= 4")
     threads = checks.count("threads", threads, 1)
     given = {"psi_1": psi_1, "chi": chi, "restitution": restitution}
-    if all(isinstance(value, float) for value in given.values()):  # one impact: no time for arrays
+    if all(isinstance(value, float) for value in given.values()):  # one impact: arrays would cost more than it does
         one = float(psi_1), float(chi), float(restitution)  # type: ignore[arg-type]
         return _single(*one, rule, steps)
     arrays = [checks.finite_array(name, value) for name, value in given.items()]
@@ -81,7 +80,7 @@ def rebound(
 
 
 def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int | None) -> float:
-    """One impact."""
+    """psi_2 of one impact."""
     if not isfinite(psi_1):
         raise ValueError(f"psi_1: holds {psi_1}; every value must be finite")
     if not 0.0 < chi < inf:
@@ -93,7 +92,7 @@ def _single(psi_1: float, chi: float, restitution: float, law: Law, steps: int |
 
 
 def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None, threads: int) -> Array:
-    """Divide the impacts into groups that share their tables."""
+    """psi_2 of impacts, in groups of one restitution and one resolution, which share their tables."""
     out = np.empty(psi.size)
     classes = np.searchsorted(CHI_BOUNDS, chi)
     for number in np.flatnonzero(np.bincount(classes)):
@@ -107,7 +106,7 @@ def _grouped(psi: Array, chi: Array, e: Array, law: Law, steps: int | None, thre
 def _group(
     psi: Array, chi: Array, restitution: float, chi_class: int, law: Law, steps: int | None, threads: int = 1
 ) -> Array:
-    """psi_2 of impacts with one restitution and one resolution."""
+    """psi_2 of a group of impacts with one restitution and one resolution."""
     nodes, default_steps = RESOLUTION[chi_class]
     count = steps or default_steps
     check_steps(count, float(chi.max()))
@@ -118,26 +117,26 @@ def _group(
 
 @lru_cache(maxsize=64)
 def _impacts(law: Law, zeta: float, steps: int) -> Impacts:
-    """Whole impacts by a law: by its own way, or in steps."""
+    """Return the function for whole impacts under a law: the law's own, or integration in steps."""
     return law.impacts(zeta, steps) or partial(_by_steps, law, zeta, steps)
 
 
 def _by_steps(law: Law, zeta: float, steps: int, psi: Array, chi: Array, out: Array) -> None:
-    """Whole impacts in steps, scaled so that m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
+    """Integrate whole impacts in steps, in units with m = V_z1 = 1, P = delta^1.5 and kappa = mu = 1."""
     motion = normal_motion(zeta, steps, law.linear)
-    deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # the former: P = delta
-    paths.impacts_by_steps(
+    deepest = LINEAR_STIFFNESS**-2 if law.linear else float(motion.delta.max())  # linear: P = delta
+    single.impacts_by_steps(
         law.with_pair(*SCALED, zeta, 1.0, 1.0, 0.0), *law.new_contact(), motion, deepest, psi, chi, out
     )
 
 
 def _share(run: Callable[[slice], object], size: int, threads: int) -> None:
-    """Let threads share a batch, in parts small enough that none waits long for the others."""
-    if threads == 1 or size <= PART:
+    """Share a batch among threads, in parts so small that no thread waits long for the others."""
+    if threads == 1 or size <= BATCH:
         run(slice(None))
         return
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(run, (slice(start, start + PART) for start in range(0, size, PART))))
+        list(pool.map(run, (slice(start, start + BATCH) for start in range(0, size, BATCH))))
 
 
 def nodes_for(chi: float) -> int:
@@ -146,7 +145,7 @@ def nodes_for(chi: float) -> int:
 
 
 def check_steps(steps: int, chi: float) -> None:
-    """Refuse fewer steps than an impact at this chi is stable with."""
+    """Raise ValueError if an impact at this chi is unstable with so few steps."""
     needed = ceil(STABLE_STEPS * sqrt(chi))
     if steps < needed:
         raise ValueError(f"chi = {chi:g}: needs steps >= {needed} to be stable, and several times that to be exact")
@@ -156,25 +155,26 @@ _damping_ratio = lru_cache(maxsize=256)(oscillator.damping_ratio)
 
 
 def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: ArrayLike) -> tuple[Array, Array]:
-    """Forces of a contact moved slowly along a prescribed path.
+    """Forces of a contact that is moved slowly along a prescribed path.
 
-    The path starts where the bodies touch, goes straight from point to point, and may leave and touch again.
+    The path starts at zero overlap, runs straight from point to point, and may lose and regain contact.
 
     Args:
         pair: The contact, with a radius and restitution 1.
-        approach: Overlap at each point [m], shape (n,); below zero: apart.
-        displacement: Tangential displacement of A relative to B [m], shape (n,) along a line or (n, 2) in the plane;
-            counted from its first point.
+        approach: Overlap at each point [m], shape (n,); negative: apart.
+        displacement: Tangential displacement of A relative to B [m], shape (n,) along a line or (n, 2) in the plane,
+            relative to its first point.
 
     Returns:
-        Normal force [N], shape (n,), and tangential force [N], shaped as the displacement, positive along a first
-        positive displacement (it is the force that moves A; friction on A is its negative). On a line, `microslip`
-        with its number of nodes left open is exact (`laws.microslip_line`). Otherwise segments are divided into at most
-        4096 parts, 256 to the greatest overlap. `linear_spring` takes its stiffness from that overlap.
+        Normal force [N], shape (n,), and tangential force [N], in the shape of the displacement. The tangential force
+        is the one that moves A, positive along a first positive displacement; friction on A is its negative. Along a
+        line `microslip` is exact if its number of nodes is left open (`laws.microslip_line`). Otherwise a segment is
+        divided into 256 parts per greatest overlap, at most 4096. `linear_spring` takes its stiffness from the greatest
+        overlap. Friction that depends on speed has its value at rest.
 
     Raises:
-        ValueError: Shapes that do not match, values not finite, no radius, or restitution below 1 (a slow path has no
-            rate for the damper to act on). Friction over speed is that at rest.
+        ValueError: Shapes do not match, values are not finite, there is no radius, or the restitution is below 1 (a
+            slow path has no rate for the damper to act on).
     """
     pair = pair.at(0.0)
     if pair.restitution < 1.0:
@@ -190,12 +190,12 @@ def force_along_path(pair: ContactPair, approach: ArrayLike, displacement: Array
     p = pair.parameters()
     warn_of_depth(float(overlap.max()), float(p[RADIUS_AT]))
     normal = np.empty(overlap.size)
-    x, y = (1.0, 0.0) if line else paths.direction(motion)
+    x, y = (1.0, 0.0) if line else single.direction(motion)
     if law.on_line is not None and pair.friction > 0.0 and (x != 0.0 or y != 0.0):
         pull = np.empty(overlap.size)
         law.on_line.force_along_path(p, overlap, motion if line else (motion - motion[0]) @ (x, y), normal, pull)
         return normal, pull if line else np.outer(pull, (x, y))
     plane = np.column_stack([motion, np.zeros(motion.size)]) if line else np.ascontiguousarray(motion)
     tangential = np.empty((overlap.size, 2))
-    paths.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
+    single.force_along_path(p, overlap, plane, *law.with_nodes(None).new_contact(), normal, tangential)
     return normal, tangential[:, 0].copy() if line else tangential

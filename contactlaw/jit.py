@@ -1,8 +1,8 @@
-"""Compilation with a cache that notices every edit.
+"""Compilation by numba, with a cache on disk that notices every edit.
 
-numba's on-disk cache is stamped with the time and size of the *one* file a function stands in. A helper or a constant
-changed in another file would leave stale machine code behind and give silently wrong physics. Here the stamp is a hash
-of every kernel source together, so an edit anywhere recompiles everything that could depend on it (`cache`).
+numba stamps cached code with the time and size of the *one* file that defines the function. After an edit of a helper
+or a constant in another file it would load stale machine code and give wrong physics without a word. Here the stamp is
+a hash of all sources of the package, so any edit recompiles everything that could depend on it (`cache`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
 from numba.core.types import Dispatcher, unliteral
 
-from contactlaw.cache import Cache, lament
+from contactlaw.cache import Cache, report_no_cache
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -46,109 +46,118 @@ SOURCE_STAMP = _hash_of_sources()
 
 
 def _cache(compiled: Any, key: str) -> None:
-    """Keep the machine code, by all sources and the key."""
+    """Give a compiled function the cache of this package, keyed by all sources and the key."""
     try:
         compiled._cache = Cache(compiled.__wrapped__, SOURCE_STAMP + key)
-    except RuntimeError:  # nowhere to keep it
-        _say.kept = False
+    except RuntimeError:  # there is no folder for the cache
+        _report.cached = False
 
 
-class _Ingredient(JITCodeLibrary):
-    """Code that goes into that of others: it is optimised, made machine code of and kept only there, and once."""
+class _CalleeLibrary(JITCodeLibrary):
+    """LLVM code of a function that other compiled code calls.
+
+    The code is linked into each caller that Python calls. Only there is it optimised, made into machine code and
+    cached, so that it is not optimised a second time on its own.
+    """
 
     def finalize(self) -> None:
-        """What it calls is linked where machine code is made, not in each that is called on the way."""
+        """Mark the code as complete; its callees are linked once, with the outermost caller."""
         self._finalized = True
 
-    def _gather(self, found: dict[Any, Any]) -> dict[Any, Any]:
-        """The code of all that it calls, and its own, by library."""
+    def _collect(self, found: dict[Any, Any]) -> dict[Any, Any]:
+        """Add the LLVM modules of this function and of all its direct and indirect callees, by library."""
         found[self] = super()._get_module_for_linking()
         for library in self._linking_libraries:
-            if library not in found and isinstance(library, _Ingredient):
-                library._gather(found)
+            if library not in found and isinstance(library, _CalleeLibrary):
+                library._collect(found)
             elif library not in found:
                 found[library] = library._get_module_for_linking()
         return found
 
     def _get_module_for_linking(self) -> Any:
-        """All of that."""
-        own, *others = self._gather({}).values()
-        whole = own.clone()
+        """One LLVM module of this function and all its callees."""
+        own, *others = self._collect({}).values()
+        module = own.clone()
         for other in others:
-            whole.link_in(other, preserve=True)
-        return whole
+            module.link_in(other, preserve=True)
+        return module
 
     def get_pointer_to_function(self, name: str) -> int:
-        """There is none."""
+        """Return 0: no machine code exists for the function alone."""
         return 0
 
     @property
     def codegen(self) -> Any:
-        """Itself, for `set_env`."""
+        """The library itself, on which numba calls `set_env`."""
         return self
 
     def set_env(self, name: str, environment: Any) -> None:
-        """What only wrappers for Python use is not there."""
+        """Do nothing: only wrappers for Python use the environment, and there are none."""
 
 
-NEEDLESS = {
+SKIPPED_PASSES = {
     "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "InlineInlinables", "InlineOverloads",
     "DeadBranchPrune", "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass", "NopythonRewrites",
     "AnnotateTypes", "DumpParforDiagnostics",
 }  # fmt: skip
-"""Passes of numba's compiler for what no code of ours has: closures, literals that choose types, sums of arrays."""
+"""Passes of numba's compiler for features that this package does not use: closures, literals that select types, array
+expressions."""
 
 
-class _InsideCompiler(Compiler):
+class _CalleeCompiler(Compiler):
     def compile_extra(self, func: Any) -> Any:
-        """Compile for compiled code alone."""
-        self.state.library = _Ingredient(self.state.targetctx.codegen(), func.__qualname__)
+        """Compile a function for callers that are compiled."""
+        self.state.library = _CalleeLibrary(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
 
     def define_pipelines(self) -> Any:
-        """numba's, without what serves nothing here."""
+        """Return numba's pipeline without `SKIPPED_PASSES`."""
         (passes,) = super().define_pipelines()
         kept = PassManager(passes.pipeline_name)
-        kept.passes = [one for one in passes.passes if one[0].__name__ not in NEEDLESS]
+        kept.passes = [one for one in passes.passes if one[0].__name__ not in SKIPPED_PASSES]
         kept.finalize()
         return [kept]
 
 
-INSIDE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _InsideCompiler}
+CALLEE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _CalleeCompiler}
 
 
-def _take_any_value(dispatcher: Any, inside: Any) -> None:
-    """Let compiled code call what is compiled for it, once for each type of arguments, not for each literal."""
-    template_of = inside.get_call_template
+def _call_from_compiled(dispatcher: Any, callee: Any) -> None:
+    """Let compiled callers of a dispatcher use its callee variant, compiled for each type, not for each literal."""
+    template_of = callee.get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
         return template_of(tuple(map(unliteral, args)), {name: unliteral(kind) for name, kind in kws.items()})
 
     dispatcher.get_call_template = get_call_template
-    dispatcher.get_overload = inside.get_overload
+    dispatcher.get_overload = callee.get_overload
 
 
 def jit_for(key: str, **options: Any) -> Callable[[Function], Function]:
-    """`jit` for code that depends on something outside too, named by the key; options: numba's.
+    """Return a decorator that compiles a function lazily, with its cache keyed by all sources and the key.
 
-    What calls it from Python has it compiled on its own, with what numba wraps it in; what is compiled takes it in.
+    A call from Python compiles the function with numba's wrapper; compiled callers link it into their own code.
+
+    Args:
+        key: What the code depends on outside the sources of the package; empty: nothing.
+        options: Those of `numba.njit`.
     """
 
     def compile_lazily(function: Function) -> Function:
         dispatcher = numba.njit(error_model="numpy", **options)(function)
         if dispatcher is not function:
             _cache(dispatcher, key)
-            _take_any_value(dispatcher, numba.njit(error_model="numpy", **INSIDE, **options)(function))
+            _call_from_compiled(dispatcher, numba.njit(error_model="numpy", **CALLEE, **options)(function))
         return dispatcher  # type: ignore[return-value]
 
     return compile_lazily
 
 
-class _Haste:
-    """numba while it compiles for us.
+class _FasterCompilation:
+    """Settings of Python and numba that shorten compilation, between `begin` and `end`.
 
-    All that it makes is alive, so that no garbage is looked for; nobody reads how long LLVM took, which numba would sum
-    up for each function on the way; what an operator gives for numbers is found out once.
+    The garbage collector is off, since nearly all objects of a compilation stay alive. numba's timers of LLVM's passes
+    are off. Resolved types of functions are memoised.
     """
 
     def __init__(self) -> None:
@@ -156,7 +165,7 @@ class _Haste:
         self.timer: Any = None
 
     def begin(self) -> None:
-        """From now on."""
+        """Apply the settings."""
         self.collects = gc.isenabled()
         gc.disable()
         self.timer, event.install_timer = event.install_timer, lambda kind, callback: nullcontext()
@@ -174,64 +183,67 @@ class _Haste:
         typing.resolve_function_type = resolve_once
 
     def end(self) -> None:
-        """As it was."""
+        """Restore the settings."""
         del vars(cpu_target.typing_context)["resolve_function_type"]
         event.install_timer = self.timer
         if self.collects:
-            if gc.get_freeze_count() == 0:  # else somebody keeps what they froze
-                gc.freeze()  # what is young counts as old: it is not searched at once
+            if gc.get_freeze_count() == 0:  # unfreezing would also release objects that the application has frozen
+                gc.freeze()  # freeze and unfreeze move new objects to the oldest generation, which is searched last
                 gc.unfreeze()
             gc.enable()
 
 
-class _Said:
-    """Says on stderr that something is compiled: what, for how long, and that it happens once.
+class _Report:
+    """Reports each compilation on stderr: its subject, its usual time, and that it happens once.
 
-    On a terminal a clock goes on beside it; a log has no use for one.
+    On a terminal the elapsed time is shown as well.
+
+    Attributes:
+        subjects: Stack of what is being compiled, innermost last; see `compiling`.
+        reported: Subjects that have been reported.
+        depth: Number of nested compilations.
+        clock: Thread that shows the elapsed time.
+        cached: Whether the code can be cached.
     """
 
     def __init__(self) -> None:
-        self.doing = ["kernels: some seconds"]
-        self.told: set[str] = set()
-        self.depth = 0  # compilations within one another
+        self.subjects = ["kernels: some seconds"]
+        self.reported: set[str] = set()
+        self.depth = 0
         self.clock = threading.Thread()
-        self.kept = True
-        self.haste = _Haste()
-
-    def __call__(self) -> None:
-        what = self.doing[-1]
-        if what in self.told:
-            return
-        self.told |= {what, self.doing[0]}
-        once = ", once; later runs read it from numba's cache" if self.kept else ""
-        print(f"contactlaw: compiling {what}{once}", file=sys.stderr)
-        if not self.kept:
-            lament("no folder for numba's cache")
+        self.cached = True
+        self.settings = _FasterCompilation()
 
     def begin(self) -> None:
-        """Something is being compiled from now on."""
-        self()
+        """Note that a compilation begins; report its subject the first time."""
+        subject = self.subjects[-1]
+        if subject not in self.reported:
+            self.reported |= {subject, self.subjects[0]}
+            once = ", once; later runs read it from numba's cache" if self.cached else ""
+            print(f"contactlaw: compiling {subject}{once}", file=sys.stderr)
+            if not self.cached:
+                report_no_cache("no folder for numba's cache")
         if self.depth == 0:
-            self.haste.begin()
+            self.settings.begin()
         self.depth += 1
         if not self.clock.is_alive() and sys.stderr and sys.stderr.isatty():
             self.clock = threading.Thread(target=self.tick, args=(time.monotonic(),), daemon=True)
             self.clock.start()
 
     def end(self) -> None:
-        """It has been compiled."""
+        """Note that a compilation has ended."""
         self.depth -= 1
         if self.depth == 0:
-            self.haste.end()
+            self.settings.end()
 
     def tick(self, begun: float) -> None:
-        """Say every other second how long it has taken."""
+        """Show the time since `begun` [s], of the monotonic clock, every `TICK` while anything is compiled."""
         while time.sleep(TICK) is None and self.depth > 0:
             print(f"contactlaw: compiling, {time.monotonic() - begun:.0f} s", end="\r", file=sys.stderr, flush=True)
 
 
-TICK = 2.5  # [s]
-_say = _Said()
+TICK = 2.5  # [s] between two displays of the elapsed time
+_report = _Report()
 
 
 class _Listener(event.Listener):
@@ -241,11 +253,11 @@ class _Listener(event.Listener):
 
     def on_start(self, event: Any) -> None:
         if self.ours(event):
-            _say.begin()
+            _report.begin()
 
     def on_end(self, event: Any) -> None:
         if self.ours(event):
-            _say.end()
+            _report.end()
 
 
 event.register("numba:compile", _Listener())
@@ -253,12 +265,12 @@ event.register("numba:compile", _Listener())
 
 @contextmanager
 def compiling(what: str, seconds: int) -> Iterator[None]:
-    """What is compiled inside is told by this name, with the time [s] that it takes."""
-    _say.doing.append(f"{what}: about {seconds} s")
+    """Report compilations inside the context under this name, with the usual time [s] that they take."""
+    _report.subjects.append(f"{what}: about {seconds} s")
     try:
         yield
     finally:
-        _say.doing.pop()
+        _report.subjects.pop()
 
 
 jit = jit_for("")
@@ -266,52 +278,59 @@ jit = jit_for("")
 
 
 def plain(function: Any) -> Any:
-    """A function as Python, with all that it calls: where one call from there is not worth compiling it."""
+    """Return a compiled function as plain Python, together with the functions that it calls.
+
+    For a few calls from Python, which do not repay the compilation.
+    """
     own = getattr(function, "py_func", None)
     if own is None:
         return function
     known = own.__globals__
-    called = {name: plain(known[name]) for name in own.__code__.co_names if name in known}
-    return FunctionType(own.__code__, known | called)
+    callees = {name: plain(known[name]) for name in own.__code__.co_names if name in known}
+    return FunctionType(own.__code__, known | callees)
 
 
 jit_inside = jit
-"""`jit` of what compiled code alone calls."""
+"""`jit`, for functions that only compiled code calls."""
 
 
 jit_inline = jit_for("", forceinline=True)
-"""`jit` for what is small and called at every substep: copied into whoever calls it."""
+"""`jit` for small functions that are called at every substep: always inlined into the caller."""
 
 
 jit_of_sums = jit_for("", fastmath={"reassoc", "contract", "nsz", "nnan"}, nogil=True)
-"""`jit` for loops whose sums may be taken in any order, which lets them run on vectors; their inputs hold no NaN.
+"""`jit` for loops whose sums may be reordered, so that LLVM can vectorise them. Inputs must not hold NaN.
 
-Several threads may be in one at once."""
+Such functions release the GIL, so several threads may run one at once."""
 
 
-INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (what numba reads from the environment)
+INTERPRETED = bool(getattr(numba, "config").DISABLE_JIT)  # noqa: B009  (NUMBA_DISABLE_JIT)
 
 
 class _Compiled(CFunc):
-    """A C function that says when it is compiled rather than read from the cache."""
+    """A C function that reports when it is compiled rather than read from the cache."""
 
     _cache: Any
 
     def _compile_uncached(self) -> Any:
-        if len(_say.doing) == 1 and not isinstance(self._cache, Cache):  # a law of the user's, in a second or less
+        if len(_report.subjects) == 1 and not isinstance(self._cache, Cache):  # a user's law takes a second or less
             return super()._compile_uncached()  # type: ignore[misc]
-        _say.begin()
+        _report.begin()
         try:
             return super()._compile_uncached()  # type: ignore[misc]  (numba has no types)
         finally:
-            _say.end()
+            _report.end()
 
 
 def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours: bool = True) -> int:
-    """Address of a function compiled for a signature, as C code is called; it lives for good.
+    """Return the address of a C function compiled from a Python function; it stays valid until the process ends.
 
-    ours: whether it stands in this package, whose sources key the cache; others are compiled anew in each process, a
-    second or less, lest what they import change unseen.
+    Args:
+        function: Function to compile, with a numba signature.
+        signature: That signature.
+        key: What the code depends on outside the sources of the package.
+        ours: Whether the function is part of this package, whose sources key the cache. Others are compiled in each
+            process (a second or less), since a change in what they import would go unnoticed.
     """
     compiled = _Compiled(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
     if ours:
@@ -322,9 +341,9 @@ def address_of(function: Callable[..., Any], signature: Any, key: str = "", ours
 
 
 def c_callback(signature: Any, key: str) -> Callable[[Callable[..., Any]], int]:
-    """`address_of` as a decorator; key: what outside of the package the function depends on."""
+    """`address_of` as a decorator. key: what the code depends on outside the sources of the package."""
     return lambda function: address_of(function, signature, key)
 
 
 CALLBACKS: list[CFunc] = []
-"""All that `address_of` has compiled."""
+"""All functions that `address_of` has compiled, kept alive here."""

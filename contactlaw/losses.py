@@ -1,11 +1,11 @@
-"""Restitution and friction over speed: what `ContactPair` takes instead of a number.
+"""Restitution and friction as functions of speed, which `ContactPair` takes in place of numbers.
 
     ContactPair(steel, steel, friction=FallingFriction(0.118, 0.00995, 0.92), restitution=Viscoelastic(0.9, 1.0))
 
-A contact reads them at its touch: restitution by the closing speed, friction by the sliding speed; one that lasts reads
-its friction again as it slides. One is asked for its value like a function, `Viscoelastic(0.9, 1.0)(speeds)`, and
-written in XML by its name and fields, "viscoelastic restitution=0.9 speed=1". One of your own is a frozen dataclass of
-numbers, or tuples of them, with a name and `values`.
+A contact evaluates them when it begins: restitution at the closing speed, friction at the sliding speed. A persistent
+contact evaluates its friction again as it slides. In Python a curve is called like a function, `Viscoelastic(0.9,
+1.0)(speeds)`; in XML it is written with its name and fields, "viscoelastic restitution=0.9 speed=1". To add a curve,
+subclass `OverSpeed` as a frozen dataclass of numbers, or tuples of numbers, with a `name` and a method `values`.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from numpy.typing import ArrayLike, NDArray
 from contactlaw import checks
 
 Array = NDArray[np.float64]
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)  # as XML writes one
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)  # a number in XML
 
 
 @dataclass(frozen=True)
 class OverSpeed:
-    """A coefficient over speed [m/s]."""
+    """A coefficient (restitution or friction) as a function of speed [m/s]."""
 
     name: ClassVar[str]
 
@@ -34,35 +34,35 @@ class OverSpeed:
         KNOWN[cls.name] = cls
 
     def __call__(self, speed: ArrayLike) -> Any:
-        """The value at speeds >= 0 [m/s], shaped as they are; a float for one."""
+        """Return the coefficient at speeds >= 0 [m/s], an array of their shape, or a float for one speed."""
         out = self.values(np.maximum(checks.finite_array("speed", speed), 1e-300))
         return out if out.ndim else float(out)
 
     def values(self, speed: Array) -> Array:
-        """The value at speeds > 0 [m/s]."""
+        """Return the coefficient at speeds > 0 [m/s], an array of their shape."""
         raise NotImplementedError
 
     @cached_property
     def points(self) -> Array:
-        """Speeds [m/s], rising, between which the engines go straight over ln v: 2e-5 from these laws at most."""
+        """Increasing speeds [m/s] of the table that kernels interpolate linearly in ln v, with an error below 2e-5."""
         return np.geomspace(1e-5, 1e3, 300)
 
 
 KNOWN: dict[str, type[OverSpeed]] = {}
-"""Every curve by its name."""
+"""All curves by name."""
 
 
 @dataclass(frozen=True)
 class Viscoelastic(OverSpeed):
-    """e of spheres that are viscoelastic, P = k (delta^1.5 + 3/2 A sqrt(delta) d(delta)/dt), from one measured value.
+    """Restitution of viscoelastic spheres, P = k (delta^1.5 + 3/2 A sqrt(delta) d(delta)/dt), from one measured value.
 
         e = (1 + c1 x)/(1 + b1 x + b2 x^2 + b3 x^3 + b4 x^4)      x = sqrt(3/2 A) (k/m)^(1/5) v^(1/10)
 
-    Source: Mueller & Poeschel, Phys. Rev. E 84 (2011) 021302; the contact ends where its force does.
+    Source: Mueller & Poeschel, Phys. Rev. E 84 (2011) 021302; the contact ends when its force vanishes.
 
     Attributes:
-        restitution: e in [1e-6, 1] at
-        speed: an approach speed [m/s].
+        restitution: e in [1e-6, 1], measured at `speed`.
+        speed: Approach speed [m/s], > 0.
     """
 
     name = "viscoelastic"
@@ -74,16 +74,16 @@ class Viscoelastic(OverSpeed):
         checks.positive("speed", self.speed)
 
     def values(self, speed: Array) -> Array:
-        """By the fraction."""
+        """Return e by the rational function above."""
         return _fraction(self._scale * speed**0.1)
 
     def time(self, mass: float, stiffness: float) -> float:
-        """A [s] of a body of an effective mass [kg] on a Hertz contact of stiffness k [N/m^1.5]."""
+        """Return A [s] for an effective mass [kg] on a Hertz contact of stiffness k [N/m^1.5]."""
         return self._scale**2 / (1.5 * (checks.positive("stiffness", stiffness) / checks.positive("mass", mass)) ** 0.4)
 
     @cached_property
     def _scale(self) -> float:
-        """x at 1 m/s, by bisection: e falls with x."""
+        """x at 1 m/s, by bisection (e decreases with x)."""
         low, high = 0.0, 1e6
         for _ in range(200):
             middle = 0.5 * (low + high)
@@ -98,15 +98,16 @@ def _fraction(x: Any) -> Any:
 
 @dataclass(frozen=True)
 class Plastic(OverSpeed):
-    """e of spheres that are elastic and perfectly plastic.
+    """Restitution of elastic-perfectly plastic spheres.
 
         e = sqrt(6 sqrt(3)/5) sqrt(1 - r^2/6) [r/(r + 2 sqrt(6/5 - r^2/5))]^(1/4)      r = v_y/v, at most 1
 
     Source: Thornton, J. Appl. Mech. 64 (1997) 383.
 
     Attributes:
-        yield_speed: v_y [m/s], at which the middle of the contact begins to yield.
-        below: e of slower impacts, in [1e-6, 1], as other losses make it; a factor above. With 1 they bounce for ever.
+        yield_speed: v_y [m/s], > 0, at which the centre of the contact begins to yield.
+        below: e in [1e-6, 1] of slower impacts, due to other losses; it multiplies e of faster ones. With 1, slow
+            impacts are elastic and a ball never comes to rest.
     """
 
     name = "plastic"
@@ -118,27 +119,27 @@ class Plastic(OverSpeed):
         checks.restitution("below", self.below)
 
     def values(self, speed: Array) -> Array:
-        """By the formula, whose value at v_y is 1."""
+        """Return e by the formula, which gives `below` at v_y."""
         r = np.minimum(self.yield_speed / speed, 1.0)
         part = r / (r + 2.0 * np.sqrt(1.2 - 0.2 * r * r))
         return self.below * np.minimum(np.sqrt(1.2 * np.sqrt(3.0) * (1.0 - r * r / 6.0)) * part**0.25, 1.0)
 
     @cached_property
     def points(self) -> Array:
-        """From the yield speed on."""
+        """Speeds [m/s] of the table, from the yield speed on; e is constant below."""
         return self.yield_speed * np.geomspace(1.0, 1e6, 300)
 
 
 @dataclass(frozen=True)
 class FallingFriction(OverSpeed):
-    """mu that falls from one value at rest to another at high sliding speed: mu = end + (start - end) exp(-v/speed).
+    """Friction that changes from one value at rest to another at high speed: mu = end + (start - end) exp(-v/speed).
 
     Billiard balls on each other: start 0.11795, end 0.00995, speed 1/1.088 m/s, fitted by D. G. Alciatore (Technical
     Proof TP A.14) to measurements of Marlow (The Physics of Pocket Billiards, 1995).
 
     Attributes:
-        start, end: >= 0.
-        speed: [m/s].
+        start, end: mu at rest and at high sliding speed, >= 0.
+        speed: Sliding speed [m/s], > 0, over which the difference falls by a factor of e.
     """
 
     name = "falling"
@@ -152,22 +153,22 @@ class FallingFriction(OverSpeed):
         checks.positive("speed", self.speed)
 
     def values(self, speed: Array) -> Array:
-        """By the formula."""
+        """Return mu by the formula."""
         return self.end + (self.start - self.end) * np.exp(-speed / self.speed)
 
     @cached_property
     def points(self) -> Array:
-        """About the speed by which it falls."""
+        """Speeds [m/s] of the table, from 1e-4 to 40 times `speed`."""
         return self.speed * np.geomspace(1e-4, 40.0, 300)
 
 
 @dataclass(frozen=True)
 class Table(OverSpeed):
-    """Measured values over speed: straight over the logarithm of the speed, and as they end beyond.
+    """Measured values, interpolated linearly in the logarithm of the speed and constant beyond both ends.
 
     Attributes:
-        speeds: [m/s], > 0, rising.
-        measured: At these.
+        speeds: [m/s], > 0, increasing.
+        measured: Values at these speeds.
     """
 
     name = "table"
@@ -184,28 +185,28 @@ class Table(OverSpeed):
             )
 
     def values(self, speed: Array) -> Array:
-        """Between the points."""
+        """Return the interpolated values."""
         return np.interp(np.log(speed), np.log(self.speeds), self.measured)
 
     @cached_property
     def points(self) -> Array:
-        """Those measured."""
+        """The measured speeds [m/s]."""
         return np.array(self.speeds)
 
 
 def text_of(value: float | OverSpeed) -> str:
-    """What `read` turns back into this number or curve, digit for digit."""
+    """Return the text from which `read` restores this number or curve exactly."""
     if not isinstance(value, OverSpeed):
         return repr(value)
-    told = ((field.name, np.ravel(getattr(value, field.name)).tolist()) for field in fields(value))
-    return " ".join([value.name, *(f"{name}={','.join(map(repr, one))}" for name, one in told)])
+    given = ((field.name, np.ravel(getattr(value, field.name)).tolist()) for field in fields(value))
+    return " ".join([value.name, *(f"{name}={','.join(map(repr, one))}" for name, one in given)])
 
 
 def read(name: str, text: str) -> float | OverSpeed:
-    """The number or the curve that a text says.
+    """Return the number or the curve that a text describes.
 
     Raises:
-        ValueError: It says neither; the message begins with the name.
+        ValueError: The text describes neither; the message begins with the name.
     """
     first, *words = [*text.split(), ""]
     words = words[:-1]
@@ -221,7 +222,7 @@ def read(name: str, text: str) -> float | OverSpeed:
 
 
 def numbers_of(restitution: float | OverSpeed, friction: float | OverSpeed) -> Array | None:
-    """The numbers that `laws.speeds` reads; None where both are the same at any speed."""
+    """Return the table that `laws.speeds` reads, or None if neither depends on speed."""
     curves = [value if isinstance(value, OverSpeed) else None for value in (restitution, friction)]
     if not any(curves):
         return None

@@ -1,4 +1,4 @@
-"""Elastic materials: what a body is made of, and the named ones with the source of each number."""
+"""Elastic materials, and a table of named ones with the source of each number."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class Material:
     Attributes:
         youngs_modulus: E [Pa], > 0; infinite for a rigid body.
         poissons_ratio: nu, in (-1, 0.5].
-        density: rho [kg/m^3], or None where nothing needs it.
-        name: For tables and messages.
-        source: Where the numbers come from.
+        density: rho [kg/m^3], or None if not needed.
+        name: Name in tables and messages.
+        source: Source of the numbers.
 
     Raises:
-        ValueError: A value outside its range; the message names it.
+        ValueError: A value is outside its range; the message names it.
     """
 
     youngs_modulus: float
@@ -43,7 +43,7 @@ class Material:
     def from_shear_modulus(
         cls, shear_modulus: float, poissons_ratio: float, density: float | None = None, name: str = "", source: str = ""
     ) -> Material:
-        """The material with this shear modulus G [Pa]: E = 2 (1 + nu) G."""
+        """Return the material of shear modulus G [Pa] and Poisson's ratio nu: E = 2 (1 + nu) G."""
         shear = checks.number("shear_modulus", shear_modulus, "> 0 (inf: a rigid body)", low=0, high=inf, open_low=True)
         ratio = checks.number("poissons_ratio", poissons_ratio, "in (-1, 0.5]", low=-1.0, high=0.5, open_low=True)
         return cls(2.0 * (1.0 + ratio) * shear, ratio, density, name, source)
@@ -55,17 +55,17 @@ class Material:
 
     @property
     def is_rigid(self) -> bool:
-        """Whether the material does not deform at all."""
+        """Whether the material does not deform (E is infinite)."""
         return isinf(self.youngs_modulus)
 
     @property
     def normal_compliance(self) -> float:
-        """(1 - nu^2)/E [1/Pa], the body's part of 1/E*."""
+        """(1 - nu^2)/E [1/Pa], the contribution of the body to 1/E*."""
         return (1.0 - self.poissons_ratio**2) / self.youngs_modulus
 
     @property
     def tangential_compliance(self) -> float:
-        """(2 - nu)/(4 G) [1/Pa], the body's part of 1/G*."""
+        """(2 - nu)/(4 G) [1/Pa], the contribution of the body to 1/G*."""
         return (2.0 - self.poissons_ratio) / (4.0 * self.shear_modulus)
 
 
@@ -73,14 +73,14 @@ RIGID = Material(inf, 0.5, name="rigid", source="no deformation: E infinite in b
 
 
 class UnknownMaterial(KeyError):
-    """No material of this name; the message has the nearest ones."""
+    """No material has this name; the message suggests the nearest one."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
 class Materials(dict[str, Material]):
-    """Materials by their names."""
+    """Dictionary of materials by name."""
 
     def __missing__(self, name: object) -> Material:
         raise UnknownMaterial(f"no material {name!r}: must be one of {', '.join(self)}{checks.hint(name, self)}")
@@ -156,10 +156,10 @@ MATERIALS = Materials(
 
 
 def material_of(argument: str, value: Material | str) -> Material:
-    """The material that is meant: itself, or by its name.
+    """Return a material, given itself or by its name in `MATERIALS`.
 
     Raises:
-        ValueError: Neither; the message names the argument.
+        ValueError: The value is neither; the message names the argument.
     """
     if isinstance(value, str):
         return MATERIALS[checks.one_of(argument, value, MATERIALS)]

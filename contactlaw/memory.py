@@ -1,7 +1,7 @@
-"""Memory and functions at addresses, for compiled code: of engines that hand their state over, and of worlds.
+"""Access to memory and calls of functions by address, in compiled code.
 
-An array that is passed on or looked into costs a count of references at run time and a second of compiling in every
-function that it goes through; an address costs nothing.
+An array costs reference counting at run time, and a second of compilation in every function that it is passed to; an
+address costs nothing. The state of engines and of worlds is therefore read and written by address.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-_WHOLE = ir.IntType(64)
+_INT64 = ir.IntType(64)
 
 
-def built(signature: Any, build: Callable[..., Any]) -> Any:
-    """What compiled code calls with arguments of a numba signature, made by `build(context, builder, _, values)`."""
+def _intrinsic_of(signature: Any, build: Callable[..., Any]) -> Any:
+    """Return a numba intrinsic of a signature whose LLVM code `build(context, builder, _, values)` makes."""
 
     def typing(*_: Any) -> Any:
         return signature, build
@@ -32,7 +32,7 @@ def built(signature: Any, build: Callable[..., Any]) -> Any:
 
 
 def caller(signature: Any) -> Any:
-    """What calls a C function of a numba signature: with its address, then its arguments."""
+    """Return an intrinsic that calls a C function of a numba signature; its arguments are the address, then those."""
 
     def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
         nothing = signature.return_type == types.void
@@ -41,41 +41,43 @@ def caller(signature: Any) -> Any:
         out = builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
         return context.get_dummy_value() if nothing else out
 
-    return built(signature.return_type(types.uint64, *signature.args), build)
+    return _intrinsic_of(signature.return_type(types.uint64, *signature.args), build)
 
 
 def element(dtype: np.dtype) -> Any:
-    """A function of the address of an array of records and an index, that returns the record there."""
+    """Return an intrinsic that takes the address of an array of records and an index, and returns that record."""
     kind = numba.from_dtype(dtype)
 
     def build(context: Any, builder: Any, _: Any, values: Any) -> Any:
-        place = builder.add(values[0], builder.mul(values[1], ir.Constant(_WHOLE, dtype.itemsize)))
+        place = builder.add(values[0], builder.mul(values[1], ir.Constant(_INT64, dtype.itemsize)))
         return builder.inttoptr(place, context.get_value_type(kind))
 
-    return built(kind(types.uint64, types.int64), build)
+    return _intrinsic_of(kind(types.uint64, types.int64), build)
 
 
-def _pointer(builder: Any, values: Any, kind: Any = _WHOLE) -> Any:
+def _pointer(builder: Any, values: Any, kind: Any = _INT64) -> Any:
     return builder.inttoptr(values[0], kind.as_pointer())
 
 
-def _store_whole(context: Any, builder: Any, _: Any, values: Any) -> Any:
+def _store_int64(context: Any, builder: Any, _: Any, values: Any) -> Any:
     builder.store(values[2], builder.gep(_pointer(builder, values), [values[1]]))
     return context.get_dummy_value()
 
 
-load_int: Any = built(types.int32(types.uint64), lambda _, b, __, values: b.load(_pointer(b, values, ir.IntType(32))))
-"""The C int at an address."""
+load_int: Any = _intrinsic_of(
+    types.int32(types.uint64), lambda _, b, __, values: b.load(_pointer(b, values, ir.IntType(32)))
+)
+"""Return the C int at an address."""
 
-doubles_at: Any = built(
+doubles_at: Any = _intrinsic_of(
     types.CPointer(types.float64)(types.uint64), lambda _, b, __, values: _pointer(b, values, ir.DoubleType())
 )
-"""An address as a pointer to float64."""
+"""Convert an address to a pointer to float64."""
 
-whole_at: Any = built(
+whole_at: Any = _intrinsic_of(
     types.int64(types.uint64, types.int64), lambda _, b, __, values: b.load(b.gep(_pointer(b, values), [values[1]]))
 )
-"""Element of an array of int64, by its address."""
+"""Return an element of an array of int64; arguments: address, index."""
 
-set_whole: Any = built(types.none(types.uint64, types.int64, types.int64), _store_whole)
-"""Write an element of an array of int64."""
+set_whole: Any = _intrinsic_of(types.none(types.uint64, types.int64, types.int64), _store_int64)
+"""Write an element of an array of int64; arguments: address, index, value."""

@@ -1,4 +1,4 @@
-"""Two materials in contact: what the contact law needs to know of them."""
+"""`ContactPair`: two materials in contact, their friction and restitution, and the contact law."""
 
 from __future__ import annotations
 
@@ -17,31 +17,34 @@ from contactlaw.laws import Law, hertz, law_of, normal_motion, oscillator, secto
 from contactlaw.losses import OverSpeed
 from contactlaw.material import Material, material_of
 
-COUPLING_TO_MENTION = 0.2
-DEEPEST = 0.1  # overlap over radius up to which a Hertz contact is small
+COUPLING_TO_MENTION = 0.2  # Dundurs-type constant beyond which a pair warns
+DEEPEST = 0.1  # overlap over radius, up to which a contact counts as small (Hertz)
 TOO_DEEP = f"overlap over radius is {{:.2g}}: beyond {DEEPEST} Hertz contact is no longer right"
 FOUND_IN = "found in each other by {:.2g} of the radius: that depth counts as none as long as it lasts"
 
 
 class ContactWarning(UserWarning):
-    """Something about a contact that the theory does not cover fully; the results still hold as far as stated."""
+    """A contact is outside the range that the theory covers fully; the message says how far results still hold."""
 
 
 @dataclass(frozen=True)
 class ContactPair:
-    """Two materials, how they rub and bounce, and the law of their contact.
+    """Two materials in contact, their friction and restitution, and the contact law.
 
     Attributes:
         a, b: The materials, or their names in `MATERIALS`; at most one rigid.
-        friction: Coulomb coefficient mu, >= 0; or one over the sliding speed, from `contactlaw.losses`.
-        restitution: e, in [1e-6, 1], the same at any speed; or one over the approach speed, from `contactlaw.losses`.
+        friction: Coulomb coefficient mu >= 0, or a function of the sliding speed from `contactlaw.losses`.
+        restitution: e in [1e-6, 1], the same at any speed, or a function of the approach speed from
+            `contactlaw.losses`.
         radius: Effective radius R [m], 1/R = 1/R_A + 1/R_B; None: read from the geoms.
-        law: Name in `LAWS`, with fields after it where they are not the defaults ("microslip node_count=32"), or a law.
-        stiffness_ratio: kappa = k_T/k_N; None: from the materials, G*/E*.
-        rolling_resistance: Coefficient mu_r >= 0 of the moment mu_r R P against rolling (`laws.rolling`); R: effective.
+        law: A law, or its name in `LAWS`, followed by the fields that differ from their defaults
+            ("microslip node_count=32").
+        stiffness_ratio: kappa = k_T/k_N; None: G*/E* of the materials.
+        rolling_resistance: Coefficient mu_r >= 0 of the moment mu_r R P against rolling (`laws.rolling`), with the
+            effective radius R.
 
     Raises:
-        ValueError: A value outside its range; the message names it.
+        ValueError: A value is outside its range; the message names it.
     """
 
     a: Material
@@ -53,7 +56,7 @@ class ContactPair:
     stiffness_ratio: float | None = None
     rolling_resistance: float = 0.0
 
-    if TYPE_CHECKING:  # a name is taken for a material, and is one afterwards
+    if TYPE_CHECKING:  # the constructor takes names of materials and replaces them by the materials
 
         def __init__(
             self, a: Material | str, b: Material | str, friction: float | OverSpeed,
@@ -95,14 +98,14 @@ class ContactPair:
 
     @cached_property
     def effective_shear_modulus(self) -> float:
-        """G* [Pa], 1/G* = sum of (2 - nu)/(4 G), or kappa E* where kappa is given."""
+        """G* [Pa], 1/G* = sum of (2 - nu)/(4 G), or kappa E* if kappa is given."""
         if self.stiffness_ratio is not None:
             return self.stiffness_ratio * self.effective_modulus
         return 1.0 / (self.a.tangential_compliance + self.b.tangential_compliance)
 
     @cached_property
     def torsion_modulus(self) -> float:
-        """G_t [Pa] of spin about the normal, 1/G_t = 1/G_A + 1/G_B; kappa does not enter."""
+        """G_t [Pa] of torsion about the normal, 1/G_t = 1/G_A + 1/G_B; it does not depend on kappa."""
         return 1.0 / (1.0 / self.a.shear_modulus + 1.0 / self.b.shear_modulus)
 
     @cached_property
@@ -112,7 +115,9 @@ class ContactPair:
 
     @property
     def coupling(self) -> float:
-        """Dundurs-type constant of normal and tangential coupling; 0 for equal materials, or nu = 1/2 on a rigid body.
+        """Dundurs-type constant of normal and tangential coupling.
+
+        It is 0 for equal materials and for nu = 1/2 on a rigid body.
 
         Source: Spence (1968), in the first footnote of Maw, Barber & Fawcett (1981).
         """
@@ -121,14 +126,14 @@ class ContactPair:
 
     @cached_property
     def damping_ratio(self) -> float:
-        """zeta of the normal damper that gives the restitution; alpha of Tsuji et al. (1992) is sqrt(5) zeta.
+        """Damping ratio zeta of the normal damper that gives the restitution (at 1 m/s if it depends on speed).
 
-        Where the restitution depends on speed: that of 1 m/s.
+        The coefficient alpha of Tsuji et al. (1992) is sqrt(5) zeta.
         """
         return plain(oscillator.damping_ratio)(self._at(1.0, 0.0)[0])
 
     def at(self, closing: float, sliding: float = 0.0) -> ContactPair:
-        """The pair with the restitution and the friction that a touch at these speeds [m/s] has."""
+        """Return the pair with the restitution and friction of an impact at these closing and sliding speeds [m/s]."""
         if not (isinstance(self.restitution, OverSpeed) or isinstance(self.friction, OverSpeed)):
             return self
         e, mu = self._at(closing, sliding)
@@ -137,7 +142,7 @@ class ContactPair:
             return replace(self, restitution=e, friction=mu)
 
     def _at(self, closing: float, sliding: float) -> tuple[float, float]:
-        """Restitution and friction at these speeds."""
+        """Return restitution and friction at these speeds [m/s]."""
         e, mu = self.restitution, self.friction
         return e(closing) if isinstance(e, OverSpeed) else e, mu(sliding) if isinstance(mu, OverSpeed) else mu
 
@@ -151,7 +156,7 @@ class ContactPair:
         )  # fmt: skip
 
     def psi(self, tangential_velocity: float, normal_velocity: float) -> float:
-        """psi = (kappa/mu) V_x/V_z1 for the contact point's tangential and the approach velocity [m/s]."""
+        """psi = (kappa/mu) V_x/V_z1 for the tangential velocity of the contact point and the approach speed [m/s]."""
         sliding = float(checks.finite_array("tangential_velocity", tangential_velocity))
         _, friction = self._at(0.0, abs(sliding))
         if friction == 0.0:
@@ -159,23 +164,29 @@ class ContactPair:
         return self.kappa / friction * sliding / checks.positive("normal_velocity", normal_velocity)
 
     def greatest_overlap(self, mass: float, speed: float) -> float:
-        """Greatest overlap [m] of an impact with normal effective mass [kg] and approach speed [m/s]."""
+        """Greatest overlap [m] of an impact, for the normal effective mass [kg] and approach speed [m/s]."""
         zeta = self.at(speed).damping_ratio
         return self._deepest(mass, speed) * plain(oscillator.restitution)(zeta) ** 0.4
 
     def contact_duration(self, mass: float, speed: float) -> float:
-        """Duration of contact [s]; 2.943 delta_max/v for an elastic impact (Hertz)."""
+        """Duration of an impact [s], for the normal effective mass [kg] and approach speed [m/s].
+
+        Elastic: 2.943 delta_max/v (Hertz).
+        """
         return self._deepest(mass, speed) / speed * _scaled_duration(self.at(speed).damping_ratio)
 
     def greatest_force(self, mass: float, speed: float) -> float:
-        """Greatest normal force [N] of an impact; where the damper dominates this may be at the touch."""
+        """Greatest normal force [N] of an impact; strong damping may put it at the first touch.
+
+        mass: normal effective mass [kg]. speed: approach speed [m/s].
+        """
         force = normal_motion.normal_motion(self.at(speed).damping_ratio, 2000, False).force
         return float(
             self._stiffness() * (self._deepest(mass, speed) / normal_motion.SCALED_DEEPEST) ** 1.5 * force.max()
         )
 
     def _deepest(self, mass: float, speed: float) -> float:
-        """Greatest overlap [m] without damping."""
+        """Greatest overlap [m] of an undamped impact."""
         m, v = checks.positive("mass", mass), checks.positive("speed", speed)
         return hertz.greatest_overlap(self._stiffness(), m, 0.0, v)
 
@@ -190,21 +201,21 @@ class ContactPair:
 
     @property
     def rule(self) -> Law:
-        """The law itself."""
+        """The contact law."""
         return law_of(self.law)
 
     @property
     def memory_size(self) -> int:
-        """Numbers that the law remembers of a contact in an engine."""
+        """How many float64 numbers the history of a contact takes in an engine."""
         law = self.rule.with_nodes(None)
         return max(2 * law.memory, sectors.NUMBERS if law.sectors else 0)
 
     def parameters(self, radius: float | None = None, nodes: int | None = None) -> NDArray[np.float64]:
-        """The pair as the kernels read it: `laws.record.PAIR`, then the law's own numbers.
+        """Return the numbers that the kernels read: `laws.record.PAIR`, then the law's own numbers.
 
         Args:
-            radius: Effective radius [m] where the pair has none.
-            nodes: For a law that leaves their number open.
+            radius: Effective radius [m], used if the pair has none.
+            nodes: Number of nodes, for a law that leaves it open.
         """
         given = self.radius is not None or radius is None
         return self.rule.with_nodes(nodes).with_pair(
@@ -221,7 +232,7 @@ class ContactPair:
 
 
 def warn_of_depth(overlap: float, radius: float) -> bool:
-    """Say so where an overlap [m] is too deep for the radius [m] to be a Hertz contact. Returns whether it was said."""
+    """Warn if an overlap [m] is too deep, compared with the radius [m], for Hertz's theory; return whether it is."""
     deep = overlap > DEEPEST * radius
     if deep:
         warnings.warn(TOO_DEEP.format(overlap / radius), ContactWarning, stacklevel=3)
@@ -229,5 +240,5 @@ def warn_of_depth(overlap: float, radius: float) -> bool:
 
 
 def _scaled_duration(zeta: float) -> float:
-    """Duration of a damped impact times its speed, over its greatest overlap undamped."""
+    """Duration of a damped impact times approach speed over the greatest overlap of the undamped one."""
     return normal_motion.duration(zeta) / normal_motion.SCALED_DEEPEST

@@ -79,7 +79,7 @@ def test_a_full_disk_is_told_in_one_line(monkeypatch, capsys):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(CodeFiles, "save", full)
-    monkeypatch.setattr(cache, "UNWRITTEN", [])
+    monkeypatch.setattr(cache, "REPORTED", [])
     monkeypatch.setattr(CodeFiles, "load", lambda self, key: None)
     double, triple = (jit_for("test")(function) for function in (lambda x: 2.0 * x, lambda x: 3.0 * x))
     assert (double(1.5), triple(1.5)) == (3.0, 4.5)

@@ -27,7 +27,7 @@ FIGURES = [
     ("limits.md", f"at most {hulls.MOST} vertices"),
     ("shapes.md", f"at most {hulls.MOST} vertices"),
     ("limits.md", f"turn by less than {degrees(acos(hulls.SHARP)):.0f} degrees"),
-    ("limits.md", f"is {100.0 * segments.CROWN:g} % thinner at its ends"),
+    ("limits.md", f"is {100.0 * segments.CAPSULE_CROWN:g} % thinner at its ends"),
     ("shapes.md", f"four small feet, at {parts.FEET:g} of its radius"),
     ("world.md", f"at most {equations.LARGEST} unknowns, which are {equations.LARGEST // 6} free bodies"),
     ("steps.md", f"an island of more than {equations.LARGEST // 6} bodies"),

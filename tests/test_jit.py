@@ -52,7 +52,7 @@ class Terminal(io.StringIO):
 
 @pytest.mark.parametrize("kind", [io.StringIO, Terminal])
 def test_the_clock_of_compiling_goes_on_a_terminal_alone(kind: type[io.StringIO], monkeypatch) -> None:
-    stream, said = kind(), jit._Said()
+    stream, said = kind(), jit._Report()
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setattr(jit, "TICK", 0.01)
     for _ in range(2):

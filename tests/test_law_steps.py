@@ -14,7 +14,7 @@ from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
 from contactlaw.laws.microslip import Microslip
 from contactlaw.laws.record import OPEN, PAIR_SIZE, SPRUNG, UNSHEARED, ask_stiffness, contact_of, pair_of
-from contactlaw.laws.step import ask, know, press
+from contactlaw.laws.step import ask, press, reset
 
 STEEL = MATERIALS["steel"]
 MASS, RADIUS, MU = 0.5, 0.02, 0.1
@@ -32,7 +32,7 @@ def take(p, header, memory, overlap, before, free, du, dv, dt):
         header[:], memory[:] = 0.0, 0.0
         return 0.0, 0.0, 0.0
     if contact.state == OPEN:
-        know(contact, pair, pair.radius)
+        reset(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = MASS, TANGENTIAL_MASS
     contact.overlap, contact.before, contact.closing = overlap, before, (overlap - before) / dt
     press(contact, pair, free, dt)

@@ -18,11 +18,12 @@ from contactlaw.laws import choices, law_of, sectors, text_of
 from contactlaw.laws.microslip import Microslip, half_line_nodes
 from contactlaw.laws.record import CONTACT, PAIR, PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.slip import carried, held
-from contactlaw.laws.step import ask, know, press
+from contactlaw.laws.step import ask, press, reset
 
 STEEL = MATERIALS["steel"]
 ROOT = Path(__file__).parent.parent
 LADDER = ["coulomb", "linear_spring", "mindlin", "mindlin_rescaled", "microslip"]
+DERIVED = {"microslip": ["microslip_turning"]}
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,11 @@ def pair_with(law: str | Law, **changes: float) -> ContactPair:
 def test_registry_holds_the_ladder_in_order() -> None:
     assert list(LAWS) == LADDER
     assert all(law.name == name and len(law.source) > 10 for name, law in LAWS.items())
+
+
+def test_a_law_without_a_rung_stands_beside_the_ladder() -> None:
+    assert text_of(law_of("microslip_turning node_count=8")) == "microslip_turning node_count=8"
+    assert "microslip_turning" not in LAWS
 
 
 def test_a_law_of_the_users_own_is_found_by_its_name() -> None:
@@ -122,7 +128,7 @@ def test_a_law_and_its_name_mean_the_same(name: str) -> None:
 def shear(p, header, memory, overlap, slide):
     """A contact pressed to an overlap [m], then sheared [m]: its force, its stiffness, its energy."""
     contact, pair, law = contact_of(header), pair_of(p), p[PAIR_SIZE:]
-    know(contact, pair, pair.radius)
+    reset(contact, pair, pair.radius)
     contact.mass, contact.tangential_mass, contact.closing = 0.5, 0.2, 0.0
     contact.before, contact.overlap = -1e-9, overlap
     press(contact, pair, 0.0, 1e-6)
@@ -210,9 +216,10 @@ def compiled_functions(engine: str) -> int:
 
 @pytest.mark.parametrize("gone", LADDER)
 def test_a_package_without_one_of_its_laws_works(gone: str, tmp_path: Path) -> None:
-    """Its file removed, nothing else says its name; the default of a pair must then be another."""
+    """Without its file, and those of laws derived from it, the rest works; a pair's default must then be another."""
     shutil.copytree(ROOT / "contactlaw", tmp_path / "contactlaw", ignore=shutil.ignore_patterns("__pycache__"))
-    (tmp_path / "contactlaw" / "laws" / f"{gone}.py").unlink()
+    for name in (gone, *DERIVED.get(gone, ())):
+        (tmp_path / "contactlaw" / "laws" / f"{name}.py").unlink()
     code = f"""
 from contactlaw import LAWS, MATERIALS, Body, ContactPair, collide, force_along_path, rebound
 assert list(LAWS) == {[name for name in LADDER if name != gone]!r}, list(LAWS)
@@ -231,7 +238,7 @@ for law in LAWS:
 
 def test_nothing_asks_a_law_for_its_name() -> None:
     """What steps contacts compares with no law of the package."""
-    for path in [path for folder in ("world", "single") for path in (ROOT / "contactlaw" / folder).glob("*.py")]:
+    for path in [ROOT / "contactlaw" / "single.py", *(ROOT / "contactlaw" / "world").rglob("*.py")]:
         text = path.read_text(encoding="utf-8")
         assert not [name for name in LADDER if f"laws.{name}" in text or f'"{name}"' in text], path
     assert "code" not in (CONTACT.names or ())

@@ -13,7 +13,7 @@ from contactlaw.jit import INTERPRETED
 from contactlaw.laws import speeds
 from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
-from contactlaw.laws.step import know
+from contactlaw.laws.step import reset
 from contactlaw.losses import FallingFriction, OverSpeed, Plastic, Table, Viscoelastic, read, text_of
 
 STEEL = MATERIALS["steel"]
@@ -87,7 +87,7 @@ def test_a_touch_reads_the_curve(curve: OverSpeed) -> None:
     own, contact = pair_of(numbers), contact_of(header)
     assert int(own.speeds) > PAIR_SIZE
     for speed in np.geomspace(1e-4, 50.0, 41).tolist():
-        know(contact, own, 0.01)
+        reset(contact, own, 0.01)
         contact.mass, contact.closing = 0.1, speed
         speeds.read(contact, numbers[int(own.speeds) :], 0.0, speed)
         if is_friction:
@@ -104,7 +104,7 @@ def test_a_contact_that_is_pressed_has_the_restitution_of_that() -> None:
     pair = ContactPair(STEEL, STEEL, 0.3, curve, radius=0.01)
     numbers = pair.parameters()
     own, contact = pair_of(numbers), contact_of(np.zeros(64))
-    know(contact, own, 0.01)
+    reset(contact, own, 0.01)
     contact.mass = 0.1
     speeds.read(contact, numbers[int(own.speeds) :], 9.81, 0.0)
     speed = sqrt(2.0 * 9.81 * (0.1 * 9.81 / contact.stiffness) ** (2.0 / 3.0))

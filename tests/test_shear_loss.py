@@ -11,7 +11,7 @@ from contactlaw.jit import jit
 from contactlaw.laws import law_of
 from contactlaw.laws.oscillator import damping_ratio
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, contact_of, pair_of
-from contactlaw.laws.step import ask, know, press
+from contactlaw.laws.step import ask, press, reset
 from contactlaw.turning import MicroslipTurning
 
 LOSSY = "microslip shear_loss=1"
@@ -58,7 +58,7 @@ def test_collide_agrees_with_rebound_and_its_ledger_closes() -> None:
 def run_round(p, header, memory, h, path, work, energy, share):
     """Round a loop of points (n, 3): overlap, and place in the plane; results shape (rounds, n)."""
     pair, contact, own = pair_of(p), contact_of(header), p[PAIR_SIZE:]
-    know(contact, pair, 0.01)
+    reset(contact, pair, 0.01)
     contact.mass, contact.tangential_mass = 1e-2, 1e300
     overlap, loop = 0.0, path.shape[0]
     for turn in range(work.shape[0]):

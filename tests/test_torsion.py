@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 from contactlaw import MATERIALS, ContactPair
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
-from contactlaw.laws.step import ask, know, press
+from contactlaw.laws.step import ask, press, reset
 from contactlaw.laws.torsion import FULL, TORSION, advance, limit_point, nearest, stored
 from tests.reference import torsion
 
@@ -34,7 +34,7 @@ class Contact:
         self.values, self.memory = pair.rule.with_nodes(None).new_contact()
         self.pair, self.touch = pair_of(self.numbers), contact_of(self.values)
         self.torsion = np.zeros(1, np.dtype((np.record, TORSION)))[0]
-        know(self.touch, self.pair, self.pair.radius)
+        reset(self.touch, self.pair, self.pair.radius)
         self.touch.mass = self.touch.tangential_mass = 1.0
         self.touch.closing = sqrt(0.8 * self.touch.stiffness * DEEP**2.5)  # such that it comes so deep
 

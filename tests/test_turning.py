@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from contactlaw import Body, collide
 from contactlaw.laws.microslip import Microslip, displace, half_line_nodes
-from contactlaw.turning import TURN, MicroslipTurning, displace_on_surface, surface_maps
+from contactlaw.laws.microslip_turning import TURN, displace_on_surface, surface_maps
+from contactlaw.turning import MicroslipTurning
 from validation import ledger, turning
 from validation.reference.turning_data import load
 

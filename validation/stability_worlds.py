@@ -9,7 +9,7 @@ import numpy as np
 from contactlaw import LAWS
 from contactlaw.jit import jit_for
 from contactlaw.laws.record import OPEN, PAIR_SIZE, pair_of
-from contactlaw.laws.step import ask, know, press
+from contactlaw.laws.step import ask, press, reset
 from contactlaw.world.contacts.touch import force_of, turn_frame
 from contactlaw.world.data.records import CONTACT
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub, tangent
@@ -122,7 +122,7 @@ def _push(scene, p, contacts, memories, places, velocities, spins, out):
             t.state, memory[:] = OPEN, 0.0
             continue
         if t.state == OPEN:
-            know(t, pair, pair.radius)
+            reset(t, pair, pair.radius)
             t.mass, t.tangential_mass = 1.0 / mobility, 1.0 / (mobility + arm**2 * turning)
             store(c.normal, n)
             store(c.tangent, tangent(n))

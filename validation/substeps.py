@@ -15,7 +15,7 @@ from contactlaw import LAWS, MATERIALS, ContactPair
 from contactlaw.jit import jit_for
 from contactlaw.laws.microslip import NODES
 from contactlaw.laws.record import PAIR_SIZE, contact_of, pair_of
-from contactlaw.laws.step import ask, know, press
+from contactlaw.laws.step import ask, press, reset
 from validation.case import Array
 from validation.measure import Spread, interleaved, spread
 
@@ -53,7 +53,7 @@ def _impacts(p, header, memory, overlap, slide, dt, mass, impacts, force_out):
     pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
     for _ in range(impacts):
         memory[:] = 0.0
-        know(contact, pair, pair.radius)
+        reset(contact, pair, pair.radius)
         contact.mass, contact.tangential_mass = mass, mass
         for i in range(slide.size):
             contact.before, contact.overlap = overlap[i], overlap[i + 1]

@@ -1,7 +1,17 @@
-"""Friction, restitution and stiffness ratio from a table of impacts, each with its uncertainty; needs scipy.
+"""Friction, restitution and stiffness ratio from a table of impacts, with uncertainties; needs scipy.
 
-procedure: what a user calls. table: the impacts. curve: the law. fit: the curve through the impacts. outliers: impacts
-left out. ranges: what is allowed at 95 %. assessment: verdicts in words. result: what comes out.
+procedure     the functions for users
+reading       tables from CSV files
+table         checked tables of impacts
+curve         the law's rebound curve, for any stiffness ratio
+fit           the curve through the impacts
+outliers      impacts that are left out
+ranges        95 % ranges of the parameters
+thinning      large tables, fitted by averages
+over_speed    restitution that depends on speed
+assessment    the whole evaluation, and its verdict in words
+result        `Calibration`, the result
+figure        a picture of the result (needs matplotlib)
 """
 
 from contactlaw.calibration.procedure import calibrate, contact_velocities

@@ -1,4 +1,4 @@
-"""From a checked table to a `Calibration`: restitution, regimes, and the words for what is and is not determined."""
+"""From a checked table to a `Calibration`: restitution, regimes, and notes on what is and is not determined."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 from scipy import stats
 
 from contactlaw.calibration.curve import sliding_from
-from contactlaw.calibration.fit import pose
-from contactlaw.calibration.outliers import far_limit, middle
+from contactlaw.calibration.fit import problem_of
+from contactlaw.calibration.outliers import far_limit, robust_scale
 from contactlaw.calibration.over_speed import over_speed
 from contactlaw.calibration.ranges import NORMAL, Evidence, widening
 from contactlaw.calibration.result import (
@@ -24,20 +24,20 @@ from contactlaw.calibration.result import (
 from contactlaw.calibration.table import Array, Impacts, Mask
 from contactlaw.calibration.thinning import evidence_of
 
-USUAL_KAPPA = 0.85  # of like materials with nu = 0.26
+USUAL_KAPPA = 0.85  # 2 (1 - nu)/(2 - nu) of equal materials with nu = 0.26
 
 
 def assess(
     impacts: Impacts, restitution: float | None, kappa: float | None, *, hold: bool, asked: str | None
 ) -> Calibration:
-    """Fit a checked table and say what it tells.
+    """Fit a checked table and assess which parameters it determines.
 
     Args:
         impacts: n impacts.
-        restitution: e where V_z2 was not measured.
-        kappa: Start, or with `hold` the known value; None: `USUAL_KAPPA`.
+        restitution: e if V_z2 was not measured, else None.
+        kappa: Start value, or with `hold` the known value; None: `USUAL_KAPPA`.
         hold: Whether kappa is known.
-        asked: Law of the restitution over speed; None: what the table speaks for.
+        asked: Name of the law of restitution over speed; None: the most likely, if that is clear.
     """
     bounce, law = _restitution(impacts, asked) if restitution is None else (Estimate("given", restitution), None)
     start = kappa or USUAL_KAPPA
@@ -53,7 +53,7 @@ def assess(
             sliding_friction=Estimate("not determined"), regimes=(UNKNOWN,) * n, outliers=(), residuals=np.zeros(n),
             residual_rms=0.0, degrees_of_freedom=0, chi_squared=None, scatter=None, curve_parameters=None, **table,
         )  # fmt: skip
-    whole = pose(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
+    whole = problem_of(impacts, min(bounce.value or 1.0, 1.0), start, hold=hold)
     evidence = evidence_of(whole)
     residuals, _ = whole.residuals(np.log(evidence.best))
     regimes, freedom = _regimes(impacts, evidence, whole.curve.restitution), evidence.freedom
@@ -74,7 +74,7 @@ def assess(
 
 
 def _mean(values: Array, errors: Array, known: bool, note: str = "") -> Estimate:
-    """Weighted mean and its 95 % range; one value without an error has none."""
+    """Weighted mean with its 95 % range; no range for a single value without a known error."""
     mean = float(np.average(values, weights=errors**-2.0))
     wider = widening(float(np.sum(((values - mean) / errors) ** 2)), values.size - 1, known)
     if wider is None:
@@ -84,14 +84,14 @@ def _mean(values: Array, errors: Array, known: bool, note: str = "") -> Estimate
 
 
 def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpeedFit | None]:
-    """Weighted mean of V_z2/V_z1, and how it depends on speed."""
+    """Weighted mean of V_z2/V_z1, and its dependence on speed."""
     (z1, _, z2, _), (s_z1, _, s_z2, _), known = impacts.velocities, impacts.errors, impacts.known_errors
     ratio = z2 / z1
     error = np.hypot(s_z2, ratio.mean() * s_z1) / z1
     law = over_speed(z1, ratio, error if known else np.ones(ratio.size), known, asked)
     if ratio.size >= 6:
         far = np.abs(ratio - np.median(ratio)) / error
-        keep = far <= far_limit(ratio.size - 1) * middle(far, 1, 1.0 if known else 1e-9)
+        keep = far <= far_limit(ratio.size - 1) * robust_scale(far, 1, 1.0 if known else 1e-9)
         ratio, error, z1 = ratio[keep], error[keep], z1[keep]
     mean = _mean(ratio, error, known, _speed_note(np.log(z1), ratio, error))
     if mean.value is not None and (mean.lower or 0.0) > 1.0:
@@ -101,7 +101,7 @@ def _restitution(impacts: Impacts, asked: str | None) -> tuple[Estimate, OverSpe
 
 
 def _speed_note(log_speed: Array, ratio: Array, error: Array) -> str:
-    """Words for a slope of e over ln V_z1 as large as scatter makes in 0.3 % of tables."""
+    """Note on a slope of e over ln V_z1 that scatter alone exceeds in 0.3 % of tables only; else empty."""
     if log_speed.size < 5 or np.ptp(log_speed) < 0.1:
         return ""
     (slope, _), covariance = np.polyfit(log_speed, ratio, 1, w=1.0 / error, cov=True)
@@ -116,7 +116,7 @@ def _speed_note(log_speed: Array, ratio: Array, error: Array) -> str:
 
 
 def _regimes(impacts: Impacts, evidence: Evidence, restitution: float) -> list[str]:
-    """What each impact does at the best values; where one of them is not determined, only what all allowed ones say."""
+    """Regime of each impact at the best mu and kappa, or where all allowed values agree if one is not determined."""
     cells = evidence.best[None]
     if not (evidence.determined(0) and evidence.determined(1)):
         if evidence.scatter is None:
@@ -133,7 +133,7 @@ def _regimes(impacts: Impacts, evidence: Evidence, restitution: float) -> list[s
 
 
 def _sliding(impacts: Impacts, sliding: Mask) -> Estimate:
-    """The paper's mean mu of the impacts that slide throughout."""
+    """Mean mu of the impacts that slide throughout, as in the paper."""
     if not sliding.any():
         return Estimate("not determined", note="No impact is sure to slide throughout.")
     ratio, error = impacts.impulse_ratio
@@ -141,7 +141,7 @@ def _sliding(impacts: Impacts, sliding: Mask) -> Estimate:
 
 
 def _estimate(evidence: Evidence, which: int, low: float, note: str) -> Estimate:
-    """mu (0) or kappa (1): a value where it is determined, or else bounds and the note."""
+    """Estimate of mu (0) or kappa (1): the value if it is determined, else bounds and the note."""
     high = float(evidence.ranges[which][1])
     if evidence.determined(which):
         return Estimate("measured", float(evidence.best[which]), (high - low) / (2.0 * NORMAL), low, high)
@@ -169,7 +169,7 @@ def _stiffness(evidence: Evidence, regimes: list[str]) -> Estimate:
     low, high = evidence.ranges[1].tolist()
     why = "too few impacts that stick, or errors too large, tell values apart"
     if all(regime == SLIDES for regime in regimes):
-        why = "every impact slides throughout, and sliding does not feel the tangential stiffness, only that it slides"
+        why = "every impact slides throughout, and gross slip does not depend on the tangential stiffness"
     bounds = [f"at least {low:.2g}"] * (low > 0.0) + [f"at most {high:.2g}"] * bool(np.isfinite(high))
     where = f" It is {' and '.join(bounds)}." if bounds else ""
     note = f"The stiffness ratio kappa is not determined: {why}.{where} Take it from the elastic constants."

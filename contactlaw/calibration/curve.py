@@ -1,4 +1,4 @@
-"""The law's rebound curve psi_2(psi_1) for every stiffness ratio, as a smooth function of both."""
+"""The law's rebound curve psi_2(psi_1) as a smooth function of psi_1 and the stiffness ratio."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from scipy.interpolate import RectBivariateSpline
 from contactlaw.calibration.table import Array
 from contactlaw.impact import rebound
 
-LAW, STEPS = "microslip node_count=32", 256  # one resolution for every chi, lest the curve jump where the default does
-SHARES = np.linspace(0.0, 1.0, 161)  # of the psi_1 from which an impact slides throughout
+LAW, STEPS = "microslip node_count=32", 256  # the same for all chi: the default resolution changes in steps
+SHARES = np.linspace(0.0, 1.0, 161)  # psi_1 over that from which an impact slides throughout
 
 
 def sliding_from(kappa: Array, mass_ratio: float, restitution: float) -> Array:
-    """psi_1 from which an impact slides throughout: max(1, 2 chi (1 + e) - e); the paper has 4 chi - 1, at e = 1."""
+    """psi_1 from which an impact slides throughout, max(1, 2 chi (1 + e) - e); in the paper 4 chi - 1, for e = 1."""
     return np.maximum(1.0, kappa * mass_ratio * (1.0 + restitution) - restitution)
 
 
 class Curve:
-    """psi_2 by splines through whole impacts, good to 1e-4 (rms; 4e-3 where psi_1 = 1 puts a kink).
+    """psi_2 by splines through whole impacts, with an rms error of 1e-4 (4e-3 at the kink at psi_1 = 1).
 
     Args:
         restitution: e.
@@ -39,7 +39,7 @@ class Curve:
         self._by_restitution = RectBivariateSpline(logs, SHARES, np.subtract(above, below) / (more - less))
 
     def __call__(self, psi: Array, kappa: Array) -> tuple[Array, Array, Array]:
-        """psi_2, its slope over psi_1, and over e; the arrays broadcast, psi_1 >= 0."""
+        """Return psi_2 and its derivatives by psi_1 and by e; psi >= 0 and kappa broadcast."""
         end, gross = sliding_from(kappa, self.mass_ratio, self.restitution), kappa * self.mass_ratio
         where = np.log(kappa), np.minimum(psi / end, 1.0)
         slides = psi >= end

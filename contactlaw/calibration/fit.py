@@ -1,9 +1,10 @@
-"""The rebound curve laid through measured impacts.
+"""Fit of the rebound curve to measured impacts.
 
 With t = V_x1/V_z1 the law gives V_x2/V_z1 = (mu/kappa) psi_2(psi_1 = kappa t/mu, chi = kappa c/2), c = m_N/m_T. All
-velocities have errors, those before too: each residual counts by its error along the curve (effective variance). The
-curve turns back on itself, and does not feel kappa where all slides, nor mu where all sticks: fits start from every
-hollow of a map. Places are (ln mu, ln kappa), shape (..., 2).
+velocities have errors, those before the impact too; a residual has the variance of all of them, propagated along the
+curve (effective variance). The curve is not monotonic; it does not depend on kappa where everything slides, nor on mu
+where everything sticks. So fits start from every local minimum of a map of the cost. Places are (ln mu, ln kappa),
+shape (..., 2).
 """
 
 from __future__ import annotations
@@ -17,21 +18,21 @@ from scipy import ndimage, optimize
 from contactlaw.calibration.curve import Curve, curve
 from contactlaw.calibration.table import Array, Impacts
 
-KAPPA_RANGE = (0.3, 2.0)  # where kappa is sought; G*/E* of elastic materials is 2/3 to 4/3
+KAPPA_RANGE = (0.3, 2.0)  # range of the search; G*/E* of elastic materials is 2/3 to 4/3
 FRICTION_GRID = np.geomspace(0.4, 25.0, 64)  # in units of the greatest impulse ratio
-STARTS = 5
-LEAST_SCATTER = 1e-9  # of a velocity, relative: rounding, where synthetic impacts lie exactly on the curve
+STARTS = 5  # local minima from which a fit starts, at most
+LEAST_SCATTER = 1e-9  # relative error of a velocity by rounding, for synthetic impacts exactly on the curve
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is asked of a table.
+    """A table of impacts, and the curve to be fitted.
 
     Attributes:
         impacts: n impacts.
         curve: The law.
         grid: Places of the map, shape (m, k, 2); k = 1: kappa is held.
-        column: Where on the map the given kappa is.
+        column: Index of the given kappa on the map.
     """
 
     impacts: Impacts
@@ -41,12 +42,12 @@ class Problem:
 
     @property
     def fitted(self) -> int:
-        """Number of parameters."""
+        """Number of fitted parameters."""
         return 1 if self.grid.shape[1] == 1 else 2
 
     @property
     def least_scale(self) -> float:
-        """Least scale of residuals over deviations that there can be: given errors, or rounding."""
+        """Lower bound on the scale of residuals over deviations: 1 with given errors, else rounding."""
         return 1.0 if self.impacts.known_errors else LEAST_SCATTER * float(self.impacts.velocities[0].mean())
 
     def residuals(self, place: Array) -> tuple[Array, Array]:
@@ -66,9 +67,9 @@ class Problem:
         return np.divide(*self.residuals(place))
 
     def terms(self, place: Array) -> Array:
-        """Numbers whose squares sum to the cost, shape (..., n or 2 n).
+        """Terms whose squares sum to the cost, shape (..., n or 2 n).
 
-        With given errors the cost is -2 ln(likelihood) but for a constant; without, -2 ln(likelihood) is n ln(cost).
+        With given errors the cost is -2 ln(likelihood) up to a constant; without, n ln(cost) is.
         """
         residual, deviation = self.residuals(place)
         if not self.impacts.known_errors:
@@ -86,7 +87,7 @@ class Problem:
         return np.stack([self.cost(column) for column in self.grid.swapaxes(0, 1)], axis=1)
 
     def starts(self) -> list[Array]:
-        """The best place at the given kappa, and the best hollows of the map, shape (2,) each."""
+        """Return the best place at the given kappa, and the best local minima of the map, shape (2,) each."""
         low = self.map <= ndimage.minimum_filter(self.map, 3) * (1.0 + 1e-9)
         labels = np.array(ndimage.label(low, np.ones((3, 3)))[0])  # type: ignore[index]
         cells = ndimage.minimum_position(self.map, labels, range(1, int(labels.max()) + 1))
@@ -98,10 +99,10 @@ class Problem:
 
         Args:
             start: Place, shape (2,).
-            scale: Residuals beyond 1.345 of this pull with constant force (Huber); None: all are squared.
+            scale: Residuals beyond 1.345 times this have a linear cost (Huber); None: all have a quadratic one.
 
         Returns:
-            The place, and how many parameters the impacts feel there.
+            The place of the minimum, and the number of parameters on which the residuals depend there.
         """
         held, edges = start[self.fitted :], self.grid[[0, -1], [0, -1], : self.fitted]
         terms, loss = (self.terms, "linear") if scale is None else (self.scaled, "huber")
@@ -114,8 +115,8 @@ class Problem:
         return np.append(found.x, held), int(np.count_nonzero(felt > 1e-5 * felt.max()))
 
 
-def pose(impacts: Impacts, restitution: float, kappa: float, *, hold: bool) -> Problem:
-    """The problem of a table in which some impact lost tangential velocity; kappa is a start, or held."""
+def problem_of(impacts: Impacts, restitution: float, kappa: float, *, hold: bool) -> Problem:
+    """Return the problem of a table in which some impact lost tangential velocity; kappa is the start, or held."""
     low, high = (0.9 * kappa, 1.1 * kappa) if hold else KAPPA_RANGE
     law = curve(max(round(restitution, 2), 0.01), impacts.mass_ratio, low, high)
     kappas = np.array([kappa]) if hold else np.geomspace(low, high, 25)

@@ -1,4 +1,4 @@
-"""Impacts that lie too far from the curve to be scatter."""
+"""Outliers: impacts that lie farther from the curve than scatter explains."""
 
 from __future__ import annotations
 
@@ -9,36 +9,36 @@ import numpy as np
 from contactlaw.calibration.fit import Problem
 from contactlaw.calibration.table import Array, Mask
 
-ENOUGH, FEW_OF = 6, 5  # impacts more than parameters for outliers to be looked for; at most every fifth is one
+SPARE, ONE_IN = 6, 5  # least number of impacts less parameters for a search; at most one in five is an outlier
 
 
 def far_limit(freedom: int) -> float:
-    """Standard deviations beyond which one of some twenty impacts lies by chance in a few of a hundred tables."""
+    """Limit in standard deviations that, of some twenty impacts, one exceeds by chance in a few of a hundred tables."""
     return 4.0 * (1.0 + 3.0 / max(freedom, 1))
 
 
-def middle(scaled: Array, fitted: int, least: float) -> float:
-    """Standard deviation from the median of absolute values, which outliers do not move."""
+def robust_scale(scaled: Array, fitted: int, least: float) -> float:
+    """Robust standard deviation, from the median of absolute values, but at least `least`."""
     return max(1.4826 * float(np.median(np.abs(scaled))) * (scaled.size / max(scaled.size - fitted, 1)) ** 0.5, least)
 
 
-def kept(problem: Problem) -> Mask:
-    """Impacts but for those that scatter cannot explain, shape (n,).
+def inliers(problem: Problem) -> Mask:
+    """Return the mask of impacts that are not outliers, shape (n,).
 
-    Suspects lie 3 scales of the middle residuals from a robust fit, and are at most every fifth impact; they are left
-    out if they also lie too far from the fit without them.
+    Suspects lie more than 3 robust standard deviations from a robust fit, and are at most one impact in five. They are
+    outliers if they also lie too far from the fit without them.
     """
     n = problem.impacts.size
-    if n < ENOUGH + problem.fitted:
+    if n < SPARE + problem.fitted:
         return np.ones(n, dtype=bool)
 
     def scale(place: Array) -> float:
-        return middle(problem.scaled(place), problem.fitted, problem.least_scale)
+        return robust_scale(problem.scaled(place), problem.fitted, problem.least_scale)
 
     rough = [problem.solve(start, scale(start))[0] for start in problem.starts()]
     best = min((problem.solve(place, scale(place))[0] for place in rough), key=scale)
     far = np.abs(problem.scaled(best))
-    suspects = (far > 3.0 * scale(best)) & (far >= np.sort(far)[-(n // FEW_OF)])
+    suspects = (far > 3.0 * scale(best)) & (far >= np.sort(far)[-(n // ONE_IN)])
     if not suspects.any():
         return ~suspects
     clean = replace(problem, impacts=problem.impacts.chosen(~suspects))

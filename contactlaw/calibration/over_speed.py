@@ -1,7 +1,8 @@
-"""How restitution depends on speed: which law of one number a table of impacts speaks for, and that number.
+"""Dependence of restitution on speed: the most likely law with one parameter, and the parameter.
 
-A constant, a viscoelastic and an elastic-plastic restitution have one number each, so their likelihoods compare as they
-are. With errors unknown -2 ln(likelihood) is n ln(chi^2), and the range that of an F test, as for friction (`ranges`).
+Constant, viscoelastic and elastic-plastic restitution have one parameter each, so their likelihoods can be compared
+directly. If errors are unknown, -2 ln(likelihood) is n ln(chi^2), and the range is that of an F test, as for friction
+(`ranges`).
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from contactlaw.calibration.result import Estimate, OverSpeedFit
 from contactlaw.calibration.table import Array
 from contactlaw.losses import OverSpeed, Plastic, Viscoelastic
 
-CLEAR = 6.0  # of 2 ln(likelihood), by which a law must be better to be told from another: 20 to 1
+CLEAR = 6.0  # difference in 2 ln(likelihood) that distinguishes two laws: 20 to 1
 CONSTANT = "constant"
-LEAST, SPREAD = 4, 0.3  # impacts, and range of ln V_z1, below which a table tells nothing of speed
+LEAST, SPREAD = 4, 0.3  # least number of impacts and range of ln V_z1 for a dependence on speed
 
 
 @dataclass(frozen=True)
 class _Rival:
-    """A law of one number, over the logarithms of what it may be."""
+    """A law with one parameter, in the range from low to high."""
 
     of: Callable[[float], OverSpeed | float]
     low: float
@@ -32,10 +33,10 @@ class _Rival:
 
 
 def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str | None) -> OverSpeedFit | None:
-    """Choose a law for V_z2/V_z1 at approach speeds, shape (n,); None: the table tells nothing of it.
+    """Choose a law for V_z2/V_z1 at approach speeds, shape (n,); None if the table shows no clear dependence.
 
-    error: standard deviations; not known: all alike, for a speed is measured to a share of itself. asked: the law that
-    it must be, by its name.
+    error: standard deviations; if not known, all equal, since speeds have relative errors. asked: name of the law that
+    is wanted.
     """
     if asked == CONSTANT or speed.size < LEAST or np.ptp(np.log(speed)) < SPREAD:
         return None
@@ -74,12 +75,12 @@ def over_speed(speed: Array, ratio: Array, error: Array, known: bool, asked: str
         low, high = (_end(misfit, most, best, edge) for edge in grid[[0, -1]])
         number = Estimate("measured", float(np.exp(best)), (high - low) / (2.0 * NORMAL), low, high)
     rival = next((name for name in order if name != chosen and clear[name] < CLEAR), None)
-    note = "" if rival is None else f"The table does not tell it from a {rival} restitution."
+    note = "" if rival is None else f"The table does not distinguish it from a {rival} restitution."
     return OverSpeedFit(law, number, note)
 
 
 def _end(misfit: Callable[[float], float], most: float, best: float, edge: float) -> float:
-    """Where the misfit reaches the greatest allowed on the way to an edge; the edge, where it does not."""
+    """Parameter between best and edge at which the misfit reaches `most`; the edge if it does not."""
     if misfit(edge) <= most:
         return float(np.exp(edge))
     return float(np.exp(optimize.brentq(lambda x: misfit(x) - most, best, edge)))  # type: ignore[arg-type]

@@ -1,7 +1,7 @@
-"""From a table of velocities before and after impacts to restitution, friction and stiffness ratio of a contact.
+"""Functions for users: restitution, friction and stiffness ratio from velocities before and after impacts.
 
-Maw, Barber & Fawcett (1981) take mu from impacts that slide throughout, by hand, and lay the others on the curve
-psi_2(psi_1). Which impacts slide depends on mu and kappa themselves: here one curve is fitted to all.
+Maw, Barber & Fawcett (1981) take mu from impacts that slide throughout, selected by hand, and compare the others with
+the curve psi_2(psi_1). Which impacts slide depends on mu and kappa themselves; so here one curve is fitted to all.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ def calibrate(
 ) -> Calibration:
     """Restitution, friction and stiffness ratio from a table of n impacts.
 
-    Velocities are those of the contact point of one body relative to the other; `contact_velocities` makes them from
-    those of a centre of mass and spins. Any unit of velocity will do, as long as it is the same throughout.
+    Velocities are those of the contact point of one body relative to the other; `contact_velocities` computes them from
+    those of a centre of mass and spins. Any unit of velocity will do if all have the same.
 
     Args:
         before: (V_z1, V_x1) [m/s], each of shape (n,): speed of approach, > 0, and tangential velocity, any sign.
-        after: (V_z2, V_x2) [m/s], each of shape (n,): speed of leaving, > 0, and tangential velocity, counted along the
-            same direction as before. V_z2 may be None if the restitution is given.
+        after: (V_z2, V_x2) [m/s], each of shape (n,): speed of separation, > 0, and tangential velocity, positive in
+            the same direction as before. V_z2 may be None if the restitution is given.
         inertia_ratio: K^2 = I/(M L^2) of the body that strikes a fixed one, L from its centre to the contact (a solid
             ball 0.4, a disk 0.5); or the `Body`; or two, if both are free (their velocities do not matter).
         normal_error, tangential_error: Standard deviations of the measured velocities [m/s]: a number, shape (n,), or
-            (2, n) before and after. None (both): one unknown error in all velocities, told by the scatter.
+            (2, n) before and after. None (both): one unknown error of all velocities, estimated from the scatter.
         stiffness_ratio: kappa to start from, best `ContactPair.kappa`; None: 0.85.
-        hold_stiffness_ratio: Take that kappa as known, and fit mu alone.
-        restitution: e where V_z2 was not measured.
-        restitution_law: "constant", "viscoelastic" or "plastic": how e depends on speed (`losses`); None: as the
-            likelihood of V_z2/V_z1 has it, where that is clear (20 to 1).
+        hold_stiffness_ratio: Whether that kappa is known, so that only mu is fitted.
+        restitution: e if V_z2 was not measured.
+        restitution_law: Dependence of e on speed (`losses`): "constant", "viscoelastic" or "plastic"; None: the most
+            likely, if that is clear (20 to 1).
 
     Returns:
-        Values with uncertainties, and in words (`summary`) what the table cannot tell. A parameter counts as determined
-        if its 95 % range is closed and spans less than a factor of 2.5. Impacts too far off to be scatter are left
-        out and named, in tables of 8 and more (by chance, in a few of a hundred without any).
+        Values with uncertainties, and in words (`summary`) what the table does not determine. A parameter counts as
+        determined if its 95 % range is closed and spans less than a factor of 2.5. In tables of 8 and more, outliers
+        are left out and named (by chance, in a few of a hundred tables that have none).
 
     Raises:
         ValueError: An argument is outside its range; the message names it.
@@ -81,20 +81,20 @@ def calibrate(
 
 
 def contact_velocities(normal: ArrayLike, tangential: ArrayLike, spin: ArrayLike, radius: float) -> tuple[Array, Array]:
-    """Velocities of the contact point of a ball or puck, as `calibrate` takes them.
+    """Velocities of the contact point of a ball or puck, for `calibrate`.
 
     Args:
         normal: Normal speed of the centre of mass [m/s], shape (n,); positive both towards and away from the surface.
         tangential: Tangential velocity of the centre [m/s], shape (n,), any sign.
-        spin: [rad/s], shape (n,) or a number; positive for the spin of a ball that rolls along positive tangential
+        spin: Angular velocity [rad/s], shape (n,) or a number; positive for a ball that rolls along positive tangential
             velocity, so that rolling means V_x = 0. Backspin is negative.
-        radius: From the centre of mass to the contact [m].
+        radius: Distance from the centre of mass to the contact [m].
 
     Returns:
         V_z and V_x [m/s], each of shape (n,): V_x = tangential - radius spin.
 
     Raises:
-        ValueError: Shapes that do not match, or values out of range.
+        ValueError: Shapes do not match, or a value is outside its range.
     """
     arm = checks.positive("radius", radius)
     given = {"normal": normal, "tangential": tangential, "spin": spin}

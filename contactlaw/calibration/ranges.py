@@ -1,9 +1,9 @@
-"""What a table allows at 95 %: how far mu and kappa can go before even the best curve fits too badly.
+"""95 % ranges of mu and kappa: how far each can go before even the best curve fits too badly.
 
-The limit is that of a likelihood ratio where errors are given, and of an F test, Student's t squared, where the scatter
-tells them. Two parameters bend the curve so well that a few impacts may lie on it by chance: the scatter of V_z2/V_z1
-then tells the error too. Nor need unknown errors be alike: where those impacts scatter more that tell a parameter, its
-range is theirs. Places allowed need not hang together: the map is searched for all of them.
+The limit is that of a likelihood ratio if errors are given, and of an F test (Student's t squared) if they are
+estimated from the scatter. A curve with two parameters may pass through few impacts by chance; so the scatter of
+V_z2/V_z1 also enters the estimate. Unknown errors may differ between impacts: if those that determine a parameter
+scatter more, they determine its range. The allowed region need not be connected, so the whole map is searched.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ import numpy as np
 from scipy import ndimage, optimize, stats
 
 from contactlaw.calibration.fit import Problem
-from contactlaw.calibration.outliers import kept
+from contactlaw.calibration.outliers import inliers
 from contactlaw.calibration.table import Array, Mask
 
-WIDEST = 2.5  # a 95 % range that spans more than this factor determines nothing
-LEAST_FREEDOM = 2  # degrees of freedom below which scatter does not tell the errors
+WIDEST = 2.5  # a parameter whose 95 % range spans more than this factor is not determined
+LEAST_FREEDOM = 2  # degrees of freedom below which the scatter does not give the errors
 NORMAL = float(stats.norm.ppf(0.975))
-WINDOW = 0.2  # of a logarithm, in which the bottom of a hollow lies, or a profile goes on
-BOTTOM_STEPS = 6
-FAITH = 0.02  # share of the cost by which a straight curve foretells it wrongly
-FIRST_STEP, LAST_STEP = 0.01, 0.15  # along a profile, in the logarithm
+WINDOW = 0.2  # greatest step in a logarithm, to a minimum of the cost or between points of a profile
+MINIMUM_STEPS = 6  # Gauss-Newton steps to a minimum
+LINEAR_ERROR = 0.02  # relative error of the cost that a linear curve predicts
+FIRST_STEP, LAST_STEP = 0.01, 0.15  # steps along a profile, in the logarithm
 
 
 def widening(misfit: float, freedom: int, known: bool) -> tuple[float, float] | None:
-    """Factor from the errors as they are held to those that count, and the 95 % quantile that goes with it.
+    """Return the factor from the assumed errors to the actual ones, and the 95 % quantile that goes with it.
 
-    Given errors are widened to the scatter only where that is beyond chance; then, and where they are not given, the
-    quantile is Student's. None: unknown errors and nothing to tell them by.
+    Given errors are widened to the scatter only if that exceeds them beyond chance. The quantile is then Student's, as
+    it is if errors are not given. None: errors are unknown and cannot be estimated.
     """
     if known and (freedom < 1 or misfit <= stats.chi2.ppf(0.975, freedom)):
         return 1.0, NORMAL
@@ -39,15 +39,15 @@ def widening(misfit: float, freedom: int, known: bool) -> tuple[float, float] | 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a table allows.
+    """Fit of a table and the values that it allows.
 
     Attributes:
-        used: Which impacts of the table count, shape (n,).
+        used: Mask of the impacts used, shape (n,).
         best: mu and kappa of the best fit, shape (2,).
-        misfit: chi^2 of the best fit in the errors as given; in (m/s)^2 where they are not.
-        freedom: Impacts less parameters that they feel.
-        scatter: Factor from the errors as held to those that the residuals point to; None: not known.
-        reach: 95 % of errors lie within so many of the errors as held; inf: not known.
+        misfit: chi^2 of the best fit with the given errors; in (m/s)^2 if none are given.
+        freedom: Number of impacts less parameters on which the residuals depend.
+        scatter: Factor from the assumed errors to those that the residuals indicate; None: not known.
+        reach: 95 % of the errors lie within this multiple of the assumed errors; inf: not known.
         ranges: Least and greatest mu and kappa allowed at 95 %, shape (2, 2); 0 and inf where the map ends first.
         allowed: mu and kappa of places within the range, shape (m, 2).
     """
@@ -68,19 +68,20 @@ class Evidence:
 
 
 def pooled(misfit: float, freedom: int, problem: Problem) -> float:
-    """Reach of 95 % from the scatter about the curve and that of V_z2/V_z1, unless these differ beyond chance."""
+    """95 % reach from the scatter about the curve and that of V_z2/V_z1 together; 0 if they differ beyond chance."""
     other, more = problem.impacts.bounce_misfit()
     if more < 1 or other / more > stats.f.ppf(0.999, more, freedom) * misfit / freedom:
         return 0.0
     return float(np.sqrt((misfit + other) / (freedom + more)) * stats.t.ppf(0.975, freedom + more))
 
 
-def unlike(problem: Problem, place: Array, freedom: int) -> Array:
-    """Reach of 95 % for each parameter, shape (fitted,), whatever the errors of each impact.
+def unequal(problem: Problem, place: Array, freedom: int) -> Array:
+    """95 % reach for each parameter, shape (fitted,), if the errors differ between impacts.
 
-    The variance of a parameter from each impact's own residual, which leverage h makes 1/(1 - h) too small (HC3:
-    MacKinnon & White, J. Econometrics 29 (1985) 305), and Student's t of one degree of freedom less than the impacts
-    that tell it, (sum of a^2)^2/(sum of a^4) (after Bell & McCaffrey, Survey Methodology 28 (2002) 169).
+    The variance of a parameter follows from the residual of each impact, divided by 1 - h for its leverage h (HC3:
+    MacKinnon & White, J. Econometrics 29 (1985) 305). The degrees of freedom of Student's t are one less than the
+    effective number of impacts that determine the parameter, (sum of a^2)^2/(sum of a^4) (after Bell & McCaffrey,
+    Survey Methodology 28 (2002) 169).
     """
     units = np.eye(2)[: problem.fitted]
     slopes = np.stack([(problem.scaled(place + 1e-5 * u) - problem.scaled(place - 1e-5 * u)) / 2e-5 for u in units], 1)
@@ -92,9 +93,9 @@ def unlike(problem: Problem, place: Array, freedom: int) -> Array:
     return np.sqrt(spread) * stats.t.ppf(0.975, tell)
 
 
-def weigh(whole: Problem) -> Evidence:
-    """Fit a table, find all that it allows, and follow the profile of each parameter from the outermost to its ends."""
-    used = kept(whole)
+def evaluate(whole: Problem) -> Evidence:
+    """Fit a table, find allowed places, and follow the profile of each parameter from the outermost to its ends."""
+    used = inliers(whole)
     problem = whole if used.all() else replace(whole, impacts=whole.impacts.chosen(used))
     n, known = problem.impacts.size, problem.impacts.known_errors
     fits = sorted((problem.solve(start) for start in problem.starts()), key=lambda fit: problem.cost(fit[0]))
@@ -109,13 +110,13 @@ def weigh(whole: Problem) -> Evidence:
     scatter, quantile = wider
     reach = scatter * quantile if known else max(scatter * quantile, pooled(misfit, freedom, problem))
     least = float(problem.cost(best))
-    reaches = np.full(problem.fitted, reach) if known else np.maximum(unlike(problem, best, freedom), reach)
+    reaches = np.full(problem.fitted, reach) if known else np.maximum(unequal(problem, best, freedom), reach)
     limits = least + reaches**2 * (1.0 if known else max(least, n * problem.least_scale**2) / misfit)
     within = np.array([place for place, _ in fits])
     ranges = np.exp(np.stack([best, best], axis=1))
     allowed = [problem.grid[problem.map <= limits.max()]]
     for axis, most in enumerate(limits.tolist()):
-        places = np.concatenate([within[problem.cost(within) <= most], _bottoms(problem, axis, most)])
+        places = np.concatenate([within[problem.cost(within) <= most], _minima(problem, axis, most)])
         allowed.append(places)
         low, high = places[np.argmin(places[:, axis])], places[np.argmax(places[:, axis])]
         ranges[axis] = np.exp([_end(problem, most, low, axis, -1), _end(problem, most, high, axis, 1)])
@@ -124,28 +125,28 @@ def weigh(whole: Problem) -> Evidence:
     return Evidence(used, np.exp(best), misfit, freedom, scatter, reach, ranges, np.exp(np.concatenate(allowed)))
 
 
-def _bottoms(problem: Problem, axis: int, most: float) -> Array:
-    """Places that the cost allows, shape (m, 2): the hollows of the map along one axis, moved to their bottoms."""
+def _minima(problem: Problem, axis: int, most: float) -> Array:
+    """Return allowed places, shape (m, 2): minima of the map along one axis, refined by Gauss-Newton steps."""
     near = ndimage.minimum_filter1d(problem.map, 3, axis) * (1.0 + 1e-9)
     places, unit = problem.grid[problem.map <= near], np.eye(2)[axis]
-    for _ in range(BOTTOM_STEPS):
+    for _ in range(MINIMUM_STEPS):
         terms = problem.terms(places)
         slopes = (problem.terms(places + 1e-6 * unit) - terms) / 1e-6
         cost, down, power = (np.sum(one, axis=-1) for one in (terms**2, slopes * terms, slopes**2))
         power = np.maximum(power, 1e-300)
-        hopeful = cost - down**2 / power <= most + FAITH * cost  # the bottom, if the curve were straight
+        promising = cost - down**2 / power <= most + LINEAR_ERROR * cost  # the minimum, if the curve were linear
         step = np.clip(-down / power, -WINDOW, WINDOW)[:, None] * unit
-        places = np.clip(places + step, problem.grid[0, 0], problem.grid[-1, -1])[hopeful]
+        places = np.clip(places + step, problem.grid[0, 0], problem.grid[-1, -1])[promising]
     return places[problem.cost(places) <= most]
 
 
 def _end(problem: Problem, most: float, place: Array, axis: int, side: int) -> float:
-    """Where the profile of one parameter, followed from a place to one side, reaches the greatest cost allowed.
+    """End of the range of one parameter: where its profile, followed from a place to one side, reaches the cost `most`.
 
     Args:
         problem: The impacts.
-        most: That cost.
-        place: Within it, shape (2,).
+        most: Greatest cost allowed.
+        place: An allowed place, shape (2,).
         axis, side: Along ln mu (0) or ln kappa (1), down (-1) or up (1).
 
     Returns:
@@ -155,7 +156,7 @@ def _end(problem: Problem, most: float, place: Array, axis: int, side: int) -> f
     across = np.eye(2)[other]
 
     def on(value: float) -> Array:
-        """The best place near with this value of the parameter."""
+        """Best place nearby with this value of the parameter."""
         new = np.where(np.arange(2) == axis, value, place)
         if problem.fitted == 1:
             return new

@@ -1,4 +1,4 @@
-"""A table of impacts from a file: what is wrong with it is said with the line it is in."""
+"""Tables of impacts from CSV files; errors name the line."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from contactlaw.calibration.table import Array
 
 VELOCITIES = ("normal_before", "tangential_before", "normal_after", "tangential_after")
 SPINS = ("spin_before", "spin_after")
-BETWEEN = 10_000  # rows from one report of progress to the next
+BETWEEN = 10_000  # lines between two reports of progress
 
 
 def read_table(path: Path, progress: Callable[[int], object] = lambda _: None) -> dict[str, Array]:
-    """The columns of a table of impacts, shape (n,) each.
+    """Return the columns of a table of impacts by name, shape (n,) each.
 
     Args:
-        path: CSV file: commas, semicolons or tabs; its first row names the columns, in any order; empty lines, and
-            those that begin with #, are skipped. Columns of other names than `VELOCITIES` and `SPINS` are left alone.
-        progress: Told now and then how many lines have been read.
+        path: CSV file with commas, semicolons or tabs. Its first row names the columns, in any order. Empty lines and
+            lines that begin with # are skipped. Columns other than `VELOCITIES` and `SPINS` are ignored.
+        progress: Called with the number of lines read, every `BETWEEN` lines.
 
     Raises:
-        ValueError: There is no such file, it is not text, a column is missing or named twice, or a cell is no number;
+        ValueError: The file does not exist or is not text, a column is missing or named twice, or a cell is no number;
             the message names the line.
     """
     if not path.is_file():
@@ -58,7 +58,7 @@ def read_table(path: Path, progress: Callable[[int], object] = lambda _: None) -
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Lines that say something, with their numbers."""
+    """Lines with content and their numbers."""
     with path.open("rb") as file:
         begin = file.read(2)
     utf16 = begin in (b"\xff\xfe", b"\xfe\xff")
@@ -69,7 +69,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def _wanted(names: list[str]) -> dict[str, int]:
-    """Where the columns are that count."""
+    """Indices of the known columns, by name."""
     known = [name for name in names if name in (*VELOCITIES, *SPINS)]
     for name in known:
         if known.count(name) > 1:
@@ -96,10 +96,12 @@ def _number(name: str, cell: str) -> float:
 
 
 def calibrate_columns(columns: dict[str, Array], radius: float | None, **options: object) -> Calibration:
-    """`contactlaw.calibrate`, with its options, of the columns that `read_table` gave.
+    """Call `contactlaw.calibrate` with its options on the columns of `read_table`.
+
+    radius: distance from the centre of mass to the contact [m], needed with columns of spin.
 
     Raises:
-        ValueError: A value outside its range, or spins without a radius, from centre of mass to contact [m].
+        ValueError: A value is outside its range, or there are spins and no radius.
     """
     if "normal_after" not in columns and options.get("restitution") is None:
         raise ValueError("restitution = None: must be given where there is no column normal_after")

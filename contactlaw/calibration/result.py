@@ -1,4 +1,4 @@
-"""What a table of impacts says of a contact, and in plain words what it does not say."""
+"""The result of a calibration: parameters with uncertainties, and in words what the table does not determine."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ REGIMES = SLIDES, SLIDES_FIRST, STICKS_FIRST, UNKNOWN = (
     "slides throughout", "slides, then sticks", "starts stuck", "not told",
 )  # fmt: skip
 
-NAMED = 10  # outliers, at most
+NAMED = 10  # outliers that a verdict names, at most
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One parameter as far as the table tells it. No field is ever NaN; what is not known is None.
+    """Estimate of one parameter. No field is ever NaN; an unknown value is None.
 
     Attributes:
         status: "measured"; "given": by the user, not by the table; "not determined".
-        value: None where it is not determined.
-        uncertainty: Standard uncertainty (one standard deviation); None where there is none to give.
-        lower, upper: What the table allows at 95 %; None: open on that side.
-        note: What else there is to say, in words.
+        value: The value; None if it is not determined.
+        uncertainty: Standard uncertainty (one standard deviation); None if it is not known.
+        lower, upper: 95 % range; None: open on that side.
+        note: Remarks in words.
     """
 
     status: Literal["measured", "given", "not determined"]
@@ -43,7 +43,7 @@ class Estimate:
 
     @property
     def determined(self) -> bool:
-        """Whether there is a value."""
+        """Whether the parameter has a value."""
         return self.value is not None
 
     def __str__(self) -> str:
@@ -62,12 +62,12 @@ class Estimate:
 
 @dataclass(frozen=True)
 class OverSpeedFit:
-    """A restitution over speed that a table speaks for.
+    """Restitution over speed, fitted to a table.
 
     Attributes:
-        law: For `ContactPair`; speeds in the unit of the table.
-        number: What was fitted: e at the middle speed of the table (viscoelastic), or the yield speed (plastic).
-        note: What it is not told from, in words.
+        law: The law, for `ContactPair`; speeds in the unit of the table.
+        number: The fitted parameter: e at the middle speed of the table (viscoelastic), or the yield speed (plastic).
+        note: Which other law fits as well, in words.
     """
 
     law: OverSpeed
@@ -81,28 +81,28 @@ class OverSpeedFit:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What `calibrate` found.
+    """Result of `calibrate`.
 
-    Uncertainties are of random errors of the velocities, given or told by the scatter (the larger). 1.96 of them are
-    always half the 95 % range, wider than normal where few impacts tell the scatter. Errors that all impacts share (a
-    scale, an angle of the camera) and those of the law are not in them.
+    Uncertainties account for random errors of the velocities, given or estimated from the scatter, whichever is larger.
+    1.96 times an uncertainty is half the 95 % range, which is wider than normal if few impacts give the scatter. Errors
+    that all impacts share (a scale, an angle of the camera) and errors of the law are not included.
 
     Attributes:
         restitution: e, weighted mean of V_z2/V_z1.
         friction: mu of the fit to all impacts.
         stiffness_ratio: kappa of the fit.
-        sliding_friction: mu of the impacts that slide throughout alone, as the paper takes it.
-        regimes: Of each impact: "slides throughout", "slides, then sticks", "starts stuck", or "not told".
-        outliers: Indices of impacts that lie too far off to be scatter; they were left out.
-        before, after: The table, V_z and V_x [m/s], shape (2, n); V_z2 is e V_z1 where it was not measured.
-        residuals: V_x2 less the curve [m/s], shape (n,); zeros where there is no curve.
-        residual_rms: Of the impacts used [m/s].
-        degrees_of_freedom: Impacts used less parameters that they feel.
-        chi_squared: chi^2 per degree of freedom, about 1 where law and errors fit; None without given errors.
-        scatter: Error of a velocity that the residuals point to [m/s]; None with given errors.
+        sliding_friction: mu of the impacts that slide throughout alone, as in the paper.
+        regimes: For each impact "slides throughout", "slides, then sticks", "starts stuck", or "not told".
+        outliers: Indices of impacts that lie farther off than scatter explains; they were left out.
+        before, after: The table, V_z and V_x [m/s], shape (2, n); V_z2 is e V_z1 if it was not measured.
+        residuals: V_x2 less the curve [m/s], shape (n,); zero if there is no curve.
+        residual_rms: Root mean square of the residuals of the impacts used [m/s].
+        degrees_of_freedom: Number of impacts used less parameters on which the residuals depend.
+        chi_squared: chi^2 per degree of freedom, about 1 if law and errors fit; None without given errors.
+        scatter: Error of a velocity that the residuals indicate [m/s]; None with given errors.
         mass_ratio: m_N/m_T.
-        restitution_law: Restitution over speed, where the table tells of it; None: it does not.
-        curve_parameters: mu and kappa of the nearest curve; of many where one is not determined. None: no curve.
+        restitution_law: Restitution over speed; None if the table shows no clear dependence.
+        curve_parameters: mu and kappa of the nearest curve, one of many if they are not determined; None: no curve.
     """
 
     restitution: Estimate
@@ -128,11 +128,11 @@ class Calibration:
 
     @property
     def mean_restitution(self) -> float:
-        """e of the curve: the mean, but not above 1."""
+        """e of the curve: the mean, at most 1."""
         return min(self.restitution.value or 1.0, 1.0)
 
     def curve(self, incidence: ArrayLike) -> Array:
-        """V_x2/V_z1 of the nearest curve over V_x1/V_z1, any shape; ValueError where there is none."""
+        """Return V_x2/V_z1 of the nearest curve at V_x1/V_z1, of any shape; ValueError if there is no curve."""
         if self.curve_parameters is None:
             raise ValueError(f"curve: there is none. {self.friction.note}")
         mu, kappa = self.curve_parameters
@@ -141,7 +141,7 @@ class Calibration:
         return mu / kappa * np.asarray(rebound(kappa / mu * t, chi, restitution=self.mean_restitution))
 
     def pair(self, a: Material, b: Material) -> ContactPair:
-        """The contact of two materials with what was measured; kappa from these where the table has none.
+        """Return the pair of two materials with the measured values; kappa is theirs if it is not determined.
 
         Raises:
             ValueError: The friction is not determined.
@@ -154,7 +154,7 @@ class Calibration:
 
     @property
     def verdict(self) -> str:
-        """In plain words: what the table tells, and what it cannot."""
+        """What the table determines and what it does not, in words."""
         told = (self.friction, self.stiffness_ratio, self.restitution, self.restitution_law)
         parts = [one.note for one in told if one is not None and one.note]
         if self.outliers:
@@ -173,7 +173,7 @@ class Calibration:
         return " ".join(parts) or "The table determines restitution, friction and stiffness ratio."
 
     def summary(self) -> str:
-        """A few lines to print."""
+        """Return a few lines of text with all results."""
         known = [f"{self.count(name)} {name}" for name in REGIMES if self.count(name)]
         error = "nothing left to judge the scatter by"
         if self.chi_squared is not None:

@@ -1,4 +1,4 @@
-"""A checked table of impacts."""
+"""Tables of impacts, and the checks of their columns."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Impacts:
 
     Attributes:
         velocities: V_z1, V_x1, V_z2, V_x2 [m/s], shape (4, n).
-        errors: Their standard deviations [m/s], shape (4, n); all 1 where they are not known.
-        known_errors: Whether they are.
+        errors: Standard deviations of the velocities [m/s], shape (4, n); all 1 if they are not known.
+        known_errors: Whether the errors are known.
         mass_ratio: m_N/m_T.
         own_restitution: Whether V_z2 was measured, so that its error counts.
     """
@@ -36,18 +36,18 @@ class Impacts:
 
     @property
     def size(self) -> int:
-        """n."""
+        """Number of impacts n."""
         return self.velocities.shape[1]
 
     def chosen(self, used: Mask) -> Impacts:
-        """The impacts that are used, shape (n,)."""
+        """Return the table of the impacts in a mask, shape (n,)."""
         return replace(self, velocities=self.velocities[:, used], errors=self.errors[:, used])
 
     @property
     def impulse_ratio(self) -> tuple[Array, Array]:
-        """Tangential over normal impulse, mu where all slides, and its standard deviation, shape (n,).
+        """Tangential over normal impulse, and its standard deviation, shape (n,); it is mu if everything slides.
 
-        Eq. (6) of Maw, Barber & Fawcett (1981) with V_z1 + V_z2 for 2 V_z1, which stands for an elastic impact.
+        Eq. (6) of Maw, Barber & Fawcett (1981), with V_z1 + V_z2 in place of the 2 V_z1 of an elastic impact.
         """
         z1, x1, z2, x2 = self.velocities
         s_z1, s_x1, s_z2, s_x2 = self.errors
@@ -56,7 +56,7 @@ class Impacts:
         return ratio, np.sqrt(s_x1**2 + s_x2**2 + (self.mass_ratio * ratio) ** 2 * (s_z1**2 + s_z2**2)) / normal
 
     def bounce_misfit(self) -> tuple[float, int]:
-        """Sum of squares of V_z2/V_z1 about its mean in units of the errors, and its degrees of freedom; 0: none."""
+        """chi^2 of V_z2/V_z1 about its mean, and its degrees of freedom (0 if V_z2 was not measured)."""
         z1, z2 = self.velocities[::2]
         weight = z1**2 / (self.errors[2] ** 2 + (z2.mean() / z1.mean() * self.errors[0]) ** 2)
         mean = np.average(z2 / z1, weights=weight)
@@ -64,7 +64,7 @@ class Impacts:
 
 
 def velocities_of(before: Sequence[ArrayLike], after: Sequence[ArrayLike | None], restitution: float | None) -> Array:
-    """V_z1, V_x1, V_z2, V_x2, shape (4, n), from what a user gave; V_z2 may be None where the restitution is given."""
+    """Check the arguments of `calibrate` and return V_z1, V_x1, V_z2, V_x2 [m/s], shape (4, n)."""
     columns = []
     for name, value in (("before", before), ("after", after)):
         try:
@@ -100,7 +100,7 @@ def velocities_of(before: Sequence[ArrayLike], after: Sequence[ArrayLike | None]
 
 
 def errors_of(name: str, value: ArrayLike, count: int) -> Array:
-    """Standard deviations before and after, shape (2, count)."""
+    """Check standard deviations and return them before and after the impact, shape (2, count)."""
     array = checks.finite_array(name, value)
     if array.shape not in ((), (count,), (2, count)):
         raise ValueError(f"{name}: shape {array.shape}; must be a number, ({count},) or (2, {count})")
@@ -110,7 +110,7 @@ def errors_of(name: str, value: ArrayLike, count: int) -> Array:
 
 
 def mass_ratio_of(inertia_ratio: Any) -> float:
-    """m_N/m_T at the contact: 1 + 1/K^2 for a body on a fixed one, shared masses and arms for two."""
+    """m_N/m_T at the contact: 1 + 1/K^2 for a body on a fixed one, else by masses, radii and inertias of the bodies."""
     if not isinstance(inertia_ratio, Body | tuple):
         return 1.0 + 1.0 / checks.positive("inertia_ratio", inertia_ratio)
     bodies = inertia_ratio if isinstance(inertia_ratio, tuple) else (inertia_ratio,)

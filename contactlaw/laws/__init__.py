@@ -1,9 +1,10 @@
-"""The ladder of tangential laws: a file each, found by being there."""
+"""Tangential laws, one in a file. All files of this folder are imported, which registers their laws."""
 
 from __future__ import annotations
 
 from dataclasses import fields
 from importlib import import_module
+from math import inf
 from pkgutil import iter_modules
 
 from contactlaw import checks
@@ -19,17 +20,17 @@ def _ranked() -> list[tuple[str, type[Law]]]:
     return sorted(KNOWN.items(), key=lambda item: item[1].rung)
 
 
-LAWS: dict[str, Law] = {name: kind() for name, kind in _ranked()}
-"""Every law of the package by its name, with its defaults, in the order of the rungs."""
+LAWS: dict[str, Law] = {name: kind() for name, kind in _ranked() if kind.rung < inf}
+"""Laws of the ladder by name, with default fields, in the order of their rungs."""
 
 
 def law_of(value: str | Law) -> Law:
-    """The law that this says: its name, with fields after it where they are not the defaults, or the law itself.
+    """Return a law, given itself or as text: its name, followed by the fields that differ from their defaults.
 
-    For example "microslip" or "microslip node_count=32". A law of the user's own is known once its file is imported.
+    For example "microslip" or "microslip node_count=32". A user's own law is known once its file has been imported.
 
     Raises:
-        ValueError: No such law or field, or a value that the law refuses.
+        ValueError: There is no such law or field, or the law refuses a value.
     """
     if isinstance(value, Law):
         return value
@@ -41,12 +42,12 @@ def law_of(value: str | Law) -> Law:
 
 
 def choices() -> str:
-    """The names of the laws with their fields, for a line of help."""
+    """Return the names of all known laws with their fields, for a help text."""
     return "|".join("".join([name, *(f" {field.name}=..." for field in fields(law))]) for name, law in _ranked())
 
 
 def text_of(law: Law) -> str:
-    """What `law_of` turns back into this law."""
-    told = [f"{field.name}={getattr(law, field.name)!r}" for field in fields(law)
-            if getattr(law, field.name) != field.default]  # fmt: skip
-    return " ".join([law.name, *told])
+    """Return the text from which `law_of` restores this law."""
+    given = [f"{field.name}={getattr(law, field.name)!r}" for field in fields(law)
+             if getattr(law, field.name) != field.default]  # fmt: skip
+    return " ".join([law.name, *given])

@@ -1,4 +1,4 @@
-"""Rigid friction: what engines do."""
+"""Rigid Coulomb friction, as in rigid-body engines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from contactlaw.laws.record import SLIDING
 
 @dataclass(frozen=True)
 class Coulomb(Law):
-    """Rigid friction on the Hertz normal force: it can stop the sliding of the contact point, never reverse it."""
+    """Rigid friction with the Hertz normal force: it can stop the sliding of the contact point but never reverse it."""
 
     name = "coulomb"
     source = "Coulomb friction at the velocity level, as rigid-body engines have it"
@@ -23,7 +23,7 @@ class Coulomb(Law):
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """What stops the slide over the step, m_T s/dt^2, and no more than mu P; mu P where time does not matter."""
+        """The force m_T s/dt^2 that stops the slide within the step, at most mu P; mu P if dt = 0."""
         contact.state = SLIDING
         slide, limit = sqrt(du * du + dv * dv), contact.friction * contact.force
         if slide == 0.0:
@@ -34,16 +34,16 @@ class Coulomb(Law):
 
     @staticmethod
     def stiffness(contact, law):
-        """Rigid."""
+        """Infinite."""
         return inf
 
     @staticmethod
     def energy(contact, law, memory):
-        """None is stored."""
+        """Zero."""
         return 0.0
 
     def impacts(self, zeta: float, steps: int) -> Impacts:
-        """In closed form: |psi_2| = |psi_1| - 2 chi (1 + e), not below zero."""
+        """Closed form: |psi_2| = max(|psi_1| - 2 chi (1 + e), 0)."""
         e = restitution(zeta)
 
         def run(psi, chi, out):

@@ -1,20 +1,21 @@
-"""Microslip on an elliptic contact, which gives way more along its longer axis than across it.
+"""Microslip on an elliptic contact, whose tangential compliance is larger along its longer axis than across it.
 
-Traction Q/(2 pi a b) (1 - x^2/a^2 - y^2/b^2)^(-1/2) on an ellipse of half axes a >= b moves all of it by the same way.
-Its integrals of 1/r and x^2/r^3, taken around the middle, are Q K/a and Q D/a, D = (K - E)/k^2, k^2 = 1 - (b/a)^2, so
-that by Cerruti's kernel, (1 - nu)/r + nu x^2/r^3 over 2 pi G, and k_N of the same punch, k_T/k_N is
+The traction Q/(2 pi a b) (1 - x^2/a^2 - y^2/b^2)^(-1/2) on an ellipse of semi-axes a >= b displaces all its points
+equally. The integrals of the traction times 1/r and x^2/r^3 about the centre are Q K/a and Q D/a, D = (K - E)/k^2,
+k^2 = 1 - (b/a)^2. With Cerruti's kernel, [(1 - nu)/r + nu x^2/r^3]/(2 pi G), and k_N of the same punch, k_T/k_N is
 
     along a: 1/(1 + 2 (1/kappa - 1) D/K)        along b: 1/(1 + 2 (1/kappa - 1) (1 - D/K))
 
-with kappa of a circle, where D/K = 1/2 (Mindlin 1949; Johnson, Contact Mechanics (1985), section 7.2). In units of G*
-the compliances are 1 + s and 1 - s, s = 2 (1 - kappa) (D/K - 1/2). Slip on similar ellipses superposes as on circles
-(Vermeulen & Johnson 1964), so the springs of `microslip` stand, each with a stiffness G* C^-1, C = diag(1 + s, 1 - s).
-Coulomb's limit and slip know no direction: a spring whose trial traction t is beyond its limit keeps q with
+with the kappa of a circle, where D/K = 1/2 (Mindlin 1949; Johnson, Contact Mechanics (1985), section 7.2). In units of
+1/G* the compliances are 1 + s and 1 - s, s = 2 (1 - kappa) (D/K - 1/2). Slip on similar ellipses superposes as on
+circles (Vermeulen & Johnson 1964). So the springs of `microslip` apply, each with the stiffness G* C^-1,
+C = diag(1 + s, 1 - s). Coulomb's limit is isotropic and slip is along the traction: a spring whose trial traction t
+exceeds its limit gets the traction q with
 
     C (t - q) = lambda q,  |q| = mu p        q_i = c_i t_i/(c_i + lambda)
 
-the slip along q. It is the nearest q to t by energy: friction takes energy in any step. The root is found by Newton's
-method on 1/|q|, as that of a trust region, which is exact at once for s = 0.
+This q is the nearest to t in the norm of energy, so friction dissipates energy in any step. lambda is found by Newton's
+method on 1/|q|, as in trust-region methods; for s = 0 the first step is exact.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ from contactlaw.laws.nodes import follow, levers, step_of
 from contactlaw.laws.record import SPRUNG
 from contactlaw.laws.slip import carried
 
-ROOTS = 3  # steps of Newton's method: s is 0.17 at most where 1/kappa is below 1.25
+ROOTS = 3  # steps of Newton's method; s is at most 0.17 if 1/kappa is below 1.25
 
 
 @jit
 def share_along(length):
-    """D/K - 1/2 by ln(q/p) of the curvatures p <= q: fitted to 3e-4 for q/p up to 1e5."""
+    """D/K - 1/2 as a function of length = ln(q/p), curvatures p <= q: a fit within 3e-4 for q/p up to 1e5."""
     return 0.0829516 * length * (1.0 + 0.0639377 * length * length) ** -0.413082
 
 
 @jit
 def returned(u, v, limit, cu, cv):
-    """What a spring holds of a trial traction beyond its limit > 0; cu, cv: its compliances."""
+    """Return the trial traction (u, v) of a spring, beyond its limit > 0, to the limit. cu, cv: its compliances."""
     more = sqrt(u * u + v * v) / limit - 1.0
     x, y = u, v
     for _ in range(ROOTS):
@@ -51,7 +52,7 @@ def returned(u, v, limit, cu, cv):
 
 @jit
 def advance(contact, law, memory, du, dv):
-    """The forces of `Microslip.force` along the longer axis of the contact, the first tangent, and across it."""
+    """Update the tangential force as `Microslip.force` does; the first tangent is the longer axis of the contact."""
     follow(contact, law, memory)
     contact.state = SPRUNG
     cu, cv = 1.0 + contact.skew, 1.0 - contact.skew

@@ -1,9 +1,9 @@
-"""The normal force: Hertz (1882), or a linear spring, with the damper of Tsuji, Tanaka & Ishida (1992).
+"""Normal force: Hertz (1882) or a linear spring, with the damper of Tsuji, Tanaka & Ishida (1992).
 
     P = k delta^(3/2) + sqrt(5) zeta sqrt(m k) delta^(1/4) d(delta)/dt        k = 4/3 E* sqrt(R)
     P = k delta + 2 zeta sqrt(m k) d(delta)/dt                                k = m (pi/T_Hertz)^2 at the touch
 
-never below zero.
+and P = 0 where these are negative.
 """
 
 from __future__ import annotations
@@ -13,49 +13,50 @@ from math import sqrt
 from contactlaw.jit import jit_inline as jit
 
 HERTZ_DURATION = 2.9432751843247047  # T v/delta_max = 4/5 sqrt(pi) Gamma(2/5)/Gamma(9/10); Johnson (1985) section 11.4
-# which makes k_N = m (pi/T_Hertz)^2 equal to this times k sqrt(delta_max): no mass, no speed
+# (m/k) (pi/T_Hertz)^2/sqrt(delta_max): it depends on neither mass nor speed
 LINEAR_STIFFNESS = 0.8 * (3.141592653589793 / HERTZ_DURATION) ** 2
 
 
 @jit
 def hertz_stiffness(pair):
-    """k = 4/3 E* sqrt(R) [N/m^1.5], of a pair or of a contact, which may have a radius of its own."""
+    """k = 4/3 E* sqrt(R) [N/m^1.5]. pair: `record.PAIR`, or `record.CONTACT`, whose radius may differ."""
     return 4.0 / 3.0 * pair.e_star * sqrt(pair.radius)
 
 
 @jit
 def greatest_overlap(k, m, overlap, closing):
-    """Overlap [m] at which an undamped contact that now has this overlap and closing speed will stop."""
+    """Greatest overlap [m] that an undamped contact of this overlap [m] and closing speed [m/s] will reach."""
     return (overlap * overlap * sqrt(overlap) + 1.25 * m * closing * closing / k) ** 0.4
 
 
 @jit
 def stiffness_foreseen(contact, linear, deepest):
-    """k of the contact: of a linear spring [N/m] for the greatest overlap foreseen [m], else Hertz's [N/m^1.5]."""
+    """Stiffness k of the normal spring: linear, for the greatest overlap foreseen [m], [N/m]; else Hertz [N/m^1.5]."""
     k = hertz_stiffness(contact)
     return LINEAR_STIFFNESS * k * sqrt(deepest) if linear else k
 
 
 @jit
 def elastic_force(contact, linear, overlap):
-    """P [N] at an overlap > 0 without the damper."""
+    """Elastic normal force [N] at an overlap > 0 [m]."""
     return contact.stiffness * overlap if linear else contact.stiffness * overlap * sqrt(overlap)
 
 
 @jit
 def damping_of(contact):
-    """Force over closing speed of the damper on Hertz's spring [N s/m]."""
+    """Damping coefficient [N s/m] of the damper on Hertz's spring."""
     return sqrt(5.0 * contact.mass * contact.stiffness * sqrt(contact.overlap)) * contact.zeta
 
 
 @jit
 def normal_force(contact, pair, free, dt):
-    """Normal force [N] and its ratio to the undamped one.
+    """Normal force [N] and its ratio to the elastic one.
 
     The closing speed is that of half a step before the overlap was reached (leapfrog). The damper acts on the speed at
-    the overlap, closing + dt/2 (free - P/m), solved for P so that no damping is too strong for the step. free: closing
-    acceleration [m/s^2] by all but this contact's normal force, gravity say: without it a contact at rest would lean on
-    its damper.
+    the overlap, closing + dt/2 (free - P/m). The equation is solved for P, so that the step is stable for any damping.
+
+    free: closing acceleration [m/s^2] due to all forces other than this normal force, gravity for example. Without it
+    the damper would carry part of the load of a contact at rest.
     """
     contact.elastic = elastic = elastic_force(contact, pair.linear != 0.0, contact.overlap)
     if contact.zeta == 0.0:

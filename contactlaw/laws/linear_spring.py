@@ -1,4 +1,4 @@
-"""Linear springs both ways: what linear discrete-element codes do."""
+"""Linear normal and tangential springs, as in linear discrete-element codes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class LinearSpring(SingleSpring):
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """One spring under one cap."""
+        """One spring with one Coulomb limit."""
         return spring_force(contact, memory, True, False, du, dv)
 
     @staticmethod

@@ -1,13 +1,13 @@
-"""Microslip: springs with a Coulomb cap each, at Gauss-Legendre points of half the contact line.
+"""Microslip: springs with a Coulomb limit each, at Gauss-Legendre points of half the contact line.
 
     p(x) = E* (delta - x^2/R)      dq = G* ds, |q| <= mu p      (method of dimensionality reduction)
 
-All nodes span a fixed radius while the contact grows and shrinks over them. Three things make few nodes enough:
-a node that comes into contact inside a step takes part in the displacement from that instant only; the traction is
-summed as a share of the summed caps, so that a contact that slips everywhere carries mu P exactly; the caps themselves
-stay those of the exact pressure (scaling the caps instead costs ten times the error with 8 nodes).
-The share is a lever's: what makes more of the force makes as much more of the displacement. So the work is that of the
-nodes, whose energy no change of the load raises: the law gives back nothing on any path, whatever the steps.
+The nodes span a fixed radius, over which the contact grows and shrinks. Few nodes suffice for three reasons. A node
+that comes into contact within a step takes part in the displacement from that instant only. The force is mu P times the
+sum of the tractions over the sum of the limits, so that a contact that slips everywhere carries exactly mu P. The
+limits are those of the exact pressure (scaling the limits instead gives ten times the error with 8 nodes).
+The factor on the force also multiplies the displacement of the nodes (`nodes.levers`). So the work of the contact is
+that of the nodes, whose energy no change of load increases: the law creates no energy on any path with any steps.
 """
 
 from __future__ import annotations
@@ -26,22 +26,23 @@ from contactlaw.jit import jit_inline, jit_of_sums
 from contactlaw.laws import microslip_impacts, microslip_line
 from contactlaw.laws.base import Impacts, Law
 from contactlaw.laws.nodes import follow, levers, step_of
-from contactlaw.laws.record import OPEN, SLIDING, SPRUNG, UNSHEARED
+from contactlaw.laws.record import OPEN, SLIDING, SPRUNG, UNSHEARED, record_of
 from contactlaw.laws.shear_loss import displace_viscous, loads, retardation
 from contactlaw.laws.slip import carried, slides_on, sliding_direction
 
-NODES = 24  # where nothing else is asked for: psi_2 within 5e-4 at any step; whole vectors, so hardly dearer than 16
+NODES = 24  # default in engines: psi_2 within 5e-4 at any step; fills SIMD vectors, so hardly slower than 16
 
 
 @dataclass(frozen=True)
 class Microslip(Law):
-    """Springs along the contact line, each with its own Coulomb cap: part of the contact slips while the rest sticks.
+    """Springs along the contact line, each with its own Coulomb limit: part of the contact slips, the rest sticks.
 
     Attributes:
-        node_count: Gauss-Legendre nodes on half the line. None: all springs at once where the motion is along a line
-            (`collide`, `force_along_path`); else 24, or as many as chi asks for where it is known (`rebound`).
-        shear_loss: Whether shear loses as compression does, by a retardation time that follows from the restitution
-            (`laws.shear_loss`): a property of the material, without a number of its own.
+        node_count: Gauss-Legendre nodes on half the line. None: motion along a line is solved in closed form
+            (`collide`, `force_along_path`); otherwise there are 24 nodes, or a number by chi where it is known
+            (`rebound`).
+        shear_loss: Whether shear dissipates energy as compression does, with a retardation time that follows from the
+            restitution (`laws.shear_loss`). This is a property of the material and needs no further number.
     """
 
     name = "microslip"
@@ -60,29 +61,26 @@ class Microslip(Law):
 
     @property
     def memory(self) -> int:
-        """A traction for each node."""
+        """Number of vectors, one traction a node."""
         return self.node_count or self.nodes
 
     @property
     def sectors(self) -> bool:
-        """Without losses in shear."""
+        """Whether `laws.sectors` may replace the law: without losses in shear."""
         return not self.shear_loss
 
     def with_nodes(self, suggested: int | None) -> Microslip:
-        """As many as it says, else as suggested."""
+        """Return the law with its own number of nodes, else the suggested, else the default."""
         return replace(self, node_count=self.node_count or suggested or self.nodes)
 
     def numbers(self) -> NDArray[Any]:
-        """The nodes' places on [0, 1], their squares, and their weights."""
-        n = self.memory
-        values = np.zeros(1, np.dtype([("x", "f8", (n,)), ("x2", "f8", (n,)), ("w", "f8", (n,))], align=True))
-        values["x"], values["w"] = half_line_nodes(n)
-        values["x2"] = values["x"] ** 2
-        return values
+        """Return the positions of the nodes on [0, 1], their squares, and their weights."""
+        x, w = half_line_nodes(self.memory)
+        return record_of(x=x, x2=x * x, w=w)
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """All nodes displaced, their tractions summed, both by the lever that makes their load P."""
+        """Displace all nodes and sum their tractions, both scaled by P over the load of the nodes."""
         if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         share, lever = levers(contact, law)
@@ -91,7 +89,7 @@ class Microslip(Law):
 
     @staticmethod
     def energy(contact, law, memory):
-        """Integral of q^2/G* over half the line; q = mu p all along a line that slides."""
+        """Integral of q^2/G* over half the line; q = mu p everywhere in a contact that slides as a whole."""
         if contact.overlap <= 0.0 or contact.state == UNSHEARED:
             return 0.0
         if contact.state == SLIDING:
@@ -103,12 +101,12 @@ class Microslip(Law):
         return contact.scale * total / contact.g_star
 
     def functions(self) -> tuple[Callable[..., Any], ...]:
-        """Its force, with losses or without, stiffness and energy."""
+        """Return force (with or without losses in shear), stiffness and energy."""
         return self.lossy_force if self.shear_loss else self.force, self.stiffness, self.energy
 
     @staticmethod
     def lossy_force(contact, law, memory, du, dv, dt):
-        """The same with losses; here the loads are the caps', whole, and so is their friction."""
+        """`force` with losses in shear; the limits alone are scaled, so that they sum to mu times the whole P."""
         if keeps_sliding(contact, law, memory, du, dv):
             return contact.f, contact.g
         lag, thrust, late_u, late_v = retardation(contact, dt)
@@ -121,14 +119,14 @@ class Microslip(Law):
         return 2.0 * contact.scale * pull_u, 2.0 * contact.scale * pull_v
 
     def impacts(self, zeta: float, steps: int) -> Impacts | None:
-        """The nodes in scaled variables, eight impacts at a time (`microslip_impacts`); with losses step by step."""
+        """Integrate in scaled variables, eight impacts at a time (`microslip_impacts`); None with losses in shear."""
         if self.shear_loss and zeta > 0.0:
             return None
         return microslip_impacts.impacts(zeta, steps, *half_line_nodes(self.memory))
 
     @property
     def on_line(self) -> ModuleType | None:
-        """All springs at once, where the number of nodes is left open."""
+        """`microslip_line` if the number of nodes is left open and shear has no losses."""
         return microslip_line if self.node_count is None and not self.shear_loss else None
 
 
@@ -141,10 +139,10 @@ def half_line_nodes(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64
 
 @jit_of_sums
 def displace(law, memory, s2, overlap, before, gu, gv, cap):
-    """Displace all nodes; returns the sums of their tractions along both tangents.
+    """Displace all nodes and return the weighted sums of their tractions along both tangents [N/m].
 
-    s2: square of the span over R [m]. gu, gv: G* times the displacement [N/m]. cap: mu E* [Pa]. Without a branch, so
-    that nodes run on vectors; a node that is out of contact has no load, no cap and so no traction.
+    s2: square of the span over R [m]. gu, gv: G* times the displacement [N/m]. cap: mu E* [Pa]. The loop has no branch,
+    so that it vectorises: a node out of contact has no load, hence a limit of zero and no traction.
     """
     gained = overlap - before
     rate = 1.0 / gained if gained > 0.0 else 1e300
@@ -166,7 +164,10 @@ def displace(law, memory, s2, overlap, before, gu, gv, cap):
 
 @jit_inline
 def keeps_sliding(contact, law, memory, du, dv):
-    """Whether all slides on, or was never sheared; else the nodes span the contact, and hold what they slid with."""
+    """Return whether the contact still slides as a whole, or was never sheared; contact.f and contact.g are then set.
+
+    Otherwise the nodes span the contact and, after a slide, hold the tractions of the slide.
+    """
     follow(contact, law, memory)
     if du == 0.0 == dv and (contact.state == OPEN or contact.state == UNSHEARED):
         contact.state = UNSHEARED

@@ -1,11 +1,12 @@
-"""Whole impacts of the microslip law in scaled variables, eight at a time: psi_1 and chi in, psi_2 out.
+"""Whole impacts of the microslip law in scaled variables, eight at a time: psi_2 from psi_1 and chi.
 
-All impacts of one restitution share the normal motion and with it, per step and node, what a displacement adds to a
-traction and where it is capped. An impact that starts sliding is joined where it sticks; the impacts are sorted by that
-step, so that those which run side by side have nearly all of it in common.
+All impacts of one restitution share the normal motion. So they also share, for each step and node, the stiffness and
+the limit of the traction. The integration of an impact that starts sliding begins where it sticks. Impacts are sorted
+by that step, so that those side by side have nearly all steps in common.
 
-The displacement is all nodes' as it is, without the lever of `microslip`: no path is gone twice in an impact, so that
-nothing can be gained, and where the tangential motion repeats the normal one, at 2 chi = 1, nodes have no error.
+All nodes move by the displacement itself, without the second factor of `nodes.levers`. An impact follows no path twice,
+so no energy can be gained; and if the tangential motion is proportional to the normal one (2 chi = 1), the nodes have
+no error.
 """
 
 from __future__ import annotations
@@ -21,20 +22,24 @@ from contactlaw.laws.base import Array, Impacts
 from contactlaw.laws.normal_motion import SQRT_5_4, first_stick, normal_motion, time_of_phases
 from contactlaw.laws.oscillator import phase_point
 
-LANES = 8  # impacts side by side
+LANES = 8  # impacts integrated side by side
 
 
 class Nodes(NamedTuple):
-    """Squared places and weights of the nodes in the scaled contact line, the factor 2 E* = 3/2 in the weights."""
+    """Squared positions and weights of the nodes on the scaled contact line; the weights include 2 E* = 3/2."""
 
     x2: Array
     w: Array
 
 
 class NodeTable(NamedTuple):
-    """Per step and node (steps, n): traction gained per unit displacement, and cap, both times the node's weight.
+    """Table of steps and nodes, all times the weight of the node.
 
-    share: 1 over the summed caps (steps,).
+    Attributes:
+        nodes: The nodes.
+        gain: Traction per unit displacement, shape (steps, n).
+        cap: Limit of the traction, shape (steps, n).
+        share: 1 over the sum of the limits, shape (steps,).
     """
 
     nodes: Nodes
@@ -44,17 +49,17 @@ class NodeTable(NamedTuple):
 
 
 def impacts(zeta: float, steps: int, x: Array, w: Array) -> Impacts:
-    """The kernel with its tables; x, w: nodes on [0, 1]."""
+    """Return the kernel for whole impacts with its tables. x, w: positions and weights of the nodes on [0, 1]."""
     motion = normal_motion(zeta, steps, False)
     span = sqrt(float(motion.delta.max()))
     nodes = node_table(motion.delta, Nodes((span * x) ** 2, 1.5 * span * w))
     known = motion.theta, motion.delta, motion.v_mid, motion.step
-    return partial(rebound, known, tuple(nodes), zeta)  # plain ones: a call looks their types up faster
+    return partial(rebound, known, tuple(nodes), zeta)  # numba dispatches plain tuples faster than named ones
 
 
 @jit
 def node_table(delta, nodes):
-    """The table of a normal motion."""
+    """Return the `NodeTable` of the overlaps of a normal motion."""
     steps, n = delta.size - 1, nodes.w.size
     gain, cap = np.zeros((steps, n)), np.zeros((steps, n))
     share = np.zeros(steps)
@@ -72,11 +77,11 @@ def node_table(delta, nodes):
 
 @jit_of_sums
 def rebound(motion, nodes, zeta, psi_1, chi, psi_2_out):
-    """psi_2 of each impact (flat arrays). motion, nodes: of `Motion` theta, delta, v_mid and step; `NodeTable`."""
+    """psi_2 of whole impacts, arrays (n,). motion: theta, delta, v_mid and step of `Motion`. nodes: `NodeTable`."""
     (theta, _, v_mid, _), steps, many = motion, motion[2].size, psi_1.size
     _, v_end = phase_point(theta[steps], zeta)
     join, stick = np.zeros(many, np.int64), np.empty((many, 3))
-    count = np.zeros(steps + 2, np.int64)  # how many impacts join in each step; then where they stand in order
+    count = np.zeros(steps + 2, np.int64)  # impacts that begin in each step; then their first index in the order
     for j in range(many):
         psi, c = abs(psi_1[j]), 2.0 * chi[j]
         if psi >= 1.0 and psi >= c * (1.0 - v_end) + v_end:
@@ -85,7 +90,7 @@ def rebound(motion, nodes, zeta, psi_1, chi, psi_2_out):
             phase, k, psi, v = first_stick(psi, chi[j], zeta, theta, 1.0)
             stick[j, 0], stick[j, 1], stick[j, 2] = phase, psi, v
             join[j] = k + 2
-        else:  # F/(mu P) of a contact that sticks from the touch on is psi_1 at first
+        else:  # the contact starts stuck: F/(mu P) = psi_1 at the touch
             stick[j, 1] = psi - c * psi * (1.0 - v_mid[0])
             join[j] = 1
         count[join[j]] += 1
@@ -120,13 +125,16 @@ def rebound(motion, nodes, zeta, psi_1, chi, psi_2_out):
 
 @jit_of_sums
 def begin(motion, nodes, zeta, k, stick, q_out, work_io):
-    """An impact that has slid so far, from where it sticks (phase, psi, v midway through what is left) over step k."""
+    """Advance an impact from the instant at which it sticks to the end of step k.
+
+    stick: phase of that instant, psi there, and v midway to the end of the step, of `first_stick`.
+    """
     (theta, delta, v_mid, _), (line, _, cap, share) = motion, nodes
     phase, psi, v = stick[0], stick[1], stick[2]
     y, w_now = phase_point(phase, zeta)
     overlap = (SQRT_5_4 * y) ** 0.8
     psi -= work_io[1] * (w_now - v)
-    if k < v_mid.size:  # the step that sticking cut short: gains from the overlap then
+    if k < v_mid.size:  # the rest of the step, in which the overlap at the instant of sticking is the first
         du, pull = psi * time_of_phases(phase, theta[k], zeta), 0.0
         gained = delta[k] - overlap
         rate = 1.0 / gained if gained > 0.0 else 1e300
@@ -141,9 +149,10 @@ def begin(motion, nodes, zeta, k, stick, q_out, work_io):
 
 @jit_of_sums
 def run(motion, nodes, start, end, q, work):
-    """Impacts side by side over some steps. q: tractions (lanes, n). work: psi, 2 chi, F/(mu P), each (lanes,).
+    """Advance impacts side by side from step `start` to `end`. q: tractions (lanes, n). work: psi, 2 chi, F/(mu P).
 
-    Step by step and lane by lane: what follows from one step to the next is the next lane's time to begin.
+    The loop over lanes is inside that over steps: the steps of one lane depend on each other, those of different lanes
+    do not, so the processor overlaps them.
     """
     (_, _, v_mid, dt), (_, gain, cap, part), psi, share = motion, nodes, work[0], work[2]
     for k in range(start, end):

@@ -1,40 +1,40 @@
-"""All springs of the microslip law at once, for motion along a line: a play operator with moving ends, in closed form.
+"""The microslip law in closed form for motion along a line: all springs at once, as a play operator with moving ends.
 
-By the method of dimensionality reduction (Popov & Hess 2015) the contact is a line of springs |x| <= a; the one at x
-enters at the overlap y = x^2/R. Let s be the tangential displacement and u = q/G* the deflection of a spring, both in
-units of sigma = mu E*/G*, which makes them lengths like delta, and v = s - u the place of the spring's foot. Coulomb's
-cap |q| <= mu p(x) reads |u| <= delta - y, or
+By the method of dimensionality reduction (Popov & Hess 2015) the contact is a line of springs |x| <= a. The spring at
+x comes into contact at the overlap y = x^2/R. Let s be the tangential displacement and u = q/G* the deflection of a
+spring, both in units of sigma = mu E*/G*, so that they are lengths like delta. Let v = s - u be the position of the
+spring's foot. Coulomb's limit |q| <= mu p(x) reads |u| <= delta - y, or
 
     s - delta + y <= v(y) <= s + delta - y                       0 <= y <= delta
 
-and v stays where it is unless an end of this window pushes it: a play operator (Krasnosel'skii & Pokrovskii, Systems
-with Hysteresis, 1989) whose ends move with s and delta. A spring that enters has no deflection, v = s; so has the one
-at the rim.
+and v is constant unless an end of this window pushes it: a play operator (Krasnosel'skii & Pokrovskii, Systems with
+Hysteresis, 1989) whose ends move with s and delta. A spring that comes into contact has no deflection, v = s; neither
+has the spring at the rim.
 
-Let s and delta run straight from one state to another. Then both ends move one way, or apart, or the windows are
-nested: in each case v afterwards is v before, clamped to the *last* window. Springs that entered on the way count with
-the s at which they entered. No substeps: the result is exact, however long the piece.
+Let s and delta run straight from one state to another. Then both ends move the same way, or apart, or the windows are
+nested. In each case the new v is the old v clamped to the *last* window; springs that came into contact on the way
+start with v = s of that instant. Substeps are not needed: the result is exact for a piece of any length.
 
-The slope dv/dy never leaves [-1, 1]: springs that enter without slip have |ds| <= d(delta), the ends of the window have
-slopes +-1, and a clamp keeps the bound. Hence the distances of v from both ends fall with y, and a clamp changes only
-an outer part y > y*. So v is linear between breakpoints, kept as a stack from the centre to the rim. A straight piece
-of the path does this to it, ds being counted from v at the rim:
+The slope dv/dy always lies in [-1, 1]: springs that come into contact without slip have |ds| <= d(delta), the ends of
+the window have slopes +-1, and a clamp preserves the bound. Hence the distances of v from both ends decrease with y,
+and a clamp changes only an outer part y > y*. So v is piecewise linear; its breakpoints are kept on a stack, from the
+centre to the rim. A straight piece of path changes the stack as follows, with ds relative to v at the rim:
 
-    delta falls         first the stack is cut at the new delta
+    delta falls         the stack is first cut at the new delta
     |ds| <= d(delta)    nothing slips; a piece of slope ds/d(delta) is added
-    otherwise           slip in the sense e = +-1 from the rim down to y*, where the clamp s - e (delta - y) meets v:
-                        what lay outside y* goes, and a piece of slope e is added
+    otherwise           slip in the direction e = +-1 from the rim down to y*, where the clamp s - e (delta - y) meets
+                        v: the pieces outside y* are removed, and a piece of slope e is added
 
-At most one entry is added for a piece of the path: n of them never outgrow n + 1 rows, the centre's included. What is
-removed is removed once, so the work is O(1) a piece on average. Where the clamp does not meet v the whole contact
-slides; s is then counted afresh so that v(0) = 0. v(0) does not move otherwise: |s| <= delta at all times, and long
-slides cost no digits.
+A piece of path adds at most one entry, so n of them need at most n + 1 rows, the centre's included. Each entry is
+removed at most once, so the work is O(1) a piece on average. If the clamp does not meet v, the whole contact slides,
+and s is redefined such that v(0) = 0. Otherwise v(0) does not change; hence |s| <= delta at all times, and long slides
+lose no digits.
 
-With w = sqrt(y), dx = sqrt(R) dw, force and stored energy are polynomials of w on every piece,
+With w = sqrt(y), dx = sqrt(R) dw, force and elastic energy are polynomials of w on every piece,
 
     F = 2 mu E* sqrt(R) (s w - I)                     energy = G* sigma^2 sqrt(R) (s^2 w - 2 s I + J)
 
-where I and J, the integrals of v dw and v^2 dw from the centre to the rim, are kept at every breakpoint. (Gross slip:
+where I and J are the integrals of v dw and v^2 dw from the centre to the rim, kept at every breakpoint. (Gross slip:
 s w - I = 2/3 delta^1.5, F = 4/3 mu E* sqrt(R) delta^1.5 = mu P.)
 """
 
@@ -46,25 +46,26 @@ import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import hertz_stiffness
+from contactlaw.laws.normal_motion import DONE, PULL, SLIDING_SPEED, STORED
 from contactlaw.laws.record import pair_of, record
 
 PIECE = np.dtype((np.record, record("end", "root", "place", "origin", "slope", "integral", "squares")))
-"""Of the stack: outer end of a piece, its root w, v there; the piece itself, v = origin + slope y; I, J up to there."""
+"""A row of the stack, a piece v = origin + slope y: its outer end y and w = sqrt(y), with v (place), I and J there."""
 
 
 @jit
 def new_stack(pieces):
-    """An empty stack with room for a path of so many straight pieces; row 0 is the centre of the contact."""
+    """Return an empty stack for a path of that many straight pieces; row 0 is the centre of the contact."""
     return np.zeros(pieces + 1, PIECE)
 
 
 @jit
 def put(stack_io, top, end, root, place, origin, slope):
-    """Write the piece v = origin + slope y, from the end of the one before, into row top."""
+    """Write the piece v = origin + slope y, which begins at the end of the previous row, into row top."""
     one, before = stack_io[top], stack_io[top - 1]
     inner = before.end
     width, product = root - before.root, root * before.root
-    cubic = (end + product + inner) / 3.0  # of (w^3 - w_0^3)/3, over the width
+    cubic = (end + product + inner) / 3.0  # (w^3 - w_0^3)/3 over the width w - w_0
     fifth = (end * (end + product + inner) + inner * (product + inner)) / 5.0
     one.end, one.root, one.place, one.origin, one.slope = end, root, place, origin, slope
     one.integral = before.integral + width * (origin + slope * cubic)
@@ -73,9 +74,9 @@ def put(stack_io, top, end, root, place, origin, slope):
 
 @jit
 def advance(stack_io, top, s, overlap, root):
-    """Follow a straight piece of path to the displacement s and an overlap > 0, root its square root.
+    """Follow a straight piece of path to the displacement s and an overlap > 0; return the new top and s.
 
-    top: row of the rim; 0: the contact was open, and s counts from the touch. Returns the new top and s.
+    top: row of the rim; 0: the contact was open, and s counts from the touch. root: square root of the overlap.
     """
     if stack_io[top].end > overlap:
         while stack_io[top - 1].end >= overlap:
@@ -95,7 +96,7 @@ def advance(stack_io, top, s, overlap, root):
     origin = s - sense * overlap
     while top > 0:
         inner = top - 1
-        spare = sense * (stack_io[inner].place - origin) - stack_io[inner].end  # before the inner end would slip
+        spare = sense * (stack_io[inner].place - origin) - stack_io[inner].end  # distance to slip at the inner end
         turn = 1.0 - sense * stack_io[top].slope
         if spare > 0.0 and turn > 0.0:
             end = stack_io[inner].end + spare / turn
@@ -111,21 +112,21 @@ def advance(stack_io, top, s, overlap, root):
 
 @jit
 def spring_sum(stack, top, s):
-    """Integral of s - v over w [m^1.5]: F over 2 mu E* sqrt(R)."""
+    """Integral of s - v over w [m^1.5], F/(2 mu E* sqrt(R))."""
     return s * stack[top].root - stack[top].integral
 
 
 @jit
 def stored(stack, top, s):
-    """Integral of (s - v)^2 over w [m^2.5]: energy over G* sigma^2 sqrt(R)."""
+    """Integral of (s - v)^2 over w [m^2.5], energy over G* sigma^2 sqrt(R)."""
     return max(s * (s * stack[top].root - 2.0 * stack[top].integral) + stack[top].squares, 0.0)
 
 
 @jit
 def force_along_path(p, approach, displacement, normal_out, tangential_out):
-    """Forces along straight segments of overlap and displacement (n,), from zero overlap, mu > 0: exact.
+    """Exact forces [N] along straight segments of overlap and displacement (n,) [m], from zero overlap, for mu > 0.
 
-    p: a pair's numbers.
+    p: numbers of the pair (`ContactPair.parameters`).
     """
     pair = pair_of(p)
     k, mu = hertz_stiffness(pair), pair.friction
@@ -151,11 +152,10 @@ def force_along_path(p, approach, displacement, normal_out, tangential_out):
 
 @jit
 def impact(motion, chi, unit, speed, track_out):
-    """One impact, mu > 0: the sliding speed after it over the unit of speed, mu V_z1/kappa.
+    """Scaled sliding speed psi_2 after one impact with mu > 0, by integration of psi' = -2 chi F/mu.
 
-    motion: the scaled normal motion, see `single.ledger`. speed: sliding at the touch, in the same
-    unit. unit: of force [N], energy [J] and speed [m/s], for track_out, as `single.ledger` has it. The motion is
-    marched in the scaled form of `rebound`: psi' = -2 chi F/mu.
+    motion: `normal_motion.Motion`. speed: psi_1, in the unit of speed mu V_z1/kappa. unit: units of force [N], energy
+    [J] and speed [m/s] for track_out, the history of `normal_motion.TRACK`.
     """
     steps = motion.delta.size - 1
     force, energy, rate = unit
@@ -178,6 +178,6 @@ def impact(motion, chi, unit, speed, track_out):
         slide = psi * motion.step[k]
         after = psi
         now = 0.5 * (before + after) if 0 < k < steps else before if k == 0 else after
-        track_out[0, k], track_out[1, k], track_out[2, k] = force * pull, energy * elastic, energy * work
-        track_out[3, k] = rate * now
+        track_out[PULL, k], track_out[STORED, k], track_out[DONE, k] = force * pull, energy * elastic, energy * work
+        track_out[SLIDING_SPEED, k] = rate * now
     return after

@@ -1,4 +1,4 @@
-"""One spring k_T = 2 G* a under one cap: what most discrete-element codes do."""
+"""One spring k_T = 2 G* a with one Coulomb limit, as in most discrete-element codes."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ class Mindlin(SingleSpring):
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """One spring under one cap."""
+        """One spring with one Coulomb limit."""
         return spring_force(contact, memory, False, False, du, dv)

@@ -18,5 +18,5 @@ class MindlinRescaled(SingleSpring):
 
     @staticmethod
     def force(contact, law, memory, du, dv, dt):
-        """One spring under one cap."""
+        """One spring with one Coulomb limit."""
         return spring_force(contact, memory, False, True, du, dv)

@@ -1,4 +1,4 @@
-"""Nodes along the contact line, each with a traction: what a step brings them, and how they span the contact."""
+"""Nodes along the contact line, each with a traction: loads and displacements in a step, and their span."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from contactlaw.laws.slip import span_of
 
 @jit_inline
 def step_of(contact, du, dv):
-    """What `displace` asks of a step, in its order."""
+    """Arguments s2, overlap, before, gu, gv, cap of `microslip.displace` for a displacement (du, dv) [m]."""
     s2, g_star = contact.scale * contact.scale / contact.radius, contact.g_star
     return s2, contact.overlap, contact.before, g_star * du, g_star * dv, contact.friction * contact.e_star
 
 
 @jit_of_sums
 def shares(nodes, s2, overlap, before, whole):
-    """A force that goes as delta^1.5 over the nodes' loads: at a step's end; and, of a growing contact, of their means.
+    """A force that goes as delta^1.5 over the load of the nodes, at the end of a step; its mean over a growing step.
 
-    nodes: x2, w. s2: square of the span over R [m]. whole: the force at the end.
+    nodes: record with x2 and w. s2: square of the span over R [m]. whole: the force at the end of the step.
     """
     gained = max(overlap - max(before, 0.0), 1e-15 * overlap)
     load, more = 1e-200, 1e-200
@@ -37,10 +37,10 @@ def shares(nodes, s2, overlap, before, whole):
 
 @jit_inline
 def levers(contact, law):
-    """By what the nodes' sums make the contact's force [m], and by what its displacement is theirs.
+    """Factor [m] from the sum of the nodes' tractions to the force, and factor from the displacement to the nodes'.
 
-    Both are P over that of the nodes: what scales their force scales their displacement, so that they keep its work.
-    While the contact grows it is the mean over the step that scales: the nodes' loads have corners, P has none.
+    Both factors are P over the load of the nodes, so that the work of the nodes is that of the contact. While the
+    contact grows, the second is a mean over the step, as loads of single nodes have kinks in time and P has none.
     """
     s2, whole = contact.scale * contact.scale / contact.radius, contact.elastic / contact.e_star
     share, mean = shares(law, s2, contact.overlap, contact.before, whole)
@@ -49,7 +49,7 @@ def levers(contact, law):
 
 @jit
 def follow(contact, law, memory):
-    """Let the nodes span the contact that there is; at its touch the one that is foreseen."""
+    """Adapt the span of the nodes to the contact; at the touch it is the radius at the reach of the contact."""
     if contact.state == OPEN:
         contact.scale = sqrt(contact.radius * contact.reach)
         return
@@ -61,10 +61,11 @@ def follow(contact, law, memory):
 
 @jit
 def regrid(contact, law, memory, new_span):
-    """Carry the tractions over to nodes that span another radius [m].
+    """Interpolate the tractions to nodes of another span [m].
 
-    Linear between the old nodes and down to zero at the edge of the contact before, then scaled so that the total force
-    stays unless that would raise the elastic energy, sum of w q^2: a change of nodes never feeds the motion.
+    The interpolation is linear between the old nodes, and to zero at the edge of the previous contact. Then all are
+    scaled to keep the total force, unless that would raise the elastic energy, the sum of w q^2: a change of the nodes
+    must not add energy.
     """
     n, span, x, w = law.w.size, contact.scale, law.x, law.w
     old = memory.copy()
@@ -97,7 +98,7 @@ def regrid(contact, law, memory, new_span):
             new_energy += soft * new_span * w[i] * value * value
         both += force * new_force
         square += new_force * new_force
-    # A force that is small beside its own tractions (sheared and brought back) is no measure of them.
+    # Do not scale if tractions of opposite signs nearly cancel in the force (after shear to and fro).
     scale = both / square if square > 0.0 else 1.0
     if not 0.5 < scale < 2.0:
         scale = 1.0

@@ -1,10 +1,10 @@
-"""The normal motion of a whole impact, scaled so that m = V_z1 = 1 and P = delta^1.5 (delta with linear springs).
+"""Normal motion of a whole impact, scaled so that m = V_z1 = 1 and P = delta^1.5 (P = delta with linear springs).
 
-An impact then obeys delta'' = -P and psi' = -2 chi F/mu. The normal motion does not depend on the tangential one, so it
-is tabulated once in closed form (`oscillator`) at equal phases theta and shared by all impacts; per step only the
-tangential springs are left. psi is advanced by the exact normal impulse of each step times the mobilised share
-F/(mu P), so gross slip is exact, and so is the start of stick: sliding ends where psi has fallen to the closing
-velocity (all points of a sliding contact move together; Maw, Barber & Fawcett 1976, appendix).
+An impact then obeys delta'' = -P and psi' = -2 chi F/mu. The normal motion does not depend on the tangential one.
+Therefore it is tabulated once, in closed form (`oscillator`), at equal phases theta, and shared by all impacts; each
+step then integrates the tangential springs alone. psi advances by the exact normal impulse of a step times the
+mobilised share F/(mu P). So gross slip is exact, and so is its end: sliding ends when psi has fallen to the closing
+velocity, as all points of a sliding contact move together (Maw, Barber & Fawcett 1976, appendix).
 """
 
 from __future__ import annotations
@@ -21,15 +21,20 @@ from contactlaw.laws.oscillator import end_phase, phase_of_velocity, phase_point
 
 SQRT_5_4 = sqrt(1.25)
 SCALED_DEEPEST = 1.25**0.4  # greatest overlap without damping
-TIME_PER_PHASE = 0.8 * SCALED_DEEPEST  # dt = this y^(-1/5) dtheta
+TIME_PER_PHASE = 0.8 * SCALED_DEEPEST  # dt = TIME_PER_PHASE y^(-1/5) dtheta
+
+# Rows of the tangential history of an impact, shape (TRACK, steps + 1): force [N], elastic energy [J], work done by the
+# force so far [J], sliding speed [m/s].
+PULL, STORED, DONE, SLIDING_SPEED = range(4)
+TRACK = 4
 
 
 @jit
 def time_of_phases(start, end, zeta):
-    """Scaled time between two phases, the integral of y^(-1/5) dtheta.
+    """Scaled time between two phases, TIME_PER_PHASE times the integral of y^(-1/5) dtheta, by 5 Gauss points.
 
-    Gauss-Legendre with 5 points; where y starts or ends at zero, in a variable whose fifth power is the distance from
-    there, which makes a polynomial of the singularity.
+    Near an end at which y is zero the variable of integration is the fifth root of the distance from that end, which
+    removes the singularity.
     """
     length = end - start
     last = end_phase(zeta)
@@ -52,11 +57,22 @@ GAUSS_5 = np.column_stack([0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS])
 
 
 class Motion(NamedTuple):
-    """A scaled normal motion at steps + 1 instants, (steps + 1,) each, but for v_mid, (steps,).
+    """A scaled normal motion at steps + 1 instants; all arrays have shape (steps + 1,), v_mid (steps,).
 
-    Phase; overlap and its root; force, and its ratio to the undamped one; closing speed in the middle of each step; its
-    drop from half a step before the instant to half a step after; closing speed; elastic energy; the instant, and the
-    time to the next. With linear normal springs delta is y and time is phase.
+    With linear normal springs delta is y and time is phase.
+
+    Attributes:
+        theta: Phase.
+        delta: Overlap.
+        root: Square root of the overlap.
+        force: Normal force.
+        ratio: Normal force over the undamped one.
+        v_mid: Closing speed in the middle of each step.
+        drop: Decrease of the closing speed from half a step before an instant to half a step after.
+        speed: Closing speed.
+        energy: Elastic energy.
+        instant: Time.
+        step: Time to the next instant.
     """
 
     theta: Array
@@ -87,7 +103,7 @@ def normal_table(zeta, steps, linear):
         if 0 < k < steps:
             ratio[k] = max(y + 2.0 * zeta * speed[k], 0.0) / y
             force[k] = ratio[k] * (y if linear else delta[k] ** 1.5)
-        # With a damper the last overlap is elastic energy too, but no force is left to return it to the motion.
+        # With a damper the final overlap still holds elastic energy, but no force remains that could return it.
         if zeta == 0.0 or k < steps:
             energy[k] = 0.5 * delta[k] ** 2 if linear else 0.4 * delta[k] ** 2.5
         if k < steps:
@@ -104,7 +120,7 @@ normal_motion = lru_cache(maxsize=64)(normal_table)
 
 @lru_cache(maxsize=64)
 def duration(zeta: float) -> float:
-    """Scaled time of a whole impact, the integral of y^(-1/5) dtheta; s^5 is the distance from its start or its end."""
+    """Scaled time of a whole impact, by Gauss points in s, where s^5 is the distance in phase from its start or end."""
     end = plain(end_phase)(zeta)
     omega = np.emath.sqrt(1.0 - zeta * zeta) if abs(zeta - 1.0) > 1e-6 else 1e-4
     s, weights = np.polynomial.legendre.leggauss(40)
@@ -118,10 +134,10 @@ def duration(zeta: float) -> float:
 
 @jit
 def first_stick(psi_1, chi, zeta, theta, held):
-    """Phase and step at which an impact that starts sliding sticks; psi there, and v midway through what is left.
+    """Phase and step at which an impact that starts sliding begins to stick; psi there, and v midway to the step's end.
 
-    It slides while psi outruns the closing speed; where the bodies part, the share held of it: a spring on its limit
-    must follow the fall of P but for what it gives up by its own rescaling.
+    The contact slides while psi exceeds the closing speed v, or held v once the bodies separate: a spring on its limit
+    must follow the fall of P, except for the share 1 - held that its own rescaling gives up.
     """
     share = 1.0 if psi_1 <= 2.0 * chi else held
     v = (2.0 * chi - psi_1) / (2.0 * chi - share)

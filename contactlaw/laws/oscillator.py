@@ -1,10 +1,9 @@
 """The damped Hertz impact in closed form.
 
-With y proportional to delta^(5/4) the damped Hertz motion obeys v dv/dy = -(y + 2 zeta v): in the plane of y and v it
-is the linear damped oscillator, so its restitution, its deepest point and its velocity at any phase theta are
-elementary. The contact ends where its force y + 2 zeta v falls to zero, at theta = 2 acos(zeta)/sqrt(1 - zeta^2) (the
-time found for the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 465), and there v =
--exp(-zeta theta).
+With y proportional to delta^(5/4) the damped Hertz motion obeys v dv/dy = -(y + 2 zeta v). In the plane of y and v it
+is the linear damped oscillator, so its restitution, greatest overlap and velocity at any phase theta are elementary.
+The contact ends when its force y + 2 zeta v falls to zero, at theta = 2 acos(zeta)/sqrt(1 - zeta^2) (the time found for
+the linear spring and dashpot by Schwager & Poeschel, Granular Matter 9 (2007) 465); there v = -exp(-zeta theta).
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ def end_phase(zeta):
 
 @jit
 def restitution(zeta):
-    """Restitution coefficient of the damped impact, cut-off at zero force included."""
+    """Restitution of the damped impact, which ends at zero force."""
     return exp(-zeta * end_phase(zeta))
 
 
 @jit
 def damping_ratio(e):
-    """Inverse of `restitution` by bisection to rounding, 0 < e <= 1."""
+    """Damping ratio zeta of a restitution 0 < e <= 1, the inverse of `restitution`, by bisection to rounding."""
     if e == 1.0:
         return 0.0
     low, high = 0.0, 1.0 + 1.0 / sqrt(e)
@@ -48,7 +47,7 @@ def damping_ratio(e):
 
 @jit
 def phase_point(theta, zeta):
-    """Scaled y and v at a phase; y = theta, v = 1 at first."""
+    """Scaled y and v at a phase; at the touch y = theta and v = 1."""
     if abs(zeta - 1.0) < 1e-6:
         s, c = theta, 1.0
     elif zeta < 1.0:

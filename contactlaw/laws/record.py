@@ -1,4 +1,7 @@
-"""What a law sees of a contact, and how a law is asked: by address, so that any law runs in code compiled before it."""
+"""Records of a contact and of a pair, and calls of a law's functions by address.
+
+Calls by address let kernels that were compiled earlier run any law.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +17,16 @@ from contactlaw.memory import caller, doubles_at, element
 
 
 def record(*names: str) -> np.dtype:
-    """A record of float64 by these names."""
+    """Return a record type with float64 fields of these names."""
     return np.dtype([(name, np.float64) for name in names], align=True)
+
+
+def record_of(**values: Any) -> np.ndarray:
+    """Return a structured array of shape (1,) whose float64 fields have these values, numbers or arrays."""
+    out = np.zeros(1, np.dtype([(name, np.float64, np.shape(value)) for name, value in values.items()], align=True))
+    for name, value in values.items():
+        out[name] = value
+    return out
 
 
 CONTACT = record(
@@ -23,32 +34,42 @@ CONTACT = record(
     "mass", "tangential_mass", "stiffness", "e_star", "g_star", "radius", "friction", "mu", "zeta",
     "skew",
 )  # fmt: skip
-"""One contact.
+"""State of one contact.
 
-state: OPEN, SLIDING (as a whole since the touch), SPRUNG, SPUN, where `laws.sectors` stand for the law, or UNSHEARED:
-never displaced sideways since the touch, as `microslip` says it. course: of the damped normal motion, PRESSED, then
-EXPANDING, then, if the bodies do not part, LASTING. overlap [m]: now; before: at the start of the step, below zero
-apart. closing: mean closing speed over the step [m/s]. force: P [N]; elastic: without the damper. ratio: of the
-tangential force to that of the springs alone, see `slip.carried`. f, g: tangential force along both tangents [N], as of
-the last step until the law gives it anew. reach: the greatest overlap foreseen at the touch [m]. scale: for the law's
-own use. mass, tangential_mass: effective, at the touch [kg]; infinite where the motion is prescribed. stiffness: k of P
-= k delta^1.5 [N/m^1.5], or of a linear spring [N/m]. e_star, g_star [Pa], radius [m]: of the pair. mu, zeta: friction
-coefficient and damping ratio, as of the touch. friction: what spin leaves of mu. skew: how much more an elliptic
-contact gives way along the first tangent, its longer axis, see `laws.ellipse`, which stands for the law there; zero: it
-is a circle, or taken as one.
+state: OPEN: not touched yet. SLIDING: as a whole since the touch. SPRUNG: followed by the springs of the law. SPUN:
+    followed by `laws.sectors` in place of the law. UNSHEARED (`microslip` only): no tangential displacement yet.
+course: of the damped normal motion: PRESSED at first; EXPANDING once the bodies separate; LASTING, a persistent
+    contact, once they approach again without having parted.
+overlap, before: overlap now and at the start of the step [m]; negative: apart.
+closing: mean closing speed over the step [m/s].
+force, elastic: normal force P [N], with and without the damper.
+ratio: tangential force over that of the springs alone, see `slip.carried`.
+f, g: tangential force along both tangents [N]; that of the previous step until the law updates it.
+reach: greatest overlap foreseen at the touch [m].
+scale: for the law's own use; span of the nodes [m] in `microslip`.
+mass, tangential_mass: effective masses at the touch [kg]; infinite if the motion is prescribed.
+stiffness: k of P = k delta^1.5 [N/m^1.5], or of a linear spring [N/m].
+e_star, g_star, radius: effective moduli [Pa] and effective radius [m].
+mu, zeta: friction coefficient and damping ratio of the touch. friction: the part of mu that spin leaves.
+skew: anisotropy s of an elliptic contact, whose longer axis is the first tangent; `laws.ellipse` then replaces the law.
+    0: circular.
 """
 
 PAIR = record(
     "e_star", "g_star", "radius", "friction", "zeta", "duration", "g_t", "rolling", "speeds", "linear", "vectors",
     "sectors", "force_at", "stiffness_at", "energy_at",
 )  # fmt: skip
-"""Two materials and their law.
+"""Numbers of a pair and its law. The law's own record follows, then the table of `laws.speeds`.
 
-duration: of a contact, times speed over the undamped greatest overlap. g_t: G_t of torsion [Pa]. rolling: coefficient
-of rolling resistance. speeds: where the numbers of `laws.speeds` stand, counted from here; 0: friction and zeta are the
-same at any speed. linear: 1 where the normal spring is linear. vectors: how many the law remembers. sectors: 1 where
-`laws.sectors` may stand for the law. force_at,
-stiffness_at, energy_at: addresses of the law's functions, whole numbers below 2^53. The law's own numbers follow.
+e_star, g_star, radius, friction, zeta: as in `CONTACT`.
+duration: duration of an impact times speed over the greatest overlap of the undamped one.
+g_t: modulus G_t of torsion [Pa].
+rolling: coefficient of rolling resistance.
+speeds: offset of the table of `laws.speeds`, in numbers; 0: friction and zeta do not depend on speed.
+linear: 1 if the normal spring is linear.
+vectors: number of vectors that the law remembers.
+sectors: 1 if `laws.sectors` may replace the law.
+force_at, stiffness_at, energy_at: addresses of the law's functions, integers below 2^53.
 """
 
 OPEN, SLIDING, SPRUNG, SPUN, UNSHEARED = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -60,7 +81,7 @@ CONTACT_TYPE = numba.from_dtype(CONTACT)
 MEMORY_TYPE = types.Array(types.float64, 2, "C")
 
 FUNCTIONS: dict[int, tuple[Callable[..., Any], np.dtype]] = {}
-"""Without the compiler: a law's functions and its record by what stands for their address."""
+"""Without the compiler: functions of laws and their records, by a number in place of the address."""
 
 
 def _record_view(values: np.ndarray, kind: np.dtype) -> Any:
@@ -72,33 +93,33 @@ def _vectors(pair: Any, memory: np.ndarray) -> np.ndarray:
 
 
 def contact_of(values: Any) -> Any:
-    """The contact that begins these numbers, a view."""
+    """View of the contact at the start of an array of numbers."""
     return _record_view(values, CONTACT)
 
 
 def pair_of(values: Any) -> Any:
-    """The pair that begins these numbers, a view."""
+    """View of the pair at the start of an array of numbers."""
     return _record_view(values, PAIR)
 
 
 def ask_force(pair: Any, contact: Any, law: Any, memory: Any, du: float, dv: float, dt: float) -> tuple[float, float]:
-    """Tangential force along both tangents [N] by the pair's law.
+    """Return the tangential force along both tangents [N] by the law of a pair.
 
-    law: its own numbers. memory: its vectors, first all components along one tangent, then all along the other; both
-    flat. du, dv: displacement over the step [m]. dt: step [s].
+    law: numbers of the law, flat. memory: its vectors, flat: all components along the first tangent, then those along
+    the second. du, dv: displacement over the step [m]. dt: step [s].
     """
     force, kind = FUNCTIONS[int(pair.force_at)]
     return force(contact, _record_view(law, kind), _vectors(pair, memory), du, dv, dt)
 
 
 def ask_stiffness(pair: Any, contact: Any, law: Any) -> float:
-    """Tangential stiffness of the contact where it sticks everywhere [N/m]."""
+    """Return the tangential stiffness of a contact that sticks everywhere [N/m]."""
     stiffness, kind = FUNCTIONS[int(pair.stiffness_at)]
     return stiffness(contact, _record_view(law, kind))
 
 
 def ask_energy(pair: Any, contact: Any, law: Any, memory: Any) -> float:
-    """Elastic energy of the tangential springs [J]."""
+    """Return the elastic energy of the tangential springs [J]."""
     energy, kind = FUNCTIONS[int(pair.energy_at)]
     return energy(contact, _record_view(law, kind), _vectors(pair, memory))
 

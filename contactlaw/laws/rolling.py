@@ -1,16 +1,16 @@
-"""Rolling resistance: a moment against rolling that grows like a spring's, up to mu_r R P, and unloads elastically.
+"""Rolling resistance: the moment of an elastic-plastic spring against rolling, at most mu_r R P.
 
     dM = k_r d(theta), |M| <= mu_r R P        k_r = 2.25 k_N (mu_r R)^2, k_N = 2 E* a
 
-with theta the angle that A has rolled over B about axes across the normal and R the effective radius: the
+theta is the angle by which A has rolled over B about tangential axes, R the effective radius. This is the
 elastic-plastic model, type C, of Ai, Chen, Rotter & Ooi, Powder Technol. 206 (2011) 269, with their k_r. It is taken
-rather than that of Luding (Granul. Matter 10 (2008) 235), a force between surfaces that roll, because it is a moment
-alone, equal and opposite: a force that acts for it cannot be told from friction, nor does it keep what spins.
-Where it is on its limit a ball that rolls on a plane slows at mu_r g/(1 + K^2), K^2 = 2/5 if it is solid, and stops; on
-a slope of tan(alpha) < mu_r it stands. It dissipates in each cycle that reaches the limit (hysteresis), else nothing.
+instead of that of Luding (Granul. Matter 10 (2008) 235), a force between rolling surfaces, because it is a pure moment,
+equal and opposite on both bodies; such a force cannot be distinguished from friction and does not conserve spin.
+At the limit, a ball rolling on a plane decelerates at mu_r g/(1 + K^2), K^2 = 2/5 if it is solid, and stops. On a slope
+of tan(alpha) < mu_r it stands still. A cycle that reaches the limit dissipates energy (hysteresis), others do not.
 
-While load grows the moment stays, while it falls the angle does: neither makes energy, M^2/(2 k_r). Over the time of an
-impact the spring hardly bends.
+While the load grows, the moment of the spring is kept; while it falls, the angle is kept. Neither increases the energy
+M^2/(2 k_r). During an impact the spring hardly deforms.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from math import sqrt
 
 from contactlaw.jit import jit
 
-CALM = 0.3  # of critical damping: of a contact that lasts and hardly moves
+CALM = 0.3  # damping of a persistent contact that hardly moves, as a share of critical damping
 
 
 @jit
 def stiffness(contact, resistance):
-    """k_r [N m]."""
+    """Stiffness k_r [N m/rad]."""
     width = resistance * contact.radius
     return 4.5 * contact.e_star * sqrt(contact.radius * contact.overlap) * width * width
 
 
 @jit
 def roll(bend, contact, resistance, u, v):
-    """Roll a contact by angles about both tangents [rad]; bend, shape (2,): the moments of its spring [N m], new.
+    """Roll a contact by angles (u, v) about both tangents [rad] and update the moments of its spring, bend (2,) [N m].
 
-    Returns what the limit leaves of them, 1: all.
+    Returns the factor by which the limit reduces the moments; 1: not at all.
     """
     share = 1.0
     if contact.before < contact.overlap:
@@ -51,7 +51,7 @@ def roll(bend, contact, resistance, u, v):
 
 @jit
 def stored(bend, contact, resistance):
-    """Energy of the spring [J]."""
+    """Elastic energy of the spring [J]."""
     if contact.overlap <= 0.0:
         return 0.0
     return 0.5 * (bend[0] * bend[0] + bend[1] * bend[1]) / stiffness(contact, resistance)

@@ -1,35 +1,39 @@
-"""A contact that slips and spins at once: rings of sectors, each with a traction and Coulomb's limit of its own.
+"""A contact that slips and spins at once: rings of sectors, each with a traction and a Coulomb limit of its own.
 
-Where a body spins about the normal a place slips by (w_x - theta y, w_y + theta x): a ring slips first on the side
-where slide and spin add. So each ring has sectors of a force g_k at angles phi_k, in units in which the ring has their
-mean; as functions of phi these have the components
+If a body spins about the normal, a point slips by (w_x - theta y, w_y + theta x), so a ring slips first on the side
+where sliding and spinning add. Therefore each ring is divided into sectors at angles phi_k. A sector has a force g_k;
+the force of a ring is the mean over its sectors. As a function of phi the force has the components
 
     g = f + s e_s + r e_r + p e_p + q e_q + rest        |g_k| <= mu P of the ring, slip along g_k
     e_s = (-sin, cos), the swirl        e_r = (cos, sin)        e_p = (cos, -sin)        e_q = (sin, cos)
 
-The response to f is that of the line of springs, the response to s that of Lubkin's, both by Abel's transform from the
-place x on the line, in cells that end at c_i, to rings that end there too (Popov & Hess 2015, section 17):
+The response to f is that of the line of springs, the response to s that of Lubkin's. Abel's transform relates both, in
+cells of the line that end at x = c_i, to rings that end at the same radii (Popov & Hess 2015, section 17):
 
     f = B q              B_ji = H_i(c_(j-1)) - H_i(c_j)      H_i(r) = h(c_i) - h(c_(i-1))      h(x) = 2 sqrt(x^2 - r^2)
     rho s = B_t theta    likewise                                    h(x) = 8/3 sqrt(x^2 - r^2) (2 x^2 + r^2)
 
-rho: moment of a ring on its limit over its force. The energies of both kinds of springs make the compliances between
-rings, A. Cerruti's kernel is [1 - nu k k/k^2]/(G k) for waves k; so what varies as sin and cos answers like the swirl,
-1/G, times 1 - nu for e_r, where tractions lie along k, and 1 - nu/2 for e_p and e_q, half along it. The rest answers to
-its own ring, 2.1/(1 - nu) times as much as e_p does to its own: that is fitted, psi_2 to the grid's.
+rho is the moment of a ring on its limit over its force. The energies of both kinds of springs give the compliances A
+between rings. Cerruti's kernel is [1 - nu k k/k^2]/(G k) for waves k. So components that vary as sin and cos respond
+like the swirl, with 1/G; times 1 - nu for e_r, whose tractions are along k, and times 1 - nu/2 for e_p and e_q, half of
+whose tractions are. The rest is displaced by its own ring only, by 2.1/(1 - nu) times what e_p is by its own ring; this
+factor is fitted to psi_2 of the grid (`validation.reference.grid`).
 
-A step would displace the tractions g_0 to g* if all stuck; they become g on the limits, by the slip A (g* - g), which
-lies along each sector's mean of before and after, or, where it has just come to its limit, along its end. The work of
-the mean force, less what is stored anew, is
+If all sectors stuck, a step would change the tractions from g_0 to g*. The slip A (g* - g) reduces them to g, within
+the limits.
+The slip of a sector is along the mean of its tractions before and after the step, or along the traction after it if the
+sector has just reached its limit. The work of the mean force, less the increase of elastic energy, is
 
     D = (g_0 + g) . A (g* - g)/2,        zero on the ball with the diameter from -g_0 to g*, positive inside.
 
-Limits are convex and symmetric. So if none falls D >= 0 for exact slip along the end: -g_0 is allowed as well. What few
-sweeps (Gauss-Seidel, from the edge inwards) leave of D < 0 is put right by going towards -g_0 until D = 0: then no step
-gives energy, however large, nor does one that changes the load alone, for what a limit takes from its traction is lost.
-Where load and place change at once the mean force is not quite the work's, by the square of the step.
-A contact that slips as a whole for long has the force and moment of `torsion.limit_point`: what few sectors miss of it,
-up to 0.03 mu P, is held by a spring beside them, put right on the way of one elastic displacement as far as D allows.
+Limits are convex and symmetric. So if none falls, D >= 0 for exact slip along the final traction, as -g_0 is allowed
+too. The few sweeps of Gauss-Seidel, from the edge inwards, may leave D < 0. Then the tractions move towards -g_0 until
+D = 0. So no step creates energy, however large; nor does a change of the load alone, since the energy that a falling
+limit takes from its traction is lost. If load and displacement change together, the work of the mean force has an error
+of second order in the step.
+A contact that has slipped as a whole for some distance has the force and moment of `torsion.limit_point`. The few
+sectors miss up to 0.03 mu P of it. A spring parallel to them carries the difference, which is approached over about one
+elastic displacement, as far as D allows.
 """
 
 from __future__ import annotations
@@ -40,42 +44,44 @@ import numpy as np
 
 from contactlaw.jit import jit, jit_inline, jit_of_sums
 from contactlaw.laws.record import SPRUNG
-from contactlaw.laws.slip import carried
+from contactlaw.laws.slip import carried, slipped_along_mean
 from contactlaw.laws.torsion import FULL, limit_point
 
 RINGS, SECTORS = 10, 4
-NUMBERS = 2 * RINGS * SECTORS  # of a contact
-LEAST_SPIN = 0.02  # sigma, see `validation.reference.grid`, from which on psi_2 would be off by 2e-3 without sectors
-REST = 4.2  # fitted to the grid with nu = 0 and 0.28
-BESIDE = 0.05  # of the stuck stiffness that the whole span would have, that of the spring for what sectors miss
-ENOUGH, MOST_SWEEPS = 2e-2, 6  # of what a step adds to the forces, what the last sweep may change
-NEAR = 0.8  # of the limit squared: such a traction counts as on its limit at the start of the step
+NUMBERS = 2 * RINGS * SECTORS  # numbers that a contact stores
+LEAST_SPIN = 0.02  # sigma (`validation.reference.grid`) from which on psi_2 would be off by 2e-3 without sectors
+REST = 4.2  # compliance of the rest, fitted to the grid with nu = 0 and 0.28
+PARALLEL = 0.05  # stiffness of the parallel spring over the stuck stiffness of a contact of the whole span
+TOLERANCE, MOST_SWEEPS = 2e-2, 6  # change in the last sweep, over what the step adds to the forces; most sweeps
+NEAR = 0.8  # a traction whose square is above this share of the limit's counts as on the limit at the step's start
 
 RIMS, LINE = np.arange(RINGS + 1) / RINGS, (np.arange(RINGS) + 0.5) / RINGS
-# Those of a ring lie nearly between those of the next, or so few would slip more easily one way than another.
+# Sectors of a ring lie nearly between those of the next, or four of them would slip more easily in some directions.
 ANGLES = 2.0 * np.pi / SECTORS * (np.arange(SECTORS) + 0.4 * np.arange(RINGS)[:, None])
 C, S, ONE, NONE = np.cos(ANGLES), np.sin(ANGLES), np.ones_like(ANGLES), np.zeros_like(ANGLES)
-# Of each ring, both components of all six parts at its sectors: f, f, s, r, p, q.
+# PARTS[ring, part, :, sector]: both components of the parts f_x, f_y, e_s, e_r, e_p, e_q.
 PARTS = np.array([(ONE, NONE), (NONE, ONE), (-S, C), (C, S), (C, -S), (S, C)]).transpose(2, 0, 1, 3).copy()
 
 
 def _abel(torsion):
+    """Abel's transform from cells of the line to rings: B_t of torsion, or B."""
     x2, r2 = RIMS**2, RIMS[:, None] ** 2
     h = np.sqrt(np.maximum(x2 - r2, 0.0)) * (8.0 / 3.0 * (2.0 * x2 + r2) if torsion else 2.0)
     return np.ascontiguousarray(-np.diff(np.diff(h, axis=1), axis=0))
 
 
 def _compliance(surface, springs):
+    """Compliance between rings whose forces are those of the line's springs transformed by `surface`."""
     line = np.linalg.inv(surface)
     return line.T @ (springs[:, None] * line)
 
 
 def _arms():
-    """rho over the span, from theta and q on their limits at 1 - x^2; the integral is that of `torsion`."""
+    """Lever arms rho of the rings over the span, from the limits of theta and q of a contact with p = 1 - x^2."""
     sine2, depth = np.sin(0.5 * np.pi * (np.arange(200) + 0.5) / 200) ** 2, 1.0 - LINE**2
     twists = depth / 2.0 * ((1.0 - sine2) / np.sqrt(LINE[:, None] ** 2 + depth[:, None] * sine2)).mean(1)
     moments, forces = _abel(True) @ twists, _abel(False) @ depth
-    # A little less within, or what is hardly pressed would hold more than M_s.
+    # Slightly reduced towards the centre, or a contact that is small beside the span would hold more than M_s.
     arms = moments / forces * (0.97 + 0.03 * LINE)
     arms[0] = 0.97 * FULL * LINE[0]
     arms *= FULL * forces.sum() / (arms @ forces)
@@ -84,27 +90,29 @@ def _arms():
 
 ARMS = _arms()
 SLIDE, SWIRL = _abel(False), np.ascontiguousarray(_abel(True) / ARMS[:, None])
-# Times G*, of f; times G_t, of s.
-GIVE = np.stack([_compliance(SLIDE, np.full(RINGS, 2.0 / RINGS)), _compliance(SWIRL, 16.0 / 3.0 * np.diff(RIMS**3))])
+# Compliances between rings: of f, times G*; of s, times G_t.
+COMPLIANCE = np.stack(
+    [_compliance(SLIDE, np.full(RINGS, 2.0 / RINGS)), _compliance(SWIRL, 16.0 / 3.0 * np.diff(RIMS**3))]
+)
 
 
 @jit
 def advance(contact, state, memory, modulus, moved):
-    """Tangential force and moment of a contact after a step, for the normal forces that it has.
+    """Update tangential force and moment of a contact by a step, for its present normal forces.
 
-    contact: `laws.record.CONTACT`. state: `torsion.TORSION`. memory: g, shape (2, RINGS, SECTORS), over the span [N/m].
-    modulus: G_t [Pa]. moved: du, dv [m], angle [rad]. Within, forces are over the span, moments over its square [N/m],
-    moves times G*, and energies times 2 G* over the span.
+    contact: `laws.record.CONTACT`. state: `torsion.TORSION`. memory: g over the span [N/m], (2, RINGS, SECTORS).
+    modulus: G_t [Pa]. moved: displacement du, dv [m] and angle [rad]. Inside, forces are divided by the span and
+    moments by its square [N/m], displacements are times G*, and energies times 2 G* over the span.
     """
     if state.span == 0.0:
         state.span = sqrt(contact.radius * contact.reach)
     span, radius, soft = state.span, sqrt(contact.radius * contact.overlap), contact.g_star / modulus
     moves = contact.g_star * moved[0], contact.g_star * moved[1], contact.g_star * span * moved[2]
-    hold = 0.5 / BESIDE, 0.5 / BESIDE, 3.0 / 16.0 * soft / BESIDE  # compliances of the spring beside
+    hold = 0.5 / PARALLEL, 0.5 / PARALLEL, 3.0 / 16.0 * soft / PARALLEL  # compliances of the parallel spring
     limit, added, before, target = np.empty(RINGS), np.empty((2, RINGS)), memory.copy(), (0.0, 0.0, 0.0)
     load = fit(contact, span, limit, added, contact.friction * contact.elastic / span)
     way = add(memory, added, moves[0], moves[1], moves[2] / soft)
-    slips = give_way(memory, before, limit, soft, ENOUGH * way)
+    slips = let_slip(memory, before, limit, soft, TOLERANCE * way)
     held = energy_of(state.missed, hold)
     energy = 2.0 * contact.g_star / span * state.stored - held
     start = resultant(before)
@@ -132,7 +140,7 @@ def advance(contact, state, memory, modulus, moved):
         share = 0.0
     gain += held + work(was, state.missed, moves) - energy_of(state.missed, hold)
     if gain < 0.0 and contact.overlap >= contact.before:
-        # Within the contact's limit the spring beside has less: back, sectors and spring together, as no limit falls.
+        # The contact's limit has reduced the parallel spring. Move sectors and spring together; no limit falls.
         memory += before
         for k in range(3):
             state.missed[k] += was[k]
@@ -149,22 +157,23 @@ def advance(contact, state, memory, modulus, moved):
 
 @jit_inline
 def work(start, end, moves):
-    """Of the mean of two forces with their moments."""
+    """Work of the mean of two forces with their moments, in the units of `advance`."""
     u, v, w = moves
     return (start[0] + end[0]) * u + (start[1] + end[1]) * v + (start[2] + end[2]) * w
 
 
 @jit_inline
 def energy_of(force, hold):
-    """Of the spring beside the sectors."""
+    """Elastic energy of the parallel spring. hold: its compliances."""
     return hold[0] * force[0] ** 2 + hold[1] * force[1] ** 2 + hold[2] * force[2] ** 2
 
 
 @jit_of_sums
 def fit(contact, span, limit_out, added_out, whole):
-    """Limits of the rings, and what a unit of slide and of swirl adds to their forces; returns the limits' sum.
+    """Compute the limits of the rings, and their forces under unit displacement and unit twist; return the limits' sum.
 
-    whole: what that must be, mu P over the span [N/m]; zero where no cell's middle is in contact.
+    whole: mu P over the span [N/m], to which the limits are scaled. The sum is nearly zero if the centre of no cell is
+    in contact.
     """
     overlap, before, s2 = contact.overlap, contact.before, span * span / contact.radius
     rate = 1.0 / (overlap - before) if overlap > before else 1e300
@@ -186,7 +195,7 @@ def fit(contact, span, limit_out, added_out, whole):
 
 @jit_of_sums
 def add(memory, added, gu, gv, gs):
-    """Displace all sectors as if they stuck; returns how much that is, of all rings together."""
+    """Displace all sectors as if they stuck; return the sum of the changes of the rings' forces."""
     way = 0.0
     for j in range(RINGS):
         du, dv, ds = added[0, j] * gu, added[0, j] * gv, added[1, j] * gs
@@ -199,29 +208,32 @@ def add(memory, added, gu, gv, gs):
 
 @jit_inline
 def weights(soft):
-    """Compliances of the parts and of the rest over `GIVE`; soft: G* over G_t, for one material 4/(2 - nu)."""
+    """Factors on `COMPLIANCE` for the six parts and the rest. soft: G*/G_t, 4/(2 - nu) for equal materials."""
     radial = max(4.0 - soft, 1.0)
     return 1.0, 1.0, soft, radial, 2.0, 2.0, REST * soft / radial
 
 
 @jit_of_sums
-def give_way(memory, before, limit, soft, enough):
-    """Let sectors slip until all are within their limits; returns whether all slip. before: tractions at the start."""
-    gave, parts, trial = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty((2, SECTORS))
+def let_slip(memory, before, limit, soft, tolerance):
+    """Let sectors slip until all are within their limits; return whether all slip.
+
+    before: tractions at the start of the step. tolerance: change in the last sweep.
+    """
+    lost, parts, trial = np.zeros((2, RINGS, SECTORS)), np.zeros((6, RINGS)), np.empty((2, SECTORS))
     slips, weight = True, weights(soft)
     for _ in range(MOST_SWEEPS):
         change, slips = 0.0, True
         for i in range(RINGS - 1, -1, -1):
-            own = weight[6] * GIVE[1, i, i]
-            one = 1.0 / max(GIVE[0, i, i], own, soft * GIVE[1, i, i])
+            own = weight[6] * COMPLIANCE[1, i, i]
+            one = 1.0 / max(COMPLIANCE[0, i, i], own, soft * COMPLIANCE[1, i, i])
             rest = one * own
             for k in range(SECTORS):
-                trial[0, k] = memory[0, i, k] - (1.0 - rest) * gave[0, i, k]
-                trial[1, k] = memory[1, i, k] - (1.0 - rest) * gave[1, i, k]
+                trial[0, k] = memory[0, i, k] - (1.0 - rest) * lost[0, i, k]
+                trial[1, k] = memory[1, i, k] - (1.0 - rest) * lost[1, i, k]
             for m in range(6):
                 slip = 0.0
                 for j in range(RINGS):
-                    slip += GIVE[min(m // 2, 1), i, j] * parts[m, j]
+                    slip += COMPLIANCE[min(m // 2, 1), i, j] * parts[m, j]
                 slip = one * weight[m] * slip - rest * parts[m, i]
                 for k in range(SECTORS):
                     trial[0, k] += slip * PARTS[i, m, 0, k]
@@ -233,41 +245,40 @@ def give_way(memory, before, limit, soft, enough):
                 slips = slips and over >= 0.0
                 if over > 0.0:
                     x, y = returned(x, y, before[0, i, k], before[1, i, k], most, over)
-                gave[0, i, k], gave[1, i, k] = memory[0, i, k] - x, memory[1, i, k] - y
+                lost[0, i, k], lost[1, i, k] = memory[0, i, k] - x, memory[1, i, k] - y
             for m in range(6):
                 t = 0.0
                 for k in range(SECTORS):
-                    t += gave[0, i, k] * PARTS[i, m, 0, k] + gave[1, i, k] * PARTS[i, m, 1, k]
+                    t += lost[0, i, k] * PARTS[i, m, 0, k] + lost[1, i, k] * PARTS[i, m, 1, k]
                 t /= SECTORS
                 change += abs(t - parts[m, i])
                 parts[m, i] = t
-        if change <= enough:
+        if change <= tolerance:
             break
-    memory -= gave
+    memory -= lost
     return slips
 
 
 @jit_inline
 def returned(x, y, u, v, most, over):
-    """A traction on its limit, from (x, y), outside; (u, v): at the start. most: the limit squared; over: beyond it."""
+    """Return a traction (x, y) to its limit. (u, v): at the start. most: limit squared. over: x^2 + y^2 - most."""
     square = u * u + v * v
     if square > NEAR * most and over < 0.6 * most:
         onto = sqrt(most / square)
         u, v = onto * u, onto * v
         along = most + x * u + y * v
         if along > 1.5 * most:
-            one = 1.0 / (2.0 * along + over)
-            return (2.0 * along * x - over * u) * one, (2.0 * along * y - over * v) * one
+            return slipped_along_mean(x, y, u, v, along, over)
     back = sqrt(most / (most + over))
     return back * x, back * y
 
 
 @jit
 def pull_back(memory, before, limit, soft, known):
-    """Go from tractions of which the step would give energy towards those of its start turned round, until D = 0.
+    """Move tractions with D < 0 towards the reversed tractions of the start of the step, until D = 0.
 
-    known: 2 D, and the energy before; and the moves. Those of the start are lowered to limits that have fallen. Returns
-    2 D: below zero only where no way between both has more.
+    The tractions of the start are first reduced to limits that have fallen. known: 2 D, the elastic energy before, and
+    the displacements. Returns 2 D, which is negative only if no state on the way has D = 0.
     """
     gain, energy, moves = known
     start = resultant(before)
@@ -280,7 +291,7 @@ def pull_back(memory, before, limit, soft, known):
             memory[1, i, k] += back * y
     f, g, m = resultant(before)
     least = energy + work(start, (-f, -g, -m), moves) - stored(before, soft)
-    bend = max(stored(memory, soft), 1e-300)  # zero where no ring is in contact any more
+    bend = max(stored(memory, soft), 1e-300)  # 0 if no ring is in contact any more
     rise = gain - least + bend
     share = (rise + sqrt(max(rise * rise + 4.0 * bend * least, 0.0))) / (2.0 * bend)
     share = min(max(share, 0.0), 1.0)
@@ -293,7 +304,7 @@ def pull_back(memory, before, limit, soft, known):
 
 @jit_of_sums
 def resultant(tractions):
-    """Force along both tangents, and moment."""
+    """Force along both tangents, and moment, of all sectors."""
     f, g, m = 0.0, 0.0, 0.0
     for j in range(RINGS):
         for k in range(SECTORS):
@@ -306,7 +317,7 @@ def resultant(tractions):
 
 @jit
 def missed(limit, load, moves, radius):
-    """What sectors miss of `resultant` if they slip as the rigid motion says. radius: of the contact, over the span."""
+    """Force and moment of full slip by `torsion.limit_point`, less those of the sectors; radius: over the span."""
     u, v, w = moves
     tractions = np.empty((2, RINGS, SECTORS))
     for j in range(RINGS):
@@ -324,10 +335,10 @@ def missed(limit, load, moves, radius):
 
 @jit_of_sums
 def stored(tractions, soft):
-    """Elastic energy."""
+    """Elastic energy of the sectors."""
     parts, weight, energy = np.zeros((6, RINGS)), weights(soft), 0.0
     for i in range(RINGS):
-        own = weight[6] * GIVE[1, i, i]
+        own = weight[6] * COMPLIANCE[1, i, i]
         for k in range(SECTORS):
             x, y = tractions[0, i, k], tractions[1, i, k]
             energy += own / SECTORS * (x * x + y * y)
@@ -338,15 +349,15 @@ def stored(tractions, soft):
     for m in range(6):
         for i in range(RINGS):
             for j in range(RINGS):
-                energy += weight[m] * GIVE[min(m // 2, 1), i, j] * parts[m, i] * parts[m, j]
+                energy += weight[m] * COMPLIANCE[min(m // 2, 1), i, j] * parts[m, i] * parts[m, j]
     return energy
 
 
 @jit
 def hand_over(contact, state, memory, modulus):
-    """Give force and moment to the law's own springs and to `torsion`, as a stuck contact has them: of least energy.
+    """Return a contact from sectors to its law and to `torsion`, with the same force and moment at the least energy.
 
-    memory: what the law remembers, flat, where the sectors' tractions have been.
+    These are the tractions of a stuck contact. memory: vectors of the law, flat, in place of the sectors' tractions.
     """
     count, radius = memory.size // 2, sqrt(contact.radius * max(contact.before, 0.0))
     held = 1.0 / (2.0 * radius * contact.ratio) if radius * contact.ratio > 0.0 else 0.0

@@ -1,16 +1,16 @@
-"""Losses in shear as in compression: each spring of the contact line is a Kelvin-Voigt one, along both directions.
+"""Losses in shear as in compression: each spring of the contact line is a Kelvin-Voigt element, in both directions.
 
     p(x) = E* (z + tau dz/dt), not below zero      q(x) = G* (u + tau du/dt), |q| <= mu p      z = delta - x^2/R
 
-with the retardation time tau = c/k_N that the normal damper c has (`hertz`), sqrt(5)/1.5 zeta sqrt(m/k) delta^(-1/4):
-no new number. While all slides, u = mu E*/G* z solves both: first stick and gross slip are those of the elastic law.
-The caps are scaled so that they sum to the normal force there is. With an elastic part t = G* u, a step of h from t_0,
-displaced by g = G* ds, and r = tau/h,
+The retardation time is that of the normal damper c (`hertz`), tau = c/k_N = sqrt(5)/1.5 zeta sqrt(m/k) delta^(-1/4), so
+no new number is needed. While everything slides, u = mu E*/G* z solves both equations: first stick and gross slip are
+those of the elastic law. The limits are scaled so that they sum to mu times the normal force. With the elastic traction
+t = G* u, a step h from t_0, the displacement g = G* ds, and r = tau/h,
 
-    q = t + r (t - t_0), with all displacement taken by u: t_0 + (1 + r) g; cut to the cap; then t = (q + r t_0)/(1 + r)
+    q = t + r (t - t_0); without slip q = t_0 + (1 + r) g; q is reduced to its limit; then t = (q + r t_0)/(1 + r)
 
-so that friction and damper take energy whatever the step. The rate of a body that F slows by h F/(2 m_T) since the
-middle of the step is put right from the force of the step before.
+so friction and damper dissipate energy with any step. The displacement gives the rate in the middle of the step, but q
+belongs to its end. The change of the rate in between, -h F/(2 m_T), is estimated by the force of the previous step.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from contactlaw.jit import jit_inline, jit_of_sums
 
 @jit_inline
 def retardation(contact, dt):
-    """tau/h, tau d(delta)/dt [m], and what the displacement over the step lacks of the rate at its end, times G*."""
+    """tau/h; tau d(delta)/dt [m]; and corrections of the displacement to the rate at the step's end, times G* [N/m]."""
     thrust = (contact.ratio - 1.0) / 1.5 * contact.overlap  # the ratio is 1 + 3/2 tau d(delta)/dt/delta
     if dt <= 0.0 or contact.zeta == 0.0:
         return 0.0, thrust, 0.0, 0.0
@@ -33,7 +33,7 @@ def retardation(contact, dt):
 
 @jit_of_sums
 def loads(law, s2, overlap, thrust):
-    """Sum of the springs' loads over E* [m]."""
+    """Weighted sum of the springs' loads over E* [m]. thrust: tau d(delta)/dt [m]."""
     load = 0.0
     for i in range(law.w.size):
         z = overlap - s2 * law.x2[i]
@@ -43,10 +43,7 @@ def loads(law, s2, overlap, thrust):
 
 @jit_of_sums
 def displace_viscous(law, memory, s2, overlap, before, gu, gv, cap, loss):
-    """Displace all nodes, see `microslip.displace`; returns the sums of their tractions along both tangents.
-
-    loss: of `retardation` the first two, the scale of the caps, and the last two.
-    """
+    """`microslip.displace` with losses. loss: results 0 and 1 of `retardation`, factor of the limits, results 2, 3."""
     r, thrust, share, late_u, late_v = loss
     gained = overlap - before
     rate = 1.0 / gained if gained > 0.0 else 1e300

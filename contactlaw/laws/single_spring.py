@@ -1,4 +1,4 @@
-"""One tangential spring for the whole contact, capped by Coulomb: what linear_spring and both mindlins share."""
+"""One tangential spring for the whole contact with a Coulomb limit: shared by linear_spring and both mindlin laws."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from contactlaw.laws.oscillator import phase_point
 from contactlaw.laws.record import SLIDING, SPRUNG
 from contactlaw.laws.slip import carried, held, slides_on, sliding_direction
 
-RESCALED = 1.0 / 3.0  # of the fall of P in a shrinking contact, what a rescaled spring gives up: (da/a)/(dP/P)
+RESCALED = 1.0 / 3.0  # relative loss of a rescaled spring over that of P as the contact shrinks, (da/a)/(dP/P)
 
 
 @jit
 def spring_force(contact, memory, linear, rescaled, du, dv):
-    """Force of the spring, elastic part in the memory: dF = k_T ds, |F| <= mu P.
+    """Tangential force [N] of the spring, dF = k_T ds, |F| <= mu P; memory holds its elastic part.
 
-    linear: k_T = kappa k_N, else 2 G* a averaged over the step. rescaled: reduced by a/a_old while the contact shrinks.
+    linear: k_T = kappa k_N; else k_T = 2 G* a averaged over the step. rescaled: while the contact shrinks the force is
+    reduced by a/a_old.
     """
     if contact.state != SPRUNG and slides_on(contact, du, dv, RESCALED if rescaled else 0.0):
         return contact.f, contact.g
@@ -57,7 +58,7 @@ def spring_energy(contact, memory, stiffness):
 
 
 class SingleSpring(Law):
-    """A law of one spring."""
+    """Base class of laws with one spring."""
 
     rescaled: ClassVar[bool] = False
 
@@ -67,7 +68,7 @@ class SingleSpring(Law):
         return spring_energy(contact, memory, 2.0 * contact.g_star * sqrt(contact.radius * contact.overlap))
 
     def impacts(self, zeta: float, steps: int) -> Impacts:
-        """The same spring in scaled variables."""
+        """Integrate the same spring in scaled variables."""
         motion = normal_motion(zeta, steps, self.linear)
         known = motion.theta, motion.delta, motion.v_mid, motion.step
         return partial(rebound_single_spring, known, zeta, self.linear, self.rescaled)
@@ -75,7 +76,7 @@ class SingleSpring(Law):
 
 @jit_of_sums
 def rebound_single_spring(motion, zeta, linear, rescaled, psi_1, chi, psi_2_out):
-    """psi_2 of each impact (flat arrays). motion: of `Motion` theta, delta, v_mid and step."""
+    """psi_2 of whole impacts, arrays (n,). motion: theta, delta, v_mid and step of `Motion`."""
     theta, delta, v_mid, dt = motion
     steps = v_mid.size
     _, v_end = phase_point(theta[steps], zeta)

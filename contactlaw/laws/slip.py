@@ -1,10 +1,9 @@
-"""What laws share: gross slip from the touch on, and friction's share of the damper's force.
+"""Functions that laws share: gross slip from the touch on, and friction under the force of the damper.
 
-The damper does not touch the elastic contact: it changes the total normal force, and friction carries the same
-mobilised share F/(mu P) of it as it would without. So stick and slip, and with them the regimes of the elastic
-theory, stay exact at any restitution. (Scaling the caps mu p instead makes every damped contact stick at the first
-touch, where the damper's share of P is infinite: gross slip then misses psi_1 - 2 chi (1 + e) by 4 chi zeta^2/psi_1,
-0.08 at e = 0.5.)
+The damper leaves the elastic contact unchanged. It changes the total normal force, and the mobilised share F/(mu P) of
+that total is the same as without a damper. So stick and slip, and the regimes of the elastic theory, stay exact at any
+restitution. (Scaling the limits mu p instead makes every damped contact stick at the first touch, where the damper's
+share of P is infinite; gross slip then misses psi_1 - 2 chi (1 + e) by 4 chi zeta^2/psi_1, 0.08 at e = 0.5.)
 """
 
 from __future__ import annotations
@@ -14,18 +13,19 @@ from math import sqrt
 from contactlaw.jit import jit_inline as jit
 from contactlaw.laws.record import LASTING, SLIDING
 
-STRAIGHT = 1e-6  # sine of the angle to which a slide may turn in a step and still count as straight
+STRAIGHT = 1e-6  # sine of the angle up to which a slide that turns within a step counts as straight
 
 
 @jit
 def slides_on(contact, du, dv, given_up):
-    """Whether a contact that has slid as a whole since the touch still does; if so, its force is that of friction.
+    """Return whether a contact that has slid as a whole since the touch still does; if so, set its force to friction.
 
-    Under gross slip all points move together (Maw, Barber & Fawcett 1976, appendix), so the middle of the contact, cap
-    mu E* delta, speaks for all: it slides while its displacement outruns the growth of that cap. Nothing else need be
-    known until it sticks, or until the slide turns: then the places near the rim turn first. A single spring on its
-    limit says the same, as mu dP = 2 mu E* a d(delta) and dF = 2 G* a ds. given_up: share of the fall of P by which a
-    law lets its force fall by itself while the contact shrinks.
+    Under gross slip all points move together (Maw, Barber & Fawcett 1976, appendix). So the centre of the contact, with
+    the limit mu E* delta, decides for all: it slides while its displacement exceeds the growth of that limit. No
+    history is needed until the contact sticks or the slide turns, which changes the tractions at the rim first. A
+    single spring on its limit gives the same condition, as mu dP = 2 mu E* a d(delta) and dF = 2 G* a ds.
+
+    given_up: share of the fall of P by which the law reduces its force by itself while the contact shrinks.
     """
     mu_e, overlap, before = contact.friction * contact.e_star, contact.overlap, contact.before
     part = 1.0 if before >= 0.0 else overlap / (overlap - before)
@@ -50,7 +50,7 @@ def slides_on(contact, du, dv, given_up):
 
 @jit
 def sliding_direction(contact):
-    """Direction of the force of a contact that slides; (0, 0) where it has none."""
+    """Direction of the tangential force of a sliding contact; (0, 0) if the force is zero."""
     size = sqrt(contact.f * contact.f + contact.g * contact.g)
     if size == 0.0:
         return 0.0, 0.0
@@ -58,21 +58,32 @@ def sliding_direction(contact):
 
 
 @jit
+def slipped_along_mean(x, y, u, v, along, over):
+    """Traction q on a limit P after slip along the mean of the tractions before, q_0 = (u, v), and after, q.
+
+    t = (x, y): traction without slip. From t - q = lambda (q_0 + q) and |q_0| = |q| = P follows lambda = over/(2 along)
+    with along = P^2 + t.q_0 and over = t^2 - P^2.
+    """
+    scale = 1.0 / (2.0 * along + over)
+    return (2.0 * along * x - over * u) * scale, (2.0 * along * y - over * v) * scale
+
+
+@jit
 def held(contact, f, g):
-    """Share of the springs' tangential force (f, g) [N] that a contact holds: mu times the elastic P, at most 1."""
+    """Factor <= 1 that reduces the springs' tangential force (f, g) [N] to at most mu times the elastic P."""
     pull, limit = sqrt(f * f + g * g), contact.friction * contact.elastic
     return limit / pull if pull > limit else 1.0
 
 
 @jit
 def carried(contact, f, g):
-    """What of the springs' tangential force (f, g) [N], within mu times the elastic P, a contact gives.
+    """Tangential force of the contact [N] that belongs to the springs' force (f, g), at most mu times the elastic P.
 
-    Friction carries the same share of the damper's force as of the elastic one while bodies bounce: the whole is then
-    on the friction limit where the springs are. In a contact that lasts this would not be passive: a force that is
-    stuck at F and grows with the closing speed v by c F/P v does the work c F/P v w at a sliding speed w, of either
-    sign, beside the damper's c v^2, and a ball wedged into a groove would begin to swing by itself. Once bodies that
-    have begun to part come together again, at v = 0 and a ratio of 1, friction has the springs' force alone, within
+    While bodies bounce, the force of the contact is that of the springs times P over the elastic P, so that it is on
+    the friction limit exactly when the springs are. In a persistent contact this would not be passive. A stuck force F
+    that grows with the closing speed v by c F/P v does work at the rate c F/P v w at a sliding speed w, of either sign,
+    besides the damper's c v^2; a ball wedged into a groove would begin to swing by itself. So once bodies that had
+    begun to separate approach again (at v = 0, where the ratio is 1), the force is that of the springs alone, within
     its limit.
     """
     if contact.course == LASTING:
@@ -83,10 +94,10 @@ def carried(contact, f, g):
 
 @jit
 def span_of(contact, span):
-    """Radius [m] for nodes or rings to span: it stays unless the contact outgrows it or lives far inside.
+    """Radius [m] that nodes or rings should span: the present span, unless it is too small or much too large.
 
-    A contact that settles from a bounce to rest keeps few of its nodes; it is judged by the overlap it can still reach,
-    so that the thin contacts at the start and end of an impact are left alone.
+    A contact that settles from a bounce to rest would keep few active nodes. Whether the span is too large is decided
+    by the overlap that the contact can still reach, so that an impact keeps its span near its start and end.
     """
     a2 = contact.radius * contact.overlap
     if a2 > span * span:

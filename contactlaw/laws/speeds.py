@@ -1,9 +1,9 @@
-"""Restitution and friction that depend on speed, as a contact reads them at its touch.
+"""Restitution and friction that depend on speed, evaluated in kernels.
 
-The numbers behind a law's own: how many points the curve of e has, and that of mu; then the logarithms of the speeds
-[m/s] and the values of one, and of the other. Between points values go straight over ln v, beyond them they stay; no
-points: the pair's own number holds. What a contact has read holds through an impact; one that lasts reads its friction
-again at each speed that it slides with.
+The table stands behind a law's own numbers: the numbers of points of the curves e(v) and mu(v); then ln(speed [m/s])
+and values of the first curve, and of the second. Values are interpolated linearly in ln v and constant beyond the ends.
+A curve without points leaves the pair's own number in place. A contact evaluates both curves at its first touch; a
+persistent contact evaluates its friction again at its sliding speed.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from contactlaw.laws.oscillator import damping_ratio
 
 @jit
 def read(contact, numbers, push, sliding):
-    """Give a contact the damping ratio and the friction of its touch; closing speed, overlap and mass are in place.
+    """Set damping ratio and friction of a contact at its touch; its closing speed, overlap and mass must be set.
 
-    push: closing acceleration [m/s^2] by all but the contact. A contact that is pressed together is as fast as its
-    overlap at rest makes it, however slowly it began. sliding: speed [m/s].
+    e is that of the speed at zero overlap which has the present energy. push: closing acceleration [m/s^2] due to all
+    other forces; it adds the speed gained over the overlap at rest, for contacts that begin slowly under load. sliding:
+    sliding speed [m/s].
     """
     count = int(numbers[0])
     if count > 0:
@@ -33,7 +34,7 @@ def read(contact, numbers, push, sliding):
 
 @jit
 def read_friction(contact, numbers, sliding):
-    """Give a contact the friction that it has at a sliding speed [m/s]."""
+    """Set the friction of a contact for a sliding speed [m/s]; a reduction by spin is kept."""
     count = int(numbers[1])
     if count > 0:
         mu = value_at(numbers, 2 + 2 * int(numbers[0]), count, sliding)
@@ -42,7 +43,7 @@ def read_friction(contact, numbers, sliding):
 
 @jit
 def value_at(numbers, first, count, speed):
-    """Value at a speed [m/s] of the curve of so many points whose numbers begin there."""
+    """Value at a speed [m/s] of the curve of `count` points that begins at numbers[first]."""
     x, values = log(max(speed, 1e-300)), first + count
     if x <= numbers[first]:
         return numbers[values]

@@ -1,4 +1,4 @@
-"""One contact advanced by one step: its normal force, then its law."""
+"""One contact over one step: first its normal force, then the law's tangential force."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness, normal_forc
 from contactlaw.laws.oscillator import restitution
 from contactlaw.laws.record import EXPANDING, LASTING, OPEN, PRESSED, SLIDING, SPRUNG, SPUN, ask_force
 
-# Of the greatest overlap foreseen: the steps' own error must not outgrow it. The square of 1.02, of a contact radius.
-MARGIN = 1.0404
+MARGIN = 1.0404  # on the greatest overlap foreseen, for errors of the steps: 1.02 squared, 2 % of the contact radius
 
 
 @jit
-def know(contact, pair, radius):
-    """Tell a contact of its pair and its effective radius [m]; nothing else is known of it yet."""
+def reset(contact, pair, radius):
+    """Make an open contact of a pair with an effective radius [m]; the caller sets motion and masses."""
     contact.e_star, contact.g_star = pair.e_star, pair.g_star
     contact.radius, contact.friction = radius, pair.friction
     contact.mu, contact.zeta = pair.friction, pair.zeta
@@ -25,26 +24,29 @@ def know(contact, pair, radius):
 
 @jit
 def touch(contact, linear):
-    """What the rest of the contact needs from its first instant; overlap, closing speed and masses are in place."""
+    """Set stiffness and reach at the first instant of a contact; its overlap, closing speed and masses must be set."""
     deepest = greatest_overlap(contact.stiffness, contact.mass, max(contact.before, 0.0), contact.closing)
-    # A damped impact reaches sqrt(e) of it in the oscillator's measure, delta^1.25.
+    # A damped impact reaches sqrt(e) of the undamped delta^1.25 (`oscillator`).
     damped = deepest * restitution(contact.zeta) ** 0.4
-    # The overlap is more in a step that is too long, or of a contact that did not come by its speed.
+    # The overlap exceeds `deepest` if the step is too long, or if the contact began with an overlap.
     contact.stiffness = stiffness_foreseen(contact, linear, max(deepest, contact.overlap))
     contact.reach = MARGIN * max(damped, contact.overlap)
 
 
 @jit
 def prescribe(contact, pair, deepest):
-    """Begin a contact whose normal motion is given, up to an overlap [m]: nothing that touches it changes that."""
-    know(contact, pair, pair.radius)
+    """Make a contact whose normal motion is prescribed, up to a greatest overlap [m]; its masses are infinite."""
+    reset(contact, pair, pair.radius)
     contact.mass, contact.tangential_mass, contact.closing = 1e300, 1e300, 1.0
     contact.stiffness, contact.reach = stiffness_foreseen(contact, pair.linear != 0.0, deepest), deepest
 
 
 @jit
 def ask(contact, pair, law, memory, du, dv, dt):
-    """The law's tangential force, for the normal forces that the contact has; see `record.ask_force`."""
+    """Update the tangential force of a contact by its law, for its present normal forces; see `record.ask_force`.
+
+    Sectors and elliptic contacts (`laws.sectors`, `laws.ellipse`) update their force themselves.
+    """
     if contact.state == SPUN or contact.skew != 0.0:
         return
     if contact.friction == 0.0:
@@ -57,10 +59,10 @@ def ask(contact, pair, law, memory, du, dv, dt):
 
 @jit
 def press(contact, pair, free, dt):
-    """Advance the normal force of a contact to the overlap > 0 that it has now.
+    """Update the normal force and the course of a contact for its present overlap > 0.
 
-    contact: `record.CONTACT` that knows its pair; overlap, before and closing are of this step, mass and
-    tangential_mass of the touch. free, dt: as for `hertz.normal_force`.
+    contact: `record.CONTACT` after `reset`, with overlap, before and closing of this step, and mass and tangential_mass
+    of the touch. free, dt: as for `hertz.normal_force`.
     """
     if contact.state == OPEN:
         touch(contact, pair.linear != 0.0)

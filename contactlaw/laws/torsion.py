@@ -1,43 +1,44 @@
-"""Torsion: the moment about the normal of a contact that is spun, and what spin takes from its tangential force.
+"""Torsion: moment about the normal of a contact that spins, and the friction that spin leaves for sliding.
 
-Torsion alone is exact on a line of independent springs (Jaeger, Arch. Appl. Mech. 65, 1995; Popov & Hess 2015), with
-1/G_t = 1/G_A + 1/G_B and theta(x) the elastic angle of the spring at x:
+A line of independent springs describes torsion alone exactly (Jaeger, Arch. Appl. Mech. 65, 1995; Popov & Hess 2015).
+With 1/G_t = 1/G_A + 1/G_B and theta(x) the elastic angle of the spring at x,
 
     M = integral over the contact, 0 < x < a, of 16 G_t x^2 theta(x) dx
     |theta(x)| <= mu/(2 G_t) integral_x^a p(r) dr/sqrt(r^2 - x^2) = 3 mu P/(4 pi G_t a^2) [K(k) - E(k)],
     k^2 = 1 - x^2/a^2
 
-which is Lubkin's solution (J. Appl. Mech. 18, 1951): stuck 16/3 G_t a^3, slipping as a whole M_s = 3 pi/16 mu P a.
-Rings of fixed radii hold one mean angle each; stiffness and cap, b in the mean, are those of the part that is in
-contact. What comes into contact is not twisted, what leaves it takes its energy along. Were all of a ring to slip at
-once M would be off by 0.57/n^2 of M_s, for M over the angle would be made of n chords. The caps of its springs spread,
-and are taken as even between b - h and b + h, of the true variance: h = 3/(4 pi) E(k) times what ln(x) spreads in units
-of mu P/(G_t a^2), for dK/dk - dE/dk = k E/(1 - k^2). Twisted on from nothing by beta, a ring then holds
+which is Lubkin's solution (J. Appl. Mech. 18, 1951): stuck stiffness 16/3 G_t a^3, full slip M_s = 3 pi/16 mu P a.
+The springs are combined into rings of fixed radii with one mean angle each. Stiffness and mean limit b of a ring are
+those of its part in contact. Springs that come into contact are not twisted; those that leave it lose their energy. If
+all springs of a ring slipped at once, M as a function of the angle would consist of n chords, with an error of 0.57/n^2
+of M_s. So the limits of a ring's springs are distributed uniformly between b - h and b + h, with the true variance:
+h = 3/(4 pi) E(k) times the spread of ln(x), in units of mu P/(G_t a^2), because dK/dk - dE/dk = k E/(1 - k^2). Twisted
+from zero by beta, a ring then holds the angle
 
     beta up to b - h        b - (b + h - beta)^2/(4 h) up to b + h        b from there
 
-which makes M of a first twist right to 1e-4 of M_s with 16 rings. A ring that has slipped in part goes back as a spring
-to nothing and then along the same curve the other way, but within a step it slips from where it holds as much as it
-did: friction takes energy in any step. Of a twist to and fro M is right to 6e-3.
+With 16 rings M of a first twist is right to 1e-4 of M_s. A ring that has slipped in part unloads elastically to zero,
+then follows the same curve in the other direction. A step starts on the curve at the angle that the ring holds, so
+friction dissipates energy in any step. For a twist to and fro M is right to 6e-3.
 
-Sliding and spinning together, slipping everywhere, the velocity v of the middle of the contact being s times omega a
+Sliding and spinning together, with slip everywhere; the velocity v of the centre of the contact is s times omega a
 (q^2 = s^2 - 1; `tests.test_torsion` has the quadrature):
 
     s <= 1: F/(mu P) = 3 pi/32 (4 s - s^3)          M/(mu P a) = 3 pi/128 (8 - 8 s^2 + 3 s^4)
     s >= 1: F/(mu P) = 3/16 [(4 s - s^3) asin(1/s) + (s^2 + 2) q/s]
             M/(mu P a) = 3/64 [(8 - 8 s^2 + 3 s^4) asin(1/s) + (6 - 3 s^2) q]
 
-With k = 1/s a polynomial stands for the second pair, M/(mu P a) = k Q(k^2) within 1e-5, Q fitted such that it begins
+With k = 1/s, a polynomial replaces the second pair, M/(mu P a) = k Q(k^2) within 1e-5. Q is fitted such that it begins
 like the series and meets the first pair at k = 1; F follows from dF = -k dM (`tests.test_torsion` compares both).
 
 This limit curve bounds all F and M, and (v, omega a) is along its normal (Goyal, Ruina & Papadopoulos, Wear 143, 1991).
-So the law of the tangential force and the rings have their friction lowered to the point of the curve nearest to where
-F and M would go if the contact hardly slipped; inside the curve they are not coupled. Friction that is lowered takes
-energy, unless a force turns round in the same step: then its mean gives some back. So what such a step dissipates is
-reckoned, and if it is below zero springs and rings go towards those of its start turned round, which are within all
-limits and dissipate nothing, until it is zero.
-Where the rim slips by spin while F is inside the curve this misses most of what spin does to psi_2: an
-impact on springs has `sectors` from sigma = 0.02 on.
+So friction is reduced, for the tangential law and the rings, to the point of the curve nearest to F and M of a trial
+step with little slip; inside the curve F and M are not coupled. Reduced friction dissipates energy, unless a force
+reverses in the same step: its mean then returns some. So the dissipation of such a step is computed. If it is negative,
+springs and rings move towards the reversed tractions of the start of the step, which are within all limits and
+dissipate nothing, until the dissipation is zero.
+If the rim slips by spin while F is inside the curve, this coupling misses most of the effect of spin on psi_2. So
+impacts under `microslip` use `sectors` from sigma = 0.02 on.
 """
 
 from __future__ import annotations
@@ -52,40 +53,44 @@ from contactlaw.laws.slip import span_of
 from contactlaw.laws.step import ask
 
 RINGS = 16
-EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.9  # of the span; narrower towards the rim, where slip begins
+EDGES = (np.arange(RINGS + 1) / RINGS) ** 0.9  # radii over the span; closer towards the rim, where slip begins
 TORSION = np.dtype(
     [("span", "f8"), ("moment", "f8"), ("twists", "f8", (RINGS,)), ("stored", "f8"), ("missed", "f8", (3,))]
 )
-"""Radius that the rings span [m], zero: not spun since the touch; moment against the spin [N m]; the rings' angles
-[rad]; of `sectors` the elastic energy [J], and `sectors.missed`."""
+"""State of a contact under torsion.
+
+span: radius that the rings span [m]; 0: no spin since the touch. moment: moment against the spin [N m]. twists: elastic
+angles of the rings [rad]. stored: elastic energy [J] of `sectors`. missed: force and moment of the parallel spring of
+`sectors`.
+"""
 
 FULL = 3.0 * pi / 16.0  # M_s over mu P a
-LEAST = 1e-9  # of its friction, what spin leaves a contact
+LEAST = 1e-9  # least share of friction that spin leaves for the tangential force
 CURVE = (0.2, 0.0148535, -0.0024586, 0.0214635, -0.0263972, 0.013432)  # Q, lowest power first
-ITERATIONS, CLOSE = 6, 5e-3  # steps to a point of the limit curve; [rad] of the last, whose square is left as error
+ITERATIONS, CLOSE = 6, 5e-3  # most steps to a point of the limit curve; last step [rad], whose square is the error
 
 
 @jit_inline
 def inner_share(s):
-    """Share of M_s that the springs inside x = s a carry: 64/pi^2 integral_0^s t^2 [K - E] dt, within 4e-5."""
+    """Share of M_s carried by the springs inside x = s a, 64/pi^2 integral_0^s t^2 [K - E] dt: a fit within 4e-5."""
     fit = 5.4986 + s * (-28.5592 + s * (102.3440 + s * (-222.5125 + s * (281.0245 + s * (-189.2718 + s * 52.4591)))))
     return s * s * s * (1.0 + (1.0 - s) * (3.0 + (1.0 - s) * fit))
 
 
 @jit_inline
 def spread(inner, outer):
-    """h of a ring, its radii over a, times 256/(9 pi): in units of the angle that M_s makes of a stuck contact."""
+    """h of a ring between two radii over a, times 256/(9 pi): in units of the angle of a stuck contact under M_s."""
     ratio, middle = (outer - inner) / (outer + inner), 0.5 * (outer + inner)
-    # A fit to what x^2 dx, its weight, makes of ln(x), times one of E(k).
+    # A fit to the spread of ln(x) with the weight x^2 dx, times a fit to E(k).
     return 2.1615 * ratio * (1.0 - 0.423 * ratio * ratio) * (1.0 + middle * (0.2736 + 0.2972 * middle))
 
 
 @jit
 def advance(state, contact, pair, law, memory, moved, since, dt):
-    """Force and moment of a contact that slides and spins; returns the friction that sliding leaves for the moment.
+    """Update force and moment of a contact that slides and spins; return the friction that is left for the moment.
 
     state: `TORSION`. contact: with the normal forces of this step. pair, law, memory, dt: as for `record.ask_force`.
-    moved: du, dv [m], angle [rad], of A over B; the angle since the overlap [m] was such, the rest in this step.
+    moved: displacement du, dv [m] of A relative to B over this step, and angle [rad] since the overlap was `since` [m].
     """
     left = limits(state, contact, *moved)
     own, twists, span = memory[: 2 * int(pair.vectors)], state.twists[:], state.span
@@ -102,7 +107,7 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
     if lowered and contact.overlap >= before and contact.state >= SPRUNG and state.span == span:
         gain -= ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
         gain += 0.5 * ((f + contact.f) * moved[0] + (g + contact.g) * moved[1] + (m + state.moment) * moved[2])
-        if gain < 0.0:  # back, towards those of the start turned round
+        if gain < 0.0:  # move towards the reversed tractions of the start of the step
             own += was
             twists += turned
             both = ask_energy(pair, contact, law, memory) + stored(state, contact, pair.g_t)
@@ -118,10 +123,10 @@ def advance(state, contact, pair, law, memory, moved, since, dt):
 
 @jit
 def twist(state, contact, modulus, angle, friction):
-    """Twist a contact by an angle [rad] of A over B about the normal: new is the moment.
+    """Update the moment of a contact that is twisted by an angle [rad] of A relative to B about the normal.
 
-    state: `TORSION`. contact: `laws.record.CONTACT`, with the forces of this step. modulus: G_t [Pa]. friction: the
-    coefficient, or what sliding leaves of it.
+    state: `TORSION`. contact: `laws.record.CONTACT` with the normal forces of this step. modulus: G_t [Pa]. friction:
+    friction coefficient that is left for the moment.
     """
     radius = sqrt(contact.radius * contact.overlap)
     old = sqrt(contact.radius * max(contact.before, 0.0))
@@ -136,9 +141,10 @@ def twist(state, contact, modulus, angle, friction):
 
 @jit_of_sums
 def turn_rings(state, span, old, angle, cap):
-    """Turn all rings by an angle; returns the sum of the springs'.
+    """Twist all rings by an angle [rad]; return the moment over the contact's stiffness [rad].
 
-    span, old: over the radius of the contact. angle, cap [rad]: moments over the contact's stiffness.
+    span, old: span of the rings and previous radius of the contact, over the present radius. cap: limit of the moment
+    over the stiffness [rad].
     """
     moment, side, way = 0.0, copysign(1.0, angle), abs(angle)
     for i in range(RINGS):
@@ -153,7 +159,7 @@ def turn_rings(state, span, old, angle, cap):
         held = side * one * state.twists[i] * max(min(was, size), 0.0)
         held = min(max(held, -mean), mean)
         begin, twist = max(held, 0.0), held + way
-        left = mean + half - begin  # until all slips
+        left = mean + half - begin  # angle until the whole ring slips
         if begin > mean - half:
             left = sqrt(4.0 * half * (mean - begin))
         left = max(left - max(twist - begin, 0.0), 0.0)
@@ -166,9 +172,10 @@ def turn_rings(state, span, old, angle, cap):
 
 @jit
 def follow(state, contact, radius):
-    """Let the rings span the contact; where they change, all are left with one angle: of one moment, the least energy.
+    """Adapt the span of the rings to the contact.
 
-    radius: of the contact before [m].
+    If the span changes, all rings get the same angle: of all states with the same moment, that of least energy. radius:
+    previous radius of the contact [m].
     """
     span = state.span
     if span == 0.0:
@@ -187,7 +194,7 @@ def follow(state, contact, radius):
 
 @jit
 def stored(state, contact, modulus):
-    """Elastic energy [J] of the rings: 8/3 G_t of each one's x^3, times its angle squared."""
+    """Elastic energy of the rings [J], the sum of 8/3 G_t (x_out^3 - x_in^3) times the square of the angle."""
     energy, last, radius = 0.0, 0.0, sqrt(contact.radius * max(contact.overlap, 0.0))
     for i in range(RINGS if state.span > 0.0 else 0):
         end = min(EDGES[i + 1] * state.span, radius) ** 3
@@ -200,17 +207,17 @@ def stored(state, contact, modulus):
 def limits(state, contact, du, dv, angle):
     """Shares of friction that are left for the tangential force and for the moment.
 
-    contact: with the normal forces of this step and the friction of the one before. du, dv [m], angle [rad]: as above.
+    contact: with the normal forces of this step and the friction of the previous one. du, dv, angle: as for `advance`.
     """
     if contact.before <= 0.0 or contact.overlap <= 0.0 or contact.force <= 0.0:
         return 1.0, 1.0
     radius, full = sqrt(contact.radius * contact.overlap), 1.0 / (contact.mu * contact.force)
-    stretch = contact.g_star * radius  # half of what a stuck contact has: by the limit, much of it slips
+    stretch = contact.g_star * radius  # half the stuck stiffness: near the limit, much of the contact slips
     u, v = contact.f + stretch * du, contact.g + stretch * dv
     force = full * sqrt(u * u + v * v)
     moment = full * abs(state.moment / radius + stretch * radius * angle)
     kept = 1.0
-    if contact.state == SLIDING:  # its law takes what friction there is for its springs when it sticks
+    if contact.state == SLIDING:  # the law initialises its springs by the present friction when the contact sticks
         kept = contact.friction / contact.mu
     if force + moment / FULL <= 1.0:
         return kept, 1.0
@@ -222,8 +229,8 @@ def limits(state, contact, du, dv, angle):
 
 @jit_of_sums
 def nearest(force, moment):
-    """Point of the limit curve nearest to a force over mu P and a moment over mu P a; whether these are outside."""
-    v, w = force, moment * (1.0 / (FULL * FULL))  # across an ellipse
+    """Point of the limit curve nearest to a force over mu P and a moment over mu P a; whether these lie outside it."""
+    v, w = force, moment * (1.0 / (FULL * FULL))  # first guess: the normal of an ellipse with the same axes
     one = 1.0 / sqrt(v * v + w * w)
     f, m, bend, turn = 0.0, 0.0, 0.0, 0.0
     for _ in range(ITERATIONS):
@@ -234,7 +241,7 @@ def nearest(force, moment):
         if turn * turn < CLOSE * CLOSE:
             break
         v, w = max(v - turn * w, 0.0), max(w + turn * v, 0.0)
-        one = 1.0 - turn * turn * (0.5 - 0.375 * turn * turn)  # of a length that hardly matters
+        one = 1.0 - turn * turn * (0.5 - 0.375 * turn * turn)  # 1/sqrt(1 + turn^2), to fourth order
     along = bend * turn
     f, m = f - along * (w + 0.5 * turn * v), m + along * (v - 0.5 * turn * w)
     return f, m, (force - f) * (v - turn * w) + (moment - m) * (w + turn * v) > 0.0
@@ -242,9 +249,9 @@ def nearest(force, moment):
 
 @jit_of_sums
 def limit_point(v, w):
-    """Of a contact that slips everywhere, F/(mu P), M/(mu P a), and the limit curve's radius of curvature there.
+    """F/(mu P) and M/(mu P a) of a contact that slips everywhere, and the radius of curvature of the limit curve there.
 
-    v, w: velocity of its middle and spin times a, both not negative, over the root of the sum of their squares.
+    v, w: velocity of the centre and spin times a, both >= 0, over the root of the sum of their squares.
     """
     if w <= v:
         one = 1.0 / v
@@ -265,9 +272,9 @@ def limit_point(v, w):
 
 @jit
 def damp(state, contact, modulus, friction, rate, inertia):
-    """Add a critical dashpot to the moment, within its limit: what is stuck would swing for ever.
+    """Add a critical damper to the moment, within its limit: a stuck contact would oscillate for ever.
 
-    rate: of the angle [rad/s]. inertia: about the normal [kg m^2].
+    rate: angular velocity about the normal [rad/s]. inertia: effective moment of inertia about the normal [kg m^2].
     """
     radius = sqrt(contact.radius * contact.overlap)
     limit = FULL * friction * contact.force * radius

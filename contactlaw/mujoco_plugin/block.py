@@ -5,8 +5,9 @@ bodies that touch through several instances move together. The blocks of the oth
 
 The leader's part of plugin_state, in doubles: a token, which is a checksum of the rest for this model; a checksum of
 the coordinates and velocities at the end of the last step and of the numbers that the law reads of the model; the
-generalised force of the contacts, shape (nv,); pose and velocity of each mocap body, shape (mocaps, 13); the world
-between two steps (`world.state`).
+generalised force of the contacts, shape (nv,); for free bodies the acceleration and torque by other forces, shape
+(nv,), see `free`; pose and velocity of each mocap body, shape (mocaps, 13); the world between two steps
+(`world.state`).
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ HEAD = record(
     state="i8", row="i8",  # where its part of plugin_state begins, and in it the state of the world
     nq="i8", nv="i8",
     recent="u8", newest="i8",  # address of the states of the last calls of compute, and which is the newest
-    left="u8",  # address of the state at the end of the last step; a state is time, coordinates, velocities
+    left="u8",  # of the state at the end of the last step: time, coordinates, velocities; then qacc if all slept
     given="u8",  # address of the generalised force (nv,) that compute gave last
     ranges="u8", range_count="i8", watched="u8",  # ranges and copies of the numbers that are compared, see `edits`
     frictions="u8",  # address of the friction that the user has given each pair of the world; NaN: none
@@ -47,7 +48,7 @@ HEAD = record(
     frees="u8", free_count="i8", mocaps="u8", mocap_count="i8", trees="u8", tree_count="i8",
     token="f8",  # of the state that the world is in
     idle="i8",  # the world has no contacts
-    calm="i8",  # in the last step nothing could touch, or all contacts slept
+    calm="i8",  # how the last step went, see `callbacks.move_world`
     signature="u8", content="u8",  # hashes of the model: of its sizes and names; of all numbers that the law reads
     geoms="u8",  # address of the geom of each shape of the world
     reported="u8",  # address of the codes that have been reported of each instance, see `notices`
@@ -65,6 +66,7 @@ FREE = record(
     body="i8", id="i8",  # row in the world; number in the model
     q="i8", v="i8",  # where its coordinates and velocities begin
     offset=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in the body's frame
+    pressed="i8",  # a contact was closed at the start of the step
 )  # fmt: skip
 """A free body."""
 

@@ -29,26 +29,34 @@ from contactlaw.mujoco_plugin.block import (
     shifted,
 )  # fmt: skip
 from contactlaw.mujoco_plugin.edits import is_edited
-from contactlaw.mujoco_plugin.free import lead_free, mean_share, press_free, read_free, stays_within_margin, write_free
+from contactlaw.mujoco_plugin.free import (
+    lead_free,
+    mean_share,
+    press_free,
+    read_free,
+    same_as_left,
+    stays_within_margin,
+    write_free,
+)
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import report_contacts, report_once, send_report
 from contactlaw.mujoco_plugin.sensors import call_sense
 from contactlaw.mujoco_plugin.trees import FIND, READ, WRITE, call_press, call_trees
-from contactlaw.world.bodies.prescribed import lead
+from contactlaw.world.bodies.prescribed import move_kinematic
 from contactlaw.world.data.access import body_at, contact_at, near_at, world_at
 from contactlaw.world.data.call import address, call_read, call_step, ready
-from contactlaw.world.data.checksum import mix, one_of
+from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.demand import READ as READ_STATE
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import RESIZED
 from contactlaw.world.data.vec import load, load4, scale, store, store4
 from contactlaw.world.sleep import lies
-from contactlaw.world.state import hole, stand, write
+from contactlaw.world.state import forget_motion, unused_span, write
 from contactlaw.world.step import FIXED, PRESSED
 from contactlaw.world.trees.mobility import clear, copy
 
 LARGEST = 1e100  # [N], forces beyond are not applied: the engine's results would not be finite
-EDITED, MOVED, CALM = -1, 0, 1  # results of `move_world`
+EDITED, MOVED, CALM, ASLEEP = -1, 0, 1, 2  # how a step went, see `move_world`
 
 free_memory = types.ExternalFunction("PyMem_RawFree", types.void(types.uintp))
 
@@ -63,7 +71,7 @@ def block_address(d, instance):
 def move_world(head, w, state):
     """Take the step of the world.
 
-    Returns CALM if all contacts go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
+    Returns ASLEEP if all bodies go on sleeping; EDITED, before any step, if the model of a calm world has been edited.
     """
     w.step = head.step_size
     known = head.mocap_count == 0 and w.stale != 0
@@ -71,12 +79,13 @@ def move_world(head, w, state):
     for i in range(head.free_count):
         read_free(head, free_at(head.frees, i), known)
     for i in range(head.mocap_count):
-        read_mocap(head, w, mocap_at(head.mocaps, i), state[PUSH + head.nv + MOCAP_SIZE * i :])
+        read_mocap(head, w, mocap_at(head.mocaps, i), state[PUSH + 2 * head.nv + MOCAP_SIZE * i :])
     run_trees(head, FIND)
     if head.tree_count == 0 and head.mocap_count == 0 and lies(w):
         for i in range(head.free_count):
-            write_free(head, free_at(head.frees, i))
-        return CALM
+            write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
+        copy(floats(data_at(head.data, 0).qacc, 0, head.nv), floats(head.left, 1 + head.nq + head.nv, head.nv))
+        return ASLEEP
     if head.calm != 0 and is_edited(head):
         return EDITED
     call_step(address(w, STEP), w, head.step_size, PRESSED)
@@ -89,7 +98,7 @@ def move_world(head, w, state):
     if head.lag > 0.0:
         touch_near(w)
     for i in range(head.free_count):
-        write_free(head, free_at(head.frees, i))
+        write_free(head, free_at(head.frees, i), state[PUSH + head.nv :])
     run_trees(head, WRITE)
     report_contacts(head, w)
     store_state(head, w, state)
@@ -98,12 +107,27 @@ def move_world(head, w, state):
 
 @jit
 def step_world(head):
-    """Bring the world to the state of mjData and take its step, unless no body has left its margin (CALM too)."""
+    """Bring the world to the state of mjData and take its step, unless no body has left its margin (CALM)."""
     w = world_at(head.world, 0)
     find_start(head)
+    if head.calm == ASLEEP and sleeps_on(head):
+        pushes = floats(data_at(head.data, 0).plugin_state, head.state + PUSH + head.nv, head.nv)
+        for i in range(head.free_count):
+            write_free(head, free_at(head.frees, i), pushes)
+        return ASLEEP
     state = load_state(head)
     far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_stay_within_margin(head)
     return CALM if far else move_world(head, w, state)
+
+
+@jit
+def sleeps_on(head):
+    """Return whether a step in which all slept is repeated: from the same state with the same accelerations."""
+    d, kept, differ = data_at(head.data, 0), shifted(head.left, 1 + head.nq + head.nv), 0
+    for i in range(head.nv):
+        differ |= whole_at(d.qacc, i) ^ whole_at(kept, i)
+    same = differ == 0 and same_as_left(head, 0, head.nq, 0, head.nv)
+    return same and floats(d.plugin_state, head.state, 1)[TOKEN] == head.token
 
 
 @jit
@@ -122,7 +146,7 @@ def read_mocap(head, w, p, left_io):
     store4(b.quaternion, load4(left_io[3:]) if known else turn)
     store(b.velocity, load(left_io[7:]))
     store(b.spin, load(left_io[10:]))
-    lead(w, b, place, turn, head.step_size)
+    move_kinematic(w, b, place, turn, head.step_size)
     store(left_io, place)
     store4(left_io[3:], turn)
     store(left_io[7:], load(b.velocity))
@@ -183,7 +207,7 @@ def load_world(head, w, state):
     sound, dropped = state[TOKEN] == token_of(head, state, state.size, state.size), 0
     if not sound:
         clear(state[PUSH:])
-    stand(w)
+    forget_motion(w)
     if ready(w, READ_STATE):
         row = state[head.row :]
         dropped = call_read(address(w, READ_STATE), w, row.ctypes.data, row.size)
@@ -222,7 +246,7 @@ def store_state(head, w, state):
     lost = write(w, state[head.row :])
     if lost > 0:
         report_once(head, notices.UNSAVED, float(lost))
-    first, last = hole(w, state[head.row :])
+    first, last = unused_span(w, state[head.row :])
     head.token = token_of(head, state, head.row + first, head.row + last)
     state[TOKEN] = head.token
 
@@ -241,13 +265,13 @@ def add_force(head, body, arm, force, push_io):
 def token_of(head, state, first, last):
     """Return a checksum of a state of this model, zero if all is zero; between `first` and `last` the state is zero."""
     mixed = mix(state.ctypes.data, 1, first, 0) + mix(state.ctypes.data, last, state.size, 0)
-    return one_of(mixed + types.uint64(head.signature)) if mixed != types.uint64(0) else 0.0
+    return as_float(mixed + types.uint64(head.signature)) if mixed != types.uint64(0) else 0.0
 
 
 @jit
 def end_checksum(head, q, v):
     """Return a checksum of coordinates and velocities, at two addresses, and of what the law reads of the model."""
-    return one_of(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.content))
+    return as_float(mix(q, 0, head.nq, 0) + mix(v, 0, head.nv, head.nq) + types.uint64(head.content))
 
 
 @jit
@@ -304,7 +328,7 @@ def advance(m, d, instance):
         send_report(head, notices.EDITED, 0.0)
         head = head_of(m, d, instance)
         done = step_world(head)
-    head.calm = 1 if done == CALM else 0
+    head.calm = max(done, MOVED)
     save_state(head, head.left)
     if head.sense != 0:
         head.averages = 1
@@ -318,7 +342,7 @@ def reset(m, state, block, instance):
     head = head_at(block, 0)
     clear(floats(state, 0, head.own_size))
     if head.leads != 0:
-        stand(world_at(head.world, 0))
+        forget_motion(world_at(head.world, 0))
 
 
 @c_callback(types.void(types.uintp, types.int32), layout.KEY)

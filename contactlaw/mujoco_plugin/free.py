@@ -3,7 +3,10 @@
 The coordinates of a free joint are those of the body's frame, the world's those of the centre of mass. With all
 integrators but Runge-Kutta MuJoCo's velocity is half a step of acceleration behind its position: x1 = x0 + dt (v0 + dt
 a) is a parabola if the velocity at x0 is v0 + dt/2 a. If a contact is closed at the end of a step, the velocity written
-is the true one, so that a body at rest has none. The spin is read and written without the gyroscopic part of this half
+is the true one, so that a body at rest has none. If a force lifts a body off its contacts within a step, the half step
+that its velocity is then behind includes that force only as far as it acted in the step before: a kick for one step
+would otherwise be half a kick, as the engine does not repeat it in the next step. The spin is read and written without
+the gyroscopic part of this half
 step: that part is normal to the spin, so each time it would add its square to the energy.
 """
 
@@ -16,10 +19,24 @@ import numpy as np
 from contactlaw.memory import whole_at
 from contactlaw.mujoco_plugin.block import floats, shifted
 from contactlaw.mujoco_plugin.layout import data_at, jit
-from contactlaw.world.bodies.motion import follow, give, set_axes, spin_rate
+from contactlaw.world.bodies.motion import set_axes, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.force import hardly_moves
 from contactlaw.world.data.access import body_at, world_at
-from contactlaw.world.data.vec import add, axpy, cross, dot, load, load4, norm, product, store, store4, sub, turn_by
+from contactlaw.world.data.vec import (
+    add,
+    axpy,
+    cross,
+    dot,
+    load,
+    load4,
+    norm,
+    product,
+    share_of,
+    store,
+    store4,
+    sub,
+    turn_by,
+)
 from contactlaw.world.trees.mobility import clear, copy
 
 
@@ -66,7 +83,7 @@ def stays_within_margin(head, f):
         centre = add(centre, arm)
         if not same_as_left(head, f.q, 7, f.v, 6):
             return False
-    left, moved = b.margin - path, sub(centre, load(b.mark))
+    left, moved = b.margin - path, sub(centre, load(b.listed_position))
     return left >= 0.0 and dot(moved, moved) <= left * left
 
 
@@ -99,18 +116,19 @@ def read_free(head, f, known):
     store(b.spin, spin)
     store(b.velocity, add(load(v), cross(spin, arm)))
     store(b.momentum, (0.0, 0.0, 0.0))
-    follow(b)
+    update_momentum(b)
 
 
 @jit
 def lead_free(head, f):
     """Bring the velocity of a body that no contact presses to the time of its position."""
     b = body_at(world_at(head.world, 0).bodies, f.body)
+    f.pressed = b.pressed
     if b.asleep != 0 or b.pressed != 0 or head.lag == 0.0:
         return
     _, arm = frame_of(f, floats(head.start, 1 + f.q, 7))
     velocity = axpy(head.lag, origin_acceleration(b, arm), sub(load(b.velocity), cross(load(b.spin), arm)))
-    store(b.spin, axpy(head.lag, give(b, load(b.torque)), load(b.spin)))
+    store(b.spin, axpy(head.lag, spin_change(b, load(b.torque)), load(b.spin)))
     store(b.velocity, add(velocity, cross(load(b.spin), arm)))
 
 
@@ -155,8 +173,12 @@ def axes_of(b, f):
 
 
 @jit
-def write_free(head, f):
-    """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData."""
+def write_free(head, f, pushes_io):
+    """Write position and velocity of a body that a contact has touched, or that sleeps, to mjData.
+
+    pushes_io: acceleration and torque, shape (nv,), by forces besides gravity and contacts in the last step that
+    touched.
+    """
     b, d = body_at(world_at(head.world, 0).bodies, f.body), data_at(head.data, 0)
     q, v = floats(d.qpos, f.q, 7), floats(d.qvel, f.v, 6)
     if b.asleep != 0:
@@ -167,9 +189,16 @@ def write_free(head, f):
         return
     own, arm = axes_of(b, f)
     velocity, spin = sub(load(b.velocity), cross(load(b.spin), arm)), load(b.spin)
+    push, moment = sub(load(b.acceleration), load(head.gravity)), load(b.torque)
+    before, wrench = pushes_io[f.v : f.v + 3], pushes_io[f.v + 3 : f.v + 6]
     if b.pressed == 0 and head.lag > 0.0:
+        if f.pressed != 0:
+            store(b.acceleration, add(load(head.gravity), share_of(load(before), push)))
+            store(b.torque, share_of(load(wrench), moment))
         velocity = axpy(-head.lag, origin_acceleration(b, arm), velocity)
-        spin = axpy(-head.lag, give(b, load(b.torque)), spin)
+        spin = axpy(-head.lag, spin_change(b, load(b.torque)), spin)
+    store(before, push)
+    store(wrench, moment)
     store(q, sub(load(b.position), arm))
     store4(floats(d.qpos, f.q + 3, 4), own)
     store(v, velocity)

@@ -24,7 +24,7 @@ from contactlaw.world.data.demand import STEP, supply
 from contactlaw.world.data.frames import matrix_of, product
 from contactlaw.world.data.records import CORNER, DISC, EDGE, ELLIPSOID, END, HULL, SEGMENT, SIDE, SPHERE, Arrays
 from contactlaw.world.state import size as state_size
-from contactlaw.world.trees.rows import TreeRows
+from contactlaw.world.trees.tree_records import TreeRecords
 
 Array = NDArray[np.float64]
 UNIT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -158,7 +158,7 @@ class Model:
     @property
     def _row(self) -> int:
         """Where the state of the world begins in it."""
-        return PUSH + self._m.nv + MOCAP_SIZE * len(self._mocaps)
+        return PUSH + 2 * self._m.nv + MOCAP_SIZE * len(self._mocaps)
 
     @property
     def _world_size(self) -> int:
@@ -191,7 +191,7 @@ class Model:
             "leads": 1, "own_size": self.state_size, "report": report, "body_count": m.nbody,
             "state": m.plugin_stateadr[self._contacts[0].number], "row": self._row, "nq": nq, "nv": nv,
             "signature": m.signature, "content": layout.hash_of(m.plugin_attr.tobytes() + values.tobytes()),
-            "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + nv), "given": np.zeros(nv),
+            "recent": np.zeros(STARTS * (1 + nq + nv)), "left": np.zeros(1 + nq + 2 * nv), "given": np.zeros(nv),
             "frees": with_rows(np.zeros(0, FREE), self._frees), "free_count": len(self._frees),
             "mocaps": with_rows(np.zeros(0, MOCAP), self._mocaps), "mocap_count": len(self._mocaps),
             "trees": with_rows(np.zeros(0, JOINTED), self._trees), "tree_count": len(self._trees),
@@ -237,7 +237,7 @@ class Model:
             })  # fmt: skip
         for first in dict.fromkeys(int(root[body]) for body in carriers if m.body_dofnum[body] and not free[body]):
             bodies = np.flatnonzero(root == first).tolist()  # including welded ones
-            rows = TreeRows(m, bodies)
+            rows = TreeRecords(m, bodies)
             tree, made = self._world.add_tree_of(rows)
             for body, row, at, turn in zip(bodies, rows.row, rows.at, rows.quaternion, strict=True):
                 self._rows[body], self._frames[body] = made[row], Pose(at, turn)

@@ -13,8 +13,8 @@ from contactlaw.memory import caller, set_whole, whole_at
 from contactlaw.mujoco_plugin.layout import jit
 from contactlaw.pair import DEEPEST, FOUND_IN, TOO_DEEP
 from contactlaw.world.data.access import contact_at, near_at, pair_at, world_at
-from contactlaw.world.data.call import raise_later, waits
-from contactlaw.world.shapes.radius import UNCLEAR, is_clear
+from contactlaw.world.data.call import error_pending, raise_later
+from contactlaw.world.shapes.curvature import UNCLEAR, radius_is_clear
 
 DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
 
@@ -57,7 +57,7 @@ def report_contact(head, c, code, value):
 def report_if_new(head, code, value):
     """Report a code of what the head is about (`about`, `about_a`, `about_b`), unless it has been reported."""
     said = whole_at(head.reported, head.about)
-    if said & code == 0 and not waits(world_at(head.world, 0).demand):
+    if said & code == 0 and not error_pending(world_at(head.world, 0).demand):
         set_whole(head.reported, head.about, said | code)
         send_report(head, code, value)
 
@@ -80,9 +80,9 @@ def report_contacts(head, w):
         c = contact_at(w.contacts, p.slot)
         if c.deepest > DEEPEST * c.touch.radius:
             report_contact(head, c, DEEP, c.deepest / c.touch.radius)
-        if c.built > 0.0:
-            report_contact(head, c, BUILT, c.built / c.touch.radius)
-        if pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+        if c.initial_overlap > 0.0:
+            report_contact(head, c, BUILT, c.initial_overlap / c.touch.radius)
+        if pair_at(w.pairs, c.pair).radius == 0.0 and not radius_is_clear(w, c):
             report_contact(head, c, UNCLEAR_RADIUS, c.touch.radius)
     if w.lost > 0:
         report_once(head, FULL, float(w.contact_room))

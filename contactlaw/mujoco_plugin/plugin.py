@@ -126,7 +126,7 @@ def _rebuild_block(model: int, data: int) -> str:
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)
-@demand.keeps
+@demand.catches
 def report(address: int, code: int, value: float) -> None:
     """Warn of something that a compiled callback found, see `notices`; address: of the block."""
     head, edited = record_at(address, HEAD, 1)[0], code == notices.EDITED
@@ -217,7 +217,7 @@ def register() -> None:
     for plugin in plugins:
         for name, function in (("nstate", nstate), ("nsensordata", nsensordata), ("init", init)):
             setattr(plugin, name, ctypes.cast(function, ctypes.c_void_p))
-    _keep_alive(nstate, nsensordata, init, report, *demand.LASTS)
+    _keep_alive(nstate, nsensordata, init, report, *demand.KEEP_ALIVE)
     if not there:
         for plugin in plugins:
             layout.LIBRARY.mjp_registerPlugin(ctypes.byref(plugin))

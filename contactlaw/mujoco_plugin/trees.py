@@ -40,13 +40,13 @@ from contactlaw.mujoco_plugin.block import entry, floats, head_at, jointed_at, n
 from contactlaw.mujoco_plugin.free import same_as_left
 from contactlaw.mujoco_plugin.layout import data_at, jit, model_at
 from contactlaw.mujoco_plugin.notices import TOWED, report_once
-from contactlaw.world.bodies.motion import stands
+from contactlaw.world.bodies.motion import is_static
 from contactlaw.world.data.access import axis_at, body_at, link_at, near_at, tree_at, world_at
 from contactlaw.world.data.call import BODY_TYPE, VECTOR, call_with_body
 from contactlaw.world.data.records import ASKED, PASSES, SLIDE, STAYS
 from contactlaw.world.data.vec import add, cross, dot, load, norm, store, sub
 from contactlaw.world.near.passing import find_passing
-from contactlaw.world.trees.dynamics import ascend, descend, mobility_along
+from contactlaw.world.trees.dynamics import mobility_along, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import vector
 from contactlaw.world.trees.mobility import clear, copy
 
@@ -114,7 +114,7 @@ def find_tree(head, j, t):
     if j.base != 0:
         store(t.base, load(floats(d.xpos, 3 * j.base, 3)))
         copy(floats(d.xquat, 4 * j.base, 4), t.base_turn)
-        if not stands(body_at(w.bodies, t.hangs_on)):
+        if not is_static(body_at(w.bodies, t.hangs_on)):
             report_towed(head, w, j, t)
     placed = not same_as_left(head, j.q, t.q_size, j.v, t.v_size)
     for i in range(t.count):
@@ -142,7 +142,7 @@ def set_bodies(t, coordinates, velocities):
     copy(coordinates, vector(t.start, t.q_size))
     copy(velocities, vector(t.v, t.v_size))
     clear(vector(t.x, t.v_size))
-    call_with_body(t.stand, body_at(t.bodies, 0))
+    call_with_body(t.move_from_start, body_at(t.bodies, 0))
 
 
 @jit
@@ -239,7 +239,7 @@ def press(block, b, arm, force, push):
     while k >= 0:
         axis = axis_at(t.axes, k)
         push_io[k] += dot(load(axis.spin), moment) + dot(load(axis.velocity), force)
-        k = axis.before
+        k = axis.parent
 
 
 @jit
@@ -249,8 +249,8 @@ def read_limits(head, j, t):
     first = d.ne + d.nf
     answer, factor = vector(t.room, n), vector(t.factor, (n, n))
     copy(floats(head.given, j.v, n), answer)
-    descend(t, factor, answer, n - 1, True)
-    ascend(t, factor, answer)
+    solve_lt(t, factor, answer, n - 1, True)
+    solve_ld(t, factor, answer)
     for row in range(first, first + d.nl):
         joint, force = entry(d.efc_id, row), number(d.efc_force, row)
         if entry(d.efc_type, row) != layout.JOINT_LIMIT or entry(m.jnt_type, joint) < SLIDE or force <= 0.0:
@@ -286,7 +286,7 @@ def read_equalities(head, j, t):
         k, push = last, 0.0
         while k >= 0:
             push += row[k] * (weight * a[k] - spring * v[k])
-            k = axis_at(t.axes, k).before
+            k = axis_at(t.axes, k).parent
         k = last
         while k >= 0:
             f[k] += push * row[k]
@@ -294,8 +294,8 @@ def read_equalities(head, j, t):
             while other >= 0:
                 inertia[k, p] += weight * row[k] * row[other]
                 damping[k, p] += (weight * reference[1] + spring) * row[k] * row[other]
-                p, other = p - 1, axis_at(t.axes, other).before
-            k = axis_at(t.axes, k).before
+                p, other = p - 1, axis_at(t.axes, other).parent
+            k = axis_at(t.axes, k).parent
 
 
 @jit
@@ -321,7 +321,7 @@ def read_row(head, j, t, number):
     k = last
     while k >= 0:
         left -= 1 if x[k] != 0.0 else 0
-        k = axis_at(t.axes, k).before
+        k = axis_at(t.axes, k).parent
     return last if left == 0 else -1
 
 

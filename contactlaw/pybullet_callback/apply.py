@@ -9,6 +9,7 @@ from contactlaw.memory import doubles_at
 from contactlaw.pair import DEEPEST
 from contactlaw.pybullet_callback.read import read_accelerations
 from contactlaw.pybullet_callback.rows import (
+    ASLEEP,
     EXACT,
     FLAGS,
     LISTED,
@@ -35,8 +36,23 @@ from contactlaw.world.data.access import body_at, contact_at, pair_at, world_at
 from contactlaw.world.data.call import address, call_step, ready
 from contactlaw.world.data.demand import STEP
 from contactlaw.world.data.records import CLOSED, FREE
-from contactlaw.world.data.vec import axpy, dot, half_turn, load, load4, norm, product, scale, store, store4, sub
-from contactlaw.world.shapes.radius import is_clear
+from contactlaw.world.data.vec import (
+    add,
+    axpy,
+    dot,
+    half_turn,
+    load,
+    load4,
+    norm,
+    product,
+    scale,
+    share_of,
+    store,
+    store4,
+    sub,
+)
+from contactlaw.world.shapes.curvature import radius_is_clear
+from contactlaw.world.sleep import lies
 from contactlaw.world.step import GROWS
 
 
@@ -44,7 +60,8 @@ from contactlaw.world.step import GROWS
 def finish_step(block, stepped):
     """After Bullet's step, if it has stepped: take that of the world and write the bodies; return as `write_bodies`.
 
-    Other results: NOT_FINITE. NO_ROOM: the world may need more room. UNKNOWN: time step and gravity must be read.
+    Other results: ASLEEP: all bodies go on sleeping, and nothing else. NOT_FINITE. NO_ROOM: the world may need more
+    room. UNKNOWN: time step and gravity must be read.
     OTHERS: these, the poses of bodies that something else moved, and the masses of those of them that were pushed.
     """
     head = head_at(block, 0)
@@ -58,7 +75,8 @@ def finish_step(block, stepped):
             return OTHERS if others > 0 else UNKNOWN
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
         return NO_ROOM
-    return write_bodies(head, w, stepped)
+    done = write_bodies(head, w, stepped)
+    return done if done > 0 or not lies(w) else ASLEEP
 
 
 @jit_inside
@@ -96,7 +114,8 @@ def check_contacts(head, w):
     flags = 0 if w.lists == head.lists else LISTED
     head.lists = w.lists
     for k in range(head.count):
-        row_at(head.rows, k).pressed = 0
+        r = row_at(head.rows, k)
+        r.was_pressed, r.pressed = r.pressed, 0
     seen = carray(doubles_at(head.seen), w.contact_room)
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
@@ -105,8 +124,8 @@ def check_contacts(head, w):
             continue
         known = int(seen[slot])
         notes = known | SEEN | (TOO_FAR if c.deepest > DEEPEST * c.touch.radius else 0)
-        notes |= PUT_IN if c.built > 0.0 else 0
-        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not is_clear(w, c):
+        notes |= PUT_IN if c.initial_overlap > 0.0 else 0
+        if known == 0 and pair_at(w.pairs, c.pair).radius == 0.0 and not radius_is_clear(w, c):
             notes |= NO_RADIUS
         if notes > known | SEEN:
             flags |= NOTED
@@ -122,9 +141,17 @@ def write_touched(head, k, r, b, stepped):
     """Write the result of the step for a body that was touched."""
     dt, m, turned = head.dt, r.before, load4(b.quaternion)
     lag = 0.0 if r.pressed != 0 else -0.5 * dt
+    a, moment = load(b.acceleration), load(b.torque)
+    push = sub(a, load(head.gravity))
+    if r.was_pressed != 0 and r.pressed == 0:
+        store(b.acceleration, add(load(head.gravity), share_of(load(r.usual), push)))
+        store(b.torque, share_of(load(r.wrench), moment))
+    store(r.usual, push)
+    store(r.wrench, moment)
     v, spin = axpy(lag, load(b.acceleration), load(b.velocity)), load(b.spin)
     spin = axpy(lag, spin_rate(b, spin), spin)
-    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), load(b.acceleration))
+    store(b.torque, moment)
+    gained = sub(scale(1.0 / dt, sub(v, load(m.velocity))), a)
     store(r.force, scale(r.mass, gained))
     # the torque for the axes at the start of the step, as Bullet uses the inertia there
     store4(b.quaternion, quaternion_of(m))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,17 +13,29 @@ import pybullet as p
 from contactlaw.pybullet_callback.apply import finish_step
 from contactlaw.pybullet_callback.measure import Measured
 from contactlaw.pybullet_callback.read import begin_step, find_pressed, select_pushed
-from contactlaw.pybullet_callback.rows import FLAGS, HEAD, LIST, MOTION, NO_ROOM, NOT_FINITE, OTHERS, PASSED, ROW
+from contactlaw.pybullet_callback.rows import (
+    ASLEEP,
+    FLAGS,
+    HEAD,
+    LIST,
+    MOTION,
+    NO_ROOM,
+    NOT_FINITE,
+    OTHERS,
+    PASSED,
+    ROW,
+)
 from contactlaw.pybullet_callback.shapes import BASE, Key, engine_parameters, name_of
 from contactlaw.pybullet_callback.stepping import STEP_BULLET
 from contactlaw.pybullet_callback.trees import Tree
 from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
-from contactlaw.world.data.demand import KEPT
+from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import ALIKE
-from contactlaw.world.data.records import Array, Arrays
+from contactlaw.world.data.records import Arrays
 from contactlaw.world.step import step
 
+FRAME = p.WORLD_FRAME
 NOTHING: Any = (), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # pose and velocity before the first reading
 MOTION_FORMAT, POSE_FORMAT, SIX_FORMAT = (
     struct.Struct(f"{MOTION.itemsize // 8}d"),
@@ -73,6 +86,7 @@ class Bodies:
         self._head_at = self._head.ctypes.data
         self.rows["left"]["position"] = np.nan
         self._found, self._pushed, self._foreseen = 0, [], False
+        self._pushes = list[Callable[[], Any]]()
         self.dt, self._fall, self._down, self._parameters = 0.0, 0.0, 0, ()
         for one in trees:
             self.rows["in_tree"][one.members] = 1
@@ -82,11 +96,19 @@ class Bodies:
         self._heavy = dict.fromkeys(k for k in simple if self.rows["mass"][k] > 0.0)
         self._moving = [(keys[k][0], k * SIZE) for k in self._heavy]
         fixed = [(keys[k], k * SIZE) for k in simple if self.rows["mass"][k] == 0.0]
-        self._bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
+        bases = self._moving + [(body, at) for (body, link), at in fixed if link == BASE]
+        self._bases = [
+            (partial(p.getBasePositionAndOrientation, body, client), partial(p.getBaseVelocity, body, client),
+             partial(MOTION_FORMAT.pack_into, self._bytes, at + BEFORE)) for body, at in bases
+        ]  # fmt: skip
+        self._velocities = [
+            (read[1], partial(SIX_FORMAT.pack_into, self._bytes, at + VELOCITY_AFTER))
+            for read, (_, at) in zip(self._bases, self._moving, strict=False)
+        ]
         self._fixed_links = [one for one in fixed if one[0][1] != BASE]
         if not moves:
             self._read()
-            self._bases, self._fixed_links = self._moving, []
+            self._bases, self._fixed_links = self._bases[: len(self._moving)], []
 
     def bind(self, arrays: Arrays) -> None:
         """Set the addresses of the world's arrays in the head."""
@@ -97,14 +119,17 @@ class Bodies:
             a.ctypes.data for a in (self._state, self.rows, self._selected)
         )
         head["seen"], head["count"] = self.seen.ctypes.data, len(self.keys)
-        self._passed = False
+        self._passed, self._sleep, self._masses = False, False, dict[int, Any]()
         self._last, self._after = [NOTHING] * len(self.keys), [()] * len(self.keys)  # read before and after a step
 
     def read_masses(self, rows: Iterable[int]) -> None:
         """Read masses and inertias of bodies without joints; wake those that have others than before."""
         for k in rows:
-            row, own = self.rows[k], self.arrays.bodies[k + 1]
-            mass, inertia = _mass_of(self.keys[k], self._client)
+            mass, moments = told = _mass_of(self.keys[k], self._client)
+            if told == self._masses.get(k):
+                continue
+            self._masses[k] = told
+            row, own, inertia = self.rows[k], self.arrays.bodies[k + 1], np.array(moments)
             if mass == row["mass"] and (inertia == row["inertia"]).all():
                 continue
             row["mass"], row["inertia"] = mass, inertia
@@ -124,7 +149,7 @@ class Bodies:
 
     def foresee(self) -> int:
         """Take the step of the world that Bullet is about to take; return as `apply.write_bodies`."""
-        self._found, self._pushed, self._passed = 0, [], False
+        self._found, self._pushed, self._passed, self._sleep = 0, [], False, False
         self._read_parameters()
         if self._begin_step() != PASSED:
             self._found = self._finish_step(0)
@@ -145,8 +170,12 @@ class Bodies:
         """Step PyBullet, then the world with the accelerations of that step; return as `foresee`."""
         if not (self._simple and self._parameters):
             self._read_parameters()
-        pushed = self._begin_step()
-        if pushed > 0:
+        sleep = self._sleep and not self._read()
+        pushed = 0 if sleep else self._begin_step()
+        if sleep:  # the last push again
+            for apply in self._pushes:
+                apply()
+        elif pushed > 0:
             self._push(pushed)
         for one in self.trees:
             one.apply_steady_push()
@@ -156,15 +185,18 @@ class Bodies:
                 return 0
             begin_step(self._head_at)  # again with the new time step or gravity, in which bodies may touch
             self._passed = False
-        client, rows, after, velocity = self._client, self._bytes, self._after, p.getBaseVelocity
-        for i, (body, at) in enumerate(self._moving):
-            now = velocity(body, client)
-            if now != after[i]:
-                after[i] = now
-                SIX_FORMAT.pack_into(rows, at + VELOCITY_AFTER, *now[0], *now[1])
+        before, self._after = self._after, [velocity() for velocity, _ in self._velocities]
+        if sleep:
+            if before == self._after:
+                return 0
+            begin_step(self._head_at)
+        for was, now, (_, write) in zip(before, self._after, self._velocities, strict=False):
+            if now != was:
+                write(*now[0], *now[1])
         for one in self.trees:
             one.read_forces(self.arrays, self.dt)
         done = self._finish_step(1)
+        self._sleep = done == ASLEEP and self._simple and not self._fixed_links
         if done >= FLAGS:
             self._put(done // FLAGS, LEFT)
         for one in self.trees:
@@ -182,6 +214,8 @@ class Bodies:
         if self._passed and pushed != PASSED and self._read():
             pushed = begin_step(self._head_at)
         self._passed = pushed == PASSED
+        if self._passed:
+            return pushed
         if pushed == NOT_FINITE:
             self._refuse()
         if pushed == LIST:
@@ -219,15 +253,15 @@ class Bodies:
         """
         if self._fall == 0.0:
             return False
-        gained = p.getBaseVelocity(self._moving[0][0], self._client)[0][self._down]
-        return abs(gained - self._last[0][1][0][self._down] - self._fall) < 0.5 * abs(self._fall)
+        down, fall = self._down, self._fall
+        return abs(self._velocities[0][0]()[0][down] - self._last[0][1][0][down] - fall) < 0.5 * abs(fall)
 
     def _finish_step(self, stepped: int) -> int:
         """Take the step of the world; return as `apply.write_bodies`."""
         while (done := finish_step(self._head_at, stepped)) < 0:
             if done == NOT_FINITE:
                 self._refuse()
-            if done == NO_ROOM and not KEPT:  # the truth of KEPT raises an error that was stored
+            if done == NO_ROOM and not PENDING_ERROR:  # the truth of PENDING_ERROR raises an error that was stored
                 self._make_room()
                 continue
             if self._simple and self._read_parameters():
@@ -244,8 +278,7 @@ class Bodies:
         self._check()
         if found > 1:
             self._put(found >> 1, BEFORE)
-            self._last = [(p.getBasePositionAndOrientation(body, self._client), p.getBaseVelocity(body, self._client))
-                          for body, _ in self._bases]  # fmt: skip
+            self._last = [(pose(), velocity()) for pose, velocity, _ in self._bases]
         if not found & 1:
             return
         # the user has moved bodies: find near pairs, and what presses on what
@@ -280,29 +313,31 @@ class Bodies:
 
         passed: all bodies were far apart, so that velocities of bodies that cannot be pushed need not be read.
         """
-        client, new, moving = self._client, False, len(self._moving)
-        rows, last, pack = self._bytes, self._last, MOTION_FORMAT.pack_into
-        pose, velocity = p.getBasePositionAndOrientation, p.getBaseVelocity
-        for i, (body, at) in enumerate(self._bases):
-            state = pose(body, client), velocity(body, client) if i < moving or not passed else last[i][1]
+        new, last, moving = False, self._last, len(self._moving)
+        for i, (pose, velocity, write) in enumerate(self._bases):
+            state = pose(), last[i][1] if passed and i >= moving else velocity()
             if state != last[i]:
                 last[i], new = state, True
                 (x, q), (v, w) = state
-                pack(rows, at + BEFORE, *x, *q, *v, *w)
+                write(*x, *q, *v, *w)
         for (body, link), at in self._fixed_links:
-            state = p.getLinkState(body, link, 1, 1, client)
-            pack(rows, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
+            state = p.getLinkState(body, link, 1, 1, self._client)
+            MOTION_FORMAT.pack_into(self._bytes, at + BEFORE, *state[0], *state[1], *state[6], *state[7])
         return new
 
     def _push(self, number: int) -> None:
         """Apply forces and torques to the first `number` selected bodies."""
+        rows, client, force, torque = self._bytes, self._client, p.applyExternalForce, p.applyExternalTorque
+        self._pushes = []
         for k in self._selected_rows[:number]:
             body, at = self.keys[k][0], k * SIZE
-            fx, fy, fz, tx, ty, tz = SIX_FORMAT.unpack_from(self._bytes, at + FORCE)
-            place = POSITION_FORMAT.unpack_from(self._bytes, at + BEFORE)
-            p.applyExternalForce(body, BASE, (fx, fy, fz), place, p.WORLD_FRAME, self._client)
+            fx, fy, fz, tx, ty, tz = SIX_FORMAT.unpack_from(rows, at + FORCE)
+            place = POSITION_FORMAT.unpack_from(rows, at + BEFORE)
+            self._pushes.append(partial(force, body, BASE, (fx, fy, fz), place, FRAME, client))
             if tx != 0.0 or ty != 0.0 or tz != 0.0:
-                p.applyExternalTorque(body, BASE, (tx, ty, tz), p.WORLD_FRAME, self._client)
+                self._pushes.append(partial(torque, body, BASE, (tx, ty, tz), FRAME, client))
+        for apply in self._pushes:
+            apply()
 
     def _put(self, number: int, motion: int) -> None:
         """Set pose and velocity of the first `number` selected bodies from a motion in their rows."""
@@ -328,10 +363,10 @@ class Bodies:
         raise ValueError(f"{name}: its position, velocity, or gravity is not finite")
 
 
-def _mass_of(key: Key, client: int) -> tuple[float, Array]:
+def _mass_of(key: Key, client: int) -> tuple[float, tuple[float, float, float]]:
     """Return mass and principal moments of a body; zero for a link that nothing can push, or a removed body."""
     try:
-        info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, np.zeros(3))
+        info = p.getDynamicsInfo(*key, client) if key[1] == BASE else (0.0, 0.0, (0.0, 0.0, 0.0))
     except p.error:
-        return 0.0, np.zeros(3)
-    return info[0], np.array(info[2])
+        return 0.0, (0.0, 0.0, 0.0)
+    return info[0], info[2]

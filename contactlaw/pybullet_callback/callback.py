@@ -16,7 +16,7 @@ from contactlaw import checks
 from contactlaw.jit import INTERPRETED
 from contactlaw.pair import ContactPair, ContactWarning
 from contactlaw.pybullet_callback.contact import Contact, ContactState, sets_of
-from contactlaw.pybullet_callback.rows import FLAGS, LISTED, NOTED
+from contactlaw.pybullet_callback.rows import LISTED, NOTED
 from contactlaw.pybullet_callback.scene import Saved, Scene
 from contactlaw.pybullet_callback.shapes import engine_parameters, read_sides
 from contactlaw.pybullet_callback.stepping import STEP_BULLET, stepped_by, stepping
@@ -24,6 +24,7 @@ from contactlaw.pybullet_callback.tags import Tags
 from contactlaw.world.contacts.ledger import Ledger
 
 LEAST_SUBSTEPS = 10
+NEWS = LISTED | NOTED  # results of a step that are handled in Python
 
 
 class ContactCallback:
@@ -214,7 +215,7 @@ class ContactCallback:
             STEP_BULLET(self._client)
             return
         flags = self._checked(scene.bodies.take_step)
-        if flags & (FLAGS - 1):
+        if flags & NEWS:
             self._handle_flags(scene, flags)
 
     def stepping(self) -> AbstractContextManager[None]:
@@ -236,7 +237,7 @@ class ContactCallback:
         """Check that all bodies are there and return the scene; None if there are no contacts."""
         if not self._contacts:
             return None
-        if (count := p.getNumBodies(self._client)) != self._body_count or self._tags.first_is_gone():
+        if (count := p.getNumBodies(self._client)) != self._body_count or self._tags.first() != self._tags.text:
             self._tags.check()
             self._body_count = count
         return self._made or self._scene

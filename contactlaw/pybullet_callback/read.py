@@ -21,8 +21,8 @@ from contactlaw.pybullet_callback.rows import (
     store_quaternion,
     torque_for,
 )  # fmt: skip
-from contactlaw.world.bodies.motion import give, gyroscopic, stands
-from contactlaw.world.bodies.prescribed import lead
+from contactlaw.world.bodies.motion import gyroscopic, is_static, spin_change
+from contactlaw.world.bodies.prescribed import move_kinematic
 from contactlaw.world.data.access import body_at, near_at, shape_at, world_at
 from contactlaw.world.data.call import address, call_step
 from contactlaw.world.data.demand import STEP
@@ -52,7 +52,7 @@ def begin_step(block):
         for k in range(head.count):
             b = body_at(w.bodies, k + 1)
             if apart:
-                b.still = 1 if stands(b) else 0
+                b.still = 1 if is_static(b) else 0
             w.stale |= strayed(b, 2.0 * head.dt)
         if outgrown(w, -NEVER, 2.0 * head.dt):
             w.stale = 1
@@ -92,7 +92,7 @@ def read_bodies(head, w):
         store(b.torque, (0.0, 0.0, 0.0))
         r.placed = 0
         if r.bullet_time == 0.0 and same_motion(r.before, r.left):
-            if b.asleep == 0 and (r.mass > 0.0 or not stands(b)):
+            if b.asleep == 0 and (r.mass > 0.0 or not is_static(b)):
                 set_body(r, b, head.dt)
             continue
         v = load(r.before.velocity)
@@ -129,7 +129,7 @@ def read_kinematic(w, r, b, dt):
     """Let a body that nothing pushes, and that has no velocity in PyBullet, move to where the user has put it."""
     store(b.position, load(r.left.position))
     store4(b.quaternion, quaternion_of(r.left))
-    lead(w, b, load(r.before.position), quaternion_of(r.before), dt)
+    move_kinematic(w, b, load(r.before.position), quaternion_of(r.before), dt)
     r.pressed, r.placed = 0, b.placed
 
 
@@ -207,9 +207,9 @@ def read_accelerations(head, w):
         gained = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         speeds = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
         store(b.acceleration, gravity)
-        turning = give(b, sub(load(r.torque), gyroscopic(b, older)))
+        turning = spin_change(b, sub(load(r.torque), gyroscopic(b, older)))
         twist = sub(sub(u, older), scale(dt, turning))
-        spins = norm(u) + norm(older) + dt * norm(turning) + norm(give(b, load(r.torque))) * dt
+        spins = norm(u) + norm(older) + dt * norm(turning) + norm(spin_change(b, load(r.torque))) * dt
         store(b.torque, (0.0, 0.0, 0.0))
         no_force, no_torque = norm(gained) <= EXACT * speeds, norm(twist) <= EXACT * spins
         if no_force and no_torque:

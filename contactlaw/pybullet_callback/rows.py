@@ -2,8 +2,9 @@
 
 Bullet steps v <- v + dt a, then x <- x + dt v: its velocity belongs to half a step before its position, and x1 = x0 +
 dt (v0 + dt a) is a parabola if the velocity at x0 is v0 + dt/2 a. So velocities are read and written; but if a contact
-is closed at the end of a step the true velocity is written, so that a body at rest has none. The same holds for the
-spin, with the gyroscopic rate of change.
+is closed at the end of a step the true velocity is written, so that a body at rest has none. For a body that has lifted
+off within the step, a includes the forces of that step only as far as they acted in the step before: Bullet does not
+repeat a kick for one step in the next. The same holds for the spin, with the gyroscopic rate of change.
 
 The result of a step is an impulse and a pose. If Bullet has yet to step, a force gives the impulse, and the pose is
 corrected at the next call (`read_bodies`). If Bullet has stepped, the world takes the same step again with the
@@ -35,7 +36,8 @@ ROW = record(
     mass="f8", inertia=VECTOR,  # zero mass: nothing can move it
     in_tree="i8",  # part of a body with joints, see `trees`
     force=VECTOR, torque=VECTOR,  # mean force [N] and torque [N m] of contacts over the last step
-    pressed="i8",  # a contact was closed at its end
+    pressed="i8", was_pressed="i8",  # a contact was closed at its end, and at its start
+    usual=VECTOR, wrench=VECTOR,  # acceleration, torque besides gravity and contacts in the last step that touched
     placed="i8",  # the user has moved it since
     disturbed="i8",  # Bullet's step moved it not by gravity and the push alone; 2: it was pushed
 )  # fmt: skip
@@ -55,7 +57,7 @@ HEAD = record(
 """Input of the compiled code (addresses, time step [s], gravity [m/s^2]) and its results."""
 
 EXACT = 1e-12  # relative difference that counts as rounding
-NOTED, LISTED, FLAGS = 1, 2, 4  # bits of `check_contacts`, and the first free one: see there
+NOTED, LISTED, ASLEEP, FLAGS = 1, 2, 4, 8  # bits of `check_contacts`, and the first free one: see there
 NOT_FINITE, NO_ROOM, OTHERS, UNKNOWN = -1, -2, -3, -4  # of `finish_step`
 PASSED, LIST = -2, -3  # of `begin_step`
 SEEN, TOO_FAR, NO_RADIUS, PUT_IN = 1, 2, 4, 8  # bits of what has been seen of a contact, see `check_contacts`

@@ -21,8 +21,8 @@ from contactlaw.world import World
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.contacts.ledger import Ledger, ledger
 from contactlaw.world.data.records import FREE, Arrays
+from contactlaw.world.shapes.curvature import UNCLEAR
 from contactlaw.world.shapes.description import tangent
-from contactlaw.world.shapes.radius import UNCLEAR
 
 CROWD_SUBSTEPS = 60  # of a damped impact in an island of many contacts; `World` has 20
 # state that is saved, and kept when contacts are added or removed: of `Tree`, and of a body of the world
@@ -163,7 +163,7 @@ class Scene:
         radius, seen = float(record["touch"]["radius"]), int(self.bodies.seen[slot])
         for holds, text, value in (
             (seen & TOO_FAR, TOO_DEEP, record["deepest"] / max(radius, 1e-300)), (seen & NO_RADIUS, UNCLEAR, radius),
-            (seen & PUT_IN, FOUND_IN, record["built"] / max(radius, 1e-300)),
+            (seen & PUT_IN, FOUND_IN, record["initial_overlap"] / max(radius, 1e-300)),
         ):  # fmt: skip
             if holds and (one.key, two.key, text) not in contact.told:
                 contact.told.add((one.key, two.key, text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from itertools import count
 
 import pybullet as p
@@ -15,34 +16,35 @@ class Tags:
 
     Attributes:
         bodies: Id of the entry by body.
+        text: Content of the entries.
+        first: Reads the entry of the first body: another content after resetSimulation; cheap enough for each step.
     """
 
     def __init__(self, client: int) -> None:
         self._client = client
         self._name = f"contactlaw {next(_NAMES)}"
-        self._text, self._first = self._name.encode(), -1
+        self.text = self._name.encode()
         self.bodies: dict[int, int] = {}
 
     def add(self, bodies: Iterable[int]) -> None:
         """Tag bodies."""
         for body in set(bodies) - self.bodies.keys():
             self.bodies[body] = p.addUserData(body, self._name, self._name, physicsClientId=self._client)
-        self._first = next(iter(self.bodies.values()), -1)
+        self._find_first()
 
     def remove(self, body: int) -> None:
         """Remove the tag of a body, which may have been removed itself."""
         if self.is_there(body):
             p.removeUserData(self.bodies[body], self._client)
         self.bodies.pop(body, None)
-        self._first = next(iter(self.bodies.values()), -1)
+        self._find_first()
 
     def is_there(self, body: int) -> bool:
         """Return whether a body is still the one that was tagged."""
-        return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self._text
+        return body in self.bodies and p.getUserData(self.bodies[body], self._client) == self.text
 
-    def first_is_gone(self) -> bool:
-        """Return whether the first body is gone, as all are after resetSimulation; cheap enough for each step."""
-        return p.getUserData(self._first, self._client) != self._text
+    def _find_first(self) -> None:
+        self.first = partial(p.getUserData, next(iter(self.bodies.values()), -1), self._client)
 
     def check(self) -> None:
         """Check that all bodies are there.

@@ -29,7 +29,7 @@ from contactlaw.world.data.frames import UNTURNED, matrix_of, product, quaternio
 from contactlaw.world.data.records import AXIS, BALL, FREE_JOINT, HINGE, SLIDE, Array, Arrays
 from contactlaw.world.trees.coordinates import carriers, matrix_of_factor, numbers, settle
 from contactlaw.world.trees.description import ZERO
-from contactlaw.world.trees.rows import Q_SIZE, V_SIZE, TreeRows
+from contactlaw.world.trees.tree_records import Q_SIZE, V_SIZE, TreeRecords
 
 LEAST_INERTIA = 1e-12  # [m^2], of moments of inertia over mass
 EXACT = 1e-9  # relative difference of a coordinate that counts as rounding
@@ -56,7 +56,7 @@ class Tree:
 
     Attributes:
         joints: Link, kind, and first index among coordinates and velocities of each joint; link -1: the free base.
-        rows: Its `TreeRows`.
+        rows: Its `TreeRecords`.
         links: PyBullet's links that move, in their order.
         heads: First link of each body of the tree (links connected by fixed joints are one body).
     """
@@ -99,7 +99,7 @@ class Tree:
         self.torque = np.zeros(len(scalars))
         count, joint_count = len(self.links), [int(link in kinds) for link in self.links]
         parents = {link: number for number, link in enumerate(self.links)}
-        self.rows = TreeRows(
+        self.rows = TreeRecords(
             SimpleNamespace(
                 body_parentid=[-1 if link == BASE else parents.get(infos[link][16], -1) for link in self.links],
                 body_jntnum=joint_count, body_jntadr=np.cumsum([0, *joint_count])[:-1],

@@ -1,4 +1,4 @@
-"""The arrays of a world: made empty, and made longer when bodies, shapes or contacts come to it."""
+"""The arrays of a world: created empty, and extended as bodies, shapes and contacts are added."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from contactlaw.world.data.records import (
     numbers_of,
 )
 from contactlaw.world.implicit.equations import room_for
-from contactlaw.world.shapes import extended as long
+from contactlaw.world.shapes import swept
 from contactlaw.world.shapes.hulls import by_direction
 from contactlaw.world.trees.coordinates import addresses
 
-FAR = 1e3  # [m] that a plane on a body that moves may reach
-RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))
-LEAST = 64  # near pairs and contacts that there is room for from the start
+FAR = 1e3  # [m] reach of a plane on a moving body
+RECORDED, NONE = set(SHAPE.names or ()), np.zeros((0, 3))  # fields of shapes; no vertices
+LEAST = 64  # room for near pairs and contacts at the start
 
 
 def empty() -> Arrays:
-    """A world without bodies but itself."""
+    """Return the arrays of a world with no body but the world itself."""
 
     def whole(count: int) -> Array:
         return np.zeros(count, np.int64)
@@ -49,27 +49,27 @@ def empty() -> Arrays:
         groups=np.full((1, 1), -1),
         spare=np.arange(LEAST)[::-1].copy(),
         guards=np.zeros(LEAST, GUARD), near_bodies=whole(1), roots=whole(1), island_bodies=whole(1),
-        island_pairs=whole(LEAST), grid=whole(4), aside=np.zeros(3, BODY), trees=np.zeros(0, TREE),
-        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), contacts_aside=np.zeros(LEAST, CONTACT),
-        memory_aside=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
+        island_pairs=whole(LEAST), grid=whole(4), saved_bodies=np.zeros(3, BODY), trees=np.zeros(0, TREE),
+        joints=np.zeros(0), rows=np.zeros(LEAST, ROW), saved_contacts=np.zeros(LEAST, CONTACT),
+        saved_memory=np.zeros((LEAST, 0)), equations=np.zeros(room_for(0)), world=np.zeros(1, WORLD),
     )  # fmt: skip
     body = made.bodies[0]
     body["quaternion"][0] = 1.0
     body["axes"] = np.eye(3).ravel()
     body["isotropic"] = 1
-    body["oriented"] = 1  # planes of the world have places
+    body["oriented"] = 1  # planes of the world are off its origin
     made.world["spares"] = LEAST
     made.world["stale"] = 1
     return made
 
 
 def longer(array: Array, count: int) -> Array:
-    """The array with so many rows of zeros behind it."""
+    """Return an array with `count` rows of zeros appended."""
     return np.concatenate([array, np.zeros((count, *array.shape[1:]), array.dtype)])
 
 
 def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
-    """The array of records and more of them, given field by field."""
+    """Return an array of records with more records appended, given field by field."""
     if not rows:
         return array
     first = len(array)
@@ -81,17 +81,17 @@ def with_rows(array: Array, rows: list[dict[str, Any]]) -> Array:
 
 
 def with_bodies(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
-    """The world and more bodies."""
+    """Return the world with more bodies."""
     bodies = with_rows(one.bodies, rows)
     room = np.zeros(bodies.size, np.int64)
     return one._replace(
         bodies=bodies, near_bodies=room, roots=room.copy(), island_bodies=room.copy(),
-        aside=np.zeros(bodies.size + 2, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
+        saved_bodies=np.zeros(bodies.size + 2, BODY), equations=np.zeros(room_for(6 * (bodies.size - 1))),
     )  # fmt: skip
 
 
 def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
-    """The world and one more tree, whose bodies are in it; fields: of its record, sizes and functions among them."""
+    """Return the world with one more tree, whose bodies it has already; fields: of `records.TREE`."""
     trees = with_rows(one.trees, [addresses() | fields])
     tree = trees[-1]
     tree["numbers"] = one.joints.size
@@ -102,28 +102,28 @@ def with_tree(one: Arrays, fields: dict[str, Any]) -> Arrays:
 
 
 def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
-    """The world and more shapes; the bodies that they are on know how far they reach."""
-    points, own = one.points, []
+    """Return the world with more shapes; updates `reach`, `size` and `oriented` of their bodies."""
+    points, records = one.points, []
     for fields in rows:
         table = by_direction(fields["vertices"]) if "vertices" in fields else fields.get("heights", NONE)
         place = {"first": len(points)} if len(table) else {}
-        own.append({name: value for name, value in fields.items() if name in RECORDED} | place)
+        records.append({name: value for name, value in fields.items() if name in RECORDED} | place)
         points = np.concatenate([points, table]) if place else points
-    shapes = with_rows(one.shapes, own)
+    shapes = with_rows(one.shapes, records)
     new, bodies = shapes[-len(rows) :], one.bodies
-    more = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
-    new["long"][more] = long.address() if more.any() and not INTERPRETED else 0
+    is_swept = (new["kind"] >= SEGMENT) & (new["kind"] < PLANE)
+    new["swept"][is_swept] = swept.address() if is_swept.any() and not INTERPRETED else 0
     flat = new["kind"] >= PLANE
-    far = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
-    far[flat & (new["kind"] != TANGENT)] = FAR
-    small = np.where(
+    reach = np.where(new["kind"] == TANGENT, new["radius"], _lengths(new["at"]) + _lengths(new["half"]))
+    reach[flat & (new["kind"] != TANGENT)] = FAR
+    least = np.where(
         np.isin(new["kind"], (ELLIPSOID, BOX, CYLINDER)), new["half"].min(1), np.where(flat, np.inf, new["radius"])
     )
-    np.bitwise_or.at(bodies["oriented"], new["body"], (far > 0.0).astype(np.int64))
-    own = new["body"] != 0
-    np.maximum.at(bodies["reach"], new["body"][own], far[own])
+    np.bitwise_or.at(bodies["oriented"], new["body"], (reach > 0.0).astype(np.int64))
+    on_body = new["body"] != 0
+    np.maximum.at(bodies["reach"], new["body"][on_body], reach[on_body])
     sizes = np.where(bodies["size"] > 0.0, bodies["size"], np.inf)
-    np.minimum.at(sizes, new["body"][own], small[own])
+    np.minimum.at(sizes, new["body"][on_body], least[on_body])
     bodies["size"] = np.where(sizes < np.inf, sizes, 0.0)
     cells = 1 << int(np.ceil(np.log2(2 * shapes.size + 1)))
     one.world["stale"] = 1
@@ -131,6 +131,7 @@ def with_shapes(one: Arrays, rows: list[dict[str, Any]]) -> Arrays:
 
 
 def _lengths(vectors: Array) -> Array:
+    """Return the lengths of vectors, shape (n, 3); most of them are zero."""
     out = np.zeros(len(vectors))
     for i in np.flatnonzero(vectors.any(1)):
         out[i] = np.linalg.norm(vectors[i])
@@ -138,21 +139,21 @@ def _lengths(vectors: Array) -> Array:
 
 
 def with_pair(one: Arrays, radius: float, numbers: Array, size: int) -> Arrays:
-    """The world and one more pair of materials.
+    """Return the world with one more pair of materials.
 
-    radius: see `records.PAIR`. numbers: as `ContactPair.parameters` gives them. size: how many its law remembers.
+    radius: see `records.PAIR`. numbers: from `ContactPair.parameters`. size: length of the history that its law keeps.
     """
     pairs = longer(one.pairs, 1)
     pairs["radius"][-1], pairs["numbers"][-1] = radius, one.numbers.size
     more = max(size - one.memory.shape[1], 0)
     memory = np.pad(one.memory, ((0, 0), (0, more)))
     return one._replace(
-        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=memory, memory_aside=memory.copy()
+        pairs=pairs, numbers=np.concatenate([one.numbers, numbers]), memory=memory, saved_memory=memory.copy()
     )
 
 
 def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
-    """The world before its first step, with room for so many near pairs and contacts: zeros that take no memory yet."""
+    """Return a world that has not been stepped with room for so many near pairs and contacts; takes no memory yet."""
     one.world["spares"] = contacts
 
     def room(kind: Any, *shape: int) -> Array:
@@ -160,15 +161,15 @@ def with_room(one: Arrays, near: int, contacts: int) -> Arrays:
 
     memory = room(np.float64, contacts, one.memory.shape[1])
     return one._replace(
-        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["long"].any() else 1),
+        near=room(NEAR, near), guards=room(GUARD, near if one.shapes["swept"].any() else 1),
         island_pairs=room(np.int64, near), contacts=room(CONTACT, contacts), memory=memory,
-        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), contacts_aside=room(CONTACT, contacts),
-        memory_aside=memory,
+        spare=np.arange(contacts)[::-1].copy(), rows=room(ROW, near), saved_contacts=room(CONTACT, contacts),
+        saved_memory=memory,
     )  # fmt: skip
 
 
 def with_more_room(one: Arrays) -> Arrays:
-    """The world with room for twice as many near pairs and contacts."""
+    """Return the world with twice the room for near pairs and contacts."""
     more = one.contacts.size
     spares = int(one.world["spares"][0])
     new = np.arange(2 * more - 1, more - 1, -1)
@@ -179,6 +180,6 @@ def with_more_room(one: Arrays) -> Arrays:
         near=longer(one.near, one.near.size), guards=longer(one.guards, one.guards.size),
         island_pairs=np.zeros(2 * one.near.size, np.int64),
         contacts=longer(one.contacts, more), memory=longer(one.memory, more), rows=np.zeros(2 * one.near.size, ROW),
-        contacts_aside=np.zeros(2 * more, CONTACT), memory_aside=np.zeros((2 * more, one.memory.shape[1])),
+        saved_contacts=np.zeros(2 * more, CONTACT), saved_memory=np.zeros((2 * more, one.memory.shape[1])),
         spare=np.concatenate([new, one.spare[:spares], np.zeros(more - spares, np.int64)]),
     )  # fmt: skip

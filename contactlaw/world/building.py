@@ -1,4 +1,4 @@
-"""What a world is built of, from Python: bodies, trees and contacts; shapes are in `shapes`."""
+"""Bodies, trees and contacts added to a world from Python; shapes: see `shapes.description`."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.shapes.description import Shapes
 from contactlaw.world.trees.coordinates import coordinates, write_coordinates
 from contactlaw.world.trees.description import Tree
-from contactlaw.world.trees.rows import TreeRows
+from contactlaw.world.trees.tree_records import TreeRecords
 
-NEAR_PART = 8  # of all other solids and planes, that a corner, an edge or a rim may be near to, in the mean
+NEAR_PART = 8  # other shapes near a corner, an edge or a rim for which there is room, in the mean
 
 
 class Building(Shapes):
-    """The part of `World` that bodies and contacts are added to; arguments and errors as there."""
+    """The part of `World` that adds bodies, trees and contacts."""
 
     def __init__(
         self, gravity: ArrayLike = (0.0, 0.0, -9.81), timestep: float = 1e-3, *, substeps: float = 100.0,
@@ -42,12 +42,12 @@ class Building(Shapes):
         state["crowd_substeps"] = checks.number("crowd_substeps", crowd_substeps, "in [10, 1e6]", low=10.0, high=1e6)
         state["crowd"] = checks.count("crowd", crowd, 0)
         state["stillness"] = checks.number("stillness", stillness, "from 0 to 1e-2", low=0.0, high=1e-2)
-        self._rules: list[int] = []  # the pair that the shapes of two sets make; -1: they do not touch
+        self._rules: list[int] = []  # of two sets of shapes: their pair of materials; -1: they do not touch
         self._new_bodies: list[dict[str, Any]] = []
 
     @property
     def arrays(self) -> Arrays:
-        """All that the world knows."""
+        """The arrays of the world, with all that has been added."""
         if self._new_bodies:
             self._arrays = with_bodies(self._arrays, self._new_bodies)
             self._new_bodies = []
@@ -70,7 +70,7 @@ class Building(Shapes):
         """Add a body; returns its number.
 
         Args:
-            mass: [kg]; inf: it keeps its velocity whatever hits it, and is not pulled by gravity.
+            mass: [kg]; inf: a kinematic body, which keeps its velocity in contacts and under gravity.
             inertia: About the centre of mass [kg m^2]: one number, three along the body's axes, or a matrix (3, 3).
             position: Of the centre of mass [m], shape (3,).
             velocity: [m/s], shape (3,).
@@ -92,7 +92,7 @@ class Building(Shapes):
         return len(self._frames) - 1
 
     def add_tree(self, tree: Tree, q: ArrayLike | None = None, v: ArrayLike | None = None) -> tuple[int, list[int]]:
-        """Add bodies that joints hold together; returns the tree's number, and those of its bodies.
+        """Add bodies joined by joints; returns the tree's number, and those of its bodies.
 
         Args:
             tree: Its bodies and joints.
@@ -102,8 +102,8 @@ class Building(Shapes):
         self.place_tree(number, tree.start if q is None else q, np.zeros(tree.v_size) if v is None else v)
         return number, bodies
 
-    def add_tree_of(self, rows: TreeRows) -> tuple[int, list[int]]:
-        """The same of records, which an engine's adapter has; the tree is nowhere until it is placed."""
+    def add_tree_of(self, rows: TreeRecords) -> tuple[int, list[int]]:
+        """Add a tree from its records, as adapters do; it has no pose until it is placed."""
         first, count = len(self._frames), rows.links.size
         self._new_bodies += rows.bodies()
         self._frames += [UNTURNED] * count
@@ -112,21 +112,21 @@ class Building(Shapes):
         return arrays.trees.size - 1, list(range(first, first + count))
 
     def place_tree(self, tree: int, q: ArrayLike, v: ArrayLike) -> None:
-        """Give a tree other coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""
+        """Set a tree's coordinates [m, rad], shape (q_size,), and velocities, shape (v_size,)."""
         write_coordinates(
             self.arrays.bound(), self._tree(tree), checks.finite_array("q", q), checks.finite_array("v", v)
         )
         self.arrays.world["stale"] = 1
 
     def tree(self, tree: int) -> tuple[Array, Array]:
-        """Coordinates and velocities of a tree."""
+        """Return the coordinates and velocities of a tree."""
         return coordinates(self.arrays, self._tree(tree))
 
     def place(
         self, body: int, position: ArrayLike | None = None, velocity: ArrayLike | None = None,
         quaternion: ArrayLike | None = None, spin: ArrayLike | None = None,
     ) -> None:  # fmt: skip
-        """Put a body somewhere, or give it another motion; arguments as for `add_body`, None: as it is."""
+        """Set a body's pose or velocities; arguments as for `add_body`, None: unchanged."""
         b = self.arrays.bodies[self._body(body)]
         if b["tree"] != 0:
             raise ValueError(f"body = {body}: belongs to a tree of joints; use place_tree")
@@ -139,15 +139,15 @@ class Building(Shapes):
             b["axes"] = matrix_of(b["quaternion"]).ravel()
         if spin is not None:
             b["spin"] = checks.vector("spin", spin)
-        b["held"] = np.nan  # differs from any acceleration: it wakes
+        b["held"] = np.nan  # differs from any acceleration, so that the body wakes
         self.arrays.world["stale"] = 1
 
     def add_contact(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: ContactPair) -> None:
-        """Let all shapes of one set touch those of another, or of the same set; of two rules the later one holds.
+        """Let all shapes of one set touch those of another, or of the same set; a later rule overrides an earlier one.
 
         Args:
-            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor do planes each other.
-            pair: Materials, friction, restitution and law; its radius, where it has one, holds for all.
+            shapes1, shapes2: Numbers of shapes. Shapes of one body never touch, nor do two planes.
+            pair: Materials, friction, restitution and law; its radius, if given, holds for all contacts.
         """
         if not isinstance(pair, ContactPair):
             raise ValueError(f"pair = {pair!r}: must be a contactlaw.ContactPair")
@@ -155,7 +155,7 @@ class Building(Shapes):
         self._arrays = with_pair(self._arrays, pair.radius or 0.0, pair.parameters(radius=1.0), pair.memory_size)
 
     def add_rule(self, shapes1: int | Iterable[int], shapes2: int | Iterable[int], pair: int = -1) -> None:
-        """The same with a pair that is there already: the number of its `add_contact`; -1: they touch no more."""
+        """Add a rule as `add_contact`, with the pair of an earlier `add_contact`, by number; -1: they do not touch."""
         sets = [[named] if isinstance(named, int | np.integer) else list(named) for named in (shapes1, shapes2)]
         for name, numbers in zip(("shapes1", "shapes2"), sets, strict=True):
             if not numbers:
@@ -178,12 +178,12 @@ class Building(Shapes):
         return tree
 
     def _groups(self) -> Array:
-        """Sort the shapes into groups that are in the same sets; the table of which pair each two groups make."""
+        """Sort shapes into groups that are in the same sets; returns the table of the pairs that two groups make."""
         sets = [self._memberships[owner] for owner in self._owners]
         kinds = {kind: number for number, kind in enumerate(dict.fromkeys(sets))}
         self._arrays.shapes["group"] = [kinds[kind] for kind in sets]
         owners = np.array(self._owners, np.int64)
-        order = np.argsort(owners, kind="stable")  # each owner, which comes first, and its parts
+        order = np.argsort(owners, kind="stable")  # each owner, then its parts
         same = np.append(owners[order[1:]] == owners[order[:-1]], False)
         self._arrays.shapes["next"][order] = np.where(same, np.roll(order, -1), 0)
         table, rules = np.full((len(kinds), len(kinds)), -1), [*self._rules, -1]

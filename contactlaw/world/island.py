@@ -11,13 +11,13 @@ from math import ceil, floor, nan
 from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
-from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, rate, settle
+from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, settle, turn_rate
 from contactlaw.world.contacts.pace import radius_of, substep, touch_time
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
 from contactlaw.world.data.call import address, call_coast, call_land, call_set_out, ready
 from contactlaw.world.data.demand import COAST, LAND, SET_OUT
-from contactlaw.world.data.records import EACH, LATER, NEVER, NOW
+from contactlaw.world.data.records import NEVER, TWIST_ALWAYS, TWIST_LATER, TWIST_NOW
 from contactlaw.world.data.vec import load, norm, store
 from contactlaw.world.near.guards import keep_gap, known_gap, over_plane
 from contactlaw.world.near.time_of_impact import predict
@@ -121,7 +121,7 @@ def run(w, bodies, pairs, t, now, until):
     """
     whole, shortest = until - now, SHORTEST * (until - now)
     for i in range(pairs):
-        near_at(w.near, whole_at(w.island_pairs, i)).room = 0.0
+        near_at(w.near, whole_at(w.island_pairs, i)).path_limit = 0.0
     h = length(w, pairs, t)
     if h > until - t and until == w.step:  # a touch shortly before the end of a step: the next one goes on with it
         whole = w.step
@@ -150,9 +150,9 @@ def run(w, bodies, pairs, t, now, until):
         if rest < pairs and (stirred or last or done == BLOCK or h != spacing):
             call_land(address(w, LAND), w, pairs - rest)
             rest = pairs
-        w.twists = EACH
+        w.twists = TWIST_ALWAYS
         if joints or closed > w.crowd:
-            w.twists = NOW if last or done % TWISTS == 0 else LATER
+            w.twists = TWIST_NOW if last or done % TWISTS == 0 else TWIST_LATER
         travel(w, bodies, max(following / h, 1.0))
         closed, news = forces(w, rest, (h, following), closed <= w.crowd)
         closed += pairs - rest
@@ -186,7 +186,7 @@ def run(w, bodies, pairs, t, now, until):
             if count > LEAST_COASTED and ready(w, SET_OUT):
                 rest, spacing = call_set_out(address(w, SET_OUT), w, pairs, h, count), h
         h = following
-    w.twists = EACH
+    w.twists = TWIST_ALWAYS
     for i in range(bodies):
         settle(body_at(w.bodies, whole_at(w.island_bodies, i)))
     return t
@@ -198,8 +198,8 @@ def travel(w, bodies, longer):
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
-        b.way += way
-        b.stride = longer * way
+        b.path += way
+        b.next_path = longer * way
 
 
 @jit_inside
@@ -207,7 +207,7 @@ def lost(w, bodies, time):
     """Whether the surface of a body of an island has gone nowhere, or further than it can in a time [s]."""
     out = False
     for i in range(bodies):
-        out = out or not body_at(w.bodies, whole_at(w.island_bodies, i)).way < LOST * time
+        out = out or not body_at(w.bodies, whole_at(w.island_bodies, i)).path < LOST * time
     return out
 
 
@@ -224,8 +224,8 @@ def forces(w, pairs, span, few):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         if p.closed == 0:
-            near = AHEAD * (a.stride + b.stride)
-            if a.way + b.way + near < p.room:
+            near = AHEAD * (a.next_path + b.next_path)
+            if a.path + b.path + near < p.path_limit:
                 continue
             before = -p.gap
             gap, stride = known_gap(w, p, a, b)
@@ -239,7 +239,7 @@ def forces(w, pairs, span, few):
                     own = touch_time(w, p) / substeps_of(w, p, few)
                     news = min(news, own if own < LEAST_CHANGE * span[1] else NEVER)
             p.gap = gap
-            p.room = gap + a.way + b.way
+            p.path_limit = gap + a.path + b.path
             keep_gap(w, p, a.time if b.still != 0 else b.time)
             if gap >= 0.0 or not close(w, whole_at(w.island_pairs, i), min(before, 0.0)):
                 continue
@@ -276,11 +276,11 @@ def length(w, pairs, t):
         if p.closed == 0:
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
             if closed == 0:
-                h = min(h, STRIDE / max(rate(a), rate(b), 1e-9))
+                h = min(h, STRIDE / max(turn_rate(a), turn_rate(b), 1e-9))
             soon = (AHEAD if jointed(a) or jointed(b) else 2.0 * BLOCK) * h
-            if p.room - a.way - b.way <= soon * greatest_closing(a, b):
+            if p.path_limit - a.path - b.path <= soon * greatest_closing(a, b):
                 foresee(w, p, t)
-                p.room = p.gap + a.way + b.way
+                p.path_limit = p.gap + a.path + b.path
                 if time_to_close(max(p.gap, 0.0), p.closing, max(p.acceleration, 0.0)) < soon:
                     h = min(h, touch_time(w, p) / substeps_of(w, p, few))
     return h
@@ -308,7 +308,7 @@ def jointed(b):
 @jit_inside
 def foresee(w, p, t):
     """Look at an open pair, if nobody has at this time."""
-    if p.seen != t:
+    if p.checked != t:
         predict(w, p, body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b), t, w.step - t)
 
 

@@ -1,4 +1,4 @@
-"""What can be read from a world: contacts, energy and momentum."""
+"""Contacts, energy and momentum of a world."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ READOUT = np.dtype([
 
 
 class Energy(NamedTuple):
-    """Of a world [J]: of motion, of gravity, and stored in contacts."""
+    """Energy of a world [J]: kinetic, gravitational, and elastic in contacts."""
 
     kinetic: float
     potential: float
@@ -29,12 +29,12 @@ class Energy(NamedTuple):
 
     @property
     def total(self) -> float:
-        """All together [J]."""
+        """Sum of all [J]."""
         return self.kinetic + self.potential + self.elastic
 
 
 def contacts(world: Arrays) -> Array:
-    """Contacts that are closed now or were in the last step, a row each."""
+    """Return the contacts that are closed or were in the last step, one row each."""
     rows = world.contacts[world.contacts["phase"] != FREE]
     out = np.zeros(rows.size, READOUT)
     out["shapes"] = np.stack([rows["shape_a"], rows["shape_b"]], 1)
@@ -50,7 +50,7 @@ def contacts(world: Arrays) -> Array:
 
 
 def energy(world: Arrays) -> Energy:
-    """See `Energy`; potential: counted from the origin."""
+    """Return the energy of a world; the potential one is zero at the origin."""
     pull = world.bodies["acceleration"].copy()
     for tree in world.trees:
         pull[tree["first"] : tree["first"] + tree["count"]] = tree["gravity"]
@@ -69,7 +69,7 @@ def energy(world: Arrays) -> Energy:
 
 @jit
 def _elastic(world):
-    """Elastic energy [J] of all closed contacts."""
+    """Return the elastic energy [J] of all closed contacts."""
     w, out = world[0], 0.0
     for slot in range(w.contact_room):
         c = contact_at(w.contacts, slot)
@@ -79,7 +79,7 @@ def _elastic(world):
 
 
 def momentum(world: Arrays) -> tuple[Array, Array]:
-    """Linear [N s] and angular [N m s] momentum, about the origin, of all bodies that have a mass."""
+    """Return linear [N s] and angular [N m s] momentum, about the origin, of all bodies of finite mass."""
     b = world.bodies[world.bodies["inverse_mass"] > 0.0]
     linear = b["velocity"] / b["inverse_mass"][:, None]
     axes = b["axes"].reshape(-1, 3, 3)

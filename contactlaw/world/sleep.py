@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import give, settle
+from contactlaw.world.bodies.motion import settle, spin_change
 from contactlaw.world.contacts.pace import contact_time
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
@@ -33,7 +33,7 @@ def settle_down(w, bodies, pairs):
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         store(b.shift, load(b.acceleration))
-        store(b.twist, load(b.turning) if b.tree != 0 else give(b, load(b.torque)))
+        store(b.twist, load(b.turning) if b.tree != 0 else spin_change(b, load(b.torque)))
         b.active = 0
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
@@ -57,7 +57,7 @@ def settle_down(w, bodies, pairs):
         b.asleep = 1
         b.still = 1
         if b.tree != 0 and b.member == 0:
-            call_with_body(tree_at(b.tree, 0).rest, b)
+            call_with_body(tree_at(b.tree, 0).stop, b)
 
 
 @jit_inside
@@ -109,10 +109,10 @@ def least_move(c, a, b, part):
 def press(b, force, moment):
     """Count a force and a moment towards a body's accelerations."""
     if b.still == 0 and b.tree != 0:
-        call_with_vectors(tree_at(b.tree, 0).press, b, force, moment)
+        call_with_vectors(tree_at(b.tree, 0).add_accelerations, b, force, moment)
     elif b.still == 0:
         store(b.shift, axpy(b.inverse_mass, force, load(b.shift)))
-        store(b.twist, add(load(b.twist), give(b, moment)))
+        store(b.twist, add(load(b.twist), spin_change(b, moment)))
         b.active = 1
 
 

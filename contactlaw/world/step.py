@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from contactlaw.jit import jit, jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import closing_at, fly, follow, settle, stands
+from contactlaw.world.bodies.motion import closing_at, fly, is_static, settle, update_momentum
 from contactlaw.world.contacts.pace import LONG, rests
 from contactlaw.world.contacts.touch import forget_put_in, release, replace, stays_built
 from contactlaw.world.data.access import body_at, contact_at, guard_at, near_at, shape_at, tree_at
-from contactlaw.world.data.call import address, call_on_world, call_step, ready, waits
+from contactlaw.world.data.call import address, call_on_world, call_step, error_pending, ready
 from contactlaw.world.data.demand import LAST, STEP
-from contactlaw.world.data.records import ASKED, CLEAR, EACH, MET, NEVER, PARTED, PASSES, STAYS, TANGENT
+from contactlaw.world.data.records import ASKED, BOUNDED, MEASURED, NEVER, PARTED, PASSES, STAYS, TANGENT, TWIST_ALWAYS
 from contactlaw.world.data.vec import load, store
 from contactlaw.world.island import integrate
 from contactlaw.world.near.guards import fastest, is_guarded, outgrown, part_at_start
@@ -45,7 +45,7 @@ def step(world, dt, count):
     for i in range(count):
         if not (ready(w, STEP) and call_step(address(w, STEP), w, dt, GROWS)):
             return i
-        if waits(w.demand):
+        if error_pending(w.demand):
             return i + 1
     return count
 
@@ -93,13 +93,13 @@ def find_pressed(w):
                 continue
             known = True
             if not pressed and (asked(a) or asked(b)):
-                p.fastest = fastest(w, p, a, b)
+                p.closing_bound = fastest(w, p, a, b)
                 known = is_known(w, p, a, b)
             if not known:
                 overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
                 p.gap = -overlap
                 p.closing = closing_at(a, arm_a, b, arm_b, n)
-                p.seen = MET
+                p.checked = MEASURED
                 pressed = overlap > 0.0
             if pressed:
                 press(a)
@@ -109,15 +109,15 @@ def find_pressed(w):
 @jit_inside
 def is_known(w, p, a, b):
     """Whether the last step has left an open pair with a gap, and with a speed or so far apart that it needs none."""
-    if is_guarded(w, p, 0.0, 2.0 * w.step * p.fastest):
-        p.gap, p.seen = p.listed - guard_at(w.guards, p.guard).moved, CLEAR
+    if is_guarded(w, p, 0.0, 2.0 * w.step * p.closing_bound):
+        p.gap, p.checked = p.listed_gap - guard_at(w.guards, p.guard).moved, BOUNDED
         return True
-    if p.guard >= 0 and guard_at(w.guards, p.guard).apart > 0.0:
-        p.gap, p.seen = guard_at(w.guards, p.guard).apart, CLEAR
+    if p.guard >= 0 and guard_at(w.guards, p.guard).separation > 0.0:
+        p.gap, p.checked = guard_at(w.guards, p.guard).separation, BOUNDED
         return True
-    if a.placed != 0 or b.placed != 0 or p.seen > CLEAR:
+    if a.placed != 0 or b.placed != 0 or p.checked > BOUNDED:
         return False
-    return p.seen == MET or p.gap > 2.0 * w.step * p.fastest
+    return p.checked == MEASURED or p.gap > 2.0 * w.step * p.closing_bound
 
 
 @jit_inside
@@ -189,7 +189,7 @@ def some_last(w):
 def begin(w, dt):
     """What a step starts from."""
     w.step = dt
-    w.twists, w.rested = EACH, 1
+    w.twists, w.rested = TWIST_ALWAYS, 1
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         passes = b.tree != 0 and tree_at(b.tree, 0).passes == PASSES
@@ -206,27 +206,27 @@ def begin(w, dt):
         if b.asleep != 0 and (w.edited != 0 or disturbed(b)):
             wake_body(b, 0.0)
             settle(b)
-        follow(b)
-        b.still = 1 if b.asleep != 0 or stands(b) else 0
+        update_momentum(b)
+        b.still = 1 if b.asleep != 0 or is_static(b) else 0
         w.rested = min(w.rested, b.still)
         if strayed(b, dt - b.time):
             w.stale = 1
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
-        g.planed, g.paced = -1.0, -1.0
+        g.plane_time, g.speed_time = -1.0, -1.0
     if outgrown(w, dt, 0.0):
         w.stale = 1
     count_slots(w)
     for k in range(w.nears):
         p = near_at(w.near, k)
         if body_at(w.bodies, p.body_a).done == 0 and body_at(w.bodies, p.body_b).done == 0:
-            p.seen = -1.0
+            p.checked = -1.0
         if p.slot >= 0 and p.closed == 0 and not stays_built(w, p):
             release(w, p.slot)
             p.slot = -1
     for slot in range(w.slots if w.spares < w.contact_room else 0):
         c = contact_at(w.contacts, slot)
-        if c.phase == PARTED and c.built == 0.0:  # those that parted are no longer near each other
+        if c.phase == PARTED and c.initial_overlap == 0.0:  # those that parted are no longer near each other
             release(w, slot)
     if w.stale != 0:
         list_near(w)

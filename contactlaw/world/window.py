@@ -14,9 +14,9 @@ from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
-from contactlaw.world.bodies.motion import fly, lightness
+from contactlaw.world.bodies.motion import fly, mobility_bound
 from contactlaw.world.contacts.pace import closing_speed, contact_time, touch_time
-from contactlaw.world.data.access import body_aside, body_at, contact_at, near_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, scratch_body, tree_at
 from contactlaw.world.data.call import call_with_body
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.near.guards import is_guarded, keep_gap
@@ -48,7 +48,7 @@ def look_ahead(w, now, step):
             continue
         if a.changed != 0 or b.changed != 0 or p.toi <= now:
             if is_guarded(w, p, step, 0.0):
-                p.toi, p.seen = NEVER, -1.0
+                p.toi, p.checked = NEVER, -1.0
             else:
                 look(w, p, now)
         if p.toi < step:
@@ -73,7 +73,7 @@ def foreseen(w, i, now, place):
     """A body as it will be, or is; a tree moves there."""
     b = body_at(w.bodies, i)
     if b.time != now and b.still == 0 and b.tree == 0:
-        b = body_aside(w, i, place)
+        b = scratch_body(w, i, place)
     fly(b, now)
     return b
 
@@ -98,7 +98,7 @@ def activate(w, now, until):
         i = whole_at(w.near_bodies, n)
         b = body_at(w.bodies, i)
         widest = max(widest, b.margin)
-        b.delta_v, b.way = 0.0, 0.0
+        b.delta_v, b.path = 0.0, 0.0
         b.island = i - b.member  # a tree is in one island
         b.head = -1
         b.link = -1
@@ -122,7 +122,7 @@ def activate(w, now, until):
             if p.closed == 0 and (not first or p.toi > until):
                 if a.delta_v == 0.0 and b.delta_v == 0.0:
                     continue
-                if p.seen != now:
+                if p.checked != now:
                     kicked = length * MARGIN * (a.delta_v + b.delta_v)
                     if is_guarded(w, p, until, kicked):
                         continue
@@ -154,7 +154,7 @@ def bound_delta_v(w, p, a, b, length, enough):
         t = c.touch
         x = max(t.overlap, 0.0)
         square = closing_speed(c, a, b) ** 2 + 0.8 * t.force * x / t.mass + (t.force * length / t.mass) ** 2
-    for_a, for_b = lightness(a, a.reach), lightness(b, b.reach)
+    for_a, for_b = mobility_bound(a, a.reach), mobility_bound(b, b.reach)
     both = for_a + for_b
     handed = 1.0 if hands_on(a, b) else 0.0
     for_a *= 2.0 * max(sqrt(square), handed * b.delta_v) / both
@@ -164,13 +164,13 @@ def bound_delta_v(w, p, a, b, length, enough):
         if value > one.delta_v:
             one.delta_v = value
             if one.tree != 0:
-                call_with_body(tree_at(one.tree, 0).spread, one)
+                call_with_body(tree_at(one.tree, 0).spread_delta_v, one)
     return more
 
 
 @jit_inside
 def hands_on(a, b):
-    """Whether what one body may be given it may hand on to another one; within a tree `spread` has done so."""
+    """Whether what one body may be given it may hand on to another one; within a tree `spread_delta_v` has done so."""
     return (a.tree == 0 or a.tree != b.tree) and a.inverse_mass != 0.0 and b.inverse_mass != 0.0
 
 

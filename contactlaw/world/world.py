@@ -8,18 +8,18 @@ from contactlaw import checks
 from contactlaw.world import readout
 from contactlaw.world.arrays import with_more_room
 from contactlaw.world.building import Building
-from contactlaw.world.data.demand import KEPT
+from contactlaw.world.data.demand import PENDING_ERROR
 from contactlaw.world.data.frames import product
 from contactlaw.world.data.records import Array, Arrays
 from contactlaw.world.step import step
 
 
 class World(Building):
-    """Rigid bodies that fly, and touch with an elastic-frictional contact law.
+    """Rigid bodies in flight and in contact, with an elastic-frictional contact law.
 
-    Bodies are moved inside each step, and kicked by their contacts in substeps that resolve them: what comes out does
-    not depend on the step, which may be a thousand times longer than an impact. Shapes are spheres, capsules,
-    ellipsoids, boxes, cylinders, convex hulls and planes fixed to bodies.
+    Each step moves the bodies, with substeps that resolve their contacts: results do not depend on the length of the
+    step, which may be a thousand times that of an impact. Shapes are spheres, capsules, ellipsoids, boxes, cylinders,
+    convex hulls and planes fixed to bodies.
 
         from contactlaw import MATERIALS, ContactPair
         from contactlaw.world import World
@@ -33,20 +33,20 @@ class World(Building):
         world.step(500)
         print(world.position[body], world.energy.total)
 
-    All that it knows is in `arrays`, plain arrays of records (`world.records`), which `save` copies.
+    Its whole state is in `arrays`, plain arrays of records (`world.data.records`), which `save` copies.
 
     Args:
         gravity: [m/s^2], shape (3,), or one number: downward along z.
         timestep: [s] of `step`.
         substeps: Of an impact between few bodies; with 100, psi_2 is right to 5e-4.
         crowd_substeps: Of a damped impact in an island of more than `crowd` closed contacts: 10 are enough for a heap,
-            20 for a billiard break; half of it while it hardly moves. An elastic one has 60 at least.
-        crowd: How many closed contacts are few.
+            20 for a billiard break; half as many for a contact that hardly moves. An elastic impact has at least 60.
+        crowd: Number of closed contacts up to which an island has `substeps`.
         stillness: Share of its overlap that a contact may move in an impact's time and still fall asleep; 0: never.
 
     Raises:
         ValueError: A value outside its range; the message names it.
-        RuntimeError: NUMBA_DISABLE_JIT is set; worlds are moved by compiled code alone.
+        RuntimeError: NUMBA_DISABLE_JIT is set; worlds need compiled code.
     """
 
     def step(self, n: int = 1) -> None:
@@ -59,7 +59,7 @@ class World(Building):
         left = checks.count("n", n, 0)
         while left > 0:
             left -= step(self.arrays.bound().world, self.timestep, left)
-            if not KEPT and left > 0:  # or it raises
+            if not PENDING_ERROR and left > 0:  # or it raises
                 self._arrays = with_more_room(self.arrays)
         if self.arrays.world["lost"][0] > 0:
             raise RuntimeError("a step lost contacts: too many shapes came near each other in it; make it shorter")
@@ -73,7 +73,7 @@ class World(Building):
 
     @property
     def velocity(self) -> Array:
-        """Of the centres of mass [m/s], shape (bodies, 3)."""
+        """Velocities of the centres of mass [m/s], shape (bodies, 3)."""
         return self.arrays.bodies["velocity"][1:].copy()
 
     @property
@@ -83,7 +83,7 @@ class World(Building):
 
     @property
     def quaternion(self) -> Array:
-        """Of the bodies' axes, scalar first, shape (bodies, 4)."""
+        """Quaternions of the bodies' axes, scalar first, shape (bodies, 4)."""
         own = self.arrays.bodies["quaternion"][1:]
         return np.array([product(q, f * [1, -1, -1, -1]) for q, f in zip(own, self._frames, strict=True)]).reshape(
             -1, 4
@@ -91,7 +91,7 @@ class World(Building):
 
     @property
     def asleep(self) -> Array:
-        """Which bodies stand still until something disturbs them, shape (bodies,)."""
+        """Whether each body sleeps: it is at rest until something disturbs it, shape (bodies,)."""
         return self.arrays.bodies["asleep"][1:] != 0
 
     @property
@@ -108,10 +108,10 @@ class World(Building):
     def contacts(self) -> Array:
         """Contacts that are closed, or were in the last step: an array with named fields, a row each.
 
-        shapes, bodies: numbers of A and B (body -1: the world); a box or a cylinder has several contacts with what is
-        flat. closed. overlap [m]. point [m], normal from B to A, force on A [N], shape (3,), moment on A about the
-        normal [N m]. Since the touch: impulse on A [N s], normal_work and friction_work done on the bodies [J], deepest
-        [m], strongest normal force [N], duration [s], touches: how many.
+        shapes, bodies: numbers of A and B (body -1: the world); a box or a cylinder has several contacts with a flat
+        shape. closed. overlap [m]. point [m], normal from B to A, force on A [N], shape (3,), moment on A about the
+        normal [N m]. Since the touch: impulse on A [N s], normal_work and friction_work done on the bodies [J],
+        deepest: greatest overlap [m], strongest: greatest normal force [N], duration [s], touches: how many.
         """
         rows = readout.contacts(self.arrays)
         rows["shapes"] = np.array(self._owners, np.int64)[rows["shapes"]]
@@ -119,15 +119,15 @@ class World(Building):
 
     @property
     def owners(self) -> Array:
-        """Of each shape its own number, or that of the box or cylinder that it is a corner, edge or rim of."""
+        """Of each shape its own number, or that of the box, cylinder or hull that it is a corner, edge or rim of."""
         return np.array(self._owners, np.int64)
 
     def save(self) -> Arrays:
-        """A copy of all that the world knows; what follows from it is the same to the bit."""
+        """Return a copy of the whole state; steps from it are the same to the bit."""
         return Arrays(*(array.copy() for array in self.arrays))
 
     def restore(self, saved: Arrays) -> None:
-        """Go back to what `save` returned.
+        """Set the world back to what `save` returned.
 
         Raises:
             ValueError: Bodies or shapes have been added since.

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from contactlaw import MATERIALS, Body, calibrate, collide, contact_velocities
 from contactlaw.__main__ import main
+from contactlaw.calibration.figure import draw_calibration
 from contactlaw.calibration.reading import read_table
 from contactlaw.calibration.result import SLIDES, SLIDES_FIRST, STICKS_FIRST
-from contactlaw.calibration_figure import draw_calibration
 from contactlaw.pair import ContactPair
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="fits take minutes uncompiled")  # type: ignore[attr-defined]

@@ -8,7 +8,7 @@ import pytest
 from calibration_samples import DISK, KAPPA, MU, NOISE, RATIO, errors, off, table
 
 from contactlaw import MATERIALS, calibrate
-from contactlaw.calibration.fit import pose
+from contactlaw.calibration.fit import problem_of
 from contactlaw.calibration.result import SLIDES, UNKNOWN
 from contactlaw.calibration.table import Impacts
 
@@ -66,7 +66,7 @@ def test_what_one_impact_allows_is_all_that_a_fine_map_allows(psi_1):
     before, after = table((psi_1,))
     result = calibrate(before, after, DISK, **errors())
     impacts = Impacts(np.stack([*before, *after]), np.full((4, 1), NOISE), True, RATIO, True)
-    problem = pose(impacts, result.restitution.value, KAPPA, hold=False)
+    problem = problem_of(impacts, result.restitution.value, KAPPA, hold=False)
     mu = np.linspace(problem.grid[0, 0, 0], problem.grid[-1, 0, 0], 1200)
     cost = np.stack(
         [problem.cost(np.stack([mu, np.full(mu.size, k)], axis=-1)) for k in np.linspace(*np.log([0.3, 2]), 240)]

@@ -37,6 +37,28 @@ def thrown(timestep, integrator, phase=0.4):
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("carried", [0.0, 0.5])
+def test_a_kick_for_one_step_gives_what_rests_all_its_momentum(integrator, carried):
+    """carried: share of the weight that is carried by a force, before, in the step of the kick and after it."""
+    dt, kick = 2e-3, np.array([200.0, 100.0, 300.0])
+    model, data, _ = thrown(dt, integrator)
+    data.qpos[2], data.qvel[:] = model.qpos0[2], 0.0
+    mass, inertia, lag = model.body_mass[1], model.body_inertia[1, 1], 0.0 if integrator == "RK4" else 0.5 * dt
+    lift = np.array([0.0, 0.0, carried * 9.81 * mass])
+    data.xfrc_applied[1, :3] = lift
+    mujoco.mj_step(model, data, 100)
+    data.xfrc_applied[1] = [*(kick + lift), 0.0, 0.3, 0.0]
+    mujoco.mj_step(model, data)
+    data.xfrc_applied[1] = [*lift, 0.0, 0.0, 0.0]
+    mujoco.mj_step(model, data)
+    falls = [0.0, 0.0, (1.0 - carried) * 9.81]
+    assert data.qvel[:3] - lag * np.array(falls) == pytest.approx(
+        kick * dt / mass - 2.0 * dt * np.array(falls), abs=2e-3
+    )
+    assert data.qvel[3:] == pytest.approx([0.0, 0.3 * dt / inertia, 0.0], abs=0.2)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("phase", [0.05, 0.4, 0.75])
 def test_velocity_and_place_after_an_impact_are_those_of_a_fine_integration(integrator, phase):
     timestep = 2e-3

@@ -269,7 +269,7 @@ def test_rollouts_on_two_threads_give_the_bits_of_one():
     assert np.array_equal(*results)
 
 
-FIRST = 8  # of the law's part of plugin_state, behind two check sums and the force: how many contacts there are
+FIRST = 14  # of the law's part of plugin_state, behind two check sums and two forces: how many contacts there are
 
 
 def damage(state, how):

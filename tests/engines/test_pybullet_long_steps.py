@@ -52,6 +52,19 @@ def test_two_balls_keep_momentum_and_angular_momentum(client: int, dt: float, st
     assert 0.9 * before[2] < after[2] < before[2]
 
 
+def test_a_kick_for_one_step_gives_what_rests_all_its_momentum(client: int) -> None:
+    dt, kick = 2e-3, np.array([200.0, 100.0, 300.0])
+    body, callback, _ = ball_on_plane(client, dt, [0, 0, RADIUS])
+    step(callback, 100)
+    p.applyExternalForce(body, -1, kick.tolist(), [0, 0, 0], p.LINK_FRAME, client)
+    p.applyExternalTorque(body, -1, [0, 0.3, 0], p.LINK_FRAME, client)
+    step(callback, 2)
+    mass, inertia = (p.getDynamicsInfo(body, -1, client)[i] for i in (0, 2))
+    velocity, spin = velocities(client, body)
+    np.testing.assert_allclose(velocity, kick * dt / mass - [0, 0, 1.5 * dt * 9.81], atol=2e-3)
+    np.testing.assert_allclose(spin, [0, 0.3 * dt / inertia[1], 0], atol=0.2)
+
+
 @pytest.mark.parametrize(
     ("count", "chain"),
     [

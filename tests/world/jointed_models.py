@@ -10,7 +10,7 @@ import numpy as np
 from contactlaw.world.arrays import empty, with_bodies, with_tree
 from contactlaw.world.data.records import Arrays
 from contactlaw.world.trees.coordinates import numbers, write_coordinates
-from contactlaw.world.trees.rows import TreeRows
+from contactlaw.world.trees.tree_records import TreeRecords
 
 FREE, BALL, SLIDE, HINGE = (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_SLIDE,
                             mujoco.mjtJoint.mjJNT_HINGE)  # fmt: skip
@@ -67,15 +67,15 @@ def random_state(model: mujoco.MjModel, seed: int) -> mujoco.MjData:
     return data
 
 
-def tree_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Arrays, TreeRows, list[int]]:
+def tree_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Arrays, TreeRecords, list[int]]:
     """A world with the model's one tree in its state; the rows, and the tree's bodies in the model."""
     bodies = [i for i in range(1, model.nbody) if model.body_treeid[i] >= 0]
     return *made_of(model, data, bodies), bodies
 
 
-def made_of(model: mujoco.MjModel, data: mujoco.MjData, bodies: list[int]) -> tuple[Arrays, TreeRows]:
+def made_of(model: mujoco.MjModel, data: mujoco.MjData, bodies: list[int]) -> tuple[Arrays, TreeRecords]:
     """A world with the tree that these bodies are, in the state and under the applied forces of the data."""
-    rows = TreeRows(model, bodies)
+    rows = TreeRecords(model, bodies)
     world = with_bodies(empty(), rows.bodies())
     stand = model.body_parentid[bodies[0]]
     own = {"first": 1, "gravity": model.opt.gravity, "base": data.xpos[stand], "base_turn": data.xquat[stand]}

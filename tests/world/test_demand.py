@@ -79,7 +79,7 @@ def test_what_is_raised_while_something_is_compiled_reaches_who_steps(
         with pytest.raises(kind):
             world.step(100)
         assert asked == [missing]
-        assert not demand.KEPT
+        assert not demand.PENDING_ERROR
     made = 1 if missing == demand.STEP else FLIGHT + 1
     assert world.position[0, 2] - 0.02 == pytest.approx(abs(FLIGHT + 0.5 - made) * 1e-3, abs=4e-4)
     world.step(20)

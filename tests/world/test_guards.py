@@ -40,7 +40,7 @@ def fly_on(world, times, look, promised, gaps, heights):
     for m in range(times.size):
         for k in range(w.nears):
             p = near_at(w.near, k)
-            promised[m, k] = p.listed - way_by(guard_at(w.guards, p.guard), times[m])
+            promised[m, k] = p.listed_gap - way_by(guard_at(w.guards, p.guard), times[m])
         for i in range(w.body_count):
             fly(body_at(w.bodies, i), times[m])
         for k in range(w.nears):
@@ -172,7 +172,7 @@ def test_one_look_does_for_all_parts_of_two_shapes_that_are_far_apart() -> None:
     for _ in range(40):
         world.step()
         near = world.arrays.near[: int(world.arrays.world["nears"][0])]
-        looked += [set(near["gap"][near["seen"] == 0.0].tolist())]
+        looked += [set(near["gap"][near["checked"] == 0.0].tolist())]
     assert any(looked)
     assert max(map(len, looked)) == 1
     assert world.arrays.world["kicks"][0] == 0

@@ -12,8 +12,9 @@ from contactlaw import MATERIALS, ContactPair, Material
 from contactlaw.jit import jit
 from contactlaw.world import World
 from contactlaw.world.contacts.force import ask_at, slopes
-from contactlaw.world.data.access import contact_at, keep_contact
+from contactlaw.world.data.access import contact_at, save_contact
 from contactlaw.world.implicit.equations import room_for
+from contactlaw.world.trees.description import Joint, Part, Tree
 from sims.contact_point import static_overlap
 from tests.world.chains import Chain, Link
 from tests.world.jointed_scenes import TIP, arm_over_floor, rod
@@ -236,6 +237,21 @@ def test_an_arm_comes_to_lie_as_it_does_in_short_steps() -> None:
     assert all(arm.asleep.all() for arm in arms[:2])
 
 
+@pytest.mark.parametrize("timestep", [1e-3, 2e-3])
+def test_a_wheel_rolls_as_far_as_it_turns(timestep: float) -> None:
+    """On a carriage of two slides, under a push; it turns by up to 0.1 rad a step."""
+    world = World(gravity=(1.0, 0.0, -9.81), timestep=timestep)
+    slides = [Joint("slide", axis=axis) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))]
+    _, (wheel,) = world.add_tree(Tree([Part(MASS, INERTIA, [*slides, Joint()], position=(0.0, 0.0, RADIUS))]))
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    world.add_contact(world.add_sphere(wheel, RADIUS), floor, pair())
+    for _ in range(4):
+        world.step(round(0.1 * RADIUS / timestep / timestep / 4))
+        (x, _, angle), (v, _, spin) = world.tree(0)
+        assert v == pytest.approx(RADIUS * spin, rel=1e-8) and x == pytest.approx(RADIUS * angle, rel=1e-4)
+    assert count(world, "implicit") > 100
+
+
 def swinging(timestep: float) -> tuple[World, float]:
     """A heavy rod on a hinge, whose tip lies on the floor, with a pendulum; the height [m] of that over its hinge."""
     world, height = World(timestep=timestep), 0.1
@@ -297,7 +313,7 @@ def test_a_block_that_rocks_on_two_edges_takes_implicit_steps():
 def slopes_both_ways(world, moved, stage, out):
     """What slopes are told of the first contact, after a slide, and the differences that its law makes of them."""
     w = world[0]
-    keep_contact(w, 0)
+    save_contact(w, 0)
     c = contact_at(w.contacts, 0)
     t, u, v = c.touch, moved[0], moved[1]
     t.before, t.closing = t.overlap, 0.0

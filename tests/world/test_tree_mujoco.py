@@ -27,7 +27,7 @@ def jacobian(world: Arrays, number: int, member: int) -> Array:
     while k >= 0:
         spin = axes["spin"][k]
         out[:3, k], out[3:, k] = axes["velocity"][k] + np.cross(spin, arm), spin
-        k = int(axes["before"][k])
+        k = int(axes["parent"][k])
     return out
 
 

@@ -1,7 +1,6 @@
-"""How a body moves between forces, what an impulse does to it, and how much it gives way.
+"""Motion of one body between contacts, its change by impulses, and its mobility.
 
-The only file that knows how a free body moves. A body of a tree moves with all of it: the functions of `trees` and
-`trees.motion` are called by their addresses.
+Bodies of a tree move together: for these the functions of `trees.mobility` and `trees.motion` are called by address.
 """
 
 from __future__ import annotations
@@ -32,14 +31,14 @@ from contactlaw.world.data.vec import (
     unit,
 )
 
-LARGEST_TURN, MOST = 0.1, 1e4  # [rad] a step of the rotation of a body that is not isotropic; such steps, at most
-LEAST_MOBILITY = 1e-9  # of a free body's, below which a tree does not give way
-EXACT = 1e-31  # relative change of a spin, squared, at which it counts as found
+LARGEST_TURN, MOST = 0.1, 1e4  # [rad] of a step of `tumble`; number of such steps, at most
+LEAST_MOBILITY = 1e-9  # of the mobility of the free body: least mobility of a tree's point
+EXACT = 1e-31  # squared relative change of a spin at which the iteration ends
 
 
 @jit_inside
 def fly(b, until):
-    """Bring a body to a time [s] of the step, in free flight."""
+    """Move a body to a time [s] of the step, in free flight."""
     if b.still == 0 and b.time != until:
         if b.tree != 0:
             call_with_number(tree_at(b.tree, 0).fly, b, until)
@@ -51,7 +50,7 @@ def fly(b, until):
 
 @jit_inside
 def drift(b, h):
-    """Move a body for h [s] without contacts; `shift` and `twist` are what it moved by. A tree moves with its first."""
+    """Move a body for h [s] without contacts, and set `shift` and `twist`. A tree moves when its first body does."""
     if b.tree != 0:
         if b.member == 0:
             call_with_number(tree_at(b.tree, 0).drift, b, h)
@@ -67,7 +66,7 @@ def drift(b, h):
         rate = scale(b.inverse_inertia[0], load(b.torque))
         twist = scale(h, axpy(0.5 * h, rate, w))
         store(b.twist, twist)
-        store(b.turn, add(load(b.turn), twist))
+        store(b.pending_turn, add(load(b.pending_turn), twist))
         store(b.spin, axpy(h, rate, w))
         if b.oriented != 0:
             settle(b)
@@ -76,28 +75,28 @@ def drift(b, h):
         store(b.momentum, add(load(b.momentum), torque))
         tumble(b, h)
         store(b.momentum, add(load(b.momentum), torque))
-        store(b.spin, give(b, load(b.momentum)))
+        store(b.spin, spin_change(b, load(b.momentum)))
 
 
 @jit_inside
 def settle(b):
-    """Turn the quaternion by what a body has turned; a tree finds its accelerations anew."""
+    """Apply the pending turn to the quaternion. Of a tree: apply pending impulses and find its accelerations anew."""
     if b.tree != 0:
         call_with_body(tree_at(b.tree, 0).settle, b)
         return
-    t = load(b.turn)
+    t = load(b.pending_turn)
     t2 = dot(t, t)
     if t2 == 0.0:
         return
     store4(b.quaternion, unit(product(rotation(t), load4(b.quaternion))))
     b.turned += sqrt(t2)
-    store(b.turn, (0.0, 0.0, 0.0))
+    store(b.pending_turn, (0.0, 0.0, 0.0))
     set_axes(b)
 
 
 @jit_inside
 def set_axes(b):
-    """The matrix of the quaternion."""
+    """Set the rotation matrix from the quaternion."""
     w, x, y, z = b.quaternion[0], b.quaternion[1], b.quaternion[2], b.quaternion[3]
     m = b.axes
     m[0] = 1.0 - 2.0 * (y * y + z * z)
@@ -113,15 +112,16 @@ def set_axes(b):
 
 @jit_inside
 def tumble(b, h):
-    """Turn a body with three moments of inertia for h [s], free of torque: its energy and momentum stay to rounding.
+    """Turn an anisotropic body for h [s], free of torque; energy and angular momentum stay constant to rounding.
 
-    With L the angular momentum along the body, the rotation R <- R exp(theta), theta = h I^-1 (L + exp(-theta) L)/2,
-    is the implicit midpoint rule of L' = L x I^-1 L for a slightly other h; that rule keeps all quadratic invariants
-    (Hairer, Lubich & Wanner, Geometric Numerical Integration, section IV.2), and R L stays what it was.
+    With L the angular momentum along the body's axes, the rotation R <- R exp(theta), theta = h I^-1 (L + exp(-theta)
+    L)/2, is the implicit midpoint rule of L' = L x I^-1 L at a slightly different h. That rule conserves all quadratic
+    invariants (Hairer, Lubich & Wanner, Geometric Numerical Integration, section IV.2), and R L is constant by
+    construction.
     """
     total = (0.0, 0.0, 0.0)
     m, i = load(b.momentum), load(b.inverse_inertia)
-    speed = norm(give(b, m))
+    speed = norm(spin_change(b, m))
     count = max(min(ceil(speed * abs(h) / LARGEST_TURN), MOST), 1.0)
     part = h / count
     for _ in range(int(count)):
@@ -135,15 +135,15 @@ def tumble(b, h):
             if dot(change, change) <= EXACT * dot(w, w):
                 break
         turn = to_world(b.axes, scale(part, w))
-        store(b.turn, turn)
+        store(b.pending_turn, turn)
         settle(b)
         total = add(total, turn)
     store(b.twist, total)
 
 
 @jit_inside
-def give(b, moment):
-    """Change of spin by an angular impulse [N m s] about the centre of mass: R I^-1 R^T L [rad/s]."""
+def spin_change(b, moment):
+    """Return the change of spin [rad/s] by an angular impulse L [N m s] about the centre of mass: R I^-1 R^T L."""
     if b.isotropic != 0:
         return scale(b.inverse_inertia[0], moment)
     p, i = to_body(b.axes, moment), b.inverse_inertia
@@ -152,15 +152,15 @@ def give(b, moment):
 
 @jit_inside
 def spin_rate(b, w):
-    """Angular acceleration [rad/s^2] without contacts, at a spin."""
-    return give(b, sub(load(b.torque), gyroscopic(b, w)))
+    """Return the angular acceleration [rad/s^2] of a free body without contacts, at a spin w."""
+    return spin_change(b, sub(load(b.torque), gyroscopic(b, w)))
 
 
 @jit_inside
-def follow(b):
-    """The angular momentum of the spin that a body was given."""
+def update_momentum(b):
+    """Make the angular momentum that of the spin, which the user may have changed."""
     spin = load(b.spin)
-    change = sub(spin, give(b, load(b.momentum)))
+    change = sub(spin, spin_change(b, load(b.momentum)))
     if b.isotropic == 0 and dot(change, change) != 0.0:
         w, i = to_body(b.axes, spin), b.inverse_inertia
         store(b.momentum, to_world(b.axes, (w[0] / i[0], w[1] / i[1], w[2] / i[2])))
@@ -168,7 +168,7 @@ def follow(b):
 
 @jit_inside
 def gyroscopic(b, w):
-    """The moment w x I w [N m]."""
+    """Return the moment w x I w [N m]."""
     if b.isotropic != 0 or b.inverse_mass == 0.0:
         return 0.0, 0.0, 0.0
     p, i = to_body(b.axes, w), b.inverse_inertia
@@ -176,39 +176,39 @@ def gyroscopic(b, w):
 
 
 @jit_inside
-def stands(b):
-    """Whether a body that nothing can push does not move by itself either."""
+def is_static(b):
+    """Return whether a body is kinematic and at rest."""
     return b.inverse_mass == 0.0 and dot(load(b.velocity), load(b.velocity)) + dot(load(b.spin), load(b.spin)) == 0.0
 
 
 @jit_inside
 def velocity_at(b, arm):
-    """Velocity [m/s] of the point of a body at an arm [m] from its centre of mass."""
+    """Return the velocity [m/s] of a body's point at an arm [m] from its centre of mass."""
     return add(load(b.velocity), cross(load(b.spin), arm))
 
 
 @jit_inside
 def closing_at(a, arm_a, b, arm_b, n):
-    """Speed [m/s] of the point of B towards that of A, along the normal from B to A."""
+    """Return the closing speed [m/s] of two points of contact; n: normal from B to A."""
     return -dot(sub(velocity_at(a, arm_a), velocity_at(b, arm_b)), n)
 
 
 @jit_inside
 def greatest_closing(a, b):
-    """Speed [m/s] at which any two points of the shapes of two bodies come nearer, at most."""
+    """Return a bound on the closing speed [m/s] of any two points of the shapes of two bodies."""
     turning = norm(load(a.spin)) * a.reach + norm(load(b.spin)) * b.reach
     return norm(sub(load(a.velocity), load(b.velocity))) + turning
 
 
 @jit_inside
 def acceleration_of(b):
-    """Acceleration [m/s^2] of a body without contacts; none of one that sleeps, which they hold."""
+    """Return the acceleration [m/s^2] of a body without contacts; zero if it sleeps, as its contacts balance it."""
     return load(b.acceleration) if b.asleep == 0 else ZERO
 
 
 @jit_inside
 def acceleration_at(b, arm):
-    """The same of that point, without the change of spin of a free body."""
+    """Return the acceleration [m/s^2] of a body's point at an arm, without the angular acceleration of a free body."""
     if b.asleep != 0:
         return ZERO
     w = load(b.spin)
@@ -217,13 +217,13 @@ def acceleration_at(b, arm):
 
 @jit_inside
 def moved_at(b, arm):
-    """What that point moved by in the last substep [m]; arm: in its middle."""
+    """Return the displacement [m] of a body's point in the last substep; arm: at its middle."""
     return add(load(b.shift), cross(load(b.twist), arm))
 
 
 @jit_inside
 def kick(b, impulse, moment):
-    """Give a body an impulse [N s] and an angular one about its centre of mass [N m s]."""
+    """Apply an impulse [N s] and an angular impulse about the centre of mass [N m s] to a body."""
     if b.tree != 0:
         call_with_vectors(tree_at(b.tree, 0).kick, b, impulse, moment)
         return
@@ -234,21 +234,21 @@ def kick(b, impulse, moment):
         store(b.spin, axpy(b.inverse_inertia[0], moment, load(b.spin)))
     else:
         store(b.momentum, add(load(b.momentum), moment))
-        store(b.spin, give(b, load(b.momentum)))
+        store(b.spin, spin_change(b, load(b.momentum)))
 
 
 @jit_inside
 def mobility(b, arm, direction):
-    """Velocity [m/s] of a point along a unit vector, by a unit impulse along it [1/kg]."""
+    """Return the mobility [1/kg] of a body's point: its velocity along a unit vector by a unit impulse along it."""
     if b.tree != 0:
         return ask_mobility(tree_at(b.tree, 0).mobility, b, arm, b, arm, direction)
     r = cross(arm, direction)
-    return b.inverse_mass + dot(r, give(b, r))
+    return b.inverse_mass + dot(r, spin_change(b, r))
 
 
 @jit_inside
 def mobility_between(a, arm_a, b, arm_b, direction):
-    """The same of the point of A over that of B, by unit impulses on both, equal and opposite."""
+    """Return the mobility [1/kg] of two points: their relative velocity by equal and opposite unit impulses."""
     both = mobility(a, arm_a, direction) + mobility(b, arm_b, direction)
     if a.tree != 0 and a.tree == b.tree:
         both -= 2.0 * ask_mobility(tree_at(a.tree, 0).mobility, a, arm_a, b, arm_b, direction)
@@ -257,39 +257,40 @@ def mobility_between(a, arm_a, b, arm_b, direction):
 
 
 @jit_inside
-def lightness(b, reach):
-    """Mobility [1/kg] of what is so far from a body's centre of mass [m], at most: joints only take from it."""
-    return b.inverse_mass + reach * reach * lightest(b)
+def mobility_bound(b, reach):
+    """Return a bound on the mobility [1/kg] within `reach` [m] of a body's centre of mass; joints only reduce it."""
+    return b.inverse_mass + reach * reach * max_inverse_inertia(b)
 
 
 @jit_inside
-def lightest(b):
-    """Inverse of the least moment of inertia of a body [1/(kg m^2)]."""
+def max_inverse_inertia(b):
+    """Return the inverse of the least moment of inertia of a body [1/(kg m^2)]."""
     return max(b.inverse_inertia[0], max(b.inverse_inertia[1], b.inverse_inertia[2]))
 
 
 @jit_inside
-def rate(b):
-    """Angular speed [1/s] of a body, or, in a tree, of all that carries it, at most."""
+def turn_rate(b):
+    """Return the angular speed [rad/s] of a body; in a tree a bound for the body and its ancestors, see `LINK.rate`."""
     return norm(load(b.spin)) if b.tree == 0 else link_at(tree_at(b.tree, 0).links, b.member).rate
 
 
 @jit_inside
 def decay(b):
-    """Rate [1/s] at which damping in joints may slow a body, at most."""
+    """Return a bound on the rate [1/s] at which damping in joints slows a body."""
     return 0.0 if b.tree == 0 else tree_at(b.tree, 0).decay
 
 
 @jit_inside
-def swing(b, reach, time):
-    """Bound on how joints change the acceleration [m/s^2] of a point so far from the centre of mass [m] in a time [s].
+def change_bound(b, reach, time):
+    """Return a bound on the change, by joints, of the acceleration [m/s^2] of a point within a time [s].
 
-    What carries the body turns it at a rate r, with r^2 of the reach; the others push it, from directions that turn as
-    fast as the tree's fastest does: no more than it pushes them, over the geometric mean of both mobilities (Cauchy and
-    Schwarz). A vector that turns changes by no more than twice itself.
+    The point is within `reach` [m] of the centre of mass. The body and its ancestors turn at a rate r at most:
+    centripetal acceleration r^2 reach. The other bodies of the tree accelerate it from directions that turn at most as
+    fast as the fastest of them, by no more than the load on them times the geometric mean of both mobilities
+    (Cauchy-Schwarz). A vector that turns changes by at most twice its length.
     """
     if b.tree == 0:
         return 0.0
-    t, own = tree_at(b.tree, 0), rate(b)
-    pull = min(t.pull, t.effort * sqrt(lightness(b, reach)))
+    t, own = tree_at(b.tree, 0), turn_rate(b)
+    pull = min(t.max_acceleration, t.effort * sqrt(mobility_bound(b, reach)))
     return 4.0 * (pull * min(t.rate * time, 1.0) + own * own * reach * min(own * time, 1.0))

@@ -1,33 +1,30 @@
-"""Bodies that are led: nothing pushes them, and somebody puts them elsewhere from step to step.
+"""Kinematic bodies: contacts do not push them, the user moves them from step to step.
 
-A place alone tells no velocity. A body goes evenly from where it was left to where it has been put, so that contacts
-see it come and drag what lies on it along, and is there as the step ends.
+A position alone gives no velocity. A body moves uniformly from where the last step left it to where the user has put
+it, so that contacts feel its motion and carry along what lies on it, and arrives there at the end of the step.
 """
 
 from __future__ import annotations
 
-from math import atan2
-
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.motion import set_axes
-from contactlaw.world.data.vec import ZERO, load, load4, norm, product, scale, store, store4, sub
+from contactlaw.world.data.vec import ZERO, load, load4, norm, product, rotation_vector, scale, store, store4, sub
 
-# [m/s]: who would change speed by more in a step, and by more than all of it, has jumped. Arms of robots and belts set
-# out with less; 10 mm in 2 ms are no motion. Nor is it what an overlap stands for that would throw bodies so fast
+# [m/s]: a body whose speed would change by more in a step, and by more than its present speed, has jumped: robot arms
+# and belts start with less, 10 mm in 2 ms is no motion. Also the speed that an initial overlap may give, `touch.deep`
 JUMP = 5.0
 
 
 @jit_inside
-def lead(w, b, place, turn, h):
-    """Let a body, which is where it was left, go to a place [m] and a quaternion within a step of h [s].
+def move_kinematic(w, b, place, turn, h):
+    """Set the velocities of a kinematic body such that it reaches a pose at the end of a step of h [s].
 
-    Its velocities are those of the step before. One that jumps is there at once, at rest, as somebody who is `placed`.
+    place, turn: that pose, position [m] and quaternion. On entry the pose of the body is where the last step left it,
+    its velocities are those of that step. A body that jumps is put there at once, at rest, and marked as `placed`.
     """
     back = load4(b.quaternion)
-    c, x, y, z = product(turn, (back[0], -back[1], -back[2], -back[3]))
-    way, half = (x, y, z), norm((x, y, z))
-    angle = 2.0 * atan2(half, abs(c)) / half if half > 0.0 else 0.0
-    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale((angle if c > 0.0 else -angle) / h, way)
+    twist = rotation_vector(product(turn, (back[0], -back[1], -back[2], -back[3])))
+    velocity, spin = scale(1.0 / h, sub(place, load(b.position))), scale(1.0 / h, twist)
     change = norm(sub(velocity, load(b.velocity))) + b.reach * norm(sub(spin, load(b.spin)))
     if change <= max(norm(load(b.velocity)) + b.reach * norm(load(b.spin)), JUMP):
         store(b.velocity, velocity)

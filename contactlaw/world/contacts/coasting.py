@@ -161,8 +161,8 @@ def land(w, calm):
             continue
         c = contact_at(w.contacts, r.slot)
         t = c.touch
-        c.kept = t.overlap
-        store(c.missed, load(r.slide))
+        c.coasted_from = t.overlap
+        store(c.coasted, load(r.slide))
         turn_frame(c, load(c.normal), r.turned)
         t.overlap, t.closing = r.overlap, r.closing
         store(c.impulse, add(load(c.impulse), load(r.impulse)))

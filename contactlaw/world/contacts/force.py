@@ -9,19 +9,19 @@ from contactlaw.laws import rolling, speeds, torsion
 from contactlaw.laws.hertz import elastic_force
 from contactlaw.laws.record import LASTING, OPEN, PAIR_SIZE, SPUN, ask_energy, ask_stiffness
 from contactlaw.laws.step import ask, press
-from contactlaw.world.bodies.motion import give, lightest
+from contactlaw.world.bodies.motion import max_inverse_inertia, spin_change
 from contactlaw.world.data.access import (
     body_at,
-    bring_back_touch,
     law_numbers,
     law_of,
     memory_of,
     pair_at,
+    restore_law_state,
     speed_numbers,
 )
 from contactlaw.world.data.call import address, call_along, call_spin, ready
 from contactlaw.world.data.demand import ALONG, SPIN
-from contactlaw.world.data.records import EACH, LATER
+from contactlaw.world.data.records import TWIST_ALWAYS, TWIST_LATER
 from contactlaw.world.data.vec import dot, load, sub
 
 PROBE = 1e-4  # of an overlap, a displacement that finds the slope of a law
@@ -48,9 +48,9 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     du, dv, angle = moved
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
     if spun:
-        c.turned += angle
-        if w.twists == LATER and t.state != OPEN and t.state != SPUN:
-            c.waits = c.waits if c.waits > 0.0 else t.before
+        c.pending_twist += angle
+        if w.twists == TWIST_LATER and t.state != OPEN and t.state != SPUN:
+            c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
     press(t, law, free, dt)
@@ -59,12 +59,13 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
         inertia = 0.0
         if damped:
             n = load(c.normal)
-            turn = dot(n, give(body_at(w.bodies, c.body_a), n)) + dot(n, give(body_at(w.bodies, c.body_b), n))
+            turn = dot(n, spin_change(body_at(w.bodies, c.body_a), n))
+            turn += dot(n, spin_change(body_at(w.bodies, c.body_b), n))
             inertia = 1.0 / turn
-        since = c.waits if c.waits > 0.0 else t.before
-        turned, dashpot = (du, dv, c.turned), (slide[2], inertia)
-        call_spin(address(w, SPIN), c, own, numbers, turned, since, dt, w.twists == EACH, dashpot)
-        c.turned, c.waits = 0.0, 0.0
+        since = c.twist_overlap if c.twist_overlap > 0.0 else t.before
+        turned, dashpot = (du, dv, c.pending_twist), (slide[2], inertia)
+        call_spin(address(w, SPIN), c, own, numbers, turned, since, dt, w.twists == TWIST_ALWAYS, dashpot)
+        c.pending_twist, c.twist_overlap = 0.0, 0.0
     else:
         ask(t, law, law_numbers(w, pair_at(w.pairs, c.pair)), memory, du, dv, dt)
     if t.skew != 0.0 and t.state != SPUN and ready(w, ALONG):
@@ -98,7 +99,7 @@ def ask_at(w, c, slot, moved, slide):
     """
     t = c.touch
     overlap, before, closing = t.overlap, t.before, t.closing
-    bring_back_touch(w, slot)
+    restore_law_state(w, slot)
     t.overlap, t.before, t.closing = overlap, before, closing
     advance_contact(w, c, slot, moved, slide, 0.0, 0.0)
     return t.f, t.g, c.torsion.moment
@@ -212,6 +213,6 @@ def resistance_of(w, c):
     I: the least moment of inertia. The spring k_r then turns bodies at 1.5 times the rate of the normal one at most,
     which substeps follow. R is metres where flat sides touch, far more than what rolls there is wide.
     """
-    light = lightest(body_at(w.bodies, c.body_a)) + lightest(body_at(w.bodies, c.body_b))
+    light = max_inverse_inertia(body_at(w.bodies, c.body_a)) + max_inverse_inertia(body_at(w.bodies, c.body_b))
     own = law_of(w, pair_at(w.pairs, c.pair)).rolling
     return own / max(1.0, own * c.touch.radius * sqrt(c.touch.mass * light))

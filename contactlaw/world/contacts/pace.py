@@ -14,11 +14,10 @@ from contactlaw.world.bodies.motion import (
 from contactlaw.world.contacts.force import hardly_moves
 from contactlaw.world.data.access import body_at, law_of, pair_at, shape_at
 from contactlaw.world.data.records import NEVER
-from contactlaw.world.data.vec import cross, load, norm, sub
+from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
-SLOW = 0.1  # of P delta, the energy m v^2 of a contact that does not strike
 LONG = 1.0 / 3.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
 SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
 TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again
@@ -86,14 +85,16 @@ def closing_speed(c, a, b):
 
 @jit_inside
 def rests(c, a, b):
-    """Whether a closed contact does not strike within the step, see `SLOW`.
+    """Whether a closed contact has not the energy to part, under the load P + m a that there is, a its acceleration:
 
-    One that is near its balance may be as soft as it likes: what it does beside stiffer ones a step follows, or damps.
+        m v^2/2 + 2/5 P delta < (P + m a) delta
+
+    It may be as soft as it likes: what it does beside stiffer ones a step follows, or damps.
     """
     speed, t = closing_speed(c, a, b), c.touch
     if t.zeta == 0.0:
         return False
-    return speed * speed * t.mass <= SLOW * t.force * t.overlap and hardly_moves(c, 1.0)
+    return 0.5 * speed * speed * t.mass < (0.6 * t.force + t.mass * c.closing_acceleration) * t.overlap
 
 
 @jit_inside
@@ -107,9 +108,20 @@ def substep(w, c, a, b, substeps):
     elif t.overlap > 0.0 and hardly_moves(c, 1.0):
         calm = substeps if substeps > w.crowd_substeps else 0.5 * substeps  # as it is in a crowd
         substeps = max(substeps / FEW, min(calm, 20.0))
+    if t.zeta > 0.0 and falls_back(w, c, a, b):
+        substeps = min(substeps, w.crowd_substeps)
     longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
     slowing = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
     return longest if slowing * longest <= SLOWED else max(SLOWED / slowing, longest / FOLLOWED)
+
+
+@jit_inside
+def falls_back(w, c, a, b):
+    """Whether what parts with all the energy of a closed contact is back within the step: then nobody sees how."""
+    t, speed = c.touch, closing_speed(c, a, b)
+    pull = sub(load(a.acceleration), load(b.acceleration))
+    square = speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass
+    return 4.0 * square < w.step * w.step * dot(pull, pull)
 
 
 @jit_inside

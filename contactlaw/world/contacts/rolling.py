@@ -7,7 +7,7 @@ from math import sqrt
 from contactlaw.jit import jit_inside
 from contactlaw.laws import rolling
 from contactlaw.laws.record import LASTING
-from contactlaw.world.bodies.motion import give
+from contactlaw.world.bodies.motion import spin_change
 from contactlaw.world.contacts.force import hardly_moves, resistance_of
 from contactlaw.world.data.access import body_at
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub
@@ -39,7 +39,7 @@ def drag_of(w, c, resistance):
     t, e = c.touch, load(c.tangent)
     if t.course != LASTING or t.zeta == 0.0 or not hardly_moves(c, 1.0):
         return 0.0
-    light = dot(e, give(body_at(w.bodies, c.body_a), e)) + dot(e, give(body_at(w.bodies, c.body_b), e))
+    light = dot(e, spin_change(body_at(w.bodies, c.body_a), e)) + dot(e, spin_change(body_at(w.bodies, c.body_b), e))
     return 2.0 * rolling.CALM * sqrt(rolling.stiffness(t, resistance) / light)
 
 

@@ -7,7 +7,7 @@ from contactlaw.laws import speeds
 from contactlaw.laws.ellipse import share_along
 from contactlaw.laws.hertz import greatest_overlap, hertz_stiffness
 from contactlaw.laws.record import OPEN
-from contactlaw.laws.step import know
+from contactlaw.laws.step import reset
 from contactlaw.laws.torsion import RINGS
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.pair import DEEPEST
@@ -18,19 +18,19 @@ from contactlaw.world.contacts.ends import damped_end, elastic_end
 from contactlaw.world.contacts.pace import TURNED, ellipse_of, masses
 from contactlaw.world.contacts.rolling import moment_of, rolled
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
-from contactlaw.world.data.call import address, ask_parting, call_roll, ready
+from contactlaw.world.data.call import address, ask_separation, call_roll, ready
 from contactlaw.world.data.demand import ROLL
 from contactlaw.world.data.records import BOX, CLOSED, DISC, ELLIPSOID, FREE, NEVER, PARTED, RESIZED
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, rotate, scale, store, sub, tangent
 from contactlaw.world.shapes.geometry import (
     BACK,
     SUNK,
-    build_in,
-    is_sunk,
+    is_ignored,
+    max_overlap,
     meet,
     meet_near,
-    most_overlap,
     overlap_of_cores,
+    set_initial_overlap,
 )
 
 SMALL_TURN = 0.01  # [rad] for which the first term will do
@@ -63,7 +63,7 @@ def close(w, k, overlap):
     t = c.touch
     law = law_of(w, pair_at(w.pairs, q.pair))
     radius, along = ellipse_of(w, q)
-    know(t, law, radius)
+    reset(t, law, radius)
     a, b = body_at(w.bodies, q.body_a), body_at(w.bodies, q.body_b)
     _, n, arm_a, arm_b = meet(shape_at(w.shapes, q.a), a, shape_at(w.shapes, q.b), b)
     store(c.normal, n)
@@ -77,12 +77,12 @@ def close(w, k, overlap):
     c.closing_acceleration = 0.0
     c.end_weight = 0.0
     clear_torsion(c.torsion)
-    c.turned, c.waits, c.kept = 0.0, 0.0, 0.0
+    c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
     masses(c, a, b)
     if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > deep(w, c):
-        c.built, overlap = build_in(w, q, c.built + overlap), 0.0
+        c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap = overlap
     t.before = overlap
     slide = sub(velocity_at(a, arm_a), velocity_at(b, arm_b))
@@ -120,7 +120,7 @@ def forget_put_in(w, p):
     deeper = overlap - c.touch.overlap
     if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(deep(w, c), TOUCHING * c.touch.radius):
         release(w, p.slot)
-        p.slot, p.closed, p.built = -1, 0, 0.0
+        p.slot, p.closed, p.initial_overlap = -1, 0, 0.0
 
 
 @jit_inside
@@ -142,7 +142,7 @@ def replace(w, c):
     turn_frame(c, n, 0.0)
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
-    c.touch.overlap = overlap - c.built
+    c.touch.overlap = overlap - c.initial_overlap
     store(c.force, force_of(c))
 
 
@@ -159,7 +159,7 @@ def clear_torsion(state):
 @jit_inside
 def clear(c):
     """Begin the ledger of a contact, of which all overlap counts."""
-    c.built = 0.0
+    c.initial_overlap = 0.0
     c.touches = 0
     c.deepest = 0.0
     c.strongest = 0.0
@@ -181,7 +181,7 @@ def open_up(q, c):
     c.torsion.moment = 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
-    if c.built > 0.0:
+    if c.initial_overlap > 0.0:
         c.touch.overlap = 0.0
 
 
@@ -189,16 +189,16 @@ def open_up(q, c):
 def stays_built(w, p):
     """Whether the shapes of an open pair are still in each other; what counts as none is what there is at most."""
     c = contact_at(w.contacts, p.slot)
-    if c.built > 0.0:
+    if c.initial_overlap > 0.0:
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
         overlap, _, _, _ = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-        sunk = is_sunk(p)
-        c.built = build_in(w, p, min(c.built, overlap))
-        if is_sunk(p):
-            p.listed = NEVER  # its guard has nobody look at it
+        sunk = is_ignored(p)
+        c.initial_overlap = set_initial_overlap(w, p, min(c.initial_overlap, overlap))
+        if is_ignored(p):
+            p.listed_gap = NEVER  # its guard has nobody look at it
         elif sunk:
-            p.listed, p.gap = -NEVER, 0.0
-    return c.built > 0.0
+            p.listed_gap, p.gap = -NEVER, 0.0
+    return c.initial_overlap > 0.0
 
 
 @jit_inside
@@ -246,17 +246,17 @@ def meet_on(c, sa, a, sb, b):
     what was found in each other there is no such normal: its overlap would be more at once than surfaces have moved.
     """
     overlap, n, arm_a, arm_b = meet(sa, a, sb, b)
-    if sb.parting != 0 and sb.kind != ELLIPSOID:
+    if sb.separation != 0 and sb.kind != ELLIPSOID:
         if sa.kind == ELLIPSOID:
-            most, where, swept = overlap_of_cores(sa, sb), sa.parting, sb.radius
+            most, where, swept = overlap_of_cores(sa, sb), sa.separation, sb.radius
         else:
-            most, where = most_overlap(sa, sb), sb.parting
+            most, where = max_overlap(sa, sb), sb.separation
             swept = most if sa.kind < BOX else (1.0 - BACK) * most
         if overlap > SUNK * most:
             held = rotate(load(b.twist), load(c.normal))
-            held, low, high, lowest = ask_parting(where, sa, a, sb, b, held)
+            held, low, high, lowest = ask_separation(where, sa, a, sb, b, held)
             deeper = high - low + swept
-            if deeper <= max(c.touch.overlap + c.built, most) + a.stride + b.stride:
+            if deeper <= max(c.touch.overlap + c.initial_overlap, most) + a.next_path + b.next_path:
                 overlap, n, arm_a = deeper, held, lowest
                 arm_b = add(arm_a, sub(load(a.position), load(b.position)))
     return overlap, n, arm_a, arm_b
@@ -285,7 +285,7 @@ def look(w, c, a, b):
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
         rolled(c, a, b)
     t.before = t.overlap
-    t.overlap = overlap - c.built
+    t.overlap = overlap - c.initial_overlap
 
 
 @jit_inside
@@ -317,8 +317,8 @@ def advance(w, c, slot, span):
     t.closing = closing
     opening = t.force == 0.0 and c.interval == 0.0
     told = moved
-    if c.kept > 0.0:
-        told, t.before, c.kept = add(moved, load(c.missed)), c.kept, 0.0
+    if c.coasted_from > 0.0:
+        told, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
     force.advance_contact(w, c, slot, told, scale(1.0 / h, moved), h, c.closing_acceleration + own)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)

@@ -1,6 +1,6 @@
-"""Elements of the arrays of a world, by their addresses: compiled code sees one record, `WORLD`, and what it points to.
+"""Records in the arrays of a world, by address: compiled code gets one record, `WORLD`, and reads all else through it.
 
-The arrays belong to Python (`world.arrays`), which keeps them alive and writes their addresses into the record.
+Python owns the arrays (`world.arrays`), keeps them alive and writes their addresses into the record.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from contactlaw.laws.torsion import TORSION
 from contactlaw.memory import doubles_at, element
 from contactlaw.world.data.records import AXIS, BODY, CONTACT, GUARD, JOINT, LINK, NEAR, PAIR, ROW, SHAPE, TREE, WORLD
 
-KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # what laws know of a contact, its first numbers
+KNOWN_NUMBERS = CONTACT_SIZE + TORSION.itemsize // 8 + 4  # the first fields of a contact, the state of its laws
 BODY_NUMBERS, CONTACT_NUMBERS = BODY.itemsize // 8, CONTACT.itemsize // 8
 
 body_at: Any = element(BODY)
@@ -36,87 +36,87 @@ row_at: Any = element(ROW)
 
 @jit_inside
 def copy_numbers(source, target, count):
-    """Copy so many numbers from one address to another."""
+    """Copy `count` numbers from one address to another."""
     numbers, copy = carray(doubles_at(source), count), carray(doubles_at(target), count)
     for k in range(count):
         copy[k] = numbers[k]
 
 
 @jit_inside
-def body_aside(w, i, place):
-    """A copy of a body, in one of two places."""
-    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.aside + 8 * BODY_NUMBERS * place, BODY_NUMBERS)
-    return body_at(w.aside, place)
+def scratch_body(w, i, place):
+    """Copy body i to one of the two scratch places; returns the copy."""
+    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.saved_bodies + 8 * BODY_NUMBERS * place, BODY_NUMBERS)
+    return body_at(w.saved_bodies, place)
 
 
 @jit_inside
-def keep_body(w, i):
-    """Keep a body as it is, for `body_kept`."""
-    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.aside + 8 * BODY_NUMBERS * (i + 2), BODY_NUMBERS)
+def save_body(w, i):
+    """Save a copy of body i, for `saved_body` and `restore_body`."""
+    copy_numbers(w.bodies + 8 * BODY_NUMBERS * i, w.saved_bodies + 8 * BODY_NUMBERS * (i + 2), BODY_NUMBERS)
 
 
 @jit_inside
-def body_kept(w, i):
-    """A body as it was when it was kept."""
-    return body_at(w.aside, i + 2)
+def saved_body(w, i):
+    """Return body i as it was saved."""
+    return body_at(w.saved_bodies, i + 2)
 
 
 @jit_inside
-def bring_back_body(w, i):
-    """Make a body what it was when it was kept."""
-    copy_numbers(w.aside + 8 * BODY_NUMBERS * (i + 2), w.bodies + 8 * BODY_NUMBERS * i, BODY_NUMBERS)
+def restore_body(w, i):
+    """Set body i back to its saved copy."""
+    copy_numbers(w.saved_bodies + 8 * BODY_NUMBERS * (i + 2), w.bodies + 8 * BODY_NUMBERS * i, BODY_NUMBERS)
 
 
 @jit_inside
-def keep_contact(w, slot):
-    """Keep a contact as it is, with what its law remembers."""
+def save_contact(w, slot):
+    """Save a copy of the contact in a slot, and of its law's history."""
     place = 8 * CONTACT_NUMBERS * slot
-    copy_numbers(w.contacts + place, w.contacts_aside + place, CONTACT_NUMBERS)
+    copy_numbers(w.contacts + place, w.saved_contacts + place, CONTACT_NUMBERS)
     place = 8 * w.memory_size * slot
-    copy_numbers(w.memory + place, w.memory_aside + place, w.memory_size)
+    copy_numbers(w.memory + place, w.saved_memory + place, w.memory_size)
 
 
 @jit_inside
-def contact_kept(w, slot):
-    """A contact as it was when it was kept."""
-    return contact_at(w.contacts_aside, slot)
+def saved_contact(w, slot):
+    """Return the contact in a slot as it was saved."""
+    return contact_at(w.saved_contacts, slot)
 
 
 @jit_inside
-def bring_back_contact(w, slot):
-    """Make a contact what it was when it was kept, but for what its law remembers."""
+def restore_contact(w, slot):
+    """Set a contact back to its saved copy; its law's history stays as it is."""
     place = 8 * CONTACT_NUMBERS * slot
-    copy_numbers(w.contacts_aside + place, w.contacts + place, CONTACT_NUMBERS)
+    copy_numbers(w.saved_contacts + place, w.contacts + place, CONTACT_NUMBERS)
 
 
 @jit_inside
-def bring_back_touch(w, slot):
-    """Make what laws know of a contact, and remember, what it was when it was kept."""
+def restore_law_state(w, slot):
+    """Set the state of a contact's laws, and their history, back to the saved copy."""
     place = 8 * CONTACT_NUMBERS * slot
-    copy_numbers(w.contacts_aside + place, w.contacts + place, KNOWN_NUMBERS)
+    copy_numbers(w.saved_contacts + place, w.contacts + place, KNOWN_NUMBERS)
     place = 8 * w.memory_size * slot
-    copy_numbers(w.memory_aside + place, w.memory + place, w.memory_size)
+    copy_numbers(w.saved_memory + place, w.memory + place, w.memory_size)
 
 
 @jit_inside
 def memory_of(w, slot):
-    """What the law remembers of the contact in a slot, shape (size,)."""
+    """Return the history that the law keeps of the contact in a slot, shape (size,)."""
     return carray(doubles_at(w.memory + 8 * w.memory_size * slot), w.memory_size)
 
 
 @jit_inside
 def law_of(w, pair):
-    """The materials and the law of a pair, as the law reads them."""
+    """Return the parameters of a pair of materials that all laws share."""
     return law_at(w.numbers + 8 * pair.numbers, 0)
 
 
 @jit_inside
 def law_numbers(w, pair):
-    """The law's own numbers."""
+    """Return the law's own parameters of a pair."""
     return carray(doubles_at(w.numbers + 8 * (pair.numbers + PAIR_SIZE)), 1)
 
 
 @jit_inside
 def speed_numbers(w, pair):
-    """What `laws.speeds` reads of a pair that has it."""
+    """Return the parameters of `laws.speeds` of a pair that has them."""
     return carray(doubles_at(w.numbers + 8 * (pair.numbers + int(law_of(w, pair).speeds))), 1)

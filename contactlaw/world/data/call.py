@@ -1,4 +1,7 @@
-"""Functions called by their addresses: what moves trees, or meets discs or hulls, is compiled where they are."""
+"""Calls of functions by address, so that code for trees, discs or hulls is compiled only where a scene has them.
+
+Signatures first, then what calls a function of each signature: the address comes before the arguments.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from numba import types
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import caller, whole_at
-from contactlaw.world.data.demand import ASK, KEEPER, LATER, TRUTH, WAITS
+from contactlaw.world.data.demand import ADD_CALL, ASK, ERROR_OBJECT, IS_TRUE, PENDING
 from contactlaw.world.data.records import BODY, CONTACT, NEAR, SHAPE, TREE, WORLD
 
 BODY_TYPE = numba.from_dtype(BODY)
@@ -32,7 +35,7 @@ NEAREST = types.Tuple((VECTOR, NUMBER, VECTOR, SIMPLEX))(
 )
 RADIUS = types.Tuple((NUMBER, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
 MEETING = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE)
-PARTING = types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
+SEPARATION = types.Tuple((VECTOR, NUMBER, NUMBER, VECTOR))(SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR)
 TIME = types.void(NEAR_TYPE, SHAPE_TYPE, BODY_TYPE, SHAPE_TYPE, BODY_TYPE, VECTOR, VECTOR, NUMBER)
 FACE = types.boolean(VECTOR, VECTOR, NUMBER, SHAPE_TYPE, BODY_TYPE)
 ON_WORLD = types.boolean(WORLD_TYPE)
@@ -58,7 +61,7 @@ ask_mobility: Any = caller(MOBILITY)
 ask_deepest: Any = caller(DEEPEST)
 ask_meeting: Any = caller(MEETING)
 ask_nearest: Any = caller(NEAREST)
-ask_parting: Any = caller(PARTING)
+ask_separation: Any = caller(SEPARATION)
 ask_radius: Any = caller(RADIUS)
 ask_time: Any = caller(TIME)
 ask_over_face: Any = caller(FACE)
@@ -78,9 +81,9 @@ call_later: Any = caller(types.int32(types.uint64, types.uint64))
 
 @jit_inside
 def ready(w, what):
-    """Whether a function is there that only some scenes need, by its number, see `demand`; if not, it is asked for."""
+    """Return whether a function compiled on demand is there, by its number in `demand`; asks Python for it if not."""
     table = w.demand
-    if entry(table, what) == 0 and not waits(table):
+    if entry(table, what) == 0 and not error_pending(table):
         call_for(entry(table, ASK), what)
         if entry(table, what) == 0:
             raise_later(table)
@@ -89,23 +92,23 @@ def ready(w, what):
 
 @jit_inside
 def address(w, what):
-    """Where a function is that is ready."""
+    """Return the address of a function that is `ready`."""
     return entry(w.demand, what)
 
 
 @jit_inside
-def waits(table):
-    """Whether an exception waits to be raised; table: address of `demand.TABLE`. No Python is called meanwhile."""
-    return entry(table, WAITS) != 0
+def error_pending(table):
+    """Return whether an exception is kept, without calling Python; table: address of `demand.TABLE`."""
+    return entry(table, PENDING) != 0
 
 
 @jit_inside
 def raise_later(table):
-    """Have what waits raised when compiled code has returned."""
-    call_later(entry(table, LATER), entry(table, TRUTH), entry(table, KEEPER))
+    """Schedule the kept exception to be raised when compiled code has returned."""
+    call_later(entry(table, ADD_CALL), entry(table, IS_TRUE), entry(table, ERROR_OBJECT))
 
 
 @jit_inside
 def entry(table, place):
-    """Of `demand.TABLE`."""
+    """Return an entry of `demand.TABLE`."""
     return types.uint64(whole_at(table, place))

@@ -1,4 +1,4 @@
-"""A number that tells some numbers from others, bit by bit."""
+"""A checksum of numbers, sensitive to every bit."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from numba import types
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 
-GOLDEN, HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)  # 2^64 over the golden ratio; bits of half a number
+GOLDEN, HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(32)  # 2^64 over the golden ratio; half the bits of a number
 
 
 @jit_inside
 def mix(numbers, first, last, before):
-    """A sum of products with odd numbers, each of its place: zeros add nothing, and no product waits for another.
+    """Return the checksum of the numbers first, ..., last - 1 at an address, as an unsigned integer.
 
-    before: how many places come before the first number at the address.
+    Each number's bits are multiplied by an odd factor that depends on its place, and the products are summed: zeros add
+    nothing, and no product waits for another. before: places that precede the first number at the address, so that the
+    checksum of several arrays is the sum of theirs.
     """
     mixed = types.uint64(0)
     for i in range(first, last):
@@ -25,7 +27,7 @@ def mix(numbers, first, last, before):
 
 
 @jit_inside
-def one_of(mixed):
-    """A check sum that is mixed as a number that is not zero."""
+def as_float(mixed):
+    """Return a mixed checksum as a float that is not zero."""
     mixed = (mixed ^ (mixed >> HALF)) * GOLDEN
     return 1.0 + float(mixed >> types.uint64(12))

@@ -1,9 +1,9 @@
-"""What only some scenes come to need: called by address, and compiled when a scene first needs it.
+"""Functions that only some scenes need: compiled when a scene first needs them, and called by address.
 
-Compiled code asks Python for it once in a process (`call.ready`). No exception can cross compiled code: what is raised
-there, an interrupt too, is kept, the step goes on without what it asked for, and when it returns, it is raised. The
-main thread does so, in a pending call of the interpreter, the way of signals, for which compiled code must ask
-(`call.raise_later`): one that Python asked for would be made at once. It calls PyObject_IsTrue of `KEPT`, which raises.
+Compiled code asks Python to compile them (`call.ready`). No exception can cross compiled code. One that is raised
+there, an interrupt too, is kept; the step goes on without the function asked for, and the exception is raised when the
+step returns. For that, compiled code schedules a pending call of the interpreter, as signals do, by which the main
+thread calls PyObject_IsTrue of `PENDING_ERROR`, which raises. (A pending call scheduled from Python would run at once.)
 """
 
 from __future__ import annotations
@@ -17,22 +17,25 @@ import numpy as np
 
 from contactlaw.jit import address_of, compiling
 
-STEP, LAST, SPIN, ALONG, READ, SLEEP, LAND, COAST, SET_OUT, ROLL, ASK, WAITS, LATER, TRUTH, KEEPER = range(15)
-"""What `supply` makes; what asks for them; whether something waits to be raised; Py_AddPendingCall, PyObject_IsTrue and
-`KEPT`."""
+# Functions that `supply` makes, as places in `TABLE`
+STEP, LAST, SPIN, ALONG, READ, SLEEP, LAND, COAST, SET_OUT, ROLL = range(10)
+# Further places: `_supply`; whether an exception is pending; Py_AddPendingCall, PyObject_IsTrue and `PENDING_ERROR`
+ASK, PENDING, ADD_CALL, IS_TRUE, ERROR_OBJECT = range(10, 15)
 
-TABLE = np.zeros(KEEPER + 1, np.uint64)
-"""Addresses of these; zero: not asked for yet."""
+TABLE = np.zeros(ERROR_OBJECT + 1, np.uint64)
+"""Addresses; zero: not compiled yet."""
 
 
 def supply(what: int) -> int:
-    """The address of one of them; the modules need this one."""
+    """Compile one of the functions, and those always needed with it, if that is to be done; returns its address."""
+    # these modules import this one
     from contactlaw.world import sleep, state, step
     from contactlaw.world.contacts import coasting, elliptic, rolling, spinning
     from contactlaw.world.data import call
     from contactlaw.world.implicit import step as lasting
 
-    made: dict[int, tuple[str, int, list[Any]]] = {  # by what is asked for, which comes last: all of it is there then
+    # what is announced, compile time [s], functions; the one asked for comes last, so that it implies the others
+    made: dict[int, tuple[str, int, list[Any]]] = {
         STEP: ("", 0, [(STEP, step.step_once, call.A_STEP)]),
         READ: ("states that are set back", 2, [(READ, state.read_at, call.A_READ)]),
         LAST: ("contacts that last", 8, [(LAST, lasting.let_last, call.ON_WORLD)]),
@@ -53,41 +56,41 @@ def supply(what: int) -> int:
     return int(TABLE[what])
 
 
-class _Kept:
-    """What waits to be raised, the first that came."""
+class _PendingError:
+    """The first exception that has not been raised yet."""
 
     error: BaseException | None = None
 
     def __bool__(self) -> bool:
-        """Raises it; False: nothing waits."""
-        error, self.error, TABLE[WAITS] = self.error, None, 0
+        """Raise it; False: there is none."""
+        error, self.error, TABLE[PENDING] = self.error, None, 0
         if error:
             raise error
         return False
 
 
-def keeps(function: Callable[..., object]) -> Callable[..., None]:
-    """Of Python that compiled code calls: what it raises is kept."""
+def catches(function: Callable[..., object]) -> Callable[..., None]:
+    """Decorate a Python function that compiled code calls: exceptions are kept."""
 
     def call(*values: Any) -> None:
         try:
             function(*values)
         except BaseException as error:
-            KEPT.error, TABLE[WAITS] = KEPT.error or error, 1
+            PENDING_ERROR.error, TABLE[PENDING] = PENDING_ERROR.error or error, 1
 
     return call
 
 
 @CFUNCTYPE(None, c_int64)
-@keeps
+@catches
 def _supply(what: int) -> None:
     supply(what)
 
 
-KEPT = _Kept()
-LASTS = TABLE, KEPT, _supply
-"""What engines must keep alive that may call it to the end of the process."""
+PENDING_ERROR = _PendingError()
+KEEP_ALIVE = TABLE, PENDING_ERROR, _supply
+"""Objects that engines must keep alive, as they may step worlds to the end of the process."""
 
-for _place, _function in ((ASK, _supply), (LATER, pythonapi.Py_AddPendingCall), (TRUTH, pythonapi.PyObject_IsTrue)):
-    TABLE[_place] = cast(_function, c_void_p).value or 0
-TABLE[KEEPER] = id(KEPT)
+_functions = _supply, pythonapi.Py_AddPendingCall, pythonapi.PyObject_IsTrue
+TABLE[[ASK, ADD_CALL, IS_TRUE]] = [cast(one, c_void_p).value or 0 for one in _functions]
+TABLE[ERROR_OBJECT] = id(PENDING_ERROR)

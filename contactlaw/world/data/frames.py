@@ -1,4 +1,4 @@
-"""Quaternions, and the principal axes of a body, in numpy: for what is done once."""
+"""Quaternions and principal axes of inertia in numpy, for what is computed once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ORIGIN, UNTURNED = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def unit_quaternion(name: str, value: ArrayLike) -> Array:
-    """A checked unit quaternion, scalar first."""
+    """Return a checked quaternion, scalar first, normalised."""
     if value is UNTURNED:
         return UNTURNED
     q = checks.finite_array(name, value)
@@ -24,7 +24,7 @@ def unit_quaternion(name: str, value: ArrayLike) -> Array:
 
 
 def product(p: Array, q: Array) -> Array:
-    """The quaternion p q."""
+    """Return the product p q of two quaternions."""
     (s, x, y, z), (t, u, v, w) = p.tolist(), q.tolist()
     return np.array([
         s * t - (x * u + y * v + z * w), s * u + t * x + (y * w - z * v),
@@ -33,7 +33,7 @@ def product(p: Array, q: Array) -> Array:
 
 
 def matrix_of(q: Array) -> Array:
-    """The rotation matrix (3, 3) of a unit quaternion."""
+    """Return the rotation matrix (3, 3) of a unit quaternion."""
     w, v = q[0], q[1:]
     if not v.any():
         return np.eye(3)
@@ -42,7 +42,7 @@ def matrix_of(q: Array) -> Array:
 
 
 def quaternion_of(m: Array) -> Array:
-    """The unit quaternion of a rotation matrix (3, 3), from the largest of its components."""
+    """Return the unit quaternion of a rotation matrix (3, 3), computed from its largest component."""
     squares = np.array([
         1.0 + m[0, 0] + m[1, 1] + m[2, 2], 1.0 + m[0, 0] - m[1, 1] - m[2, 2],
         1.0 - m[0, 0] + m[1, 1] - m[2, 2], 1.0 - m[0, 0] - m[1, 1] + m[2, 2],
@@ -55,14 +55,17 @@ def quaternion_of(m: Array) -> Array:
 
 
 def turn_to(axis: Array) -> Array:
-    """A rotation matrix (3, 3) whose third column is a unit vector."""
+    """Return a rotation matrix (3, 3) whose third column is a given unit vector."""
     x = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < 0.6 else [0.0, 0.0, 1.0], axis)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
 def principal(inertia: ArrayLike) -> tuple[Array, Array]:
-    """Principal moments of inertia [kg m^2], and the quaternion of their axes in the body's.
+    """Return principal moments of inertia [kg m^2], and the quaternion of the principal axes in the body's axes.
+
+    Args:
+        inertia: [kg m^2]: one number, three moments about the body's axes, or a matrix (3, 3).
 
     Raises:
         ValueError: Not the inertia of a body: not positive, not symmetric, or one moment above the sum of the others.

@@ -1,7 +1,7 @@
-"""What a world holds: bodies, the shapes fixed to them, near pairs of shapes, and contacts that are closed.
+"""The records that hold the state of a world: bodies, trees, shapes, near pairs, contacts.
 
-All state is in plain arrays of these records: a copy of the arrays is a copy of the world. SI units, world frame
-unless said otherwise; the normal of a contact points from B to A, forces are those on A.
+All state is in plain arrays of these records, so that a copy of the arrays is a copy of the world. SI units, world
+frame unless said otherwise. The normal of a contact points from B to A; forces and impulses are those on A.
 """
 
 from __future__ import annotations
@@ -17,332 +17,335 @@ from contactlaw.world.data.demand import TABLE
 
 NEVER = np.inf
 
-# Kinds of shapes, in the order in which two of them are A and B, see `near.meets`
+# Kinds of shapes. Of two shapes that touch, A is the one of the lower kind; `near.pairing.meets` says which do.
 SPHERE, END, CORNER, SEGMENT, EDGE, DISC, SIDE, ELLIPSOID, BOX, CYLINDER, HULL, PLANE, HEIGHT_FIELD, TANGENT = range(14)
 FREE_JOINT, BALL, SLIDE, HINGE = 0, 1, 2, 3  # kinds of joints, numbered as in MuJoCo
-MET, CLEAR = -3.0, -2.0  # in place of the time when a pair was looked at: known are gap and speed, or a least gap
-LATER, NOW, EACH = range(3)  # when contacts are twisted: not in this substep, in it of some, in each
-EDITED, RESIZED = 1, 2  # whether a world is another than in its last step
-STAYS, ASKED, PASSES = 0, 1, 2  # whether a tree passes by everything
-WAITS = 8  # a power of two
-FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; one that has parted is kept until the next step
+MEASURED, BOUNDED = -3.0, -2.0  # values of `NEAR.checked` besides times: gap and speed known; a lower bound of the gap
+# Values of `WORLD.twists`: in this substep torsion is put off, made up for, or advanced as in every one
+TWIST_LATER, TWIST_NOW, TWIST_ALWAYS = range(3)
+EDITED, RESIZED = 1, 2  # values of `WORLD.edited`
+STAYS, ASKED, PASSES = 0, 1, 2  # values of `TREE.passes`
+PAUSE_LIMIT = 8  # steps; a power of two
+FREE, CLOSED, PARTED = 0, 1, 2  # phases of a contact's slot; that of a parted contact is kept until the next step
 
 VECTOR = ("f8", (3,))
 MATRIX = ("f8", (9,))  # row by row
 
 
 def record(**fields: Any) -> np.dtype:
-    """A record with these fields, aligned."""
+    """Return a record type with these fields, aligned."""
     columns = [(name, *kind) if isinstance(kind, tuple) else (name, kind) for name, kind in fields.items()]
     return np.dtype(columns, align=True)
 
 
 BODY = record(
-    # motion: of the centre of mass, and of the principal axes of inertia
-    position=VECTOR, velocity=VECTOR, spin=VECTOR,
+    # motion of the centre of mass and of the principal axes of inertia
+    position=VECTOR, velocity=VECTOR, spin=VECTOR,  # [m], [m/s], angular velocity [rad/s]
     quaternion=("f8", (4,)),  # scalar first
     axes=MATRIX,  # the quaternion as a matrix: principal axes to world
-    momentum=VECTOR,  # angular, about the centre of mass; followed where the body is not isotropic
+    momentum=VECTOR,  # angular momentum about the centre of mass [N m s]; kept only if not isotropic
     # inertia
-    inverse_mass="f8", inverse_inertia=VECTOR,  # about the principal axes
-    isotropic="i8",  # the three are equal
-    oriented="i8",  # its axes matter: not isotropic, or a shape is off its centre
-    # what moves it besides contacts, constant over a step
-    acceleration=VECTOR, torque=VECTOR,
+    inverse_mass="f8", inverse_inertia=VECTOR,  # [1/kg], about the principal axes [1/(kg m^2)]; zero: kinematic
+    isotropic="i8",  # 1: the three moments of inertia are equal
+    oriented="i8",  # 1: its axes matter, as it is not isotropic or has a shape off its centre
+    # loads besides contacts, constant over a step
+    acceleration=VECTOR, torque=VECTOR,  # [m/s^2], [N m]
     # of a tree of joints
-    tree="u8",  # address of its `TREE`; zero: it is free
+    tree="u8",  # address of its `TREE`; zero: a free body
     member="i8",  # its number in the tree
-    turning=VECTOR,  # angular acceleration [rad/s^2] in a tree; `acceleration` is that of its motion there
+    turning=VECTOR,  # angular acceleration [rad/s^2] in a tree; `acceleration` is that of its centre there
     # within a step
-    time="f8",  # [s] since the step began, up to which it has moved
-    shift=VECTOR, twist=VECTOR,  # displacement and rotation vector of its last substep
-    turn=VECTOR,  # rotation vector that the quaternion does not know yet
-    active="i8",  # presses on something
-    done="i8",  # has been moved to the end of the step already
-    unknown="i8",  # first of its velocities in an implicit step, see `equations`
-    waits="i8", waited="i8",  # steps for which no implicit one is tried with it, below WAITS: still, and in all
-    still="i8",  # nothing moves it within this step
-    asleep="i8", held=VECTOR,  # acceleration when it fell asleep; of a tree's first body see `trees.mobility.held_by`
-    changed="i8",  # its velocity is no longer what was foreseen
-    touched="i8",  # a contact has kicked it
-    placed="i8",  # somebody has put it where it is since the last step
-    pressed="i8",  # it touches something, see `step.find_pressed`; for who reads it between two steps
-    delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window
-    way="f8",  # [m] that its surface has gone in the substeps of a window, at most
-    stride="f8",  # [m] that it may go in the next one
-    island="i8", head="i8", link="i8",  # parent in the forest of islands; first pair of an island, next body of it
+    time="f8",  # [s] since the step began, up to which it has been moved
+    shift=VECTOR, twist=VECTOR,  # displacement [m] and rotation vector [rad] of its last substep
+    pending_turn=VECTOR,  # rotation vector [rad] not yet applied to the quaternion
+    active="i8",  # 1: it is near something (window), or a closed contact presses on it (sleep, implicit step)
+    done="i8",  # 1: it has been moved to the end of the step already
+    unknown="i8",  # index of its first velocity among the unknowns of an implicit step; -1: none
+    pause="i8", last_pause="i8",  # steps for which no implicit step is tried with it, < PAUSE_LIMIT: left, and in all
+    still="i8",  # 1: nothing moves it within this step
+    asleep="i8", held=VECTOR,  # acceleration when it fell asleep; in a tree see `trees.mobility.stop`
+    changed="i8",  # 1: its velocity has changed, so that times of impact predicted with it no longer hold
+    touched="i8",  # 1: a contact has given it an impulse in this step
+    placed="i8",  # 1: the user has moved it since the last step
+    pressed="i8",  # 1: it is in contact, as found between two steps for engines' adapters, see `step.find_pressed`
+    delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
+    path="f8",  # [m] that its surface has moved in the substeps of a window, at most
+    next_path="f8",  # [m] that it may move in the next substep
+    island="i8", head="i8", link="i8",  # parent in the union-find of islands; first pair of an island; next body of it
     # broad phase
-    mark=VECTOR, turned="f8",  # position, and angle turned since, of the last list of near pairs
-    margin="f8",  # [m] by which its surface may travel before the list must be made anew
-    reach="f8",  # [m] distance of its furthest centre or core of its shapes from the centre of mass
+    listed_position=VECTOR, turned="f8",  # position when near pairs were last listed, and angle [rad] turned since
+    margin="f8",  # [m] by which its surface may travel before near pairs must be listed anew
+    reach="f8",  # [m] from its centre of mass to the furthest centre, middle line or core of its shapes
     size="f8",  # [m] radius of its smallest round shape
 )  # fmt: skip
 """A rigid body. The first one is the world itself, which does not move."""
 
 TREE = record(
-    # addresses of what moves it, see `trees.mobility` and `trees.motion`
-    fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread="u8", press="u8", rest="u8",
-    stand="u8", weigh="u8", resist="u8", carry="u8",  # the same, of an implicit step, see `trees.implicit`
-    move="u8",  # q <- q moved by x; its bodies, links and axes there
+    # addresses of the functions that move it, see `trees.mobility`, `trees.motion` and `trees.implicit`
+    fly="u8", drift="u8", settle="u8", kick="u8", mobility="u8", spread_delta_v="u8", add_accelerations="u8", stop="u8",
+    move_from_start="u8", write_masses="u8", add_damping="u8", add_force="u8",  # in an implicit step
+    move="u8",  # q <- q moved by x; poses of its bodies, links and axes there
     accelerate="u8",  # M(q) and its factor; a at q and v
-    # its bodies: a run of rows
+    # its bodies are consecutive rows: address and number of the first, and how many
     bodies="u8", first="i8", count="i8",
     q_size="i8", v_size="i8", joint_count="i8",
-    # what it hangs on, which stands still in a step
-    base=VECTOR, base_turn=("f8", (4,)),  # place [m] and quaternion
-    hangs_on="i8",  # which body that is
-    gravity=VECTOR,
+    base=VECTOR, base_turn=("f8", (4,)),  # position [m] and quaternion of what carries it, at rest within a step
+    hangs_on="i8",  # number of that body
+    gravity=VECTOR,  # [m/s^2]
     # addresses of its numbers
     q="u8", v="u8", a="u8",  # generalised coordinates, velocities, accelerations
-    f="u8", d="u8", v_f="u8",  # force on them: f - D (v - v_f), all three constant over a step; D as `factor`
-    e="u8",  # inertia by which constraints hold them besides, constant over a step; as `factor`
-    x="u8",  # (v_size,), what a function is given, and what it returns
-    due="u8", kicked="i8",  # (v_size,), impulses on them since then; whether there are any
-    push="u8",  # (v_size,), what these change v by
+    f="u8", d="u8", v_f="u8",  # generalised force f - D (v - v_f), all constant over a step; D laid out as `factor`
+    e="u8",  # inertia by which soft constraints resist acceleration, constant over a step; as `factor`
+    x="u8",  # (v_size,), argument and result of these functions
+    pending="u8", kicked="i8",  # (v_size,), generalised impulses not yet applied to v; 1: there are some
+    kick_v="u8",  # (v_size,), change of v by impulses since its last drift
     factor="u8",  # (v_size, v_size), see `trees.dynamics`
-    room="u8",  # q_size + 3 v_size
-    start="u8",  # q_size + v_size, coordinates and velocities that an implicit step began with
+    room="u8",  # q_size + 3 v_size, scratch
+    start="u8",  # q_size + v_size, coordinates and velocities at the start of an implicit step
     links="u8", joints="u8", axes="u8",  # records
-    numbers="i8",  # where they begin in `Arrays.joints`
-    # in an implicit step: first of its velocities; where its masses go; length [s] of a stage
+    numbers="i8",  # where all these begin in `Arrays.joints`
+    # in an implicit step: index of its first unknown; address and row length of its mass matrix; a stage [s]
     unknown="i8", weights="u8", stride="i8", stage="f8",
     # within a step
-    origin=VECTOR,  # point of the world [m] that its velocities and moments are reckoned at
-    hold="i8",  # substeps for which its mass matrix and accelerations still hold
+    origin=VECTOR,  # point of the world [m] to which spatial velocities and moments refer
+    hold="i8",  # substeps for which its mass matrix and accelerations are still held
     held="f8",  # [s] length of these substeps
-    stale="i8",  # they do not belong to q and v
-    rate="f8",  # [1/s] at which its bodies turn, at most
-    fold="f8",  # [1/s] the same and over the bodies before: at which its motion changes
-    pull="f8", effort="f8",  # [m/s^2] the greatest acceleration of its bodies; over the root of its mobility
+    stale="i8",  # 1: accelerations and factor do not belong to q and v
+    rate="f8",  # [rad/s] at which its bodies turn, at most: see `LINK`
+    change_rate="f8",  # [rad/s] at which its motion changes: the greatest `rate` plus spin relative to the parent
+    max_acceleration="f8", effort="f8",  # [m/s^2] of its bodies, greatest; greatest ratio to the root of their mobility
     decay="f8",  # [1/s] at which damping may slow a velocity, at most
-    lag="f8", span="f8",  # [s] that damping comes behind its velocity, see `trees.motion`; length of the step
-    midway="i8",  # the velocities that this is behind of are those that a group of substeps began with, in `room`
-    passes="i8",  # whether an engine has taken it to the end of the step already, past everything, see `passing`
-    disturbed="i8",  # it sleeps, and its coordinates, velocities or forces are not those that it fell asleep with
+    lag="f8", span="f8",  # [s] s of M + s D, by which damping is implicit, see `trees.motion`; length of the step
+    midway="i8",  # 1: damping acts on the velocities at the start of a group of substeps, which are in `room`
+    # whether it stays where an engine's step has put it, as it touches nothing: no; to be found, `near.passing`; yes
+    passes="i8",  # STAYS, ASKED, PASSES
+    disturbed="i8",  # 1: it sleeps, but its coordinates, velocities or forces are not those that it fell asleep with
 )  # fmt: skip
-"""Bodies that joints hold together, a tree with generalised coordinates."""
+"""A kinematic tree: bodies joined by joints, in generalised coordinates."""
 
 LINK = record(
-    parent="i8",  # member of the tree before it; -1: what the tree hangs on
+    parent="i8",  # number in the tree of the body that carries it; -1: the body that carries the tree
     first_joint="i8", joints="i8", first_axis="i8", axes="i8",
-    position=VECTOR, quaternion=("f8", (4,)),  # of its frame, in its parent's, before its joints
-    centre=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes, in its frame
-    mass="f8", inertia=VECTOR,
-    place=VECTOR, turn=("f8", (4,)),  # its frame in the world
-    velocity=VECTOR,  # of its material at the tree's origin
-    rate="f8",  # [1/s] at which it or one of those that carry it turns, at most
-    gain=VECTOR, turning=VECTOR,  # acceleration of that, and of its spin, where a = 0
-    answer=VECTOR, answer_turning=VECTOR,  # the same by a
-    force=VECTOR, moment=VECTOR,  # about the origin: it and all behind it need them where a = 0
-    total="f8", offset=VECTOR, tensor=("f8", (6,)),  # it and all behind it: mass, mass times place, inertia xx to yz
+    position=VECTOR, quaternion=("f8", (4,)),  # of its frame in its parent's, before its joints
+    centre=VECTOR, frame=("f8", (4,)),  # centre of mass and principal axes in its frame
+    mass="f8", inertia=VECTOR,  # [kg], principal moments [kg m^2]
+    place=VECTOR, turn=("f8", (4,)),  # pose of its frame in the world
+    velocity=VECTOR,  # of its material at the tree's origin [m/s]
+    rate="f8",  # [rad/s] spin plus root of angular acceleration: greatest of the link and of those that carry it
+    bias=VECTOR, bias_turning=VECTOR,  # bias accelerations, at a = 0: of its material at the origin, and angular
+    response=VECTOR, response_turning=VECTOR,  # the same accelerations by a alone
+    force=VECTOR, moment=VECTOR,  # [N], [N m] about the origin, that it and all it carries need at a = 0
+    # composite body of it and all it carries, about the origin: mass, first moment, inertia xx yy zz xy xz yz
+    composite_mass="f8", composite_moment=VECTOR, composite_inertia=("f8", (6,)),
 )  # fmt: skip
-"""How a body of a tree hangs on the one before it; a body of the world as row, its `BODY`, is the rest of it."""
+"""A body of a tree and how its parent carries it; the row of the same body in `Arrays.bodies` holds its motion."""
 
 JOINT = record(
     kind="i8", first_q="i8", first_axis="i8",
-    at=VECTOR, axis=VECTOR,  # in the link's frame
-    reference="f8",  # coordinate of a hinge or slide at which it does nothing
+    at=VECTOR, axis=VECTOR,  # in the link's frame [m]
+    reference="f8",  # coordinate of a hinge or slide at zero displacement
 )  # fmt: skip
-"""A joint of a link; several of one link act in sequence, the first is next to the parent."""
+"""A joint of a link. Several joints of one link act in sequence, the first next to the parent."""
 
 AXIS = record(
-    before="i8", depth="i8",  # the axis that carries it, -1: none; how many do
-    begins="i8",  # not of one joint that turns with the axis before it
+    parent="i8", depth="i8",  # the axis that carries it, -1: none; how many carry it
+    begins="i8",  # 0: second or third axis of a ball joint; all three turn with what carries the joint
     armature="f8",  # [kg] or [kg m^2], inertia of the joint itself
-    inverse="f8",  # of the pivot in the factor
-    spin=VECTOR, velocity=VECTOR,  # by a unit velocity: spin, and velocity at the tree's origin, of all that it carries
-    # a soft limit of it that is reached, see `trees.dynamics.limit_force`
-    side="f8",  # 1: a least coordinate, -1: a greatest one, 0: none is reached
-    coordinate="i8", edge="f8",  # which coordinate, and where; both along `side`
-    hold="f8", stiffness="f8", resistance="f8",  # force at the edge at rest; how it falls with place and velocity
-    weight="f8",  # [kg] or [kg m^2]; and with acceleration, by other forces
+    inverse="f8",  # inverse pivot of the factor
+    spin=VECTOR, velocity=VECTOR,  # Jacobian: spin of all it carries and its velocity at the origin, by unit speed
+    # an active soft limit, see `trees.dynamics.limit_force`
+    side="f8",  # 1: of a least coordinate, -1: of a greatest one, 0: none is active
+    coordinate="i8", edge="f8",  # number of the coordinate; its limit, times `side`
+    hold="f8", stiffness="f8", resistance="f8",  # force at the limit at rest; its slopes with coordinate and velocity
+    weight="f8",  # [kg] or [kg m^2], its slope with the acceleration by other forces
 )  # fmt: skip
 """A degree of freedom of a tree."""
 
 SHAPE = record(
     kind="i8", body="i8",
-    group="i8",  # row and column in the table that says which pair of materials two shapes make
-    radius="f8",  # of a sphere, or around a segment or a disc; of the edges of a box, cylinder or hull; of a tangent
-    # plane how far from the centre of mass it may come
-    at=VECTOR,  # centre, or point of a plane, along the body's principal axes
-    normal=VECTOR,  # of a plane, outward, along the same; of a disc its axis
-    half=VECTOR,  # of a segment: from its middle to an end, along the same; of a box, cylinder or ellipsoid: half its
-    # lengths; of a disc: from its middle to a point of its border; of a hull: as long as it reaches
-    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones, the third along a cylinder
-    partner="i8",  # of a tangent plane: the only shape that it meets
-    next="i8",  # part of a box, cylinder or hull, or of the one that it is itself a part of; 0: there is none
-    deepest="u8",  # address of what finds the deepest point of a disc
-    first="i8",  # of a hull: what `Arrays.points` says of its core, along the principal axes from `at`
-    points="u8",  # address of that
-    # addresses of what finds where a hull or an ellipsoid meets others, and the radius there, of a cylinder too; and
-    # where a hull is nearest to a point
+    group="i8",  # row and column in `Arrays.groups`, the table of the pair of materials that two shapes make
+    radius="f8",  # [m] of a sphere, a segment or a disc, or of rounded edges; of a tangent plane: its reach
+    at=VECTOR,  # [m] centre, or point of a plane, along the body's principal axes
+    normal=VECTOR,  # outward normal of a plane, or axis of a disc, along the same axes
+    half=VECTOR,  # [m] of a segment: from its middle to an end, of a disc: to a point of its rim, along the same axes;
+    # of a box, cylinder or ellipsoid: its half lengths; of a hull: its reach from `at` first
+    axes=MATRIX,  # of a box, cylinder or ellipsoid: its own axes to the principal ones; a cylinder's third is its axis
+    partner="i8",  # the only shape that a tangent plane meets
+    next="i8",  # next part of a box, cylinder or hull, or of the shape that it is a part of; 0: none
+    deepest="u8",  # address of the function that finds the deepest point of a disc
+    first="i8",  # of a hull: row in `Arrays.points` of the table of its core, along the principal axes from `at`
+    points="u8",  # address of that table
+    # addresses of functions: `meet` of a hull or an ellipsoid; `radius` of these and cylinders; nearest point of a hull
     meet="u8", curve="u8", nearest="u8",
-    parting="u8",  # address of what parts a box, cylinder or hull from a plane or another one, see `convex`
-    long="u8",  # address of the table of `long`, of all but spheres and planes
+    separation="u8",  # function that separates a core from a plane or another core, see `convex.separate`
+    swept="u8",  # address of the table of `shapes.swept`, of all shapes but spheres and planes
 )  # fmt: skip
 """A shape fixed to a body.
 
-SPHERE: meets all but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes alone.
-SEGMENT: the middle line of a capsule, which meets round shapes, and the edges of boxes and hulls, with its side. BOX,
-CYLINDER, HULL, a polyhedron that a ball sweeps, and PLANE, a half space, meet round shapes. ELLIPSOID: meets all but
-parts. What is flat meets what is flat by parts of it that are round, see `shapes.parts_of`: CORNER, a
-small sphere; EDGE, a segment; DISC, the rim of a cylinder; SIDE, a disc that is long, which meets cylinders alone.
-HEIGHT_FIELD: a PLANE at its top to what is told apart by whole shapes; it meets what a plane meets, see `height_field`.
-TANGENT: a plane that is placed anew before each step, where an engine has found two shapes nearest; its pair is always
-looked at.
+SPHERE: meets all shapes but the ends of capsules. END: a sphere too, one end of a capsule; it meets boxes and planes
+only. SEGMENT: the side of a capsule, which meets round shapes, and the edges of boxes and hulls. BOX, CYLINDER, HULL (a
+polyhedron swept by a ball) and PLANE (a half space) meet round shapes. ELLIPSOID: meets all but parts.
+
+Flat shapes meet each other by round parts, see `shapes.parts.parts_of`: CORNER, a small sphere; EDGE, a segment; DISC,
+the rim of a cylinder; SIDE, a disc extended along the axis, which meets cylinders only. HEIGHT_FIELD: meets what a
+plane meets, see `shapes.height_field`; whole shapes are separated from it by the plane at its top. TANGENT: a plane
+that is placed anew before each step where an engine has found two shapes nearest; its pair is always looked at.
 """
 
 LEDGER = 6
 
 PAIR = record(
-    radius="f8",  # effective radius of every such contact [m]; zero: that of the shapes
-    numbers="i8",  # where its `laws.record.PAIR` begins, and the law's own numbers behind it
-    relaxed="i8",  # contacts that are found in each other count as just touching, see `touch.close`
-    # of its contacts that have parted: how many touches, greatest overlap [m], strongest normal force [N], time in
-    # contact [s], work of the normal force and of friction on the bodies [J]
+    radius="f8",  # effective radius [m] of its contacts; zero: that of the shapes
+    numbers="i8",  # where its `laws.record.PAIR` begins in `Arrays.numbers`; the law's own numbers follow
+    relaxed="i8",  # 1: deep initial overlaps of its contacts count as none, see `touch.close`
+    # sums over its contacts that have parted: touches, greatest overlap [m], greatest normal force [N], time in contact
+    # [s], work of the normal force and of friction on the bodies [J]
     ledger=("f8", (LEDGER,)),
 )  # fmt: skip
 """Two materials in contact."""
 
 NEAR = record(
     a="i8", b="i8", body_a="i8", body_b="i8", pair="i8",
-    slot="i8",  # of the contact, if it is closed or has been in this step; else -1
+    slot="i8",  # of its contact, if that is closed or has been in this step; else -1
     closed="i8",
-    active="i8",  # taken into an island in this window
+    active="i8",  # 1: taken into an island in this window
     link="i8",  # next pair of the island
-    toi="f8",  # time [s] before which it cannot close by the motion that there is
-    room="f8",  # [m] that the ways of both bodies come to in all before it can close, in a run of substeps
-    seen="f8",  # time [s] when it was last looked at
-    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s] and [m/s^2] towards closing, then, at most
-    built="f8",  # [m] of overlap that counts as none, that of its contact
-    fastest="f8",  # [m/s] at which any points of both come nearer as a step begins, see `passing`
-    guard="i8",  # between its bodies, of what is not looked at as fast as balls are; else -1
-    listed="f8",  # gap [m] when it was listed, at least, if it has one
+    toi="f8",  # time of impact, a lower bound [s]
+    path_limit="f8",  # [m] sum of both bodies' `path` at which it can close, in a run of substeps
+    checked="f8",  # time [s] when it was last looked at; -1: not in this step; or MEASURED, BOUNDED
+    gap="f8", closing="f8", acceleration="f8",  # [m], [m/s], [m/s^2]: gap then, closing speed, and acceleration at most
+    initial_overlap="f8",  # [m] overlap that counts as none, that of its contact
+    closing_bound="f8",  # [m/s] greatest closing speed of any points of both at the start of a step, see `near.passing`
+    guard="i8",  # the guard between its bodies, if its gap is costly to measure; else -1
+    listed_gap="f8",  # [m] lower bound of the gap when the pair was listed, raised by later looks
 )  # fmt: skip
-"""Two shapes that may come to touch; A is round."""
+"""Two shapes near each other; A is round."""
 
 GUARD = record(
-    a="i8", b="i8", body_a="i8", body_b="i8",  # shapes; bodies, maybe the other way round
-    without="i8",  # none of their parts is listed
-    place=VECTOR, turn=MATRIX,  # of A in B's frame, centre and principal axes (as columns), at the last look
-    limit="f8",  # [m] that A may move there before the list must be made anew
-    moved="f8", speed="f8",  # [m] that it has, and [m/s] that it does within the step, at most
-    pace="f8",  # [m/s] at which A moves there now, at most
-    stride="f8",  # [m] that it did between the last two looks, at most
-    normal=VECTOR, apart="f8",  # in the frame of b's body, of a plane between both shapes; [m] that it parts them
-    clear="i8",  # they have been so through a step, see `passing`
-    planed="f8", low="f8", high="f8",  # [s] of the step when it was placed; of a lowest, of b highest along it [m]
-    paced="f8",  # [s] of the step, of that plane, when `speed` was found for what was left of it
-    time="f8", lag="f8",  # [s] of the step when it was seen so; [m] that one body may have been behind the other then
+    a="i8", b="i8", body_a="i8", body_b="i8",  # whole shapes; their bodies, possibly interchanged
+    unlisted="i8",  # 1: none of the shapes' parts is listed
+    place=VECTOR, turn=MATRIX,  # pose of A in B's frame, principal axes as columns, at the last look
+    limit="f8",  # [m] that A may move there before near pairs must be listed anew
+    moved="f8", speed="f8",  # [m] that it has moved since the list, and [m/s] its speed within the step, at most
+    speed_now="f8",  # [m/s] speed of A there now, at most
+    last_move="f8",  # [m] that it moved between the last two looks, at most
+    normal=VECTOR, separation="f8",  # of a separating plane, in the frame of b's body; [m] by which it separates them
+    parted="i8",  # 1: that plane has separated them throughout a step, see `near.passing`
+    plane_time="f8", low="f8", high="f8",  # [s] of the step when it was found; least height of a, greatest of b [m]
+    speed_time="f8",  # [s] `plane_time` of the plane for which `speed` was found for the rest of the step
+    time="f8", lag="f8",  # [s] of the step at the last look; [m] by which one body may have been behind the other then
 )  # fmt: skip
-"""Between two shapes, see `guards`."""
+"""Bounds on how two shapes move relative to each other, see `near.guards`."""
 
 CONTACT = record(
-    touch=TOUCH,  # what its law knows of it
-    torsion=TORSION,  # its moment is that on B along the normal
-    bend=("f8", (2,)), bending=("f8", (2,)),  # moments on B about both tangents [N m]: of rolling's spring, and in all
+    touch=TOUCH,  # state that its law reads and writes
+    torsion=TORSION,  # its moment is that on B about the normal
+    # moments on B about both tangents [N m]: of the spring of rolling resistance, and with its dashpot
+    bend=("f8", (2,)), bending=("f8", (2,)),
     phase="i8", near="i8", link="i8",
     shape_a="i8", shape_b="i8", body_a="i8", body_b="i8", pair="i8",
-    moved=VECTOR,  # of A over B along both tangents [m], and about the normal [rad], in the last substep
-    rolled=VECTOR,  # by A over B in it, about both tangents [rad]; what the limit leaves of the spring's moment
-    turned="f8", waits="f8",  # [rad] by A over B since it was last twisted; its overlap then [m], zero: nothing waits
-    missed=VECTOR, kept="f8",  # `moved` that its law has not been told of; its overlap before [m], zero: it knows all
-    interval="f8",  # [s] of the last substep
-    built="f8",  # [m] of overlap that counts as none, as its shapes were found in each other, see `touch.close`
-    closing_acceleration="f8",  # closing acceleration over it [m/s^2]
-    end_weight="f8",  # of a substep, by which its force counts besides: the ends of an impact
+    moved=VECTOR,  # displacement of A over B along both tangents [m], and rotation about the normal [rad], last substep
+    rolled=VECTOR,  # rotation of A over B about both tangents [rad], last substep; share of the spring's moment kept
+    # rotation about the normal [rad] not yet given to the torsion; overlap [m] when it began, zero: none is pending
+    pending_twist="f8", twist_overlap="f8",
+    # displacement, as `moved`, while it coasted, not yet given to its law; overlap [m] when that began, zero: none
+    coasted=VECTOR, coasted_from="f8",
+    interval="f8",  # [s] length of the last substep
+    initial_overlap="f8",  # [m] overlap that counts as none, as its shapes were found that deep, see `touch.close`
+    closing_acceleration="f8",  # mean closing acceleration over it [m/s^2]
+    end_weight="f8",  # additional weight of the force at the ends of an impact, in substeps, see `contacts.ends`
     normal=VECTOR, tangent=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
     force=VECTOR,  # force on A [N]
     # ledger, since the touch
-    impulse=VECTOR, earlier=VECTOR,  # on A [N s]; what it was when the step began
-    normal_work="f8", friction_work="f8",  # done on the bodies [J]: what is lost has a minus
-    deepest="f8", strongest="f8", duration="f8",  # [m], [N], [s]
+    impulse=VECTOR, earlier=VECTOR,  # impulse on A [N s]; its value at the start of the step
+    normal_work="f8", friction_work="f8",  # work on the bodies [J]; losses are negative
+    deepest="f8", strongest="f8", duration="f8",  # greatest overlap [m] and normal force [N], time in contact [s]
     touches="i8",
 )  # fmt: skip
-"""A contact; what its law knows of it comes first."""
+"""A contact. The state of its law comes first."""
 
 ROW = record(
     near="i8", slot="i8",  # of its pair; of its contact, -1: open so far
-    fresh="i8",  # it has come to be a contact in this step
-    slide=VECTOR,  # of A over B at the end of a stage, see `force.advance_contact`
+    fresh="i8",  # 1: it became a contact in this step
+    slide=VECTOR,  # slip velocity of A over B at the end of a stage, see `force.advance_contact`
     closing="f8",  # speed [m/s]
-    impulse=VECTOR,  # [N s] on A by the stages that are found
-    # of one that coasts, where `slide` is what its law misses: see `coasting`
+    impulse=VECTOR,  # [N s] on A by the stages solved
+    # of a contact that coasts, where `slide` is the displacement not yet given to its law: see `contacts.coasting`
     body_a="u8", body_b="u8",  # addresses of its bodies
     normal=VECTOR, tangent=VECTOR, side=VECTOR, arm_a=VECTOR, arm_b=VECTOR,
-    overlap="f8", least="f8", most="f8",  # [m], now, and the range of it
-    stiffness="f8", damping="f8", share="f8",  # k of Hertz; of the closing speed [N s/m]; over 1 + damping h/(2 m)
-    spring="f8", drag="f8", friction="f8",  # across: [N/m], [N s/m], coefficient
-    force="f8", f="f8", g="f8", held_f="f8", held_g="f8", moment="f8",  # [N], of the spring, [N m]
-    turned="f8", time="f8",  # by both bodies about the normal in the mean [rad]; since it set out [s]
+    overlap="f8", least="f8", most="f8",  # [m], now, and its range
+    stiffness="f8", damping="f8", share="f8",  # k of Hertz; damping [N s/m]; 1/(1 + damping h/(2 m))
+    spring="f8", drag="f8", friction="f8",  # tangential: [N/m], [N s/m], coefficient
+    # normal and both tangential forces [N]; the latter of the spring alone; moment about the normal [N m]
+    force="f8", f="f8", g="f8", held_f="f8", held_g="f8", moment="f8",
+    turned="f8", time="f8",  # mean rotation of both bodies about the normal [rad]; time since it began to coast [s]
     normal_work="f8", friction_work="f8",  # [J]
 )  # fmt: skip
 """A contact in an implicit step, see `implicit.step`, or one that coasts."""
 
 WORLD = record(
-    # addresses of the arrays, see `Arrays`, and how many of each there are
+    # addresses of the arrays, see `Arrays`, and their lengths
     bodies="u8", shapes="u8", pairs="u8", near="u8", contacts="u8", memory="u8", numbers="u8", groups="u8", spare="u8",
     points="u8", guards="u8",
-    near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", aside="u8", trees="u8", joints="u8",
-    rows="u8", contacts_aside="u8", memory_aside="u8", equations="u8",
+    near_bodies="u8", roots="u8", island_bodies="u8", island_pairs="u8", grid="u8", saved_bodies="u8", trees="u8",
+    joints="u8", rows="u8", saved_contacts="u8", saved_memory="u8", equations="u8",
     body_count="i8", shape_count="i8", pair_count="i8", near_room="i8", contact_room="i8", memory_size="i8",
     group_count="i8", guard_room="i8",
-    cells="i8",  # of the grid's table, a power of two
+    cells="i8",  # cells of the grid's hash table, a power of two
     step="f8",  # length of the step [s]
     substeps="f8",  # of an impact between few bodies
-    crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than this
-    stillness="f8",  # of its overlap, that a contact may move in an impact's time and sleep; 0: none sleeps
+    crowd_substeps="f8", crowd="i8",  # of an impact in an island of more closed contacts than `crowd`
+    stillness="f8",  # share of its overlap that a sleeping contact may move in an impact's time; 0: none sleeps
     nears="i8", guard_count="i8", spares="i8", islands="i8",  # how many of each there are
     near_body_count="i8",  # in `near_bodies`
-    slots="i8",  # of contacts that have ever been in use: the first so many
-    rested="i8",  # in the last step nobody moved
-    stale="i8",  # a body has travelled further than the list of near pairs holds
-    edited="i8",  # somebody has changed bodies or shapes since the last step; RESIZED: what these grew by is no motion
-    unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; what there is room for
-    implicit="i8", solved="i8",  # implicit steps of islands, and systems of equations solved for them, for good
-    kicks="i8", lists="i8",  # counted for good
-    late="i8", latest="f8",  # contacts that were found closed already, and the deepest [m]
-    twists="i8",  # in this substep, LATER, NOW or EACH
-    lost="i8",  # contacts and pairs that there was no room for
+    slots="i8",  # how many slots of contacts have ever been in use: the first ones
+    rested="i8",  # 1: no body moved in the last step
+    stale="i8",  # 1: near pairs must be listed anew
+    edited="i8",  # 0, EDITED: the user has changed bodies since the last step, RESIZED: shapes too, which may overlap
+    unknowns="i8", unknown_room="i8",  # of the island that takes an implicit step; how many there is room for
+    implicit="i8", solved="i8",  # counts since the start: implicit steps of islands, and factorisations for them
+    kicks="i8", lists="i8",  # counts since the start: contact substeps, and lists of near pairs
+    late="i8", latest="f8",  # contacts that were found overlapping when they closed, and the greatest such overlap [m]
+    twists="i8",  # in this substep: TWIST_LATER, TWIST_NOW or TWIST_ALWAYS
+    lost="i8",  # contacts and pairs for which there was no room
     demand="u8",  # address of `demand.TABLE`
 )  # fmt: skip
-"""A world as a whole: what compiled code is given."""
+"""A world as a whole, the argument of compiled code."""
 
 Array = NDArray[Any]
 
 
 def numbers_of(tree: Any) -> dict[str, int]:
-    """How many numbers a tree keeps, by their names in its record, in their order."""
+    """Return the sizes [float64] of the arrays of a tree, by their names in its record, in their order in memory."""
     q, v = int(tree["q_size"]), int(tree["v_size"])
     rows = {"links": (LINK, tree["count"]), "joints": (JOINT, tree["joint_count"]), "axes": (AXIS, v)}
-    one = dict.fromkeys(("v", "a", "f", "v_f", "x", "due", "push"), v)
+    one = dict.fromkeys(("v", "a", "f", "v_f", "x", "pending", "kick_v"), v)
     own = {name: int(count) * kind.itemsize // 8 for name, (kind, count) in rows.items()}
     sizes = {"d": v * v, "e": v * v, "factor": v * v, "room": q + 3 * v, "start": q + v}
     return {"q": q} | one | sizes | own
 
 
 class Arrays(NamedTuple):
-    """A world, array by array.
+    """The arrays of a world.
 
     Attributes:
-        bodies, shapes, pairs, near, contacts: Records. The list of near pairs and the contacts are room, of which
-            `world` says how much is used.
-        memory: What the laws remember of each contact, shape (contacts, size).
-        numbers: Of all pairs: what a law reads (`ContactPair.parameters`).
-        points: Of the cores of hulls: their vertices [m] by direction, see `hulls.by_direction`, shape (n, 3).
+        bodies, shapes, pairs: Records.
+        near, contacts, guards: Records, with room to spare; `world` says how many are used.
+        memory: History that the laws keep of each contact, shape (contacts, size).
+        numbers: Parameters of the laws of all pairs (`ContactPair.parameters`).
+        points: Cores of hulls: their vertices [m] by direction, see `hulls.by_direction`, shape (n, 3).
         groups: Index of the pair that shapes of two groups make, or -1.
-        spare: Contacts that are free, the next one last.
-        guards: Records, room as well.
-        near_bodies: Numbers of the bodies that are near something, or of a tree, in their order.
-        roots: Room for the islands of a window.
-        island_bodies, island_pairs: Room for what is in one.
-        grid: Room for the broad phase.
-        aside: Room for two bodies as they will be; behind them for all as they were when the step began.
+        spare: Stack of free contact slots, the next one last.
+        near_bodies: Numbers of the bodies that are near something or belong to a tree, in order.
+        roots: First bodies of the islands of a window.
+        island_bodies, island_pairs: Members of one island.
+        grid: Working memory of the broad phase.
+        saved_bodies: Two scratch bodies, then a copy of all bodies at the start of an implicit step.
         trees: Records.
-        joints: Of all trees: coordinates, velocities, and what follows from them.
-        rows: Room for the contacts of an island that lasts.
-        contacts_aside, memory_aside: Room for contacts, and what their laws remember, as the step began.
-        equations: Room for an implicit step.
+        joints: Of all trees: coordinates, velocities, and all that is derived from them.
+        rows: Contacts of an island that takes an implicit step, or of those that coast.
+        saved_contacts, saved_memory: Contacts and their laws' history at the start of an implicit step.
+        equations: Working memory of an implicit step.
         world: One record.
     """
 
@@ -362,17 +365,17 @@ class Arrays(NamedTuple):
     island_bodies: Array
     island_pairs: Array
     grid: Array
-    aside: Array
+    saved_bodies: Array
     trees: Array
     joints: Array
     rows: Array
-    contacts_aside: Array
-    memory_aside: Array
+    saved_contacts: Array
+    saved_memory: Array
     equations: Array
     world: Array
 
     def bound(self) -> Arrays:
-        """Write the addresses and sizes of the arrays into the record; returns itself."""
+        """Write the addresses and sizes of the arrays into the records; returns itself."""
         one = self.world
         for name, array in zip(self._fields[:-1], self[:-1], strict=True):
             one[name] = array.ctypes.data

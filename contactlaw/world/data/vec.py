@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import jit_inside
 
@@ -13,7 +13,7 @@ ZERO = (0.0, 0.0, 0.0)
 
 @jit_inside
 def load(a):
-    """The first three numbers of an array as a vector."""
+    """Return the first three numbers of an array as a vector."""
     return a[0], a[1], a[2]
 
 
@@ -27,49 +27,56 @@ def store(a_out, v):
 
 @jit_inside
 def add(a, b):
-    """The sum a + b."""
+    """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @jit_inside
 def sub(a, b):
-    """The difference a - b."""
+    """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @jit_inside
 def scale(s, a):
-    """The product s a."""
+    """Return s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
 @jit_inside
 def axpy(s, a, b):
-    """The sum s a + b."""
+    """Return s a + b."""
     return b[0] + s * a[0], b[1] + s * a[1], b[2] + s * a[2]
 
 
 @jit_inside
 def dot(a, b):
-    """Scalar product."""
+    """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @jit_inside
 def cross(a, b):
-    """Vector product."""
+    """Return the vector product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @jit_inside
 def norm(a):
-    """Length."""
+    """Return the length."""
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
 @jit_inside
+def share_of(a, b):
+    """Of a vector a as much as b has of it: a multiple of a, by 0 to 1."""
+    square = dot(a, a)
+    return scale(min(max(dot(a, b) / square, 0.0), 1.0), a) if square > 0.0 else ZERO
+
+
+@jit_inside
 def to_world(m, a):
-    """The product R a of a matrix (9,), row by row, and a vector."""
+    """Return R a, of a matrix R (9,), row by row."""
     return (
         m[0] * a[0] + m[1] * a[1] + m[2] * a[2],
         m[3] * a[0] + m[4] * a[1] + m[5] * a[2],
@@ -79,7 +86,7 @@ def to_world(m, a):
 
 @jit_inside
 def to_body(m, a):
-    """The product of the matrix transposed and a vector."""
+    """Return R^T a."""
     return (
         m[0] * a[0] + m[3] * a[1] + m[6] * a[2],
         m[1] * a[0] + m[4] * a[1] + m[7] * a[2],
@@ -89,7 +96,7 @@ def to_body(m, a):
 
 @jit_inside
 def half_turn(angle2):
-    """Cosine of half an angle, and sine of half of it over the angle [1/rad]; angle2: the angle squared."""
+    """Return cos(angle/2), and sin(angle/2) over the angle [1/rad]; angle2: the angle squared."""
     if angle2 < SMALL_ANGLE * SMALL_ANGLE:
         x = 0.25 * angle2
         return 1.0 - x * (0.5 - x * (1.0 / 24.0 - x / 720.0)), 0.5 - x * (1.0 / 12.0 - x * (1.0 / 240.0 - x / 10080.0))
@@ -99,7 +106,7 @@ def half_turn(angle2):
 
 @jit_inside
 def rotate(turn, a):
-    """The vector a turned by a rotation vector [rad] (Rodrigues, by half angles)."""
+    """Return the vector a rotated by a rotation vector [rad] (Rodrigues' formula in half angles)."""
     c, s = half_turn(dot(turn, turn))
     q = scale(s, turn)
     t = scale(2.0, cross(q, a))
@@ -108,21 +115,29 @@ def rotate(turn, a):
 
 @jit_inside
 def rotation(turn):
-    """The quaternion of a rotation vector [rad]."""
+    """Return the quaternion of a rotation vector [rad]."""
     c, s = half_turn(dot(turn, turn))
     return c, s * turn[0], s * turn[1], s * turn[2]
 
 
 @jit_inside
+def rotation_vector(q):
+    """The rotation vector [rad], by half a turn at most, of a quaternion of length one."""
+    way = q[1], q[2], q[3]
+    half = norm(way)
+    return scale(copysign(2.0 * atan2(half, abs(q[0])) / half, q[0]), way) if half > 0.0 else ZERO
+
+
+@jit_inside
 def unit(q):
-    """A quaternion made of length one."""
+    """Return a quaternion normalised."""
     one = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     return one * q[0], one * q[1], one * q[2], one * q[3]
 
 
 @jit_inside
 def product(p, q):
-    """The product p q of two quaternions, scalar first: turned by q, then by p."""
+    """Return the product p q of two quaternions, scalar first: rotation by q, then by p."""
     return (
         p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
         p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
@@ -133,7 +148,7 @@ def product(p, q):
 
 @jit_inside
 def turn_by(q, a):
-    """The vector a turned by a quaternion of length one."""
+    """Return the vector a rotated by a unit quaternion."""
     u = (q[1], q[2], q[3])
     t = scale(2.0, cross(u, a))
     return add(a, add(scale(q[0], t), cross(u, t)))
@@ -141,7 +156,7 @@ def turn_by(q, a):
 
 @jit_inside
 def load4(a):
-    """The first four numbers of an array as a quaternion."""
+    """Return the first four numbers of an array as a quaternion."""
     return a[0], a[1], a[2], a[3]
 
 
@@ -156,6 +171,6 @@ def store4(a_out, q):
 
 @jit_inside
 def tangent(n):
-    """A unit vector across n, the same for the same n."""
+    """Return a unit vector across the unit vector n, a function of n alone."""
     e = cross(n, (1.0, 0.0, 0.0)) if abs(n[0]) < 0.6 else cross(n, (0.0, 1.0, 0.0))
     return scale(1.0 / norm(e), e)

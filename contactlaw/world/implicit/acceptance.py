@@ -11,7 +11,7 @@ from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.contacts.force import fully, hardly_moves, rigid, slide_to_slip, stored_energy
 from contactlaw.world.contacts.pace import radius_of, rests
 from contactlaw.world.contacts.touch import TOUCHING
-from contactlaw.world.data.access import body_at, contact_at, contact_kept, near_at, row_at, shape_at, tree_at
+from contactlaw.world.data.access import body_at, contact_at, near_at, row_at, saved_contact, shape_at, tree_at
 from contactlaw.world.data.records import DISC, NEVER, SIDE
 from contactlaw.world.data.vec import cross, dot, load, norm, sub, to_body, to_world
 from contactlaw.world.shapes.core import CROWN
@@ -127,7 +127,7 @@ def changes(w, pairs):
         r = row_at(w.rows, i)
         if r.slot >= 0 and r.fresh == 0:
             c = contact_at(w.contacts, r.slot)
-            start, now = contact_kept(w, r.slot).touch, c.touch
+            start, now = saved_contact(w, r.slot).touch, c.touch
             if now.overlap <= 0.0 and start.overlap > 0.0:
                 return True
             far = slide_to_slip(now)

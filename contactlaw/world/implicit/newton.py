@@ -20,12 +20,12 @@ from contactlaw.world.contacts.rolling import advance_rolling, drag_of, moment_o
 from contactlaw.world.contacts.touch import close, force_of, look
 from contactlaw.world.data.access import (
     body_at,
-    bring_back_contact,
     contact_at,
-    keep_contact,
     law_of,
     near_at,
     pair_at,
+    restore_contact,
+    save_contact,
     shape_at,
     tree_at,
 )
@@ -75,14 +75,14 @@ def begin_equations(w, bodies, stage):
             for j in range(o, o + count):
                 m[i, j] = 0.0
         if b.tree != 0:
-            call_with_body(tree_at(b.tree, 0).weigh, b)
+            call_with_body(tree_at(b.tree, 0).write_masses, b)
         elif count > 0:
             weigh(b, m)
         for i in range(o, o + count):
             for j in range(o, o + count):
                 right[i] += m[i, j] * (free[j] - velocity[j])
         if b.tree != 0:
-            call_with_body(tree_at(b.tree, 0).resist, b)
+            call_with_body(tree_at(b.tree, 0).add_damping, b)
             x = vector(tree_at(b.tree, 0).x, count)
             for i in range(count):
                 right[o + i] += stage * x[i]
@@ -143,8 +143,8 @@ def look_at(w, r, stage):
         if overlap <= 0.0 or not close(w, r.near, min(-p.gap, 0.0)):
             return False, NEVER
         r.slot, r.fresh = p.slot, 1
-        keep_contact(w, r.slot)
-    bring_back_contact(w, r.slot)
+        save_contact(w, r.slot)
+    restore_contact(w, r.slot)
     c = contact_at(w.contacts, r.slot)
     look(w, c, a, b)
     t, n, e = c.touch, load(c.normal), load(c.tangent)
@@ -277,7 +277,7 @@ def push(b, force, moment, row):
         x = vector(t.x, t.v_size)
         for i in range(t.v_size):
             x[i] = 0.0
-        call_with_vectors(t.carry, b, force, moment)
+        call_with_vectors(t.add_force, b, force, moment)
         for i in range(t.v_size):
             row[o + i] += x[i]
         return

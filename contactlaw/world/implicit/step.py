@@ -21,26 +21,26 @@ from math import isfinite, sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
-from contactlaw.world.bodies.motion import follow, give, settle, spin_rate
+from contactlaw.world.bodies.motion import settle, spin_change, spin_rate, update_momentum
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.contacts.touch import add_work, force_of, open_up
 from contactlaw.world.data.access import (
     body_at,
-    body_kept,
-    bring_back_body,
-    bring_back_contact,
-    bring_back_touch,
     contact_at,
     copy_numbers,
-    keep_body,
-    keep_contact,
     near_at,
+    restore_body,
+    restore_contact,
+    restore_law_state,
     row_at,
+    save_body,
+    save_contact,
+    saved_body,
     tree_at,
 )
 from contactlaw.world.data.call import call_with_body
-from contactlaw.world.data.records import NEVER, WAITS
-from contactlaw.world.data.vec import add, axpy, cross, load, load4, norm, product, scale, store, sub
+from contactlaw.world.data.records import NEVER, PAUSE_LIMIT
+from contactlaw.world.data.vec import add, axpy, cross, load, load4, norm, product, rotation_vector, scale, store, sub
 from contactlaw.world.implicit.acceptance import GAINED, changes, energy, is_held, is_lasting, is_steady
 from contactlaw.world.implicit.equations import (
     ACCELERATION,
@@ -85,8 +85,8 @@ def tries(w, bodies):
     now = True
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
-        if b.waits > 0:
-            b.waits -= 1
+        if b.pause > 0:
+            b.pause -= 1
             now = False
     return now
 
@@ -121,16 +121,16 @@ def last(w, bodies, pairs):
     for i in range(bodies):
         k = whole_at(w.island_bodies, i)
         b = body_at(w.bodies, k)
-        waits = 0 if solved else min(2 * b.waited + 1, WAITS - 1)
+        waits = 0 if solved else min(2 * b.last_pause + 1, PAUSE_LIMIT - 1)
         if found:
             b.time = w.step
             b.done = 1
             b.touched = 1
             b.changed = 1
-            follow(b)
+            update_momentum(b)
         else:
-            bring_back_body(w, k)
-        b.waits, b.waited = waits, waits
+            restore_body(w, k)
+        b.pause, b.last_pause = waits, waits
         if b.tree != 0 and b.member == 0:
             if not found:
                 t = tree_at(b.tree, 0)
@@ -148,7 +148,7 @@ def begin(w, bodies, pairs):
     v, a = part(w, BEGUN), part(w, ACCELERATION)
     for i in range(bodies):
         k = whole_at(w.island_bodies, i)
-        keep_body(w, k)
+        save_body(w, k)
         b = body_at(w.bodies, k)
         if b.tree != 0:
             if b.member == 0:
@@ -174,7 +174,7 @@ def begin(w, bodies, pairs):
         r.slot, r.fresh = p.slot if p.closed != 0 else -1, 0
         store(r.impulse, (0.0, 0.0, 0.0))
         if r.slot >= 0:
-            keep_contact(w, r.slot)
+            save_contact(w, r.slot)
 
 
 @jit_inside
@@ -206,7 +206,7 @@ def go_on(w, bodies, pairs, stage):
                 if b.tree == 0 and b.unknown >= 0:
                     impulse, own = scale(sign, load(c.force)), velocity[b.unknown :]
                     store(own, axpy(b.inverse_mass, impulse, load(own)))
-                    store(own[3:], add(load(own[3:]), give(b, axpy(-sign, moment, cross(arm, impulse)))))
+                    store(own[3:], add(load(own[3:]), spin_change(b, axpy(-sign, moment, cross(arm, impulse)))))
 
 
 @jit_inside
@@ -264,14 +264,13 @@ def imbalance(w):
 @jit_inside
 def place(w, k, stage, time):
     """Put a body where its velocity takes it by the end of the stage."""
-    b, start = body_at(w.bodies, k), body_kept(w, k)
+    b, start = body_at(w.bodies, k), saved_body(w, k)
     if b.tree != 0:
         if b.member == 0:
             place_tree(w, b, stage)
         store(b.shift, sub(load(b.position), load(start.position)))
         back = start.quaternion[0], -start.quaternion[1], -start.quaternion[2], -start.quaternion[3]
-        turn = product(load4(b.quaternion), back)
-        store(b.twist, scale(2.0 if turn[0] > 0.0 else -2.0, turn[1:]))
+        store(b.twist, rotation_vector(product(load4(b.quaternion), back)))
         b.turned = start.turned + norm(load(b.twist))
         return
     if b.unknown >= 0:
@@ -287,7 +286,7 @@ def place(w, k, stage, time):
     for i in range(4):
         b.quaternion[i] = start.quaternion[i]
     b.turned = start.turned
-    store(b.turn, load(b.twist))
+    store(b.pending_turn, load(b.twist))
     settle(b)
 
 
@@ -300,7 +299,7 @@ def place_tree(w, b, stage):
     for i in range(t.v_size):
         v[i] = velocity[t.unknown + i]
         x[i] = before[t.unknown + i] + stage * v[i]
-    call_with_body(t.stand, b)
+    call_with_body(t.move_from_start, b)
 
 
 @jit_inside
@@ -320,8 +319,8 @@ def end(w, r, found):
     p, c = near_at(w.near, r.near), contact_at(w.contacts, r.slot)
     t = c.touch
     if not found:
-        bring_back_contact(w, r.slot)
-        bring_back_touch(w, r.slot)
+        restore_contact(w, r.slot)
+        restore_law_state(w, r.slot)
     else:
         gained = t.overlap - t.before
         add_work(c, 1.0, gained, load(c.moved))

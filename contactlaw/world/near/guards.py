@@ -16,9 +16,9 @@ from math import sqrt
 
 from contactlaw.jit import jit_inside
 from contactlaw.world.bodies.bounds import spin_bound, turning_bound
-from contactlaw.world.bodies.motion import acceleration_of, greatest_closing, swing
+from contactlaw.world.bodies.motion import acceleration_of, change_bound, greatest_closing
 from contactlaw.world.data.access import body_at, guard_at, shape_at
-from contactlaw.world.data.call import ask_parting
+from contactlaw.world.data.call import ask_separation
 from contactlaw.world.data.records import BOX, CYLINDER, EDGE, NEVER, PLANE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, store, sub, to_body, to_world
 from contactlaw.world.shapes.geometry import centre, half_axis
@@ -33,7 +33,7 @@ MORE = 1.5  # of that way, a gap which stays open: who looks at it later may cou
 @jit_inside
 def surface_speed(b, time):
     """Speed [m/s] of a body's shapes within a time [s], at most."""
-    gained = time * (norm(load(b.acceleration)) + swing(b, b.reach, time))
+    gained = time * (norm(load(b.acceleration)) + change_bound(b, b.reach, time))
     return norm(load(b.velocity)) + spin_bound(b, time) * b.reach + gained
 
 
@@ -50,7 +50,7 @@ def new_guard(w, i, j, time):
     a, b = body_at(w.bodies, g.body_a), body_at(w.bodies, g.body_b)
     if a.inverse_mass == 0.0 or (b.inverse_mass != 0.0 and b.reach < a.reach):
         g.body_a, g.body_b = g.body_b, g.body_a
-    g.limit, g.without, g.clear, g.apart, g.planed, g.paced = NEVER, 0, 0, 0.0, -1.0, -1.0
+    g.limit, g.unlisted, g.parted, g.separation, g.plane_time, g.speed_time = NEVER, 0, 0, 0.0, -1.0, -1.0
     store(g.normal, ZERO)
     follow(w, g, time)
     g.moved = g.lag
@@ -68,8 +68,8 @@ def move(w, g):
         for n in range(3):
             trace += g.turn[3 * m + n] * column[n]
             g.turn[3 * m + n] = column[n]
-    g.stride = norm(sub(place, load(g.place))) + sqrt(max(3.0 - trace, 0.0) + ROUNDING) * a.reach
-    g.moved += g.stride
+    g.last_move = norm(sub(place, load(g.place))) + sqrt(max(3.0 - trace, 0.0) + ROUNDING) * a.reach
+    g.moved += g.last_move
     store(g.place, place)
 
 
@@ -82,17 +82,19 @@ def follow(w, g, left):
     g.time = min(a.time, b.time)
     apart = abs(a.time - b.time)
     g.lag = apart * surface_speed(a if a.time < b.time else b, apart) if apart > 0.0 else 0.0
-    g.speed, g.pace = 0.0, 0.0
+    g.speed, g.speed_now = 0.0, 0.0
     if a.still == 0 or b.still == 0:
         u, spin_a, spin_b = sub(load(a.velocity), load(b.velocity)), load(a.spin), load(b.spin)
         push = norm(acceleration_of(a)) + norm(acceleration_of(b))
         slides, turns = norm(sub(u, cross(spin_b, r))), norm(sub(spin_a, spin_b))
-        g.pace = slides + turns * a.reach
+        g.speed_now = slides + turns * a.reach
         fast, spin = norm(u) + left * push, spin_bound(b, left)
         far, twist = norm(r) + left * fast, turning_bound(b, left)
         slides = min(slides + left * (push + far * twist + spin * fast), fast + spin * far)
         turns = min(turns + left * (turning_bound(a, left) + twist), spin_bound(a, left) + spin)
-        g.speed = slides + turns * a.reach + left * (swing(a, a.reach, left) + swing(b, far + a.reach, left))
+        g.speed = (
+            slides + turns * a.reach + left * (change_bound(a, a.reach, left) + change_bound(b, far + a.reach, left))
+        )
 
 
 @jit_inside
@@ -120,9 +122,9 @@ def around(s):
 
 @jit_inside
 def parted(w, g, n):
-    """What parts the two shapes of a guard, with what sweeps them, see `convex.part`."""
+    """What parts the two shapes of a guard, with what sweeps them, see `convex.separate`."""
     sa, sb = shape_at(w.shapes, g.a), shape_at(w.shapes, g.b)
-    n, low, high, _ = ask_parting(sa.parting, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
+    n, low, high, _ = ask_separation(sa.separation, sa, body_at(w.bodies, sa.body), sb, body_at(w.bodies, sb.body), n)
     return n, low - around(sa), high + (around(sb) if sb.kind < PLANE else 0.0)
 
 
@@ -159,7 +161,7 @@ def has_plane(w, p, a, b):
     flat = shape_at(w.shapes, g.a).kind >= BOX and shape_at(w.shapes, g.b).kind < PLANE
     if not (flat and here) or (b.still == 0 and b.time != time):
         return False
-    if g.planed != time:
+    if g.plane_time != time:
         place_plane(w, g, time)
     return True
 
@@ -173,9 +175,9 @@ def keeps_apart(w, p, a, b, left):
     if not has_plane(w, p, a, b):
         return False
     g = guard_at(w.guards, p.guard)
-    if g.planed != g.paced:
+    if g.plane_time != g.speed_time:
         follow(w, g, left)
-        g.paced = g.planed
+        g.speed_time = g.plane_time
     p.gap, p.closing, p.acceleration, p.toi = g.low - g.high, g.speed, 0.0, NEVER
     return p.gap > MORE * left * g.speed
 
@@ -188,17 +190,17 @@ def place_plane(w, g, time):
     """
     a, b = body_at(w.bodies, shape_at(w.shapes, g.a).body), body_at(w.bodies, shape_at(w.shapes, g.b).body)
     last, n, low, high = g.high - g.low, ZERO, -NEVER, 0.0
-    if g.planed >= 0.0:
+    if g.plane_time >= 0.0:
         n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
     if low - high <= max(-0.5 * last, 0.0):
         new, bottom, top = parted(w, g, ZERO)
-        if dot(new, new) == 0.0 and g.planed < 0.0:
+        if dot(new, new) == 0.0 and g.plane_time < 0.0:
             across = sub(load(a.position), load(b.position))
             new, bottom, top = parted(w, g, scale(1.0 / max(norm(across), 1e-300), across))
         if dot(new, new) > 0.0 and bottom - top > low - high:
             n, low, high = new, bottom, top
     store(g.normal, to_body(b.axes, n))
-    g.planed, g.low, g.high = time, low, high
+    g.plane_time, g.low, g.high = time, low, high
 
 
 @jit_inside
@@ -224,7 +226,7 @@ def is_outgrown(w, g, left):
     """The same of one guard, for a time to come [s]."""
     if way_by(g, g.time + left) <= g.limit:
         return False
-    if g.without != 0:
+    if g.unlisted != 0:
         _, low, high = parted(w, g, ZERO)
         if low - high > enough(w, g):
             g.limit = low - high + g.moved - g.lag
@@ -234,15 +236,15 @@ def is_outgrown(w, g, left):
 @jit_inside
 def part_at_start(w, g):
     """Find by how much a plane parts two shapes whose parts are listed: the one that did so last, while it does."""
-    g.apart = 0.0
-    if g.without != 0 or shape_at(w.shapes, g.a).kind < BOX:
+    g.separation = 0.0
+    if g.unlisted != 0 or shape_at(w.shapes, g.a).kind < BOX:
         return
     b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
     n, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
     if low <= high:
         n, low, high = parted(w, g, ZERO)
     store(g.normal, to_body(b.axes, n))
-    g.apart = low - high
+    g.separation = low - high
 
 
 @jit_inside
@@ -252,17 +254,17 @@ def parts_through(w, g, before):
     Of each point of A the height over it is, between both ends of the step, by h/8 times the change of its speed at
     most below the line between them. before: speed [m/s] at the step's start.
     """
-    if g.apart <= 0.0:
+    if g.separation <= 0.0:
         return False
     b = body_at(w.bodies, shape_at(w.shapes, g.b).body)
     _, low, high = parted(w, g, to_world(b.axes, load(g.normal)))
-    return min(g.apart, low - high) > 0.125 * w.step * (before + g.pace)
+    return min(g.separation, low - high) > 0.125 * w.step * (before + g.speed_now)
 
 
 @jit_inside
 def is_guarded(w, p, time, more):
     """Whether a near pair is kept apart by its guard until a time of the step, even if it closes by `more` [m]."""
-    return p.guard >= 0 and p.listed > way_by(guard_at(w.guards, p.guard), time) + more
+    return p.guard >= 0 and p.listed_gap > way_by(guard_at(w.guards, p.guard), time) + more
 
 
 @jit_inside
@@ -273,7 +275,7 @@ def keep_gap(w, p, time):
     """
     if p.guard >= 0:
         g = guard_at(w.guards, p.guard)
-        p.listed = max(p.listed, p.gap + 2.0 * g.moved - way_by(g, time))
+        p.listed_gap = max(p.listed_gap, p.gap + 2.0 * g.moved - way_by(g, time))
 
 
 @jit_inside
@@ -285,7 +287,7 @@ def known_gap(w, p, a, b):
     if g.time != time or g.lag > 0.0:
         move(w, g)
         g.time, g.lag = time, 0.0
-    return p.listed - g.moved, g.stride
+    return p.listed_gap - g.moved, g.last_move
 
 
 @jit_inside

@@ -40,7 +40,7 @@ def strayed(b, left):
 @jit_inside
 def way_of(b, left):
     """How far [m] a point of a body can be within a time [s], at most, from where the list of near pairs found it."""
-    way = norm(sub(load(b.position), load(b.mark))) + b.turned * b.reach
+    way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
     return way if b.still != 0 else way + left * surface_speed(b, left)
 
 
@@ -66,7 +66,7 @@ def list_near(w):
     list_bodies(w)
     for slot in range(w.slots):
         c = contact_at(w.contacts, slot)
-        if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.built > 0.0)):
+        if c.near < 0 and (c.phase == CLOSED or (c.phase == PARTED and c.initial_overlap > 0.0)):
             release(w, slot)
     w.lists += 1
     w.stale = 0
@@ -140,7 +140,7 @@ def mark(w, time):
     total = 0.0
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        store(b.mark, load(b.position))
+        store(b.listed_position, load(b.position))
         b.turned = 0.0
         b.margin = 0.0 if b.still != 0 else time * surface_speed(b, w.step)
         total += b.margin

@@ -28,14 +28,14 @@ def sort_near(w, counts):
         i = whole_at(w.grid, counts + p.a)
         set_whole(w.grid, counts + p.a, i + 1)
         q = near_at(w.near, i)
-        q.body_a, q.body_b, q.pair, q.gap = p.a, p.b, p.guard, p.listed
+        q.body_a, q.body_b, q.pair, q.gap = p.a, p.b, p.guard, p.listed_gap
     for k in range(w.nears):
         p = near_at(w.near, k)
         a, b, guard, listed = p.body_a, p.body_b, p.pair, p.gap
         i = k
         while i > 0 and near_at(w.near, i - 1).a == a and near_at(w.near, i - 1).b > b:
             before, q = near_at(w.near, i - 1), near_at(w.near, i)
-            q.a, q.b, q.guard, q.listed = a, before.b, before.guard, before.listed
+            q.a, q.b, q.guard, q.listed_gap = a, before.b, before.guard, before.listed_gap
             i -= 1
         q = near_at(w.near, i)
-        q.a, q.b, q.guard, q.listed = a, b, guard, listed
+        q.a, q.b, q.guard, q.listed_gap = a, b, guard, listed

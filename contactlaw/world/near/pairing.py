@@ -40,7 +40,7 @@ from contactlaw.world.data.records import (
 )
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub
 from contactlaw.world.near.guards import enough, new_guard, parted
-from contactlaw.world.shapes.geometry import OF_FACE, asked_of, centre, half_axis, is_sunk, meet
+from contactlaw.world.shapes.geometry import OF_FACE, centre, function_for, half_axis, is_ignored, meet
 from contactlaw.world.shapes.segments import clip
 
 
@@ -138,7 +138,7 @@ def consider_parts(w, i, j, margin):
     if low - high > margin or turns_past(w, g):
         w.guard_count -= 1
     elif low - high > near:
-        g.limit, g.without = low - high, 1
+        g.limit, g.unlisted = low - high, 1
     else:
         g.limit = near
         sa, sb = shape_at(w.shapes, i), shape_at(w.shapes, j)
@@ -212,7 +212,7 @@ def over_face(w, sa, sb, margin):
         return False
     a, b = body_at(w.bodies, sa.body), body_at(w.bodies, sb.body)
     d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
-    return ask_over_face(asked_of(sa, sb, OF_FACE), d, half_axis(sa, a), margin, sb, b)
+    return ask_over_face(function_for(sa, sb, OF_FACE), d, half_axis(sa, a), margin, sb, b)
 
 
 @jit_inside
@@ -222,7 +222,7 @@ def enlist(w, i, j, guard, gap):
         w.lost += 1
         return
     p = near_at(w.near, w.nears)
-    p.a, p.b, p.guard, p.listed = i, j, guard, gap
+    p.a, p.b, p.guard, p.listed_gap = i, j, guard, gap
     w.nears += 1
 
 
@@ -233,17 +233,17 @@ def enter(w, k, heads):
     p.body_a, p.body_b = shape_at(w.shapes, p.a).body, shape_at(w.shapes, p.b).body
     p.pair = pair_of(w, p.a, p.b)
     p.slot = -1
-    p.built = 0.0
+    p.initial_overlap = 0.0
     p.closed = 0
     p.active = 0
-    p.toi, p.room, p.gap, p.closing, p.acceleration, p.fastest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    p.seen = -1.0
+    p.toi, p.path_limit, p.gap, p.closing, p.acceleration, p.closing_bound = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    p.checked = -1.0
     slot = whole_at(w.grid, heads + p.a)
     while slot >= 0:
         c = contact_at(w.contacts, slot)
         if c.shape_b == p.b:
-            p.slot, p.built = slot, c.built
-            p.listed = NEVER if is_sunk(p) else p.listed
+            p.slot, p.initial_overlap = slot, c.initial_overlap
+            p.listed_gap = NEVER if is_ignored(p) else p.listed_gap
             p.closed = 1 if c.phase == CLOSED else 0
             c.near = k
         slot = c.link

@@ -10,9 +10,9 @@ step that turns by `FURTHEST_TURN` may be missed where it is shallower than 0.8 
 from __future__ import annotations
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.bodies.motion import closing_at, stands
+from contactlaw.world.bodies.motion import closing_at, is_static
 from contactlaw.world.data.access import body_at, guard_at, near_at, tree_at, world_at
-from contactlaw.world.data.records import CLEAR, MET, PASSES, STAYS
+from contactlaw.world.data.records import BOUNDED, MEASURED, PASSES, STAYS
 from contactlaw.world.data.vec import load, norm, sub
 from contactlaw.world.near.guards import fastest, follow, is_guarded, is_outgrown, keep_gap, parts_through
 from contactlaw.world.shapes.geometry import meet_near
@@ -31,16 +31,16 @@ def find_passing(world):
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
         if passes(b):
-            way = norm(sub(load(b.position), load(b.mark))) + b.turned * b.reach
+            way = norm(sub(load(b.position), load(b.listed_position))) + b.turned * b.reach
             if way > b.margin or w.step * norm(load(b.spin)) > FURTHEST_TURN:
                 tree_at(b.tree, 0).passes = STAYS
             if way + 2.0 * w.step * (norm(load(b.velocity)) + b.reach * norm(load(b.spin))) > b.margin:
                 w.stale = 1
     for k in range(w.guard_count):
         g = guard_at(w.guards, k)
-        before, pace = g.speed, g.pace
+        before, pace = g.speed, g.speed_now
         follow(w, g, w.step)
-        g.clear = 1 if parts_through(w, g, pace) else 0
+        g.parted = 1 if parts_through(w, g, pace) else 0
         if is_outgrown(w, g, 2.0 * w.step):
             w.stale = 1
         if g.moved + w.step * max(before, g.speed) > g.limit:
@@ -77,26 +77,26 @@ def passes(b):
 @jit_inside
 def keeps(b):
     """Whether a body is where the engine has it, or stands."""
-    return stands(b) or b.asleep != 0 or passes(b)
+    return is_static(b) or b.asleep != 0 or passes(b)
 
 
 @jit_inside
 def touches(w, p, a, b):
     """Whether a pair may have touched within the step; the next one is left with its gap."""
-    speed = max(p.fastest, fastest(w, p, a, b))  # at both ends
-    if p.guard >= 0 and guard_at(w.guards, p.guard).clear != 0:
+    speed = max(p.closing_bound, fastest(w, p, a, b))  # at both ends
+    if p.guard >= 0 and guard_at(w.guards, p.guard).parted != 0:
         return False
     if is_guarded(w, p, 0.0, w.step * speed):
-        p.gap, p.seen = p.listed - guard_at(w.guards, p.guard).moved, CLEAR
+        p.gap, p.checked = p.listed_gap - guard_at(w.guards, p.guard).moved, BOUNDED
         return False
     if p.gap > 2.0 * w.step * speed:
         p.gap -= w.step * speed
-        p.seen = CLEAR
+        p.checked = BOUNDED
         return False
-    before, began = p.gap, p.closing if p.seen == MET else speed
+    before, began = p.gap, p.closing if p.checked == MEASURED else speed
     overlap, n, arm_a, arm_b = meet_near(w, p, a, b)
     now = closing_at(a, arm_a, b, arm_b, n)
-    p.gap, p.closing, p.seen = -overlap, now, MET
+    p.gap, p.closing, p.checked = -overlap, now, MEASURED
     keep_gap(w, p, 0.0)
     change = abs(now - began)
     closes, opens = began + 0.5 * change, 0.5 * change - now  # an engine's velocities may be half a step behind

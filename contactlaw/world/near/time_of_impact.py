@@ -10,10 +10,10 @@ from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_
 from contactlaw.world.bodies.motion import (
     acceleration_at,
     acceleration_of,
+    change_bound,
     closing_at,
     greatest_closing,
-    rate,
-    swing,
+    turn_rate,
     velocity_at,
 )
 from contactlaw.world.data.access import shape_at
@@ -28,8 +28,8 @@ OVER = 0.01  # of the radius, over a plane that parts whole shapes: what is high
 
 @jit_inside
 def bending(b, time):
-    """How much faster [m/s^2] the points of a body may come to move within a time [s] as it turns, at most."""
-    return turning_bound(b, time) * b.reach + swing(b, b.reach, time)
+    """Return a bound on the acceleration [m/s^2] by rotation of a body's points within a time [s]."""
+    return turning_bound(b, time) * b.reach + change_bound(b, b.reach, time)
 
 
 @jit_inside
@@ -44,7 +44,7 @@ def predict(w, p, a, b, now, left):
     bounded.
     """
     sa, sb = shape_at(w.shapes, p.a), shape_at(w.shapes, p.b)
-    p.seen = now
+    p.checked = now
     if keeps_apart(w, p, a, b, left):
         return
     overlap, n, arm_a, arm_b = over_plane(w, p, a, b)
@@ -65,7 +65,7 @@ def predict(w, p, a, b, now, left):
         p.toi = now + wait if wait < left else NEVER
         return
     if sa.kind >= SEGMENT:
-        ask_time(types.uint64(whole_at(sa.long, OF_TIME)), p, sa, a, sb, b, n, arm_a, left)
+        ask_time(types.uint64(whole_at(sa.swept, OF_TIME)), p, sa, a, sb, b, n, arm_a, left)
         return
     slack, horizon = 0.0, left
     if a.oriented != 0 or b.oriented != 0:
@@ -74,14 +74,14 @@ def predict(w, p, a, b, now, left):
         more = sub(turning, rest)
         p.acceleration += -dot(more, n) if flat or sb.kind == SPHERE else norm(more)
         far = norm(from_a)
-        w = rate(b) + (rate(a) if far > 0.0 or a.tree != 0 else 0.0)
+        w = turn_rate(b) + (turn_rate(a) if far > 0.0 or a.tree != 0 else 0.0)
         across = norm(sub(velocity_at(a, from_a), velocity_at(b, add(from_a, sub(arm_b, arm_a)))))
         speed = w * (far + norm(arm_b)) + across
         twist = turning_bound(a, left) * far + turning_bound(b, left) * norm(arm_b) + 2.0 * norm(load(b.spin)) * across
         for _ in range(2):
             if w * horizon > LARGEST_TURN:
                 horizon = LARGEST_TURN / w
-            change = w * w * speed * horizon + swing(a, far, horizon) + swing(b, norm(arm_b), horizon)
+            change = w * w * speed * horizon + change_bound(a, far, horizon) + change_bound(b, norm(arm_b), horizon)
             slack = (change + twist) * horizon
             horizon = min(horizon, 2.0 * time_to_close(p.gap, max(p.closing + slack, 0.0), max(p.acceleration, 0.0)))
     wait = time_to_close(p.gap, p.closing + slack, p.acceleration)

@@ -1,1 +1,1 @@
-"""Collision shapes and the narrow phase: overlap, normal and point of contact of any two of them."""
+"""Narrow phase: overlap, normal and point of contact of two shapes, and the effective radius there."""

@@ -1,8 +1,9 @@
-"""Convex bodies: a core, and the small radius that sweeps it. Where two of them are nearest.
+"""Nearest points of swept cores by GJK: hulls with all shapes.
 
-While they overlap by less than both radii their cores are apart: the vector between the nearest points of these is
-unique, and moves continuously. Flat on flat, a hull lies on its corners and sharp edges, which are shapes of their own;
-two cores meet as such, in one point, where neither are. A cylinder's rims and feet are such shapes too.
+While two of them overlap by less than the sum of radii their cores are apart, so that the vector between the nearest
+points of the cores is unique and moves continuously. Flat on flat, a hull rests on its corners and sharp edges, which
+are shapes of their own; two cores meet directly in one point only where neither lie between. The same holds for a
+cylinder's rims and feet.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from functools import lru_cache
 from math import sqrt
 
 from contactlaw.jit import address_of
-from contactlaw.world.data.call import MEETING, NEAREST, PARTING, RADIUS, ask_deepest
+from contactlaw.world.data.call import MEETING, NEAREST, RADIUS, SEPARATION, ask_deepest
 from contactlaw.world.data.records import BOX, DISC, EDGE, PLANE, SEGMENT
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_world
 from contactlaw.world.shapes.core import CROWN, deepest_on_line
@@ -20,11 +21,11 @@ from contactlaw.world.shapes.geometry import BACK, centre
 from contactlaw.world.shapes.gjk import nearest, seek, support
 from contactlaw.world.shapes.segments import clip
 
-DEEP = 1e-6  # of both radii: a distance of cores that is none
+DEEP = 1e-6  # of the sum of radii: distance of cores up to which they count as overlapping
 
 
 def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of the same. Of two edges the angle is taken for a right one."""
+    """`geometry.effective_radius` with a hull. The angle of two edges is taken for a right one."""
     if sa.kind >= BOX:
         return sqrt(sa.radius * sb.radius), ZERO
     if sa.kind == DISC:
@@ -40,12 +41,12 @@ def radius(sa, a, sb, b):
 
 
 def meet(sa, a, sb, b):
-    """`geometry.meet` of two shapes of which one is convex without a closed form."""
+    """`geometry.meet` with a hull."""
     radius_a, radius_b, from_a, u = sa.radius, sb.radius, centre(sa, a), ZERO
     if sa.kind == DISC:
-        way, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
-        from_a = add(from_a, way)
-        v, y, _, _ = nearest(sa, a, sb, b, way)
+        offset, radius_a = ask_deepest(sa.deepest, sa, a, sb, b, ZERO)
+        from_a = add(from_a, offset)
+        v, y, _, _ = nearest(sa, a, sb, b, offset)
     elif sa.kind == SEGMENT or sa.kind == EDGE:
         u = to_world(a.axes, load(sa.half))
         at, radius_a, (v, _, _, _) = deepest_on_line(ZERO, u, 0.0, (sa, a, sb, b))
@@ -53,32 +54,36 @@ def meet(sa, a, sb, b):
     else:
         v, y, _, _ = nearest(sa, a, sb, b, ZERO)
     both = radius_a + radius_b
-    far = norm(v)
-    if far > DEEP * both:
-        n = scale(1.0 / far, v)
-    else:  # as between two balls, of a line the one that is nearest to the middle of the other
+    distance = norm(v)
+    if distance > DEEP * both:
+        n = scale(1.0 / distance, v)
+    else:  # as between two balls at the centres; of a line at its point nearest to the other centre
         n = sub(add(load(a.position), from_a), add(load(b.position), centre(sb, b)))
         n = axpy(clip(-dot(n, u) / max(dot(u, u), 1e-300)), u, n)
         n = scale(1.0 / max(norm(n), 1e-300), n)
-    overlap = both - far
+    overlap = both - distance
     if sa.kind >= BOX:
         overlap -= BACK * both
-    arm_b = axpy(far / both * radius_b, n, y)
+    arm_b = axpy(distance / both * radius_b, n, y)
     arm_a = add(arm_b, sub(load(b.position), load(a.position)))
     return overlap, n, arm_a, arm_b
 
 
-def ask(sa, a, sb, b, shift, known, simplex):
-    """`seek` of a point and a hull: from there on B, how many vertices span the place, their edge, and all of them."""
+def seek_nearest(sa, a, sb, b, shift, known, simplex):
+    """Return `gjk.seek` of a point and a hull, for `core.excess_at`.
+
+    That is the vector from the hull, the number of vertices of the nearest feature, its edge, and the simplex.
+    """
     v, _, count, e, corners = seek(sa, a, sb, b, shift, (int(known), simplex))
     return v, float(count), e, corners
 
 
-def part(sa, a, sb, b, n):
-    """The normal n of two planes, from B to A, that part a core A from a plane or a core B: of A the lowest place along
-    it, of B the highest, without what sweeps them, from B's centre of mass [m]. Of cores in each other n is zero.
+def separate(sa, a, sb, b, n):
+    """Find two parallel planes that separate a core A from a plane or a core B.
 
-    n: that one, or zero, where it is to be found. The last result is that place of A, from its body's centre of mass.
+    n: their normal from B to A, or zero if it is to be found. Returns the normal, zero if the cores overlap; the least
+    height of A along it and the greatest of B, without the radii that sweep them, from B's centre of mass [m]; and A's
+    lowest point from its own centre of mass.
     """
     if sb.kind >= PLANE:
         n = to_world(b.axes, load(sb.normal))
@@ -93,13 +98,13 @@ def part(sa, a, sb, b, n):
 
 
 @lru_cache
-def parting() -> dict[str, int]:
-    """Of what parts them, compiled where there are boxes, cylinders or hulls."""
-    return {"parting": address_of(part, PARTING)}
+def separating() -> dict[str, int]:
+    """Return the address of `separate`, compiled where there are boxes, cylinders or hulls."""
+    return {"separation": address_of(separate, SEPARATION)}
 
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of the other three, compiled where there are hulls."""
+    """Return the addresses of the other three functions, compiled where there are hulls."""
     known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
-    return known | {"nearest": address_of(ask, NEAREST)}
+    return known | {"nearest": address_of(seek_nearest, NEAREST)}

@@ -1,7 +1,7 @@
-"""Where a point, or a line, is nearest to a box, to a solid cylinder, or to a hull: convex cores.
+"""Nearest points of convex cores - boxes, solid cylinders, hulls - to a point or a line.
 
-Their edges are sharp for what is round by itself. For edges, rims and sides of others they are rounded by the core's
-own radius: the distance is that from a core which is smaller by so much all around, less it.
+For spheres and capsules the edges of a core are sharp. For edges, rims and sides of other cores they are rounded by the
+core's own radius: the distance is that from a core smaller by this radius all around, less the radius.
 """
 
 from __future__ import annotations
@@ -14,36 +14,39 @@ from contactlaw.world.data.records import BOX, HULL
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, norm, scale, to_body, to_world
 from contactlaw.world.shapes.segments import clip
 
-STEPS = 60  # of Newton's method, which is done when it comes to the right piece; bisection guards it
-CROWN = 0.01  # of the radius
-LEAST = 1e-9  # [m], a distance from a core that is none
+ITERATIONS = 60  # of Newton's method, which ends on the right piece of the slope; guarded by bisection
+CROWN = 0.01  # of the radius, by which sides, edges and discs are lower at their middle, and again at their ends
+LEAST = 1e-9  # [m] least distance from a core in quotients
 NOWHERE = ZERO, 0.0, ZERO, (ZERO, ZERO, ZERO)
-EQUAL, SAME = 1e-15, 1e-10  # of a half length, a step that is none; on a hull, which takes longer to ask
+CONVERGED, CONVERGED_ON_HULL = (
+    1e-15,
+    1e-10,
+)  # of a half length, a step at which the iteration ends; on hulls, which cost more
 
 
 @jit_inside
 def excess(x, half):
-    """By how much a coordinate is beyond a box that reaches from -half to half."""
+    """Return by how much a coordinate lies outside the interval from -half to half."""
     return x - min(max(x, -half), half)
 
 
 @jit_inside
 def excess_of(p, s, less):
-    """From the nearest point of a core to a point p of its own frame [m]; zero inside.
+    """Return the vector to a point p, in a core's own frame [m], from the nearest point of the core; zero inside.
 
     less: by how much the core is smaller all around [m].
     """
     h, z = s.half[0] - less, excess(p[2], s.half[2] - less)
     if s.kind == BOX:
         return excess(p[0], h), excess(p[1], s.half[1] - less), z
-    far = sqrt(p[0] * p[0] + p[1] * p[1])
-    out = 1.0 - h / far if far > h else 0.0
+    radial = sqrt(p[0] * p[0] + p[1] * p[1])
+    out = 1.0 - h / radial if radial > h else 0.0
     return out * p[0], out * p[1], z
 
 
 @jit_inside
 def excess_along(p, e, q, s, less):
-    """How the excess e of a point p changes along a direction q: H q, H the second derivative of distance^2/2."""
+    """Return the derivative of the excess e of a point p along q: H q, H the second derivative of distance^2/2."""
     z = q[2] if e[2] != 0.0 else 0.0
     if s.kind == BOX:
         return q[0] if e[0] != 0.0 else 0.0, q[1] if e[1] != 0.0 else 0.0, z
@@ -55,27 +58,29 @@ def excess_along(p, e, q, s, less):
 
 @jit_inside
 def local(v, s, b):
-    """A vector of the world along a core's own axes."""
+    """Return a vector of the world along a core's own axes."""
     return to_body(s.axes, to_body(b.axes, v))
 
 
 @jit_inside
-def excess_at(m, way, less, one, last):
-    """From a core to m + way, along its axes, of a hull those of the world, and what else `change_of` asks.
+def excess_at(m, offset, less, shapes, last):
+    """Return the excess over a core at m + offset, and what `change_of` and the next call need.
 
-    one: the shape that the point is of, and the core, with their bodies; way: of a hull from that shape's middle. last:
-    what was found at a place nearby, or `NOWHERE`: on a hull it is sought from there.
+    m, offset: along the core's axes; of a hull in the world, `offset` from A's middle. shapes: (sa, a, sb, b), the
+    shape A that the point belongs to and the core B, with their bodies. last: result at a point nearby, or `NOWHERE`:
+    on a hull the search starts there. The further results are, of a hull, the number of vertices of the nearest
+    feature, its edge, and the simplex; of other cores 0, and the point along the core's axes.
     """
-    sa, a, sb, b = one
+    sa, a, sb, b = shapes
     if sb.kind == HULL:
-        return ask_nearest(sb.nearest, sa, a, sb, b, way, last[1], last[3])
-    x = add(m, way)
+        return ask_nearest(sb.nearest, sa, a, sb, b, offset, last[1], last[3])
+    x = add(m, offset)
     return excess_of(x, sb, less), 0.0, x, last[3]
 
 
 @jit_inside
 def change_of(e, count, other, q, less, s):
-    """How the excess changes along a direction; of a hull by its vertex, edge or face, see `gjk.nearest`."""
+    """Return the derivative of the excess along q; of a hull by its nearest vertex, edge or face, see `gjk.nearest`."""
     if s.kind != HULL:
         return excess_along(other, e, q, s, less)
     if count == 2.0:
@@ -85,7 +90,7 @@ def change_of(e, count, other, q, less, s):
 
 @jit_inside
 def way_out(p, s):
-    """Of a point within a core: minus its depth, and the direction, through the nearest face or the side."""
+    """Return minus the depth of a point within a core, and the direction out through the nearest face or the side."""
     x, y, z = p
     h = s.half
     k = h[2] - abs(z)
@@ -95,33 +100,34 @@ def way_out(p, s):
         if i <= min(j, k):
             return -i, (1.0 if x >= 0.0 else -1.0, 0.0, 0.0)
         return (-j, (0.0, 1.0 if y >= 0.0 else -1.0, 0.0)) if j <= k else (-k, up)
-    far = sqrt(x * x + y * y)
-    if k <= h[0] - far or far == 0.0:
+    radial = sqrt(x * x + y * y)
+    if k <= h[0] - radial or radial == 0.0:
         return -k, up
-    return far - h[0], (x / far, y / far, 0.0)
+    return radial - h[0], (x / radial, y / radial, 0.0)
 
 
 @jit_inside
 def nearest_on_core(d, s, b, rounding):
-    """Distance [m] of a point from a core, and the unit vector from there to it, in the world.
+    """Return the distance [m] of a point from a core, and the unit vector from the core to it, world frame.
 
-    d: from the core's centre, in the world. rounding: of its edges [m]. Inside, the distance has a minus, and the way
-    out is through the nearest face.
+    d: from the core's centre, world frame. rounding: of the core's edges [m]. Inside, the distance is negative, and the
+    direction is out through the nearest face.
     """
     p = local(d, s, b)
     e = excess_of(p, s, rounding)
-    far = norm(e)
-    if far > 0.0:
-        far, n = far - rounding, scale(1.0 / far, e)
+    distance = norm(e)
+    if distance > 0.0:
+        distance, n = distance - rounding, scale(1.0 / distance, e)
     else:
-        far, n = way_out(p, s)
-    return far, to_world(b.axes, to_world(s.axes, n))
+        distance, n = way_out(p, s)
+    return distance, to_world(b.axes, to_world(s.axes, n))
 
 
 def lies_over_face(d, u, margin, s, b):
-    """Whether all of an edge is over one face of a box, by a margin [m] from the face's border.
+    """Return whether a whole edge lies over one face of a box, at least `margin` [m] inside the face's border.
 
-    Its ends, where corners are, lie as deep as it or deeper then: it never touches. d, u: as for `deepest_on_line`.
+    The edge's ends, where the corners are, are then as deep or deeper: the edge itself never touches. d, u: as for
+    `deepest_on_line`.
     """
     p, q = local(d, s, b), local(u, s, b)
     beyond, over = 0, 0
@@ -134,28 +140,29 @@ def lies_over_face(d, u, margin, s, b):
 
 
 @jit_inside
-def deepest_on_line(d, u, rounding, one):
-    """Which point of a capsule's side, or of a box's edge, is the deepest in a core: its place along the half axis u,
-    its radius [m], and what `excess_at` finds there.
+def deepest_on_line(d, u, rounding, shapes):
+    """Find the deepest point of a capsule's side, or of a core's edge, in a core.
 
-    d: from the core's centre to the segment's middle, in the world. one: as above. On a face a capsule lies on its
-    ends, and a box on its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)), so
-    that they do not share the load of the ends, and so that the deepest point is one that moves continuously, at the
-    minimum of D + CROWN R s^2: the root of the slope of D^2/2 + CROWN R D s^2 with the distance D held, a function that
-    grows, on what has flat faces all but piece by piece along straight lines.
+    Returns its place -1..1 along the half axis u, its radius [m], and the result of `excess_at` there.
+
+    d: from the core's centre to the segment's middle, world frame. shapes: as for `excess_at`. On a face a capsule lies
+    on its ends and a box on its corners; sides and edges meet edges. They are crowned, r(s) = R (1 - CROWN (1 + s^2)),
+    so that they do not share the load of the ends, and so that the deepest point is unique and moves continuously: it
+    is the minimum of D + CROWN R s^2, the root of the slope of D^2/2 + CROWN R D s^2 with the distance D held. This
+    slope grows with s, and on cores with flat faces is almost piecewise linear.
     """
-    s, b, radius = one[2], one[3], one[0].radius
-    p, q, same = d, u, SAME
+    s, b, radius = shapes[2], shapes[3], shapes[0].radius
+    p, q, same = d, u, CONVERGED_ON_HULL
     if s.kind != HULL:
-        p, q, same = local(d, s, b), local(u, s, b), EQUAL
+        p, q, same = local(d, s, b), local(u, s, b), CONVERGED
     crown = 2.0 * CROWN * radius
-    low, high, at, seen = -2.0, 2.0, 0.0, NOWHERE
-    for _ in range(STEPS):
-        seen = excess_at(p, scale(at, q), rounding, one, seen)
-        e, count, other, _ = seen
+    low, high, at, found = -2.0, 2.0, 0.0, NOWHERE
+    for _ in range(ITERATIONS):
+        found = excess_at(p, scale(at, q), rounding, shapes, found)
+        e, count, other, _ = found
         k = crown * max(norm(e), LEAST)
         value, slope = k * at + dot(e, q), k + dot(change_of(e, count, other, q, rounding, s), q)
-        if value == 0.0:  # all of it is inside
+        if value == 0.0:  # the whole line is inside
             break
         if value > 0.0:
             high = at
@@ -167,4 +174,4 @@ def deepest_on_line(d, u, rounding, one):
         if abs(new - at) <= same:
             break
         at = new
-    return at, radius * (1.0 - CROWN * (1.0 + at * at)), seen
+    return at, radius * (1.0 - CROWN * (1.0 + at * at)), found

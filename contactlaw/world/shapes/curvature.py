@@ -1,12 +1,12 @@
-"""The radius of the ball on a plane that is pressed in as two curved bodies are: Hertz's elliptic contact.
+"""Effective radius of elliptic Hertz contacts: that of the ball on a plane with the same force law.
 
-With the relative principal curvatures p <= q [1/m] in two directions across each other, the contact is an ellipse of
-half axes a >= b, k^2 = 1 - (b/a)^2, where (Johnson 1985, section 4.2)
+With the relative principal curvatures p <= q [1/m] in two perpendicular directions the contact is an ellipse of half
+axes a >= b, k^2 = 1 - (b/a)^2, where (Johnson 1985, section 4.2)
 
     q/p = [(a/b)^2 E(k) - K(k)]/(K(k) - E(k))        a^3 = 3 P D/(pi E* p)        delta = 3 P K(k)/(2 pi E* a)
 
 and D = (K - E)/k^2. Hence P = 4/3 E* sqrt(R) delta^1.5 as for balls, with R = pi^2 D/(2 p K^3). R sqrt(p q) is a
-function of ln(q/p) alone, which is fitted to 5e-4 for q/p up to 1e5.
+function of ln(q/p) alone, here a fit to 5e-4 for q/p up to 1e5.
 """
 
 from __future__ import annotations
@@ -14,16 +14,21 @@ from __future__ import annotations
 from math import exp, log, log1p, sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_world
+from contactlaw.world.data.access import body_at, shape_at
+from contactlaw.world.data.records import BOX, CORNER, EDGE, SEGMENT
+from contactlaw.world.data.vec import add, axpy, dot, load, scale, to_body, to_world
+from contactlaw.world.shapes.geometry import meet
 
-SCALE = 0.0312022
-FIT = (1.3265492, 0.13058459, 0.11675849)
-FLATTEST = 1e-5  # least curvature over the greatest
+SCALE = 0.0312022  # of the fit of ln(R sqrt(p q)) in ln(1 + SCALE ln^2(q/p))
+FIT = (1.3265492, 0.13058459, 0.11675849)  # its coefficients
+FLATTEST = 1e-5  # ratio of curvatures, at least: the range of the fit
+ALIGNED = 1.0 - 1e-9  # cosine of the angle between a normal and an axis of a box from which it counts as a face's
+UNCLEAR = "touching at the edge of a box, with R = {:.3g} m taken from the ball or capsule; give the pair its radius"
 
 
 @jit_inside
 def equivalent_radius(p, q):
-    """R [m] of two relative principal curvatures p <= q [1/m]."""
+    """Return R [m] of two relative principal curvatures p <= q [1/m]."""
     p = max(p, FLATTEST * q)
     ratio = log(q / p)
     x = log1p(SCALE * ratio * ratio)
@@ -32,10 +37,10 @@ def equivalent_radius(p, q):
 
 @jit_inside
 def radius_between(one, two):
-    """R [m] of two bodies, and the longer axis of the ellipse, a vector as long as ln(q/p).
+    """Return R [m] of two bodies, and the longer axis of the ellipse, a vector of length ln(q/p).
 
-    Of each body: its curvature [1/m] along a direction in which it is the least, that across it, and the unit vector.
-    The tensors of curvature add up; what makes each differ from a ball's turns by twice the angle between both.
+    one, two: of each body the least principal curvature [1/m], the greatest, and the unit vector of the direction of
+    the least. The curvature tensors add; their deviators turn by twice the angle between both directions.
     """
     along_a, across_a, e = one
     along_b, across_b, f = two
@@ -48,7 +53,11 @@ def radius_between(one, two):
 
 @jit_inside
 def between(x, e, y, f, differ):
-    """Along which two bodies together curve least, which differ by x, y >= 0 from balls and curve least along e, f."""
+    """Return the direction of least relative curvature.
+
+    x, y >= 0: half differences of the principal curvatures of both bodies; e, f: their directions of least curvature;
+    differ: half difference of the relative curvatures.
+    """
     cosine = dot(e, f)
     across = axpy(-cosine, e, f)
     sine = sqrt(dot(across, across))
@@ -63,9 +72,9 @@ def between(x, e, y, f, differ):
 
 @jit_inside
 def rim(s, b):
-    """`radius_between` of a cylinder's rim and what is flat; in place of the longer axis stands that of the cylinder.
+    """Return `radius_between` of a cylinder's rim and a flat shape; the vector is along the cylinder's axis instead.
 
-    The rim has the radius of its edge and its own, as it has where it stands upright.
+    The rim has the radius of its edge, and that of the circle, as where the cylinder stands upright.
     """
     p, q = 1.0 / (s.radius + sqrt(dot(load(s.half), load(s.half)))), 1.0 / s.radius
     return equivalent_radius(p, q), scale(log(q / p), to_world(b.axes, load(s.normal)))
@@ -73,15 +82,34 @@ def rim(s, b):
 
 @jit_inside
 def feature(radius, count, edge):
-    """Curvatures, see `radius_between`, of what a ball sweeps: around a vertex, an edge or a face, by its vertices."""
+    """Return the curvatures, see `radius_between`, of a swept core at a vertex, an edge or a face: count = 1, 2, 3."""
     k = 1.0 / radius if radius > 0.0 and count < 3 else 0.0
     return (0.0, k, scale(1.0 / sqrt(dot(edge, edge)), edge)) if count == 2 else (k, k, edge)
 
 
 @jit_inside
 def side_at(s, u, place, crown):
-    """Curvatures, see `radius_between`, of a sphere, or of a capsule at a place along its half axis u."""
+    """Return the curvatures, see `radius_between`, of a sphere, or of a capsule at a place along its half axis u."""
     k, square = 1.0 / s.radius, dot(u, u)
     if square == 0.0 or abs(place) >= 1.0:
         return k, k, (1.0, 0.0, 0.0)
     return 2.0 * crown * s.radius / square, k, scale(1.0 / sqrt(square), u)
+
+
+@jit_inside
+def radius_is_clear(w, c):
+    """Return whether two shapes touch where both have one radius: not a box's edge, nor a box with a capsule's side.
+
+    Parts of boxes and cylinders have a radius by definition.
+    """
+    sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
+    if sa.kind == CORNER or EDGE <= sa.kind < BOX or sb.kind != BOX:
+        return True
+    if sa.kind == SEGMENT:
+        return False
+    a, b, clear = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b), False
+    _, normal, _, _ = meet(sa, a, sb, b)  # the contact's own normal may be older than the box's pose
+    n = to_body(b.axes, normal)
+    for i in range(3):
+        clear = clear or abs(n[0] * sb.axes[i] + n[1] * sb.axes[3 + i] + n[2] * sb.axes[6 + i]) > ALIGNED
+    return clear

@@ -1,4 +1,4 @@
-"""The shapes of a world, from Python: what describes them becomes a record, `records.SHAPE`, field by field."""
+"""Shapes added to a world from Python, as fields of the records `records.SHAPE`."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from contactlaw.world.shapes import convex, disc, ellipsoid, height_field
 from contactlaw.world.shapes.hulls import core_of
 from contactlaw.world.shapes.parts import Fields, parts_of
 
-ROUNDING = 0.1  # of the smallest half length of a box or a cylinder, the radius of its edges unless told otherwise
+ROUNDING = 0.1  # default radius of the edges of a box or a cylinder, of its smallest half length
 
 
 class Shapes:
-    """The part of `World` that shapes are added to; arguments and errors as there."""
+    """The part of `World` that adds shapes."""
 
     def __init__(self) -> None:
-        self._frames: list[Array] = []  # of the principal axes, in that of each body
+        self._frames: list[Array] = []  # of each body: quaternion of its principal axes in its own
         self._new_shapes: list[Fields] = []
-        self._memberships: list[tuple[int, ...]] = []  # of each shape: side and number of the sets that it is in
+        self._memberships: list[tuple[int, ...]] = []  # of each shape: the sets that it is in, 2 rule + side
         self._kinds: list[int] = []  # of each shape
-        self._owners: list[int] = []  # of each shape: itself, or the one that it is a part of
+        self._owners: list[int] = []  # of each shape: its own number, or that of the shape that it is a part of
         self._solids: dict[int, Fields] = {}  # boxes, cylinders and hulls
-        self._met: dict[int, set[int]] = {}  # the kinds that these have parts for
+        self._met: dict[int, set[int]] = {}  # of each of these: kinds of shapes that it has parts for
         self._regroup = False
 
     def add_sphere(self, body: int, radius: float, at: ArrayLike = (0.0, 0.0, 0.0)) -> int:
@@ -54,14 +54,14 @@ class Shapes:
         self, body: int, radius: float, half_length: float, at: ArrayLike = (0.0, 0.0, 0.0),
         axis: ArrayLike = (0.0, 0.0, 1.0),
     ) -> tuple[int, int, int]:  # fmt: skip
-        """Fix a capsule to a body; returns the numbers of its three shapes: its side, and both ends.
+        """Fix a capsule to a body; returns the numbers of its three shapes: its side and both ends.
 
         Args:
             body: Number of the body.
             radius: [m].
             half_length: From its middle to the centre of an end [m].
             at: Its middle, from the centre of mass along the body's axes [m], shape (3,).
-            axis: Of its middle line, a unit vector along the same axes.
+            axis: Direction of its middle line along the body's axes, a unit vector.
         """
         half = checks.positive("half_length", half_length) * checks.unit_vector("axis", axis)
         own, middle = {"radius": checks.positive("radius", radius)}, checks.vector("at", at)
@@ -77,10 +77,10 @@ class Shapes:
 
         Args:
             body: Number of the body.
-            half_lengths: Half of its lengths [m], shape (3,).
+            half_lengths: [m], shape (3,).
             at: Its centre [m], shape (3,): from the centre of mass along the body's axes, or in the world.
             quaternion: Of its own axes in the body's, scalar first, shape (4,).
-            rounding: Radius of its edges [m], and so of its contacts with what is flat, see docs/shapes.md; None: a
+            rounding: Radius of its edges [m], and so of its contacts with flat shapes, see docs/shapes.md; None: a
                 tenth of the smallest half length.
         """
         half, axes = _sizes("half_lengths", half_lengths), matrix_of(unit_quaternion("quaternion", quaternion))
@@ -97,7 +97,7 @@ class Shapes:
             radius: [m].
             half_length: From its middle to an end [m].
             at, rounding: As for a box.
-            axis: A unit vector along the same axes.
+            axis: Its axis along the body's axes, a unit vector.
         """
         axes = turn_to(checks.unit_vector("axis", axis))
         sizes = np.array([checks.positive("radius", radius), checks.positive("half_length", half_length)])
@@ -112,7 +112,7 @@ class Shapes:
 
         Args:
             body: Number of the body.
-            half_axes: Half of its lengths [m], shape (3,).
+            half_axes: [m], shape (3,).
             at, quaternion: As for a box.
         """
         half, axes = _sizes("half_axes", half_axes), matrix_of(unit_quaternion("quaternion", quaternion))
@@ -124,7 +124,7 @@ class Shapes:
     ) -> int:  # fmt: skip
         """Fix the convex hull of points to a body, or to the world: None; returns the shape's number.
 
-        Points that change it by less than 5 thousandths of its size are left out, and all but a hundred of them.
+        Points that change the hull by less than 0.005 of its size are left out, and it has a hundred vertices at most.
 
         Args:
             body: Number of the body.
@@ -144,7 +144,7 @@ class Shapes:
         own -= middle
         reach = float(np.linalg.norm(own, axis=1).max()) + radius
         made |= {"radius": radius, "at": made["at"] + middle, "half": np.array([reach, 0.0, 0.0]), "vertices": own}
-        return self._solid(made | {"edges": edges} | convex.addresses() | convex.parting())
+        return self._solid(made | {"edges": edges} | convex.addresses() | convex.separating())
 
     def add_plane(self, body: int | None, point: ArrayLike, normal: ArrayLike) -> int:
         """Fix a plane, the surface of a half space, to a body, or to the world: None; returns the shape's number.
@@ -152,7 +152,7 @@ class Shapes:
         Args:
             body: Number of the body.
             point: On the plane [m], shape (3,): from the centre of mass along the body's axes, or in the world.
-            normal: Out of the half space, a unit vector along the same axes.
+            normal: Outward normal of the half space along the same axes, a unit vector.
         """
         p, n = checks.vector("point", point), checks.unit_vector("normal", normal)
         return self._shape(self._placed(PLANE, body, p) | {"normal": self._turn(body)[1] @ n})
@@ -163,7 +163,7 @@ class Shapes:
     ) -> int:  # fmt: skip
         """Fix a height field to a body, or to the world: None; returns the shape's number.
 
-        A smooth surface passes through the heights; it is met from above by what meets a plane.
+        The surface through the heights is smooth. Shapes that meet planes touch it from above.
 
         Args:
             body: Number of the body.
@@ -186,10 +186,10 @@ class Shapes:
         self, kind: str, body: int, sizes: Array, at: Array, quaternion: Array, rounding: float | None = None,
         points: Array | None = None,
     ) -> list[int]:  # fmt: skip
-        """Fix a shape as engines name it, and have its sizes, to a body; returns the numbers of what it makes.
+        """Fix a shape, given by an engine's name and sizes, to a body; returns the numbers of the shapes that it makes.
 
         sizes: radius, half length or half lengths [m]. quaternion: of axes of which the third is the shape's own.
-        points: of a mesh, or the heights of an "hfield".
+        points: of a mesh, whose hull it is, or the heights of an "hfield"; without them such kinds make no shape.
         """
         axis, (first, second, *_) = matrix_of(quaternion)[:, 2], (*map(float, sizes), 0.0, 0.0)
         if kind == "capsule":
@@ -209,17 +209,17 @@ class Shapes:
         return [] if points is None else [self.add_hull(body, points, rounding, at, quaternion)]
 
     def _body(self, body: int) -> int:
-        """Row of a body."""
+        """Return the row of a body."""
         if checks.count("body", body, 0) >= len(self._frames):
             raise ValueError(f"body = {body}: there are {len(self._frames)} bodies, counted from 0")
         return body + 1
 
     def _turn(self, body: int | None) -> tuple[int, Array]:
-        """Row of a body, and the matrix from its axes to the principal ones; of the world: None."""
+        """Return the row of a body and the matrix from its axes to the principal ones; of the world: None."""
         return (0, np.eye(3)) if body is None else (self._body(body), matrix_of(self._frames[body]).T)
 
     def _placed(self, kind: int, body: int | None, at: ArrayLike, axes: Array | None = None) -> Fields:
-        """Fields that say where a shape is: along the principal axes."""
+        """Return the fields that place a shape, converted to the principal axes."""
         row, turn = self._turn(body)
         own = {} if axes is None else {"axes": (turn @ axes).ravel()}
         return {"kind": kind, "body": row, "at": turn @ checks.vector("at", at)} | own
@@ -234,13 +234,13 @@ class Shapes:
         return number
 
     def _solid(self, fields: Fields) -> int:
-        """A box, a cylinder or a hull."""
+        """Add a box, cylinder or hull."""
         number = self._shape(fields)
         self._solids[number], self._met[number] = fields, set()
         return number
 
     def _give_parts(self, ones: list[int], others: list[int]) -> None:
-        """Give boxes, cylinders and hulls of one set the parts by which they meet the other."""
+        """Add the parts by which the boxes, cylinders and hulls of one set meet the shapes of another."""
         kinds = {self._kinds[number] for number in others} if self._solids else set()
         for number in sorted(self._solids.keys() & set(ones)):
             had = parts_of(self._solids[number], self._met[number])
@@ -250,7 +250,7 @@ class Shapes:
 
 
 def _sizes(name: str, value: ArrayLike) -> Array:
-    """Three lengths [m] that are > 0."""
+    """Return three lengths [m], checked to be > 0."""
     half = checks.vector(name, value)
     if not half.min() > 0.0:
         raise ValueError(f"{name} = {half.tolist()}: must be > 0")
@@ -258,19 +258,19 @@ def _sizes(name: str, value: ArrayLike) -> Array:
 
 
 def _rounded(half: Array, rounding: float | None) -> Fields:
-    """Fields of a box or cylinder of these half lengths, whose edges are rounded."""
+    """Return fields of a box or cylinder of these half lengths [m] with rounded edges."""
     least = float(half.min())
     radius = ROUNDING * least if rounding is None else checks.positive("rounding", rounding)
     if radius > 0.5 * least:
         raise ValueError(f"rounding = {radius}: must be at most half of the smallest half length, {0.5 * least}")
-    return {"half": half, "radius": radius} | convex.parting()
+    return {"half": half, "radius": radius} | convex.separating()
 
 
 def tangent(row: int, partner: int, reach: float) -> Fields:
-    """A plane to be placed before each step, which shape number `partner`, a sphere or an end, alone meets.
+    """Return the fields of a plane that is placed before each step; only shape `partner`, a sphere or an end, meets it.
 
-    reach: how far from the body's centre of mass its points may be [m]. Until it is placed (`at`, `normal`) nothing
-    touches it: it is far away.
+    reach: greatest distance of its point from the body's centre of mass [m]. Until the plane is placed (`at`, `normal`)
+    it is too far away for any contact.
     """
     return {"kind": TANGENT, "body": row, "partner": partner, "radius": reach, "normal": np.array([0.0, 0.0, 1.0]),
             "at": np.array([0.0, 0.0, -1e6])}  # fmt: skip

@@ -1,16 +1,16 @@
-"""Rims and sides of cylinders: a round disc, swept by a small sphere, and the point of it that lies deepest.
+"""Rims and sides of cylinders: a disc swept by a small sphere, and its deepest point in a plane or a core.
 
-A cylinder's rim is a circle of radius c, the border of a disc across its axis, swept by a sphere of radius r. Whatever
-it touches is convex, so the deepest point of rim and disc is one; it moves round as the cylinder rolls or spins, and
-across the disc as it comes to lie flat. Lest it jump there, the disc is crowned: at y from its middle its sphere has
-the radius r (1 - C (1 + y^2/c^2)). The overlap with a plane of normal n, r(y) - n.(m + y), is greatest at
+A cylinder's rim is a circle of radius c, the border of a disc across its axis, swept by a sphere of radius r. What it
+touches is convex, so the disc has one deepest point; this moves round as the cylinder rolls or spins, and across the
+disc as the cylinder comes to lie flat. To keep that motion continuous the disc is crowned: at y from its middle the
+sphere has the radius r (1 - C (1 + y^2/c^2)). The overlap with a plane of normal n, r(y) - n.(m + y), is greatest at
 
     y = -n' c^2/(2 C r), or on the rim, y = -c n'/|n'|, whichever is shorter         n' = n across the axis,
 
-and on a core (`core`), at distance D(y), where D + C r y^2/c^2 is least in the disc: found as the root of the slope of
-D^2/2 + C r D y^2/c^2 with D held. Both minima are strictly convex, so the point moves continuously; by the theorem of
-the envelope the force on it is the gradient of the overlap. The side of a cylinder, which meets other cylinders across,
-is the disc swept along the axis too, crowned likewise: C (1 + s^2 + y^2/c^2), s from -1 to 1.
+and with a core (`core`), at distance D(y), where D + C r y^2/c^2 is least in the disc: the root of the slope of
+D^2/2 + C r D y^2/c^2 with D held. Both minima are of strictly convex functions, so the point moves continuously; by the
+envelope theorem the force on it is the gradient of the overlap. The side of a cylinder, which meets crossing cylinders,
+is the disc swept along the axis too, crowned by C (1 + s^2 + y^2/c^2), s from -1 to 1.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, 
 from contactlaw.world.shapes.core import CROWN, LEAST, NOWHERE, change_of, deepest_on_line, excess_at, excess_of, local
 from contactlaw.world.shapes.curvature import feature, radius_between, side_at
 
-STEPS = 60  # of Newton's method; it takes three to six
-CUTS = 40  # of a step that goes too far, which is slow to find across edges of a hull
-FOUND = 1e-14  # of the radius, a step that is none
-ROOTS = 50  # looks for the place along the axis
-CLOSE = 1e-12  # of half the length, the same of it
+ITERATIONS = 60  # of Newton's method at most; it takes three to six
+CUTS = 40  # times that a step is shortened at most, which converges slowly across edges of a hull
+CONVERGED = 1e-14  # of the radius, a step at which the iteration ends
+ROOT_ITERATIONS = 50  # iterations for the place along the axis at most
+ROOT_CONVERGED = 1e-12  # of half the length, a step at which they end
 
 
 @jit_inside
-def parts(s):
-    """Of a disc in its body: radius across the axis, a unit vector there, and half its length along the axis [m]."""
+def dimensions(s):
+    """Return a disc's radius [m], a unit vector across its axis, in its body, and half its length along it [m]."""
     along = dot(load(s.half), load(s.normal))
     across = axpy(-along, load(s.normal), load(s.half))
     radius = norm(across)
@@ -43,57 +43,55 @@ def parts(s):
 
 @jit_inside
 def within_circle(h, b, radius):
-    """The least of y.H y/2 + b.y where |y| <= radius: (H + t) y = -b, t >= 0 by Newton's method on 1/|y|."""
+    """Minimise y.H y/2 + b.y over |y| <= radius: (H + t) y = -b, with t >= 0 by Newton's method on 1/|y|."""
     t = 0.0
     x, y = 0.0, 0.0
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):
         p, q = h[0] + t, h[2] + t
         det = p * q - h[1] * h[1]
         x, y = (h[1] * b[1] - q * b[0]) / det, (h[1] * b[0] - p * b[1]) / det
         square = x * x + y * y
         far = sqrt(square)
-        if far <= radius * (1.0 + FOUND):
+        if far <= radius * (1.0 + CONVERGED):
             break
         t += square * det / (q * x * x - 2.0 * h[1] * x * y + p * y * y) * (far - radius) / radius
     far = sqrt(x * x + y * y)
-    one = radius / far if far > radius else 1.0
-    return one * x, one * y
+    share = radius / far if far > radius else 1.0
+    return share * x, share * y
 
 
 @jit_inside
-def slope_at(m, e1, e2, crown, y, one):
-    """At m + y: the excess over a core, the slope of distance^2/2 with the crown, and what crowns there."""
-    seen = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), one[2].radius, one, NOWHERE)
-    e = seen[0]
+def slope_at(m, e1, e2, crown, y, shapes):
+    """Return `excess_at` at m + y, the slope there of distance^2/2 with the crown, and the crown's factor."""
+    found = excess_at(m, axpy(y[1], e2, scale(y[0], e1)), shapes[2].radius, shapes, NOWHERE)
+    e = found[0]
     k = crown * max(norm(e), LEAST)
-    return seen, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
+    return found, (dot(e, e1) + k * y[0], dot(e, e2) + k * y[1]), k
 
 
 @jit_inside
-def nearest_in_disc(m, e1, e2, radius, crown, one):
-    """The point y of a disc round m, along e1 and e2, with the least of distance + crown y^2/2 from a core.
+def nearest_in_disc(m, e1, e2, radius, crown, shapes):
+    """Return the point y of a disc round m, along e1 and e2, with the least distance + crown y^2/2 from a core.
 
-    Newton's method within the circle; the function is convex and made of pieces, so a step that goes too far is cut
-    back to where its slope along the step would be zero.
+    Newton's method within the circle. The function is convex and piecewise smooth, so a step that goes too far is
+    shortened to where the slope along it would vanish.
     """
-    y = 0.0, 0.0
-    (e, count, other, _), g, k = slope_at(m, e1, e2, crown, y, one)
-    for _ in range(STEPS):
-        by1, by2 = (
-            change_of(e, count, other, e1, one[2].radius, one[2]),
-            change_of(e, count, other, e2, one[2].radius, one[2]),
-        )
+    y, core = (0.0, 0.0), shapes[2]
+    (e, count, other, _), g, k = slope_at(m, e1, e2, crown, y, shapes)
+    for _ in range(ITERATIONS):
+        by1 = change_of(e, count, other, e1, core.radius, core)
+        by2 = change_of(e, count, other, e2, core.radius, core)
         h = dot(by1, e1) + k, dot(by1, e2), dot(by2, e2) + k
         b = g[0] - h[0] * y[0] - h[1] * y[1], g[1] - h[1] * y[0] - h[2] * y[1]
         z = within_circle(h, b, radius)
         step = z[0] - y[0], z[1] - y[1]
         start = g[0] * step[0] + g[1] * step[1]
-        if not start < 0.0 or step[0] * step[0] + step[1] * step[1] <= (FOUND * radius) ** 2:
+        if not start < 0.0 or step[0] * step[0] + step[1] * step[1] <= (CONVERGED * radius) ** 2:
             break
         share = 1.0
         for _ in range(CUTS):
             new = y[0] + share * step[0], y[1] + share * step[1]
-            (e, count, other, _), g, k = slope_at(m, e1, e2, crown, new, one)
+            (e, count, other, _), g, k = slope_at(m, e1, e2, crown, new, shapes)
             end = g[0] * step[0] + g[1] * step[1]
             if not end > -0.1 * start:
                 break
@@ -104,8 +102,8 @@ def nearest_in_disc(m, e1, e2, radius, crown, one):
 
 @jit_inside
 def lowest_over_plane(s, b, n):
-    """From the middle of a disc to its deepest point over a plane of normal n [m], and the radius there."""
-    radius, _, _ = parts(s)
+    """Return the vector from a disc's middle to its deepest point in a half space of normal n [m], and the radius there."""
+    radius, _, _ = dimensions(s)
     r, axis = s.radius, to_world(b.axes, load(s.normal))
     across = axpy(-dot(n, axis), axis, n)
     far = norm(across)
@@ -117,50 +115,50 @@ def lowest_over_plane(s, b, n):
 
 
 def deepest(sa, a, sb, b, d):
-    """From the middle of a disc to its deepest point in a plane or a core [m], and the radius there; d: between both.
+    """Return the vector from a disc's middle to its deepest point in a plane or a core [m], and the radius there [m].
 
-    d: from B's centre, or point, to the middle of the disc, in the world.
+    d: from B's centre, or a plane's point, to the middle of the disc, world frame.
     """
-    radius, side, length = parts(sa)
+    radius, side, length = dimensions(sa)
     r = sa.radius
     axis = to_world(a.axes, load(sa.normal))
     if sb.kind == PLANE:
         return lowest_over_plane(sa, a, to_world(b.axes, load(sb.normal)))
-    side, one = to_world(a.axes, side), (sa, a, sb, b)
+    side, shapes = to_world(a.axes, side), (sa, a, sb, b)
     m, e1, u = d, side, axis
     if sb.kind != HULL:
         m, e1, u = local(d, sb, b), local(side, sb, b), local(axis, sb, b)
     e2 = cross(u, e1)
     crown = 2.0 * CROWN * r
     s = 0.0
-    y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), one)
+    y = nearest_in_disc(m, e1, e2, radius, crown / (radius * radius), shapes)
     if length > 0.0:
         along = scale(length, u)
-        s, y = along_axis(m, e1, e2, (along, crown, radius), one)
+        s, y = along_axis(m, e1, e2, (along, crown, radius), shapes)
     offset = axpy(s * length, axis, axpy(y[0], side, scale(y[1], cross(axis, side))))
     square = (y[0] * y[0] + y[1] * y[1]) / (radius * radius)
     return offset, r * (1.0 - CROWN * (1.0 + s * s + square))
 
 
 @jit_inside
-def along_axis(m, e1, e2, made, one):
-    """Place along the axis, and across it, of the deepest point of a cylinder's side: a root between -1 and 1.
+def along_axis(m, e1, e2, made, shapes):
+    """Return the place -1..1 along the axis of the deepest point of a cylinder's side, and its place across the axis.
 
-    made: half the axis, the crown, and the radius. Of the least over all discs the slope along the axis is that of the
-    distance where they are nearest, and grows: regula falsi after Anderson and Bjorck.
+    made: half the axis, the crown, and the radius. The slope along the axis of the least distance of each disc is that
+    of the distance at its nearest point, and grows: regula falsi after Anderson and Bjorck.
     """
     low, high = -1.0, 1.0
-    y, below = slope_along(m, e1, e2, made, low, one)
+    y, below = slope_along(m, e1, e2, made, low, shapes)
     if below >= 0.0:
         return low, y
-    y, above = slope_along(m, e1, e2, made, high, one)
+    y, above = slope_along(m, e1, e2, made, high, shapes)
     if above <= 0.0:
         return high, y
     at = 0.0
-    for _ in range(ROOTS):
+    for _ in range(ROOT_ITERATIONS):
         before, at = at, (low * above - high * below) / (above - below)
-        y, value = slope_along(m, e1, e2, made, at, one)
-        if value == 0.0 or abs(at - before) <= CLOSE:
+        y, value = slope_along(m, e1, e2, made, at, shapes)
+        if value == 0.0 or abs(at - before) <= ROOT_CONVERGED:
             break
         if value < 0.0:
             share = 1.0 - value / below
@@ -174,16 +172,16 @@ def along_axis(m, e1, e2, made, one):
 
 
 @jit_inside
-def slope_along(m, e1, e2, made, at, one):
-    """Of a disc at this place of the axis: its deepest point, and the slope along the axis there."""
+def slope_along(m, e1, e2, made, at, shapes):
+    """Return the deepest point of the disc at a place of the axis, and the slope along the axis there."""
     along, crown, radius = made
-    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), one)
-    (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, one)
+    y = nearest_in_disc(axpy(at, along, m), e1, e2, radius, crown / (radius * radius), shapes)
+    (e, _, _, _), _, _ = slope_at(axpy(at, along, m), e1, e2, 0.0, y, shapes)
     return y, dot(e, along) + crown * norm(e) * at
 
 
 def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of a ball, or of the side of a capsule or an edge, on a cylinder's side or end."""
+    """`geometry.effective_radius` of a ball, a capsule's side or an edge on a cylinder's side or end."""
     d, u, at, crown = sub(load(a.position), load(b.position)), (0.0, 0.0, 0.0), 0.0, CROWN
     d = add(d, sub(to_world(a.axes, load(sa.at)), to_world(b.axes, load(sb.at))))
     rounding = sb.radius if sa.kind >= EDGE else 0.0
@@ -200,5 +198,5 @@ def radius(sa, a, sb, b):
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of `radius` and `deepest`, compiled where there are cylinders."""
+    """Return the addresses of `radius` and `deepest`, compiled where there are cylinders."""
     return {"curve": address_of(radius, RADIUS), "deepest": address_of(deepest, DEEPEST)}

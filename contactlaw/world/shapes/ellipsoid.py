@@ -1,16 +1,16 @@
-"""Where an ellipsoid is nearest to a plane, a ball, a segment, a polyhedron, a cylinder or another ellipsoid.
+"""Nearest points of an ellipsoid and a plane, ball, segment, polyhedron, cylinder or ellipsoid.
 
-With Q = R diag(a^2, b^2, c^2) R^T its support function is h(n) = sqrt(n Q n), the point there Q n/h. Along a normal n
-from another convex body the gap is s(n) = n (x - y), of the points x and y that face each other; the distance is its
-maximum, where x - y has no part across n. Newton's method climbs there: the slope of x - y across n is
+With Q = R diag(a^2, b^2, c^2) R^T the support function is h(n) = sqrt(n.Q n), the point there Q n/h. Along a normal n
+from another convex body the gap is s(n) = n.(x - y), x and y the points that face each other; the distance is its
+maximum, where x - y is parallel to n. Newton's method finds it: the derivative of x - y across n is
 
     -(Q/h - (Q n)(Q n)^T/h^3)
 
-and that of a polyhedron none, while n stays across the edge that it is on. Which vertex, edge or face that is, the
-ball tells that touches the ellipsoid there from inside: where it is nearest to the polyhedron along n itself, so is the
-ellipsoid. Where Newton's method on a feature parts the bodies no further, the way from the ball's middle to the
-polyhedron tells the next place: there it leaves the ellipsoid nearer to the polyhedron (Lin & Han 2002, SIAM J. Optim.
-13, 298-321), so that no feature is asked forever.
+for the ellipsoid, and zero for a polyhedron while n stays across the edge that y lies on. Which vertex, edge or face is
+nearest is found with the ball that touches the ellipsoid there from inside: if it is nearest to the polyhedron along n
+itself, so is the ellipsoid. Where Newton's method on a feature does not increase the gap, the line from the ball's
+centre to the polyhedron gives the next normal, that of the ellipsoid where the line leaves it (Lin & Han 2002, SIAM J.
+Optim. 13, 298-321): the gap is then smaller at each iteration, so that no feature is tried for ever.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from functools import lru_cache
 from math import atan2, copysign, cos, sin, sqrt
 
 from contactlaw.jit import address_of, jit_inside
-from contactlaw.world.data.call import MEETING, PARTING, RADIUS
+from contactlaw.world.data.call import MEETING, RADIUS, SEPARATION
 from contactlaw.world.data.records import BOX, CYLINDER, ELLIPSOID, NEVER, PLANE
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, norm, scale, sub, tangent, to_body, to_world
 from contactlaw.world.shapes.core import excess_of, local
@@ -27,37 +27,38 @@ from contactlaw.world.shapes.curvature import feature, radius_between
 from contactlaw.world.shapes.geometry import SUNK, centre
 from contactlaw.world.shapes.gjk import nearest, support
 
-STEPS, TRIES = 30, 40  # of Newton's method, which needs some; of the polyhedron's features, mostly one or two
-WIDEST = 0.5  # [rad] of a step
-NARROW = 1e-6  # [rad] of one that is not asked whether it climbs: rounding hides that
-SAME = 1e-9  # [rad], a normal that is another's
-INSIDE = SUNK  # of the least radius of curvature, a ball inside: once it is in a core `touch.meet_on` holds the normal
+ITERATIONS = 30  # of Newton's method at most; it needs a few
+FEATURES = 40  # features that are tried at most, mostly one or two
+WIDEST = 0.5  # [rad] longest step of Newton's method
+NARROW = 1e-6  # [rad] step below which rounding hides whether the gap grows
+CONVERGED = 1e-9  # [rad] difference of normals that count as equal
+INSIDE = SUNK  # radius of the inscribed ball, of the least radius; deeper in a core `touch.meet_on` holds the normal
 
 
 @jit_inside
 def swell(s, b, n):
-    """Q n, in the world."""
+    """Return Q n, world frame."""
     m, h = to_body(s.axes, to_body(b.axes, n)), s.half
     return to_world(b.axes, to_world(s.axes, (m[0] * h[0] * h[0], m[1] * h[1] * h[1], m[2] * h[2] * h[2])))
 
 
 @jit_inside
 def shrink(s, b, n):
-    """The product of the inverse of Q and n, in the world."""
+    """Return Q^-1 n, world frame."""
     m, h = to_body(s.axes, to_body(b.axes, n)), s.half
     return to_world(b.axes, to_world(s.axes, (m[0] / (h[0] * h[0]), m[1] / (h[1] * h[1]), m[2] / (h[2] * h[2]))))
 
 
 @jit_inside
 def facing(s, b, n):
-    """The point of an ellipsoid that is furthest along n: from its body's centre of mass [m]."""
+    """Return the point of an ellipsoid furthest along n, from its body's centre of mass [m]."""
     q = swell(s, b, n)
     return axpy(1.0 / sqrt(dot(n, q)), q, centre(s, b))
 
 
 @jit_inside
 def bend(s, b, n, t, u):
-    """How the point that is furthest along n moves along u as n turns along t [m/rad]; both across n."""
+    """Return the derivative along u of the point furthest along n as n turns along t [m/rad]; t, u: across n."""
     q = swell(s, b, n)
     h = sqrt(dot(n, q))
     return dot(t, swell(s, b, u)) / h - dot(t, q) * dot(u, q) / (h * h * h)
@@ -65,9 +66,9 @@ def bend(s, b, n, t, u):
 
 @jit_inside
 def on_rim(s, b, n, up):
-    """The point of a cylinder's rim that is furthest along n, as `facing`, and by its place how it moves, as `bend`.
+    """Return the point of a cylinder's rim furthest along n, from its body's centre of mass [m], and how it moves.
 
-    up: along the cylinder's axis, of the sign that the rim's end has.
+    The latter by the angle of n: rate [m/rad] and tangent. up: along the cylinder's axis, with the sign of the end.
     """
     m, h = local(n, s, b), s.half
     out = max(sqrt(m[0] * m[0] + m[1] * m[1]), 1e-300)
@@ -78,25 +79,25 @@ def on_rim(s, b, n, up):
 
 @jit_inside
 def climb(sa, a, sb, b, y, edge, n):
-    """The normal between an ellipsoid A and another one, or a point y of B whose edge, if there is one, it is across.
+    """Find the normal from B to an ellipsoid A by Newton's method. Returns it, the gap [m] and the point of B.
 
-    y: from the centre of mass of B; of a cylinder without an edge the point is on a rim, of which it stays: the other
-    one is a feature of its own, and Newton's method has no slope from one to the other. Returns the normal, the gap [m]
-    and the point.
+    B: an ellipsoid, or a point y of a core, from B's centre of mass; edge: the normal is kept across it, unless zero.
+    On a cylinder without an edge y stays on its rim: the other rim is a feature of its own, and there is no derivative
+    from one to the other.
     """
     d = sub(load(a.position), load(b.position))
     two, along = sb.kind == ELLIPSOID, norm(edge)
     rim = sb.kind == CYLINDER and along == 0.0
     up = local(sub(y, centre(sb, b)), sb, b)[2]
     was, best, step = n, -NEVER, ZERO
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):
         rate, e = 0.0, n
         if two:
             y = facing(sb, b, n)
         elif rim:
             y, rate, e = on_rim(sb, b, n, up)
         p = sub(add(d, facing(sa, a, scale(-1.0, n))), y)
-        if dot(p, n) < best and norm(step) > NARROW:  # too far: the gap grows at first along each of the steps
+        if dot(p, n) < best and norm(step) > NARROW:  # too far: each step increases the gap at first
             step = scale(0.5, step)
             n = add(was, step)
             n = scale(1.0 / norm(n), n)
@@ -118,7 +119,7 @@ def climb(sa, a, sb, b, y, edge, n):
         step = scale(min(1.0, WIDEST / max(wide, 1e-300)), step)
         n = add(n, step)
         n = scale(1.0 / norm(n), n)
-        if wide <= SAME:
+        if wide <= CONVERGED:
             break
     if two:
         y = facing(sb, b, n)
@@ -129,9 +130,9 @@ def climb(sa, a, sb, b, y, edge, n):
 
 @jit_inside
 def feature_at(sa, a, sb, b, shift):
-    """`gjk.nearest` of a point and a core, and the radius [m] that sweeps the feature that it is nearest to.
+    """Return `gjk.nearest` of a point and a core, and the radius [m] that sweeps the nearest feature.
 
-    In closed form for a cylinder, whose side is the line in its middle, swept, and whose rim is an edge along it.
+    Of a cylinder in closed form: its side is its axis, swept by its radius, and its rim an edge.
     """
     if sb.kind != CYLINDER:
         v, y, count, e = nearest(sa, a, sb, b, shift)
@@ -149,7 +150,7 @@ def feature_at(sa, a, sb, b, shift):
 
 @jit_inside
 def plane_gap(sa, a, sb, b, n):
-    """Between the planes across n that an ellipsoid and a core touch from either side [m]; the gap is the greatest."""
+    """Return the distance [m] of the planes across n that touch an ellipsoid and a core; the gap is its maximum."""
     facing_a = add(sub(load(a.position), load(b.position)), facing(sa, a, scale(-1.0, n)))
     y = support(sb, b, n)
     if sb.kind == CYLINDER:
@@ -159,7 +160,7 @@ def plane_gap(sa, a, sb, b, n):
 
 @jit_inside
 def face_over(s, b, d, i):
-    """The normal of a box's face, or of a cylinder's end or side, on the side where a point d from its middle is."""
+    """Return the normal of a box's face, or a cylinder's end or side (i), on the side of a point d from its middle."""
     p = local(d, s, b)
     x, y, z = (p[0], p[1], 0.0) if s.kind == CYLINDER else (p[0] if i == 2 else 0.0, p[1] if i == 1 else 0.0, 0.0)
     if i == 0:
@@ -170,7 +171,7 @@ def face_over(s, b, d, i):
 
 @jit_inside
 def leave(s, b, inside, m):
-    """Minus the normal of an ellipsoid where the way along -m from a point inside, given from its middle, leaves it."""
+    """Return minus the normal where the line along -m from a point inside an ellipsoid, from its middle, exits."""
     to, at = shrink(s, b, m), shrink(s, b, inside)
     k, c, e = dot(m, to), dot(inside, to), dot(inside, at) - 1.0
     n = axpy(-(c + sqrt(max(c * c - k * e, 0.0))) / k, to, at)
@@ -179,11 +180,11 @@ def leave(s, b, inside, m):
 
 @jit_inside
 def nearest_to_ellipsoid(sa, a, sb, b):
-    """Where an ellipsoid A is nearest to B, which is anything but a plane.
+    """Find the nearest points of an ellipsoid A and B, anything but a plane.
 
-    Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and its feature there, see
-    `feature_at`. Where A reaches into the core as far as its ball, the gap is that between planes across the normal
-    that parted them furthest, that from the core to A's middle and those of faces among them.
+    Returns the normal from B, the gap [m], the point of B's core from its centre of mass, and the nearest feature there
+    as `feature_at`. Where A's inscribed ball reaches the core, the gap is the greatest `plane_gap` of the normals
+    tried, of that from the core to A's middle, and of the core's faces.
     """
     between = sub(load(a.position), load(b.position))
     to_b = sub(centre(sb, b), add(between, centre(sa, a)))  # from A's middle to B's
@@ -194,21 +195,23 @@ def nearest_to_ellipsoid(sa, a, sb, b):
     h = sa.half
     ball = INSIDE * min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2])
     v, y, count, e, around = feature_at(sa, a, sb, b, ZERO)
-    if norm(v) == 0.0 and sb.kind != BOX and sb.kind != CYLINDER:  # its middle is in a core without a depth
+    if (
+        norm(v) == 0.0 and sb.kind != BOX and sb.kind != CYLINDER
+    ):  # A's middle is in a core for which no depth is defined
         return (0.0, 0.0, 1.0), -max(h[0], h[1], h[2]), y, 3, ZERO, sb.radius
     straight = scale(1.0 / max(norm(v), 1e-300), v)
     n = shrink(sa, a, v)
     n = scale(1.0 / max(norm(n), 1e-300), n)
     best, kept = -NEVER, n
-    for _ in range(TRIES if norm(v) > 0.0 else 0):
+    for _ in range(FEATURES if norm(v) > 0.0 else 0):
         x = facing(sa, a, scale(-1.0, n))
         inside = sub(axpy(ball, n, x), centre(sa, a))
         v, y, count, e, around = feature_at(sa, a, sb, b, inside)
-        far = norm(v)
-        if far == 0.0:
+        distance = norm(v)
+        if distance == 0.0:
             break
-        m = scale(1.0 / far, v)
-        if norm(sub(n, m)) <= 10.0 * SAME:
+        m = scale(1.0 / distance, v)
+        if norm(sub(n, m)) <= 10.0 * CONVERGED:
             return n, dot(sub(add(between, x), y), n), y, count, e, around
         n = m
         if count < 3:
@@ -228,7 +231,7 @@ def nearest_to_ellipsoid(sa, a, sb, b):
 
 
 def meet(sa, a, sb, b):
-    """`geometry.meet` of two shapes of which one is an ellipsoid; the point of contact is in the middle of both."""
+    """`geometry.meet` with an ellipsoid; the point of contact is in the middle between both surfaces."""
     d = sub(load(a.position), load(b.position))
     if sb.kind == PLANE:
         n = to_world(b.axes, load(sb.normal))
@@ -250,7 +253,7 @@ def meet(sa, a, sb, b):
 
 @jit_inside
 def curved(s, b, n):
-    """Curvatures of an ellipsoid, see `radius_between`, where n is its normal: h times those of the inverse of Q."""
+    """Return the curvatures, see `radius_between`, of an ellipsoid where its normal is n: those of Q^-1 times h."""
     t = tangent(n)
     u = cross(n, t)
     h, q = sqrt(dot(n, swell(s, b, n))), shrink(s, b, t)
@@ -261,7 +264,7 @@ def curved(s, b, n):
 
 
 def radius(sa, a, sb, b):
-    """`geometry.effective_radius` of the same."""
+    """`geometry.effective_radius` with an ellipsoid."""
     two = feature(0.0, 3, ZERO)
     if sb.kind == PLANE:
         one = curved(sa, a, to_world(b.axes, load(sb.normal)))
@@ -274,8 +277,8 @@ def radius(sa, a, sb, b):
     return radius_between(one, two)
 
 
-def part(sa, a, sb, b, n):
-    """`convex.part` of an ellipsoid and a core, along a normal that is known."""
+def separate(sa, a, sb, b, n):
+    """`convex.separate` of an ellipsoid and a core, with a known normal."""
     lowest = facing(sa, a, scale(-1.0, n))
     low = dot(n, add(sub(load(a.position), load(b.position)), lowest))
     return n, low, low - plane_gap(sa, a, sb, b, n), lowest
@@ -283,6 +286,6 @@ def part(sa, a, sb, b, n):
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Of these, compiled where there are ellipsoids."""
+    """Return the addresses of these functions, compiled where there are ellipsoids."""
     known = {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
-    return known | {"parting": address_of(part, PARTING)}
+    return known | {"separation": address_of(separate, SEPARATION)}

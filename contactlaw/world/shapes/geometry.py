@@ -1,4 +1,4 @@
-"""Where two shapes are nearest: overlap, normal and the point of contact of round shapes with all others."""
+"""Overlap, normal, point of contact and effective radius of two shapes: spheres and planes here, others by address."""
 
 from __future__ import annotations
 
@@ -23,39 +23,38 @@ from contactlaw.world.data.records import (
 )
 from contactlaw.world.data.vec import add, axpy, dot, load, norm, scale, sub, to_world
 
-BACK = 0.02  # of both radii, that two cores lie deeper than their corners and edges do
-SUNK = 0.975  # of `most_overlap`, what crowns and BACK leave of it
-ALONE = 1e9  # [m] that count as none: more than any shapes overlap
-OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)
-"""Which of the addresses of `long`."""
+BACK = 0.02  # of the sum of radii, by which the contact of two cores is set back behind that of corners and edges
+SUNK = 0.975  # share of `max_overlap` from which cores may touch, as crowns and BACK shorten it
+IGNORED = 1e9  # [m] initial overlap of an ignored pair, more than any shapes overlap
+OF_MEETING, OF_RADIUS, OF_TIME, OF_FACE = range(4)  # places in `swept.TABLE`
 
 
 @jit_inside
 def centre(s, b):
-    """Of a shape, or point of a plane: from its body's centre of mass [m]."""
+    """Return a shape's centre, or a plane's point, from its body's centre of mass [m], world frame."""
     if b.oriented == 0:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.at))
 
 
 @jit_inside
-def asked_of(sa, sb, what):
-    """Address of what is asked of two shapes of which one is long, see `long`."""
-    return types.uint64(whole_at(sb.long if sb.long != 0 else sa.long, what))
+def function_for(sa, sb, what):
+    """Return the address of a function of two shapes of which one is swept, see `swept.TABLE`."""
+    return types.uint64(whole_at(sb.swept if sb.swept != 0 else sa.swept, what))
 
 
 @jit_inside
 def meet(sa, a, sb, b):
-    """Overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass.
+    """Return overlap [m], normal from B to A, and the arms of the point of contact from both centres of mass [m].
 
-    The forces on both bodies act at one point, on the line of centres, so that they have no moment together: the point
-    divides the distance of two round shapes as their radii do; on a plane or a core, a box or a cylinder, it is the
-    sphere's lowest. A core or a segment is met by the sphere around the nearest point of A's middle line, and a disc
-    meets what it meets by the sphere around its deepest point.
+    The forces on both bodies act at one point on the line of the centres, so that their moments cancel. Between two
+    round shapes the point divides the distance as the radii do; on a plane or a core (a box, cylinder or hull) it is
+    the deepest point of A's sphere. That sphere is centred at the point of A's middle line nearest to B; of a disc at
+    its deepest point.
     """
     where = sa.meet if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.meet
     if where == 0 and sb.kind < PLANE and sb.kind != SPHERE:
-        where = asked_of(sa, sb, OF_MEETING)
+        where = function_for(sa, sb, OF_MEETING)
     if where != 0:
         return ask_meeting(where, sa, a, sb, b)
     from_a, from_b = centre(sa, a), centre(sb, b)
@@ -64,25 +63,26 @@ def meet(sa, a, sb, b):
         return round_on_round(sa.radius, from_a, sb.radius, from_b, d)
     n, radius = to_world(b.axes, load(sb.normal)), sa.radius
     if sa.kind == DISC:
-        way, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
-        d, from_a = add(d, way), add(from_a, way)
+        offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, offset), add(from_a, offset)
     arm = axpy(-radius, n, from_a)
     return radius - dot(d, n), n, arm, add(arm, sub(load(a.position), load(b.position)))
 
 
 @jit_inside
 def meet_near(w, p, a, b):
-    """`meet` of a near pair whose bodies are given, without the overlap that counts as none."""
+    """Return `meet` of a near pair whose bodies are given, less the overlap that counts as none."""
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, p.a), a, shape_at(w.shapes, p.b), b)
-    return overlap - p.built, n, arm_a, arm_b
+    return overlap - p.initial_overlap, n, arm_a, arm_b
 
 
 @jit_inside
-def most_overlap(sa, sb):
-    """Overlap [m] beyond which there is no one normal, and no depth that changes continuously.
+def max_overlap(sa, sb):
+    """Return the overlap [m] beyond which a pair has no unique normal and no depth that changes continuously.
 
-    So within the core of a hull; for what is not a sphere, within that of a box or a cylinder; where the middle of an
-    ellipsoid is deep in one; and of an ellipsoid and another one, or a hull, at their least radii of curvature.
+    That is where the core of a hull overlaps the other shape's; the core of a box or cylinder that of a shape other
+    than a sphere, or the centre of an ellipsoid; and where an ellipsoid overlaps another one, or a hull, by their least
+    radii.
     """
     if sb.kind < ELLIPSOID or sb.kind >= PLANE or (sa.kind < SEGMENT and sb.kind != HULL):
         return NEVER
@@ -94,45 +94,45 @@ def most_overlap(sa, sb):
 
 @jit_inside
 def overlap_of_cores(sa, sb):
-    """Overlap [m] beyond which what they sweep, or the ball in an ellipsoid's tip, is in each other too."""
+    """Return the overlap [m] at which the swept cores touch, or the inscribed balls of least radius of ellipsoids."""
     core = sb.kind == BOX or sb.kind == CYLINDER
-    return curl(sa) + (0.0 if core and sa.kind == SEGMENT else curl(sb))
+    return least_radius(sa) + (0.0 if core and sa.kind == SEGMENT else least_radius(sb))
 
 
 @jit_inside
-def curl(s):
-    """Least radius of curvature of a round shape, of an ellipsoid, or of what sweeps a core [m]."""
+def least_radius(s):
+    """Return the least radius of curvature [m] of a round shape or an ellipsoid, or the radius that sweeps a core."""
     h = s.half
     return min(h[0], h[1], h[2]) ** 2 / max(h[0], h[1], h[2]) if s.kind == ELLIPSOID else s.radius
 
 
 @jit_inside
-def is_sunk(p):
-    """Whether all overlap of a pair counts as none."""
-    return p.built >= ALONE
+def is_ignored(p):
+    """Return whether a pair is ignored until its shapes part: all its overlap counts as none."""
+    return p.initial_overlap >= IGNORED
 
 
 @jit_inside
-def build_in(w, p, overlap):
-    """Let so much overlap [m] of a pair count as none; of shapes too deep in each other all, until they part."""
-    most = most_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
-    p.built = ALONE if overlap >= SUNK * most else overlap
-    return p.built
+def set_initial_overlap(w, p, overlap):
+    """Let `overlap` [m] of a pair count as none, or all overlap if it is too deep for a contact; returns the result."""
+    most = max_overlap(shape_at(w.shapes, p.a), shape_at(w.shapes, p.b))
+    p.initial_overlap = IGNORED if overlap >= SUNK * most else overlap
+    return p.initial_overlap
 
 
 @jit_inside
 def round_on_round(radius_a, from_a, radius_b, from_b, d):
-    """`meet` of two spheres; d: from the centre of B to that of A."""
-    far = norm(d)
-    n = scale(1.0 / max(far, 1e-300), d)
+    """Return `meet` of two spheres; d: from the centre of B to that of A."""
+    distance = norm(d)
+    n = scale(1.0 / max(distance, 1e-300), d)
     both = radius_a + radius_b
-    share = far / both
-    return both - far, n, axpy(-share * radius_a, n, from_a), axpy(share * radius_b, n, from_b)
+    share = distance / both
+    return both - distance, n, axpy(-share * radius_a, n, from_a), axpy(share * radius_b, n, from_b)
 
 
 @jit_inside
 def half_axis(s, b):
-    """From the middle of a segment to its end, or of a disc to its border, in the world [m]; zero for a sphere."""
+    """Return a segment's half axis, or the vector from a disc's middle to its rim, world frame [m]; else zero."""
     if s.kind < SEGMENT:
         return 0.0, 0.0, 0.0
     return to_world(b.axes, load(s.half))
@@ -140,15 +140,15 @@ def half_axis(s, b):
 
 @jit_inside
 def effective_radius(sa, a, sb, b):
-    """R [m] where two shapes are nearest, 1/R = 1/R_A + 1/R_B of spheres, and the longer axis, see `curvature`.
+    """Return R [m] where two shapes are nearest, and the longer axis of the contact ellipse, see `curvature`.
 
-    Boxes count as flat.
+    1/R = 1/R_A + 1/R_B of spheres; boxes count as flat.
     """
     where = types.uint64(0)
     if sa.meet != 0 or sb.meet != 0 or (sb.curve != 0 and sa.kind < DISC):
         where = sa.curve if sa.meet != 0 and sb.kind != HEIGHT_FIELD else sb.curve
     elif sb.kind == SEGMENT or sa.kind == DISC or sa.kind == SIDE:
-        where = asked_of(sa, sb, OF_RADIUS)
+        where = function_for(sa, sb, OF_RADIUS)
     if where != 0:
         return ask_radius(where, sa, a, sb, b)
     return sa.radius if sb.kind >= BOX else sa.radius * sb.radius / (sa.radius + sb.radius), (0.0, 0.0, 0.0)

@@ -1,7 +1,7 @@
-"""Where two convex polyhedra are nearest, of which one may be a point: Gilbert, Johnson & Keerthi (1988).
+"""Nearest points of two convex polyhedra, or of a point and a polyhedron: Gilbert, Johnson & Keerthi (1988).
 
-The nearest points are those of the difference of both to the origin. A simplex of its vertices is led there; it is done
-when the vertex that is furthest towards the origin is one that it has: then the result is exact.
+The distance is that of the Minkowski difference from the origin. A simplex of its vertices is moved towards the origin,
+until the vertex furthest towards the origin is already in the simplex: the result is then exact.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import doubles_at
 from contactlaw.world.data.records import BOX, CYLINDER, DISC, EDGE, HULL, SEGMENT, SIDE
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
-from contactlaw.world.shapes.disc import parts
+from contactlaw.world.shapes.disc import dimensions
 from contactlaw.world.shapes.geometry import centre
 
-STEPS = 100  # which none needs
+ITERATIONS = 100  # at most; never reached
 CELLS = 4  # along each side of each face of the cube of directions
-STAVE = pi / 16.0  # [rad] of a cylinder, which counts as a prism: what is smooth has no last step
+STAVE = pi / 16.0  # [rad] a side of the prism that stands for a cylinder: on smooth shapes GJK does not end exactly
 
 
 @jit_inside
 def cell_of(d):
-    """Number of the cell of the cube around it that a direction leaves by."""
+    """Return the number of the cell through which a direction leaves a cube around the origin."""
     x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
     face, most, u, v = 4, d[2], d[0], d[1]
     if x >= y and x >= z:
@@ -35,14 +35,14 @@ def cell_of(d):
 
 @jit_inside
 def cell_along(x):
-    """Which cell between -1 and 1; the first of what is no number."""
+    """Return the cell of a coordinate from -1 to 1; the first one for NaN."""
     cell = 0.5 * CELLS * (x + 1.0)
     return min(int(cell), CELLS - 1) if cell >= 0.0 else 0
 
 
 @jit_inside
 def support(s, b, d):
-    """The point of a core that is furthest along d: from its body's centre of mass [m]."""
+    """Return the point of a core furthest along d, from its body's centre of mass [m], world frame."""
     at = load(s.at)
     if s.kind == HULL:
         own = to_body(b.axes, d)
@@ -58,7 +58,7 @@ def support(s, b, d):
         u = load(s.half)
         at = axpy(1.0 if dot(to_body(b.axes, d), u) >= 0.0 else -1.0, u, at)
     elif s.kind == DISC or s.kind == SIDE:
-        out, _, along = parts(s)
+        out, _, along = dimensions(s)
         own, axis = to_body(b.axes, d), load(s.normal)
         up = dot(own, axis)
         across = axpy(-up, axis, own)
@@ -77,7 +77,7 @@ def support(s, b, d):
 
 @jit_inside
 def on_triangle(p, q, r):
-    """Barycentric coordinates of the point of a triangle nearest to the origin (Ericson 2005, section 5.1.5)."""
+    """Return the barycentric coordinates of a triangle's point nearest to the origin (Ericson 2005, section 5.1.5)."""
     e, f = sub(q, p), sub(r, p)
     ep, fp, eq, fq, er, fr = -dot(e, p), -dot(f, p), -dot(e, q), -dot(f, q), -dot(e, r), -dot(f, r)
     if ep <= 0.0 and fp <= 0.0:
@@ -101,13 +101,13 @@ def on_triangle(p, q, r):
 
 @jit_inside
 def mean(k, p, q, r):
-    """The sum of three vectors, weighted."""
+    """Return the sum of three vectors weighted by k."""
     return axpy(k[0], p, axpy(k[1], q, scale(k[2], r)))
 
 
 @jit_inside
 def on_line(p, q):
-    """The same of a line between two points."""
+    """Return the barycentric coordinates of a segment's point nearest to the origin."""
     e = sub(q, p)
     t = min(max(-dot(p, e) / dot(e, e), 0.0), 1.0)
     return 1.0 - t, t, 0.0
@@ -115,7 +115,7 @@ def on_line(p, q):
 
 @jit_inside
 def kept(p, q, r, x, y, z, k):
-    """A simplex without the vertices that have no weight, with their points on B; its weights, and how many it has."""
+    """Return a simplex without vertices of zero weight, with their points on B; its weights, and how many are left."""
     if k[0] == 0.0:
         p, x, q, y, k = q, y, r, z, (k[1], k[2], 0.0)
         if k[0] == 0.0:
@@ -127,7 +127,7 @@ def kept(p, q, r, x, y, z, k):
 
 @jit_inside
 def on_tetrahedron(p, q, r, new):
-    """The triangle of three with a new vertex that is nearest to the origin: which vertex it lacks, and where on it."""
+    """Find the triangle with vertex `new` nearest to the origin; returns which of p, q, r it lacks, and coordinates."""
     best, lacks, found = 1e300, 0, (0.0, 0.0, 1.0)
     for i in range(3):
         one, two = (q, r) if i == 0 else ((r, p) if i == 1 else (p, q))
@@ -140,22 +140,23 @@ def on_tetrahedron(p, q, r, new):
 
 @jit_inside
 def nearest(sa, a, sb, b, shift):
-    """Where two cores are nearest: from there on B to there on A, and there on B from its body's centre of mass.
+    """Find the nearest points of two cores.
 
-    A is a box or a hull, else a point, its middle. shift: added to A [m]. The third result is how many vertices span
-    the place, on B where A is a point, and the last one the edge where they are two. Cores that overlap are zero apart.
+    A is a box or a hull, or else a point, its middle; shift: added to A [m]. Returns the vector from the point on B to
+    that on A, zero if the cores overlap; the point on B from its body's centre of mass [m]; how many vertices span the
+    nearest feature, of B where A is a point; and the direction of that feature's edge, if there are two.
     """
     return seek(sa, a, sb, b, shift, (0, (ZERO, ZERO, ZERO)))[:4]
 
 
 @jit_inside
 def seek(sa, a, sb, b, shift, last):
-    """The same and the vertices on B; last: how many, and which, at a place nearby where A was, a point; or none."""
+    """Return the same, and the vertices on B; last: number and vertices found nearby, where A was a point; 0: none."""
     d = add(sub(load(a.position), load(b.position)), shift)
     to_a = centre(sa, a)
     v = add(d, sub(to_a, centre(sb, b)))
     known, (x, y, z) = last
-    p, q, r = ZERO, ZERO, ZERO  # vertices of the simplex, whose points on B are x, y and z
+    p, q, r = ZERO, ZERO, ZERO  # vertices of the simplex; their points on B are x, y and z
     count, square, k, new = 0, 1e300, (1.0, 0.0, 0.0), ZERO
     if known > 0:
         above = add(d, to_a)
@@ -164,7 +165,7 @@ def seek(sa, a, sb, b, shift, last):
         p, q, r, x, y, z, k, count = kept(p, q, r, x, y, z, k)
         v = mean(k, p, q, r)
         square = dot(v, v)
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):
         to_b = support(sb, b, v)
         if sa.kind >= BOX:
             to_a = support(sa, a, scale(-1.0, v))

@@ -22,7 +22,7 @@ from contactlaw.world.data.call import MEETING, RADIUS, ask_meeting
 from contactlaw.world.data.records import DISC, ELLIPSOID, SEGMENT, Array
 from contactlaw.world.data.vec import ZERO, add, axpy, dot, load, norm, scale, sub, to_body, to_world
 from contactlaw.world.shapes.curvature import feature, radius_between, rim
-from contactlaw.world.shapes.disc import lowest_over_plane, parts
+from contactlaw.world.shapes.disc import dimensions, lowest_over_plane
 from contactlaw.world.shapes.ellipsoid import curved, facing
 from contactlaw.world.shapes.geometry import centre
 
@@ -188,7 +188,7 @@ def distance(s, c):
 def size(s):
     """Radius [m] of the sphere around a shape."""
     if s.kind == DISC:
-        return parts(s)[0] + s.radius
+        return dimensions(s)[0] + s.radius
     return max(s.half[0], s.half[1], s.half[2]) if s.kind == ELLIPSOID else s.radius
 
 

@@ -1,8 +1,8 @@
-"""The convex hull of points, and its core: the hull of points that lie a radius deeper, which a ball sweeps.
+"""Convex hulls of points, and their cores, which a ball sweeps to give hulls with rounded edges.
 
-The core of a convex body of plane faces n x <= h is bounded by n x = h - r. A vertex goes to the point that is so on
-all the faces that meet there, by least squares where they are more than three: what a ball sweeps then has these
-faces, and edges and vertices of radius r.
+The core of a convex body of faces n.x <= h is bounded by n.x = h - r. Each vertex moves to the point with that distance
+from all the faces that meet there, by least squares where these are more than three. The core swept by a ball of radius
+r has the faces of the hull, and edges and vertices of radius r.
 """
 
 from __future__ import annotations
@@ -12,22 +12,21 @@ import numpy as np
 from contactlaw.world.data.records import Array
 from contactlaw.world.shapes.gjk import CELLS
 
-FLAT = 1e-6  # of the size, a height that is none: meshes come in single precision
-FINE = 5e-3  # of the size: what lies less far outside is left out
-MOST = 100  # vertices
-SHARE = 0.1  # of the least distance of a face from the middle: the radius where none is given
-SHARP = 0.9  # cosine of the angle by which an edge turns at least that is one
-BLUNT = 0.1  # least of the singular values of the normals at a vertex, over the greatest, that moves it
-CLEARLY = 1e-9  # of the size: what is so much further along a direction is so in spite of rounding
+FLAT = 1e-6  # of the size: heights up to this count as zero, as meshes are in single precision
+FINE = 5e-3  # of the size: points less far outside are left out
+MOST = 100  # vertices at most
+SHARE = 0.1  # default radius, of the least distance of a face from the middle
+SHARP = 0.9  # cosine of the angle between faces: flatter edges are no shapes of their own
+BLUNT = 0.1  # relative cutoff of singular values of the normals at a vertex in the least squares that move it
+CLEARLY = 1e-9  # of the size: margin by which one vertex is further than another, for rounding
 
 
 def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Array, Array]:
-    """Vertices (n, 3) of the hull of points (m, 3), and its faces, triangles (k, 3) that are outward right-handed.
+    """Return the vertices (n, 3) of the hull of points (m, 3), and its triangles (k, 3), right-handed from outside.
 
-    The next vertex is the point that is furthest outside of what there is (Barber, Dobkin & Huhdanpaa 1996), until none
-    is further than `fine` of the size, or there are so many: what is left out lies so far outside at most. It takes
-    the place of all faces around that it sees or that it lies in the plane of: no face is then a sliver on whose
-    three vertices, nearly in a line, a normal means nothing.
+    The next vertex is the point furthest outside the present hull (Barber, Dobkin & Huhdanpaa 1996), until none is
+    further than `fine` times the size, or there are `most` vertices. It replaces all connected faces that it sees, or
+    in whose plane it lies: no face is then a sliver of three nearly collinear vertices without a meaningful normal.
 
     Raises:
         ValueError: All points lie in a plane.
@@ -35,9 +34,9 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Ar
     size = float(np.ptp(points, axis=0).max())
     first = int(points[:, 0].argmin())
     second = int(np.linalg.norm(points - points[first], axis=1).argmax())
-    way = (points[second] - points[first]) / max(size, 1e-300)
-    third = int(np.linalg.norm(np.cross(points - points[first], way), axis=1).argmax())
-    heights = (points - points[first]) @ np.cross(way, points[third] - points[first])
+    direction = (points[second] - points[first]) / max(size, 1e-300)
+    third = int(np.linalg.norm(np.cross(points - points[first], direction), axis=1).argmax())
+    heights = (points - points[first]) @ np.cross(direction, points[third] - points[first])
     fourth = int(np.abs(heights).argmax())
     if not abs(heights[fourth]) > FLAT * size**2:
         raise ValueError("points: lie in a plane; a hull needs four that do not")
@@ -54,7 +53,7 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Ar
         seen = _around(faces, above > -FLAT * size, int(above.argmax()))
         edges = {(f[i], f[i - 2]) for f in faces[seen].tolist() for i in range(3)}
         rim = np.array([[i, j, new] for i, j in sorted(edges) if (j, i) not in edges])
-        out = outside > 0.0  # what is inside remains so
+        out = outside > 0.0  # points inside stay inside
         rest, faces = rest[out], np.concatenate([faces[~seen], rim])
         heights = np.concatenate([heights[out][:, ~seen], _heights(points[rest], points, rim)], axis=1)
     used, faces = np.unique(faces, return_inverse=True)
@@ -62,7 +61,7 @@ def convex_hull(points: Array, fine: float = FINE, most: int = MOST) -> tuple[Ar
 
 
 def _around(faces: Array, which: Array, first: int) -> Array:
-    """Those of some faces that hang together with the first of them by edges."""
+    """Return which faces, of those marked in `which`, are connected to the first by edges."""
     out = np.zeros(len(faces), bool)
     out[first], count = True, 0
     while count < (count := int(out.sum())):
@@ -77,15 +76,15 @@ def _normals(points: Array, faces: Array) -> Array:
 
 
 def _heights(places: Array, points: Array, faces: Array) -> Array:
-    """Of all places above all faces of points [m], shape (places, faces)."""
+    """Return the heights [m] of places above the planes of faces, shape (places, faces)."""
     n = _normals(points, faces)
     return places @ n.T - (n * points[faces[:, 0]]).sum(1)
 
 
 def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tuple[int, int]], float]:
-    """Vertices (n, 3) of the core of the hull of points (m, 3), its sharp edges by both ends, and the radius [m].
+    """Return the core of the hull of points (m, 3): vertices (n, 3), sharp edges by both ends, and the radius [m].
 
-    radius: None: a tenth of the least distance of a face from the middle of the vertices.
+    radius: None: a tenth of the least distance of a face from the mean of the vertices.
 
     Raises:
         ValueError: The radius is more than half of that distance.
@@ -106,11 +105,10 @@ def core_of(points: Array, radius: float | None = None) -> tuple[Array, list[tup
 
 
 def by_direction(vertices: Array) -> Array:
-    """Which vertices (n, 3) can be the furthest along a direction, for each cell of the directions, see `gjk.cell_of`.
+    """Return the vertices (n, 3) that can be furthest along a direction, by cell of directions, see `gjk.cell_of`.
 
-    Of those of a cell one is not that if another is further along each of its four corners: so it is between them. For
-    each cell a row with the place of its first vertex, and how many there are; then the vertices themselves, in their
-    order.
+    A vertex is left out of a cell if another one is further along each of the cell's four corners, and so along all
+    directions between. One row a cell with the place of its first vertex and their number; then the vertices.
     """
     margin = CLEARLY * float(np.ptp(vertices, axis=0).max())
     border = np.linspace(-1.0, 1.0, CELLS + 1)

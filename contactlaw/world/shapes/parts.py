@@ -1,4 +1,4 @@
-"""The round parts by which boxes, cylinders and hulls meet what is flat."""
+"""Round parts by which boxes, cylinders and hulls meet flat shapes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from contactlaw.world.shapes.core import CROWN
 
 Fields = dict[str, Any]
 
-FEET = 0.7  # of the radius of a rim, where the feet of a cylinder's end are
+FEET = 0.7  # distance of a foot from the axis, of the radius of the rim
 
 
 def parts_of(core: Fields, others: set[int]) -> list[Fields]:
-    """The round parts by which a box, cylinder or hull meets flat things; others: kinds of shapes that it may meet.
+    """Return the round parts by which a box, cylinder or hull meets flat shapes.
 
-    Edges are rounded with the core's radius r, and all parts lie within the core. On a plane a box stands on its
-    CORNERs alone, spheres that touch its faces from within. With other cores its EDGEs are needed too: they are
-    crowned, and set back by a hundredth of r where corners carry. A cylinder lies on its rims, DISCs whose border
-    reaches to its side, and stands on four small feet, off the ground once the rim is lower by some hundredths of r.
-    Those of a hull are the same as those of a box.
+    others: kinds of the shapes that it may meet. Edges are rounded with the core's radius r, and all parts lie within
+    the core. On a plane a box needs its CORNERs alone, spheres inscribed in its corners. With other cores it needs its
+    EDGEs too: these are crowned, and set back by a hundredth of r, so that corners carry where they can. A cylinder
+    rests on its rims, DISCs that reach to its side, and on four small feet an end, which leave the ground once the rim
+    is lower by some hundredths of r. A hull has the same parts as a box.
     """
     flat, cores = others & {PLANE, HEIGHT_FIELD, BOX, CYLINDER, HULL}, others & {BOX, CYLINDER, HULL}
     if not flat:

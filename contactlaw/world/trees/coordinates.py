@@ -1,4 +1,4 @@
-"""The coordinates of trees from Python, and the functions that move them."""
+"""Coordinates and velocities of trees from Python, and the addresses of the functions that move trees."""
 
 from __future__ import annotations
 
@@ -11,26 +11,27 @@ import numpy as np
 from contactlaw.jit import address_of
 from contactlaw.world.data.call import MOBILITY, ON_TREE, WITH_BODY, WITH_NUMBER, WITH_VECTORS
 from contactlaw.world.data.records import Array, Arrays, numbers_of
-from contactlaw.world.trees import dynamics as tree_dynamics
-from contactlaw.world.trees import implicit as lasting
-from contactlaw.world.trees import kinematics as tree_kinematics
-from contactlaw.world.trees import mobility as trees
-from contactlaw.world.trees import motion as tree_motion
+from contactlaw.world.trees import dynamics, implicit, kinematics, mobility, motion
 
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Where these functions stand, compiled, by their names in `records.TREE`."""
-    made = {
-        ON_TREE: (tree_kinematics.move, tree_dynamics.accelerate), WITH_NUMBER: (tree_motion.fly, tree_motion.drift),
-        WITH_BODY: (trees.settle, trees.spread, trees.rest, lasting.stand, lasting.weigh, lasting.resist),
-        WITH_VECTORS: (trees.kick, trees.press, lasting.carry), MOBILITY: (trees.mobility,),
+    """Return the addresses of the compiled functions of trees, by their names in `records.TREE`."""
+    by_signature = {
+        ON_TREE: (kinematics.move, dynamics.accelerate),
+        WITH_NUMBER: (motion.fly, motion.drift),
+        WITH_BODY: (
+            mobility.settle, mobility.spread_delta_v, mobility.stop, implicit.move_from_start, implicit.write_masses,
+            implicit.add_damping,
+        ),
+        WITH_VECTORS: (mobility.kick, mobility.add_accelerations, implicit.add_force),
+        MOBILITY: (mobility.mobility,),
     }  # fmt: skip
-    return {one.__name__: address_of(one, kind) for kind, functions in made.items() for one in functions}
+    return {one.__name__: address_of(one, kind) for kind, functions in by_signature.items() for one in functions}
 
 
 def numbers(world: Arrays, number: int, name: str) -> Array:
-    """Those that a tree keeps by a name, a view."""
+    """Return a view of one of a tree's arrays, by its name in `records.TREE`."""
     tree = world.trees[number]
     sizes = numbers_of(tree)
     names = list(sizes)
@@ -39,12 +40,12 @@ def numbers(world: Arrays, number: int, name: str) -> Array:
 
 
 def coordinates(world: Arrays, number: int) -> tuple[Array, Array]:
-    """Coordinates and velocities of a tree."""
+    """Return copies of the coordinates and velocities of a tree."""
     return numbers(world, number, "q").copy(), numbers(world, number, "v").copy()
 
 
 def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
-    """Put a tree somewhere: new are its coordinates, its velocities and all that follows from them."""
+    """Set the coordinates and velocities of a tree, and all that is derived from them."""
     for name, value in (("q", q), ("v", v)):
         own = numbers(world, number, name)
         if value.shape != own.shape:
@@ -54,7 +55,7 @@ def write_coordinates(world: Arrays, number: int, q: Array, v: Array) -> None:
 
 
 def settle(world: Arrays, number: int) -> None:
-    """Find what follows from the coordinates and velocities of a tree, which have been written."""
+    """Update all that follows from the coordinates and velocities of a tree, which have changed; wakes its bodies."""
     tree = world.trees[number]
     tree["stale"] = 1
     world.bodies["asleep"][int(tree["first"]) : int(tree["first"] + tree["count"])] = 0
@@ -63,24 +64,24 @@ def settle(world: Arrays, number: int) -> None:
 
 @lru_cache
 def _called(address: int) -> Any:
-    """What stands there, as Python calls it."""
+    """Return the function at an address, callable from Python."""
     return CFUNCTYPE(None, c_uint64)(address)
 
 
 def carriers(axes: Array) -> tuple[list[int], list[int]]:
-    """Pairs of degrees of freedom of a tree: each, and one that carries it."""
+    """Return all pairs of a degree of freedom of a tree and one that carries it, as two lists."""
     rows, columns = [], []
     for k in range(axes.size):
-        i = int(axes["before"][k])
+        i = int(axes["parent"][k])
         while i >= 0:
             rows.append(k)
             columns.append(i)
-            i = int(axes["before"][i])
+            i = int(axes["parent"][i])
     return rows, columns
 
 
 def matrix_of_factor(axes: Array, factor: Array, carried: tuple[list[int], list[int]]) -> Array:
-    """L^T D L, see `trees.dynamics`; carried: as `carriers` has it."""
+    """Return L^T D L, see `trees.dynamics`; carried: result of `carriers`."""
     lower, (rows, columns) = np.eye(axes.size), carried
     lower[rows, columns] = factor.reshape(axes.size, axes.size)[rows, axes["depth"][columns]]
     return (lower.T / axes["inverse"]) @ lower

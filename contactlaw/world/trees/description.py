@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from contactlaw import checks
 from contactlaw.world.data.frames import principal, unit_quaternion
 from contactlaw.world.data.records import BALL, FREE_JOINT, HINGE, SLIDE, Array
-from contactlaw.world.trees.rows import V_SIZE, TreeRows
+from contactlaw.world.trees.tree_records import V_SIZE, TreeRecords
 
 KINDS = {"free": FREE_JOINT, "ball": BALL, "slide": SLIDE, "hinge": HINGE}
 ZERO = {FREE_JOINT: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], BALL: [1.0, 0.0, 0.0, 0.0], SLIDE: [0.0], HINGE: [0.0]}
@@ -21,12 +21,12 @@ ZERO = {FREE_JOINT: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], BALL: [1.0, 0.0, 0.0, 0
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of a body with the one before it.
+    """A joint between a body and its parent.
 
     Attributes:
         kind: "hinge", "slide", "ball" or "free".
-        at: Where it is, from the body's centre of mass along its axes [m]; of a hinge or ball.
-        axis: A unit vector along the same; of a hinge or slide.
+        at: Its place, from the body's centre of mass along its axes [m]; of a hinge or ball.
+        axis: A unit vector along the same axes; of a hinge or slide.
         armature: Inertia of the joint itself [kg] or [kg m^2].
         damping: [N s/m] or [N m s].
     """
@@ -45,10 +45,10 @@ class Part:
     Attributes:
         mass: [kg].
         inertia: About the centre of mass, along its axes, which are principal ones [kg m^2]: one number or three.
-        joints: With its parent, in sequence, the parent's first.
-        parent: Number of the body before it in the tree; -1: the world.
-        position: Of its centre of mass where all its coordinates are zero, from its parent's, along its axes [m].
-        quaternion: Of its axes in its parent's there, scalar first.
+        joints: Between its parent and it, in sequence, the parent's first.
+        parent: Number of the body that carries it, counted in the tree; -1: the world.
+        position: Of its centre of mass at zero coordinates, from its parent's, along the parent's axes [m].
+        quaternion: Of its axes in its parent's at zero coordinates, scalar first.
     """
 
     mass: float
@@ -60,18 +60,18 @@ class Part:
 
 
 class Tree:
-    """Bodies that joints hold together, branching as they may.
+    """Bodies joined by joints, branching at will.
 
     Its coordinates and velocities are those of its joints in their order, body by body. Hinge and slide: angle [rad] or
-    path [m], and its rate. Ball: a quaternion, scalar first, and the spin along the body's axes [rad/s]. Free: position
-    of the centre of mass [m] and quaternion, velocity [m/s] and the spin along the body's axes [rad/s].
+    distance [m], and its rate. Ball: a quaternion, scalar first, and the spin along the body's axes [rad/s]. Free:
+    position of the centre of mass [m] and quaternion, velocity [m/s] and the spin along the body's axes [rad/s].
 
     Args:
         parts: The bodies, parents before children.
 
     Attributes:
-        q_size, v_size: How many coordinates and velocities.
-        start: Coordinates where all are zero, and quaternions one.
+        q_size, v_size: Number of coordinates and of velocities.
+        start: Zero coordinates, with unit quaternions.
 
     Raises:
         ValueError: A value outside its range; the message names it.
@@ -90,7 +90,7 @@ class Tree:
                 raise ValueError(f"joints: part {number} has none; make it one body with its parent")
             if not -1 <= part.parent < number:
                 raise ValueError(f"parent = {part.parent}: of part {number} must be from -1 to {number - 1}")
-        self.rows = TreeRows(
+        self.rows = TreeRecords(
             SimpleNamespace(
                 body_parentid=[part.parent for part in parts],
                 body_jntnum=count,
@@ -117,7 +117,7 @@ class Tree:
 
 
 def _moments(inertia: ArrayLike) -> Array:
-    """Three principal moments [kg m^2] of one number or three, such as a body can have."""
+    """Return three principal moments [kg m^2] from one number or three, checked."""
     given = checks.finite_array("inertia", inertia)
     if given.shape not in ((), (3,)):
         raise ValueError(f"inertia: shape {given.shape}; must be one number or (3,), about principal axes")

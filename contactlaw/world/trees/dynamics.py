@@ -1,16 +1,16 @@
 """Mass matrix and accelerations of a tree of bodies.
 
-    (M(q) + E + lag D) a + c(q, v) = f - D (v - v_f)
+    (M(q) + E + s D) a + c(q, v) = f - D (v - v_f)
 
-M from the inertias of each body with all behind it (composite rigid bodies), c, gravity included, from the forces that
-all bodies need where a = 0 (Featherstone 2008, chapters 5 and 6). The lag is zero unless `trees.motion` sets it. With
-L^T D L = M, L has entries only where one degree of freedom carries the other, so that an impulse on a body concerns
-those that carry it, and its answer all others once.
+M is found from composite rigid bodies, and c, gravity included, from the forces that all bodies need at a = 0
+(Featherstone 2008, chapters 5 and 6). The time s (`lag`) makes damping implicit; it is zero unless `trees.motion` sets
+it. In M = L^T D L, D here the pivots, L has entries only where one degree of freedom carries the other. So an impulse
+on a body needs a pass over the axes that carry it, and its response one pass over all others.
 
-A row of the factor holds the entries of the axes that carry axis k, the root's first, and its own last: the row of one
-of these is as long as the part of this row up to it, entry by entry of the same axes. D and E, by which
-soft constraints resist acceleration, are symmetric and kept likewise: what damps or holds joints of two branches
-against each other, as a tendon may, is not in them.
+Row k of the factor holds the entries of the axes that carry axis k, the root's first, and its own last, so that the row
+of each of these axes is laid out as the first part of row k. The damping D and the inertia E, by which soft constraints
+resist acceleration, are symmetric and laid out likewise: coupling of joints in two branches, as by a tendon, is not in
+them.
 """
 
 from __future__ import annotations
@@ -22,59 +22,59 @@ from contactlaw.world.data.access import axis_at, body_at, link_at
 from contactlaw.world.data.vec import ZERO, add, axpy, cross, dot, load, scale, store, sub
 from contactlaw.world.trees.kinematics import vector
 
-STIFF = 100.0  # damping times a step over the mass: beyond, it comes a step behind always, as if it were a mass
+STIFF = 100.0  # damping times the step over the mass: stiffer damping is always implicit over a whole step
 
 
 def accelerate(t):
-    """Mass matrix and its factor; accelerations at q and v."""
+    """Find the mass matrix and its factor, and the accelerations at q and v."""
     for i in range(t.count):
-        look_at(t, i)
+        start_link(t, i)
     a, d, m = vector(t.a, t.v_size), vector(t.d, (t.v_size, t.v_size)), vector(t.factor, (t.v_size, t.v_size))
     held = vector(t.e, (t.v_size, t.v_size))
-    push(t, d, a)
+    set_forces(t, d, a)
     for i in range(t.count - 1, -1, -1):
         link = link_at(t.links, i)
         force, moment = load(link.force), load(link.moment)
-        offset, tensor = load(link.offset), load6(link.tensor)
+        offset, tensor = load(link.composite_moment), load6(link.composite_inertia)
         for k in range(link.first_axis, link.first_axis + link.axes):
             axis = axis_at(t.axes, k)
             e, s = load(axis.spin), load(axis.velocity)
             a[k] -= dot(e, moment) + dot(s, force)
-            linear = add(scale(link.total, s), cross(e, offset))
+            linear = add(scale(link.composite_mass, s), cross(e, offset))
             angular = add(times(tensor, e), cross(offset, s))
             p = axis.depth
             resistance = d[k, p] + (axis.resistance if axis.side != 0.0 and t.midway == 0 else 0.0)
             own = axis.armature + held[k, p] + dot(e, angular) + dot(s, linear)
             lag = max(t.lag, t.span) if t.span * resistance > STIFF * own else t.lag
             m[k, p] = own + lag * resistance
-            j = axis.before
+            j = axis.parent
             while j >= 0:
                 one = axis_at(t.axes, j)
                 p -= 1
                 m[k, p] = t.lag * d[k, p] + held[k, p] + dot(load(one.spin), angular) + dot(load(one.velocity), linear)
-                j = one.before
+                j = one.parent
         if link.parent >= 0:
             parent = link_at(t.links, link.parent)
             store(parent.force, add(load(parent.force), force))
             store(parent.moment, add(load(parent.moment), moment))
-            parent.total += link.total
-            store(parent.offset, add(load(parent.offset), offset))
+            parent.composite_mass += link.composite_mass
+            store(parent.composite_moment, add(load(parent.composite_moment), offset))
             for k in range(6):
-                parent.tensor[k] += tensor[k]
+                parent.composite_inertia[k] += tensor[k]
     factorise(t, m)
-    descend(t, m, a, t.v_size - 1, True)
-    ascend(t, m, a)
+    solve_lt(t, m, a, t.v_size - 1, True)
+    solve_ld(t, m, a)
     spread_acceleration(t)
 
 
 @jit_inside
-def push(t, d, a):
-    """a <- f - D (v - v_f), and what limits add."""
+def set_forces(t, d, a):
+    """a <- f - D (v - v_f), and the forces of active limits."""
     f, now, v_f = vector(t.f, t.v_size), vector(t.v, t.v_size), vector(t.v_f, t.v_size)
     v = vector(t.room + 8 * t.q_size, t.v_size) if t.midway != 0 else now
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
-        j, p, own = axis.before, axis.depth, v[k] - v_f[k]
+        j, p, own = axis.parent, axis.depth, v[k] - v_f[k]
         a[k] = f[k] - d[k, p] * own
         if axis.side != 0.0:
             a[k] += axis.side * max(limit_force(axis, vector(t.q, t.q_size)[axis.coordinate], now[k]), 0.0)
@@ -82,14 +82,14 @@ def push(t, d, a):
             p -= 1
             a[k] -= d[k, p] * (v[j] - v_f[j])
             a[j] -= d[k, p] * own
-            j = axis_at(t.axes, j).before
+            j = axis_at(t.axes, j).parent
 
 
 @jit_inside
 def limit_force(axis, q, v):
-    """Force of a soft limit along `side`, of an axis at a coordinate and velocity; it pushes where this is positive.
+    """Return the force of a soft limit along `side`, of an axis at a coordinate and velocity; only positive ones act.
 
-    hold - stiffness r - resistance dr/dt, where r = side q - edge < 0, else none.
+    hold - stiffness r - resistance dr/dt, where r = side q - edge < 0, else zero.
     """
     r = axis.side * q - axis.edge
     return axis.hold - axis.stiffness * r - axis.resistance * axis.side * v if r < 0.0 else 0.0
@@ -97,7 +97,7 @@ def limit_force(axis, q, v):
 
 @jit_inside
 def limit_impulse(t, k, change):
-    """What the soft limit of an axis adds to its push over a substep against an impulse that changes v by so much."""
+    """Return the change of a soft limit's impulse over a substep when contacts change the velocity of its axis."""
     axis = axis_at(t.axes, k)
     q = vector(t.q, t.q_size)[axis.coordinate]
     if axis.side == 0.0 or axis.side * q >= axis.edge:
@@ -107,18 +107,18 @@ def limit_impulse(t, k, change):
 
 
 @jit_inside
-def look_at(t, i):
-    """A body by itself: its acceleration where a = 0, the force that this needs, and its inertia about the origin.
+def start_link(t, i):
+    """Begin a link: its bias acceleration, the force and moment for that, and its inertia about the tree's origin.
 
-    An axis that turns with spin w and velocity u changes by (w x e, u x e + w x s); axes of one joint turn with what
-    was before the joint.
+    An axis that turns with spin w and velocity u changes at a rate (w x e, u x e + w x s); all axes of one ball joint
+    turn with what carries the joint.
     """
     link, b, v = link_at(t.links, i), body_at(t.bodies, i), vector(t.v, t.v_size)
     w, u, turning, gain = ZERO, ZERO, ZERO, ZERO
     if link.parent >= 0:
         parent = link_at(t.links, link.parent)
         w, u = load(body_at(t.bodies, link.parent).spin), load(parent.velocity)
-        turning, gain = load(parent.turning), load(parent.gain)
+        turning, gain = load(parent.bias_turning), load(parent.bias)
     spin, velocity = w, u
     for k in range(link.first_axis, link.first_axis + link.axes):
         axis = axis_at(t.axes, k)
@@ -129,8 +129,8 @@ def look_at(t, i):
         gain = add(gain, add(cross(u, e), cross(w, s)))
         spin = add(spin, e)
         velocity = add(velocity, s)
-    store(link.turning, turning)
-    store(link.gain, gain)
+    store(link.bias_turning, turning)
+    store(link.bias, gain)
     c = sub(load(b.position), load(t.origin))
     acceleration = add(gain, add(cross(turning, c), cross(spin, load(b.velocity))))
     tensor = inertia(b, link)
@@ -138,11 +138,11 @@ def look_at(t, i):
     moment = add(times(tensor, turning), cross(spin, times(tensor, spin)))
     store(link.force, force)
     store(link.moment, add(moment, cross(c, force)))
-    link.total = link.mass
+    link.composite_mass = link.mass
     offset = scale(link.mass, c)
-    store(link.offset, offset)
+    store(link.composite_moment, offset)
     x, y, z = offset[0] * c[0], offset[1] * c[1], offset[2] * c[2]
-    out = link.tensor
+    out = link.composite_inertia
     out[0], out[1], out[2] = tensor[0] + y + z, tensor[1] + x + z, tensor[2] + x + y
     out[3], out[4] = tensor[3] - offset[0] * c[1], tensor[4] - offset[0] * c[2]
     out[5] = tensor[5] - offset[1] * c[2]
@@ -150,7 +150,7 @@ def look_at(t, i):
 
 @jit_inside
 def inertia(b, link):
-    """Inertia of a body about its centre of mass, along the world's axes: xx yy zz xy xz yz."""
+    """Return the inertia of a body about its centre of mass, along the world's axes: xx yy zz xy xz yz."""
     m, i = b.axes, link.inertia
     x = (i[0] * m[0], i[1] * m[1], i[2] * m[2])
     y = (i[0] * m[3], i[1] * m[4], i[2] * m[5])
@@ -161,13 +161,13 @@ def inertia(b, link):
 
 @jit_inside
 def load6(a):
-    """Six numbers."""
+    """Return six numbers of an array."""
     return a[0], a[1], a[2], a[3], a[4], a[5]
 
 
 @jit_inside
 def times(i, w):
-    """The product of a symmetric matrix xx yy zz xy xz yz and a vector."""
+    """Return the product of a symmetric matrix xx yy zz xy xz yz and a vector."""
     return (
         i[0] * w[0] + i[3] * w[1] + i[4] * w[2],
         i[3] * w[0] + i[1] * w[1] + i[5] * w[2],
@@ -177,55 +177,55 @@ def times(i, w):
 
 @jit_inside
 def factorise(t, m):
-    """M becomes L below its diagonal; the inverse pivots."""
+    """Replace M by L below its diagonal, and set the inverse pivots."""
     for k in range(t.v_size - 1, -1, -1):
         axis = axis_at(t.axes, k)
         p = axis.depth
         axis.inverse = 1.0 / m[k, p]
-        i = axis.before
+        i = axis.parent
         while i >= 0:
             p -= 1
             part = m[k, p] * axis.inverse
             for j in range(p + 1):
                 m[i, j] -= part * m[k, j]
             m[k, p] = part
-            i = axis_at(t.axes, i).before
+            i = axis_at(t.axes, i).parent
 
 
 @jit_inside
-def descend(t, m, x, k, every):
-    """x <- L^-T x; `every`: from axis k on, else those that carry k alone."""
+def solve_lt(t, m, x, k, every):
+    """x <- L^-T x. every: for all axes from k down, else only for k and those that carry it."""
     while k >= 0:
         axis = axis_at(t.axes, k)
-        i, p, own = axis.before, axis.depth, x[k]
+        i, p, own = axis.parent, axis.depth, x[k]
         if own != 0.0:
             while i >= 0:
                 p -= 1
                 x[i] -= m[k, p] * own
-                i = axis_at(t.axes, i).before
-        k = k - 1 if every else axis.before
+                i = axis_at(t.axes, i).parent
+        k = k - 1 if every else axis.parent
 
 
 @jit_inside
-def ascend(t, m, x):
+def solve_ld(t, m, x):
     """x <- L^-1 D^-1 x."""
     for k in range(t.v_size):
         axis = axis_at(t.axes, k)
-        i, p, own = axis.before, axis.depth, x[k] * axis.inverse
+        i, p, own = axis.parent, axis.depth, x[k] * axis.inverse
         while i >= 0:
             p -= 1
             own -= m[k, p] * x[i]
-            i = axis_at(t.axes, i).before
+            i = axis_at(t.axes, i).parent
         x[k] = own
 
 
 @jit_inside
 def decay(t):
-    """Rate [1/s] at which damping slows velocities, at most: a bound on the greatest eigenvalue of M^-1 D.
+    """Return a bound on the rate [1/s] at which damping slows velocities: on the greatest eigenvalue of M^-1 D.
 
-    With R^2 = diag D it is the square of the 2-norm of B = R L^-1 P^-1/2, P the pivots, which the greatest sums of a
-    row and of a column of |B| bound by their product. What damps a sum over n velocities, b g g^T, does so by no more
-    than n diag(b g^2) would (Cauchy and Schwarz).
+    With R^2 = diag D it is the square of the 2-norm of B = R L^-1 P^-1/2, P the pivots, which is bounded by the
+    greatest row sum times the greatest column sum of |B|. Damping of a sum over n velocities, b g g^T, is bounded by n
+    diag(b g^2) (Cauchy-Schwarz).
     """
     rows, most, d = 0.0, 1.0, vector(t.d, (t.v_size, t.v_size))
     x, columns = vector(t.x, t.v_size), vector(t.room, t.v_size)
@@ -246,7 +246,7 @@ def decay(t):
                 entry = abs(x[i]) * sqrt(own * other.inverse)
                 columns[i] += entry
                 total += entry
-                i = other.before
+                i = other.parent
             rows = max(rows, total)
     out = 0.0
     for k in range(t.v_size):
@@ -260,59 +260,59 @@ def answer_along(t, last):
     x, k = vector(t.x, t.v_size), last
     while k >= 0:
         x[k] = 0.0
-        k = axis_at(t.axes, k).before
+        k = axis_at(t.axes, k).parent
     x[last] = 1.0
-    descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
+    solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
 
 
 @jit_inside
 def mobility_along(t, last):
-    """An entry of the diagonal of M^-1: what a unit impulse along an axis changes its velocity by."""
+    """Return a diagonal entry of M^-1: the change of an axis's velocity by a unit impulse along it."""
     answer_along(t, last)
     x, out, k = vector(t.x, t.v_size), 0.0, last
     while k >= 0:
         axis = axis_at(t.axes, k)
         out += axis.inverse * x[k] * x[k]
-        k = axis.before
+        k = axis.parent
     return out
 
 
 @jit_inside
-def answered(t, i, a):
-    """What accelerations a give to a link: to its spin, and to its material at the origin; kept for those behind."""
+def response_of(t, i, a):
+    """Return angular and linear acceleration of a link by a, at the origin; sets them for the links it carries."""
     link = link_at(t.links, i)
     turning, gain = ZERO, ZERO
     if link.parent >= 0:
         parent = link_at(t.links, link.parent)
-        turning, gain = load(parent.answer_turning), load(parent.answer)
+        turning, gain = load(parent.response_turning), load(parent.response)
     for k in range(link.first_axis, link.first_axis + link.axes):
         axis = axis_at(t.axes, k)
         turning = axpy(a[k], load(axis.spin), turning)
         gain = axpy(a[k], load(axis.velocity), gain)
-    store(link.answer_turning, turning)
-    store(link.answer, gain)
+    store(link.response_turning, turning)
+    store(link.response, gain)
     return turning, gain
 
 
 @jit_inside
 def spread_acceleration(t):
-    """Give all bodies the accelerations that belong to a."""
+    """Set the accelerations of all bodies from a."""
     a, origin = vector(t.a, t.v_size), load(t.origin)
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
-        turning, gain = answered(t, i, a)
-        turning = add(turning, load(link.turning))
-        gain = add(gain, load(link.gain))
+        turning, gain = response_of(t, i, a)
+        turning = add(turning, load(link.bias_turning))
+        gain = add(gain, load(link.bias))
         c = sub(load(b.position), origin)
         store(b.turning, turning)
         store(b.acceleration, add(gain, add(cross(turning, c), cross(load(b.spin), load(b.velocity)))))
 
 
 @jit_inside
-def load_axes(t, b, impulse, moment, x, left):
-    """x <- left x + J^T (p, m), an impulse [N s] on a body's centre of mass and an angular one [N m s].
+def add_impulse(t, b, impulse, moment, x, left):
+    """x <- left x + J^T (p, m), of an impulse [N s] on a body's centre of mass and an angular impulse [N m s].
 
-    For the axes that carry the body; returns the last of these.
+    Only entries of the axes that carry the body are set; returns the last of these.
     """
     link = link_at(t.links, b.member)
     last = link.first_axis + link.axes - 1
@@ -321,13 +321,13 @@ def load_axes(t, b, impulse, moment, x, left):
     while k >= 0:
         axis = axis_at(t.axes, k)
         x[k] = left * x[k] + dot(load(axis.spin), moment) + dot(load(axis.velocity), impulse)
-        k = axis.before
+        k = axis.parent
     return last
 
 
 @jit_inside
 def project(t, b, impulse, moment, x):
-    """x <- L^-T J^T (p, m), see `load_axes`; returns the last axis that carries the body."""
-    last = load_axes(t, b, impulse, moment, x, 0.0)
-    descend(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
+    """x <- L^-T J^T (p, m), see `add_impulse`; returns the last axis that carries the body."""
+    last = add_impulse(t, b, impulse, moment, x, 0.0)
+    solve_lt(t, vector(t.factor, (t.v_size, t.v_size)), x, last, False)
     return last

@@ -1,23 +1,23 @@
-"""A tree of bodies in an implicit step: its masses, its Jacobians, and where its velocities take it."""
+"""A tree of bodies in an implicit step: its mass matrix, its Jacobians, and the pose that its velocities lead to."""
 
 from __future__ import annotations
 
 from contactlaw.world.data.access import axis_at, tree_at
-from contactlaw.world.trees.dynamics import limit_force, load_axes
+from contactlaw.world.trees.dynamics import add_impulse, limit_force
 from contactlaw.world.trees.kinematics import vector
-from contactlaw.world.trees.mobility import clear, copy, place
+from contactlaw.world.trees.mobility import clear, copy, move_bodies
 
 
-def stand(b):
-    """Move the coordinates that the step began with by x; all bodies there, with the velocities that there are."""
+def move_from_start(b):
+    """Move the tree by x from its coordinates at the start of the step; sets poses and velocities of its bodies."""
     t = tree_at(b.tree, 0)
     copy(vector(t.start, t.q_size), vector(t.q, t.q_size))
-    place(t)
+    move_bodies(t)
     t.stale = 1
 
 
-def weigh(b):
-    """Write the mass matrix L^T D L of the step's start where the tree's `weights` are."""
+def write_masses(b):
+    """Add the mass matrix L^T D L of the start of the step to the matrix at `weights`."""
     t = tree_at(b.tree, 0)
     n = t.v_size
     m, out = vector(t.factor, (n, n)), vector(t.weights, (n, t.stride))
@@ -28,14 +28,14 @@ def weigh(b):
             j, q = k, axis_at(t.axes, k).depth
             while j >= 0:
                 out[i, j] += left * (1.0 if j == k else m[k, q])
-                j, q = axis_at(t.axes, j).before, q - 1
-            i, p = axis_at(t.axes, i).before, p - 1
+                j, q = axis_at(t.axes, j).parent, q - 1
+            i, p = axis_at(t.axes, i).parent, p - 1
 
 
-def resist(b):
-    """Add what damping and limits that are reached do, to the weights; in x what they have added to the forces.
+def add_damping(b):
+    """Add damping and active limits to the matrix at `weights`; x <- their force, less that at the start of the step.
 
-    With D and limits as `trees.dynamics` has them: b D + b^2 K, and -D (V - v) and the change of a limit's force.
+    With D and limits as in `trees.dynamics`: b D + b^2 K, and -D (V - v) and the change of a limit's force.
     """
     t = tree_at(b.tree, 0)
     n = t.v_size
@@ -52,7 +52,7 @@ def resist(b):
             if i != k:
                 out[i, k] += t.stage * d[k, p]
                 x[i] -= d[k, p] * (v[k] - v0[k])
-            i, p = axis_at(t.axes, i).before, p - 1
+            i, p = axis_at(t.axes, i).parent, p - 1
         if axis.side != 0.0:
             now = max(limit_force(axis, q[axis.coordinate], v[k]), 0.0)
             x[k] += axis.side * (now - max(limit_force(axis, q0[axis.coordinate], v0[k]), 0.0))
@@ -60,7 +60,7 @@ def resist(b):
                 out[k, k] += t.stage * (axis.resistance + t.stage * axis.stiffness)
 
 
-def carry(b, force, moment):
-    """Add to x what a force on a body and a moment do along the tree's velocities."""
+def add_force(b, force, moment):
+    """Add the generalised force of a force on a body and a moment to x."""
     t = tree_at(b.tree, 0)
-    load_axes(t, b, force, moment, vector(t.x, t.v_size), 1.0)
+    add_impulse(t, b, force, moment, vector(t.x, t.v_size), 1.0)

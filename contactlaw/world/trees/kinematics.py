@@ -1,12 +1,12 @@
-"""Where the bodies of a tree are, and how fast they go, by its coordinates and velocities.
+"""Poses and velocities of the bodies of a tree, from its coordinates.
 
-Coordinates and velocities are those of MuJoCo: of a free joint the place of the link's frame and its quaternion, and
-the velocity of that place in the world and the spin along the link's own axes; of a ball joint a quaternion, and the
-spin along the link's axes; of hinge and slide an angle or a distance from their reference.
+Coordinates and velocities are those of MuJoCo. Free joint: position of the link's frame and its quaternion; velocity of
+that point in the world, and spin along the link's axes. Ball joint: quaternion, and spin along the link's axes. Hinge
+and slide: angle or distance from their reference.
 
-A degree of freedom k moves all that it carries by a spin e_k and a velocity s_k of what is at the tree's origin O; for
-a hinge through p, s = (p - O) x e. All velocities are sums of these along the tree (Featherstone, Rigid Body Dynamics
-Algorithms, 2008, chapters 2 and 3).
+A degree of freedom k moves all that it carries by a spin e_k and a velocity s_k of the material at the tree's origin O;
+for a hinge through p, s = (p - O) x e. All velocities are sums of these along the tree (Featherstone, Rigid Body
+Dynamics Algorithms, 2008, chapters 2 and 3).
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ from contactlaw.world.data.vec import (
 
 @jit_inside
 def vector(address, size):
-    """The numbers at an address."""
+    """Return the numbers at an address as an array; size: its length or shape."""
     return carray(doubles_at(address), size)
 
 
 def move(t):
-    """Move the coordinates by x, in the sense of velocities; all bodies, links and axes there."""
+    """Move the coordinates by x, in the sense of velocities; sets poses of bodies and links, and the axes."""
     q, x = vector(t.q, t.q_size), vector(t.x, t.v_size)
     for i in range(t.count):
         link = link_at(t.links, i)
@@ -63,7 +63,7 @@ def move(t):
                 place = (q[joint.first_q], q[joint.first_q + 1], q[joint.first_q + 2])
             if i == 0 and j == 0:
                 store(t.origin, place)
-            place, turn = joined(t, joint, place, turn, q, x)
+            place, turn = apply_joint(t, joint, place, turn, q, x)
         store(link.place, place)
         store4(link.turn, turn)
         b = body_at(t.bodies, i)
@@ -73,10 +73,10 @@ def move(t):
 
 
 @jit_inside
-def joined(t, joint, place, turn, q, x):
-    """Place and quaternion of a link's frame behind one of its joints; the joint's axes."""
+def apply_joint(t, joint, place, turn, q, x):
+    """Return position and quaternion of a link's frame after one of its joints, and set the joint's axes."""
     k, m = joint.first_q, joint.first_axis
-    if joint.kind >= SLIDE:  # or a hinge
+    if joint.kind >= SLIDE:  # a slide or a hinge
         q[k] += x[m]
         angle, axis = q[k] - joint.reference, turn_by(turn, load(joint.axis))
         if joint.kind == SLIDE:
@@ -113,7 +113,7 @@ def joined(t, joint, place, turn, q, x):
 
 @jit_inside
 def set_axis(t, k, spin, velocity):
-    """What a degree of freedom moves by a unit velocity."""
+    """Set the spin and velocity by a unit velocity of a degree of freedom."""
     axis = axis_at(t.axes, k)
     store(axis.spin, spin)
     store(axis.velocity, velocity)
@@ -121,7 +121,7 @@ def set_axis(t, k, spin, velocity):
 
 @jit_inside
 def spread_velocity(t):
-    """Give all bodies their velocities and spins: those of the body before, and of the own degrees of freedom."""
+    """Set the velocities and spins of all bodies from v."""
     v, origin = vector(t.v, t.v_size), load(t.origin)
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)

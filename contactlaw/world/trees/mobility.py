@@ -1,11 +1,11 @@
-"""Trees of bodies: what an impulse does to one, and how much it gives way.
+"""Response of a tree of bodies to impulses.
 
 With q the generalised coordinates, v the velocities, M(q) = L^T D L the mass matrix, J_b the Jacobian of a body:
 
-    kick       v <- v + M^-1 J_b^T (p, m), an impulse and an angular one on a body; all velocities J v anew
+    kick       v <- v + M^-1 J_b^T (p, m), an impulse and an angular impulse on a body
     mobility   d . J M^-1 J^T d = y . D^-1 y, y = L^-T J^T d
 
-`motion` calls these functions by their addresses, for bodies that joints hold; and those of `trees.motion`.
+`bodies.motion` calls these functions, and those of `trees.motion`, by their addresses for bodies of a tree.
 """
 
 from __future__ import annotations
@@ -13,123 +13,123 @@ from __future__ import annotations
 from math import sqrt
 
 from contactlaw.jit import jit_inside
-from contactlaw.world.bodies.motion import LEAST_MOBILITY, lightness
+from contactlaw.world.bodies.motion import LEAST_MOBILITY, mobility_bound
 from contactlaw.world.data.access import axis_at, body_at, link_at, tree_at
 from contactlaw.world.data.call import call_on_tree
-from contactlaw.world.data.checksum import mix, one_of
+from contactlaw.world.data.checksum import as_float, mix
 from contactlaw.world.data.vec import add, cross, load, norm, store, sub
-from contactlaw.world.trees.dynamics import answered, ascend, decay, descend, limit_impulse, load_axes, project
+from contactlaw.world.trees.dynamics import add_impulse, decay, limit_impulse, project, response_of, solve_ld, solve_lt
 from contactlaw.world.trees.kinematics import spread_velocity, vector
 
-SAME = 1e-12  # of the forces on a tree, a change that is none
-GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # weights of forces: multiples of these fall nowhere twice
+SAME = 1e-12  # of the sum of forces on a tree: changes up to this are rounding
+GOLDEN, SILVER = 0.5 * (sqrt(5.0) - 1.0), sqrt(2.0) - 1.0  # irrational, so that the weights of forces all differ
 
 
 @jit_inside
 def copy(source, target):
-    """Copy numbers; a loop compiles faster than an assignment of arrays."""
+    """Copy an array; a loop compiles faster than an assignment of arrays."""
     for k in range(source.size):
         target[k] = source[k]
 
 
 @jit_inside
 def clear(target):
-    """Make numbers zero."""
+    """Set an array to zero."""
     for k in range(target.size):
         target[k] = 0.0
 
 
 @jit_inside
-def place(t):
-    """Move the coordinates by x, and bring all bodies along."""
+def move_bodies(t):
+    """Move the coordinates by x, and set poses and velocities of all bodies."""
     call_on_tree(t.move, t)
     spread_velocity(t)
 
 
 @jit_inside
 def accelerate(t):
-    """The mass matrix and the accelerations at q and v; how fast they change."""
+    """Find the mass matrix, the accelerations at q and v, and bounds on how fast they change."""
     call_on_tree(t.accelerate, t)
-    t.rate, t.fold, t.pull, t.effort = 0.0, 0.0, 0.0, 0.0
+    t.rate, t.change_rate, t.max_acceleration, t.effort = 0.0, 0.0, 0.0, 0.0
     for i in range(t.count):
         link, b = link_at(t.links, i), body_at(t.bodies, i)
         spin, pull = load(b.spin), norm(load(b.acceleration))
         link.rate = norm(spin) + sqrt(norm(load(b.turning)))
-        t.fold = max(t.fold, link.rate)
+        t.change_rate = max(t.change_rate, link.rate)
         if link.parent >= 0:
-            t.fold = max(t.fold, link.rate + norm(sub(spin, load(body_at(t.bodies, link.parent).spin))))
+            t.change_rate = max(t.change_rate, link.rate + norm(sub(spin, load(body_at(t.bodies, link.parent).spin))))
             link.rate = max(link.rate, link_at(t.links, link.parent).rate)
         t.rate = max(t.rate, link.rate)
-        t.pull = max(t.pull, pull)
-        t.effort = max(t.effort, pull / sqrt(lightness(b, b.reach)))
+        t.max_acceleration = max(t.max_acceleration, pull)
+        t.effort = max(t.effort, pull / sqrt(mobility_bound(b, b.reach)))
 
 
 def settle(b):
-    """Find the accelerations of a tree whose coordinates, velocities or forces have been changed.
+    """Find the accelerations of a tree whose coordinates, velocities or forces have changed.
 
-    One that sleeps stays as it is; it says whether it is disturbed.
+    A tree that sleeps is left as it is, and marked if it is disturbed.
     """
     t = tree_at(b.tree, 0)
     if b.asleep != 0:
-        t.disturbed = 1 if moved(t) else 0
+        t.disturbed = 1 if is_disturbed(t) else 0
         return
     if t.stale != 0:
-        take_up(t)
+        apply_pending(t)
         clear(vector(t.x, t.v_size))
-        place(t)
+        move_bodies(t)
         accelerate(t)
         t.stale = 0
         t.hold = 0
         t.held = 0.0
-        clear(vector(t.push, t.v_size))
-    if b.time == 0.0:  # D is constant over a step, and M nearly so
+        clear(vector(t.kick_v, t.v_size))
+    if b.time == 0.0:  # D is constant over a step, and M nearly
         t.decay = decay(t)
 
 
 def kick(b, impulse, moment):
-    """Give a body of a tree an impulse [N s] and an angular one [N m s]: its velocities follow later."""
+    """Add an impulse [N s] and an angular impulse [N m s] on a body of a tree to the pending ones."""
     t = tree_at(b.tree, 0)
-    load_axes(t, b, impulse, moment, vector(t.due, t.v_size), 1.0)
+    add_impulse(t, b, impulse, moment, vector(t.pending, t.v_size), 1.0)
     t.kicked = 1
     t.stale = 1
 
 
 @jit_inside
-def take_up(t):
-    """Change the velocities by the impulses of all contacts at once; limits hold against them."""
+def apply_pending(t):
+    """Change the velocities by all pending impulses together; soft limits resist them."""
     if t.kicked == 0:
         return
     t.kicked = 0
     n = t.v_size
-    x, m, due = vector(t.x, n), vector(t.factor, (n, n)), vector(t.due, n)
+    x, m, due = vector(t.x, n), vector(t.factor, (n, n)), vector(t.pending, n)
     copy(due, x)
     clear(due)
-    descend(t, m, x, n - 1, True)
-    ascend(t, m, x)
-    change(t, x)
+    solve_lt(t, m, x, n - 1, True)
+    solve_ld(t, m, x)
+    add_velocity(t, x)
     for k in range(n):
         back = limit_impulse(t, k, x[k]) if axis_at(t.axes, k).side != 0.0 else 0.0
         if back != 0.0:
             answer = vector(t.room, n)
             clear(answer)
             answer[k] = back
-            descend(t, m, answer, k, False)
-            ascend(t, m, answer)
-            change(t, answer)
+            solve_lt(t, m, answer, k, False)
+            solve_ld(t, m, answer)
+            add_velocity(t, answer)
     spread_velocity(t)
 
 
 @jit_inside
-def change(t, x):
-    """Change the velocities."""
-    v, push = vector(t.v, t.v_size), vector(t.push, t.v_size)
+def add_velocity(t, x):
+    """Add x to the velocities."""
+    v, push = vector(t.v, t.v_size), vector(t.kick_v, t.v_size)
     for k in range(t.v_size):
         v[k] += x[k]
         push[k] += x[k]
 
 
 def mobility(a, arm_a, b, arm_b, direction):
-    """Velocity [m/s] of a point of B along a unit vector, by a unit impulse along it on a point of A [1/kg]."""
+    """Return the velocity of a point of B along a unit vector by a unit impulse along it on a point of A [1/kg]."""
     t = tree_at(a.tree, 0)
     x, y = vector(t.x, t.v_size), vector(t.room, t.v_size)
     same = a.member == b.member
@@ -141,41 +141,41 @@ def mobility(a, arm_a, b, arm_b, direction):
     while k >= 0:
         axis = axis_at(t.axes, k)
         out += x[k] * axis.inverse * (x[k] if same else y[k])
-        k = axis.before
+        k = axis.parent
     return max(out, LEAST_MOBILITY * a.inverse_mass) if same else out
 
 
-def press(b, force, moment):
-    """Add what a force [N] and a moment [N m] give to the accelerations of all, in `shift` and `twist` (`sleep`)."""
+def add_accelerations(b, force, moment):
+    """Add all bodies' accelerations by a force [N] and moment [N m] on one to `shift` and `twist`, see `sleep`."""
     t = tree_at(b.tree, 0)
     n = t.v_size
     x, origin = vector(t.x, n), load(t.origin)
     clear(x)
     project(t, b, force, moment, x)
-    ascend(t, vector(t.factor, (n, n)), x)
+    solve_ld(t, vector(t.factor, (n, n)), x)
     for i in range(t.count):
         one = body_at(t.bodies, i)
-        turning, gain = answered(t, i, x)
+        turning, gain = response_of(t, i, x)
         store(one.twist, add(load(one.twist), turning))
         store(one.shift, add(load(one.shift), add(gain, cross(turning, sub(load(one.position), origin)))))
         one.active = 1
 
 
-def rest(b):
-    """Stop a tree that falls asleep; its first body keeps what it sleeps with."""
+def stop(b):
+    """Stop a tree that falls asleep; its first body keeps the signature of its state."""
     t = tree_at(b.tree, 0)
     clear(vector(t.v, t.v_size))
-    store(b.held, held_by(t))
+    store(b.held, sleep_signature(t))
     t.stale = 1
 
 
 @jit_inside
-def moved(t):
-    """Whether coordinates, velocities or forces of a tree are not those that it fell asleep with.
+def is_disturbed(t):
+    """Return whether coordinates, velocities or forces of a sleeping tree have changed since it fell asleep.
 
-    What an engine's solver says of one and the same force differs by rounding.
+    Forces may differ by rounding: an engine's solver does not reproduce them to the bit.
     """
-    held, now = load(body_at(t.bodies, 0).held), held_by(t)
+    held, now = load(body_at(t.bodies, 0).held), sleep_signature(t)
     v, f, size = vector(t.v, t.v_size), vector(t.f, t.v_size), 0.0
     out = held[0] != now[0]
     for k in range(t.v_size):
@@ -185,21 +185,22 @@ def moved(t):
 
 
 @jit_inside
-def held_by(t):
-    """A check sum of the coordinates of a tree, and two sums of the forces on them, each with weights of its own."""
+def sleep_signature(t):
+    """Return a checksum of the coordinates of a tree, and two differently weighted sums of the forces on them."""
     f, one, two = vector(t.f, t.v_size), 0.0, 0.0
     for k in range(t.v_size):
         one += (0.5 + GOLDEN * (k + 1.0) % 1.0) * f[k]
         two += (0.5 + SILVER * (k + 1.0) % 1.0) * f[k]
-    return one_of(mix(t.q, 0, t.q_size, 0)), one, two
+    return as_float(mix(t.q, 0, t.q_size, 0)), one, two
 
 
-def spread(b):
-    """Hand on to the tree's other bodies by how much impacts may change the velocity of one.
+def spread_delta_v(b):
+    """Bound by how much impacts on one body may change the velocities of the tree's other bodies.
 
-    By Cauchy and Schwarz, one point's answer to a kick at another is at most the geometric mean of both mobilities.
+    The response of one point to an impulse at another is at most the geometric mean of their mobilities
+    (Cauchy-Schwarz).
     """
-    t, own = tree_at(b.tree, 0), lightness(b, b.reach)
+    t, own = tree_at(b.tree, 0), mobility_bound(b, b.reach)
     for i in range(t.count):
         one = body_at(t.bodies, i)
-        one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(lightness(one, one.reach) / own, 1.0)))
+        one.delta_v = max(one.delta_v, b.delta_v * sqrt(max(mobility_bound(one, one.reach) / own, 1.0)))

@@ -1,4 +1,4 @@
-"""Any law along a motion that is known: quasi-static paths, and whole impacts in steps.
+"""Any law in one contact whose normal motion is known: quasi-static paths, and whole impacts integrated in steps.
 
 Forces F and tractions q point along the motion of body A relative to B: the force on A is P n - F.
 """
@@ -6,26 +6,36 @@ Forces F and tractions q point along the motion of body A relative to B: the for
 from __future__ import annotations
 
 from math import ceil, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from contactlaw.jit import jit
 from contactlaw.laws.hertz import elastic_force
-from contactlaw.laws.normal_motion import Motion
+from contactlaw.laws.normal_motion import DONE, PULL, SLIDING_SPEED, STORED, Motion
 from contactlaw.laws.record import PAIR_SIZE, ask_energy, ask_stiffness, contact_of, pair_of
 from contactlaw.laws.step import ask, prescribe
-from contactlaw.single.ledger import Scale, note
 
-SUBSTEPS = 256  # per change of the whole overlap, or of the displacement that would make the whole contact slip
+SUBSTEPS = 256  # per change by the greatest overlap, or by the displacement at which the whole contact slips
 MOST_SUBSTEPS = 4096  # per segment of the path
-ROUNDING = 1e-15  # of coordinates, over the largest
+ROUNDING = 1e-15  # rounding error of coordinates, relative to the largest
+
+
+class Scale(NamedTuple):
+    """Units of a scaled impact: effective mass [kg], speed of approach [m/s], length [m]; tangential mass [kg]."""
+
+    mass: float
+    approach: float
+    length: float
+    tangential_mass: float
 
 
 @jit
 def force_along_path(p, approach, displacement, header, memory, normal_out, tangential_out):
-    """Forces along straight segments of overlap (n,) and tangential displacement (n, 2), from zero overlap.
+    """Forces [N] along straight segments of overlap (n,) and tangential displacement (n, 2) [m], from zero overlap.
 
-    p: a pair's numbers. header, memory: room for a contact and its vectors.
+    p: numbers of the pair (`ContactPair.parameters`). header, memory: storage for a contact and the vectors of its law
+    (`Law.new_contact`).
     """
     pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
     deepest = max(np.max(approach), 0.0)
@@ -58,7 +68,7 @@ def force_along_path(p, approach, displacement, header, memory, normal_out, tang
 
 @jit
 def direction(displacement):
-    """Direction of the line on which a path (n, 2) runs but for rounding; (0, 0): on none."""
+    """Direction of the straight line on which a path (n, 2) runs, up to rounding; (0, 0) if it is not straight."""
     size, far = 0.0, 0
     for j in range(displacement.shape[0]):
         u, v = displacement[j, 0] - displacement[0, 0], displacement[j, 1] - displacement[0, 1]
@@ -78,10 +88,10 @@ def direction(displacement):
 
 @jit
 def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, speed, track_out):
-    """One impact along a line: the sliding speed after it [m/s].
+    """Sliding speed [m/s] after one impact along a line.
 
-    p, header, memory: as for `force_along_path`. deepest: greatest overlap of the motion [m]. speed: sliding at the
-    touch [m/s]. track_out: see `single.ledger`; without columns: not kept.
+    p, header, memory: as for `force_along_path`. deepest: greatest overlap of the motion [m]. speed: sliding speed at
+    the touch [m/s]. track_out: history, see `normal_motion.TRACK`; empty: not recorded.
     """
     pair, contact, law = pair_of(p), contact_of(header), p[PAIR_SIZE:]
     mass, approach, length, tangential_mass = scale
@@ -110,13 +120,15 @@ def impact_by_steps(p, header, memory, motion: Motion, scale: Scale, deepest, sp
         speed -= share * impulse * motion.drop[k]
         slide = speed * length / approach * motion.step[k]
         now = 0.5 * (before + speed) if 0 < k < steps else before if k == 0 else speed
-        note(track_out, k, pull, elastic, work, now)
+        if track_out.size > 0:
+            track_out[PULL, k], track_out[STORED, k], track_out[DONE, k] = pull, elastic, work
+            track_out[SLIDING_SPEED, k] = now
     return speed
 
 
 @jit
 def first_share(contact, pair, law, speed, closing):
-    """F/P at the touch: mu where the contact starts sliding; k_T V_x/(k_N V_z) where it sticks."""
+    """F/P at the touch: mu if the contact starts sliding, k_T V_x/(k_N V_z) if it starts stuck."""
     if speed == 0.0:
         return 0.0
     normal = contact.stiffness * (1.0 if pair.linear != 0.0 else 1.5 * sqrt(contact.overlap))
@@ -125,9 +137,9 @@ def first_share(contact, pair, law, speed, closing):
 
 @jit
 def impacts_by_steps(p, header, memory, motion: Motion, deepest, psi_1, chi, psi_2_out):
-    """psi_2 of whole impacts (flat arrays); p: a pair with E* = G* = 3/4 Pa, R = 1 m and mu = 1, scaled as it is."""
-    nothing = np.empty((0, 0))
+    """psi_2 of whole impacts, arrays (n,). p: numbers of a pair with E* = G* = 3/4 Pa, R = 1 m and mu = 1."""
+    no_track = np.empty((0, 0))
     for j in range(psi_1.size):
         side = 1.0 if psi_1[j] >= 0.0 else -1.0
         scale = Scale(1.0, 1.0, 1.0, 0.5 / chi[j])
-        psi_2_out[j] = side * impact_by_steps(p, header, memory, motion, scale, deepest, side * psi_1[j], nothing)
+        psi_2_out[j] = side * impact_by_steps(p, header, memory, motion, scale, deepest, side * psi_1[j], no_track)

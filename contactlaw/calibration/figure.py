@@ -1,4 +1,4 @@
-"""The picture of a calibration: measured impacts over the fitted curve, and what is left between them."""
+"""Picture of a calibration: measured impacts with the fitted curve, and the residuals."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ MARKERS: dict[str, dict[str, Any]] = {
 
 
 def save_calibration(result: Calibration, path: Path) -> Path:
-    """Draw a calibration into a file, whose ending says of which kind.
+    """Draw a calibration into a file; the suffix of the path selects the format. Returns the path.
 
     Raises:
-        ValueError: It is none that can be drawn.
-        OSError: It cannot be written.
+        ValueError: matplotlib does not support the format.
+        OSError: The file cannot be written.
     """
     with whole(path) as part:
         draw_calibration(result).savefig(part, dpi=110)
@@ -35,7 +35,7 @@ def save_calibration(result: Calibration, path: Path) -> Path:
 
 
 def draw_calibration(result: Calibration) -> Figure:
-    """Left: V_x2/V_z1 over V_x1/V_z1 with the curve; right: V_x2 less the curve; impacts from either side on one.
+    """Left: V_x2/V_z1 over V_x1/V_z1 with the curve. Right: V_x2 less the curve. Signs are such that V_x1 >= 0.
 
     Raises:
         ImportError: matplotlib is missing.
@@ -75,5 +75,5 @@ def draw_calibration(result: Calibration) -> Figure:
 
 
 def _plain(estimate: Estimate) -> str:
-    """A value for the picture."""
+    """Text of an estimate for the title."""
     return str(estimate) if estimate.value is None else f"= {estimate}".replace("+-", "±")

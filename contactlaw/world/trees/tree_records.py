@@ -1,4 +1,4 @@
-"""The records of a tree of bodies, from arrays as MuJoCo keeps them."""
+"""The records of a tree of bodies, from arrays named as in MuJoCo's model."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ Q_SIZE = {FREE_JOINT: 7, BALL: 4, SLIDE: 1, HINGE: 1}
 V_SIZE = {FREE_JOINT: 6, BALL: 3, SLIDE: 1, HINGE: 1}
 
 
-class TreeRows:
-    """The records of one tree, from arrays; bodies without joints are one with the body that they are fixed to.
+class TreeRecords:
+    """The records of one tree. Bodies without joints are merged with the body that they are fixed to.
 
     Args:
-        model: Arrays of all bodies and joints, named as in MuJoCo's model, which does itself. Of each body its parent,
-            how many joints, the first of them (body_parentid, body_jntnum, body_jntadr); its frame in its parent's
-            (body_pos, body_quat); centre of mass and principal axes in its frame (body_ipos, body_iquat); mass [kg] and
-            principal moments [kg m^2] (body_mass, body_inertia). Of each joint jnt_type, 0 free, 1 ball, 2 slide, 3
-            hinge; jnt_pos, jnt_axis in the body's frame; first coordinate and velocity (jnt_qposadr, jnt_dofadr). Of
-            all coordinates qpos0, of all velocities dof_armature, dof_damping.
-        bodies: Numbers of those of the tree, parents before children; the first hangs on the world or on a body that
-            is not among them.
+        model: Arrays of all bodies and joints, named as in MuJoCo's model, which can be passed itself. Of each body:
+            its parent, number of joints and the first of them (body_parentid, body_jntnum, body_jntadr); its frame in
+            its parent's (body_pos, body_quat); centre of mass and principal axes in its frame (body_ipos, body_iquat);
+            mass [kg] and principal moments [kg m^2] (body_mass, body_inertia). Of each joint: jnt_type, 0 free, 1 ball,
+            2 slide, 3 hinge; jnt_pos, jnt_axis in the body's frame; first coordinate and velocity (jnt_qposadr,
+            jnt_dofadr). Of all coordinates qpos0; of all velocities dof_armature, dof_damping.
+        bodies: Numbers of the tree's bodies, parents before children; the first is carried by the world or by a body
+            that is not among them.
 
     Attributes:
         links, joints, axes: Records (`records.LINK`, `JOINT`, `AXIS`).
-        row, at, quaternion: Of each of the bodies: which link it is part of, and where its frame is along that one's
-            principal axes, from the centre of mass: shapes (bodies,), (bodies, 3), (bodies, 4).
+        row, at, quaternion: Of each of the bodies: number of its link, and pose of its frame in the link's principal
+            axes, from its centre of mass: shapes (bodies,), (bodies, 3), (bodies, 4).
         q_of, v_of: Places of the tree's coordinates and velocities among those of the model.
-        start, damping: Coordinates at the reference; of all velocities [N s/m] or [N m s].
+        start, damping: Coordinates at the reference; damping of all velocities [N s/m] or [N m s].
 
     Raises:
-        ValueError: A body that hangs on nothing of the tree and has no joints; one without mass; a free joint behind
+        ValueError: A body without joints whose parent is not in the tree; a link without mass; a free joint after
             another joint.
     """
 
@@ -57,7 +57,7 @@ class TreeRows:
         self.row = np.zeros(len(known), np.int64)
         self.at, self.quaternion = np.zeros((len(known), 3)), np.zeros((len(known), 4))
         joint = 0
-        for body, number in known.items():  # places are in the frames of links until these are complete
+        for body, number in known.items():  # poses are in the frames of links until the links are complete
             before = known.get(int(model.body_parentid[body]))
             position, quaternion = np.array(model.body_pos[body]), np.array(model.body_quat[body])
             if before is not None:
@@ -81,7 +81,7 @@ class TreeRows:
         self._weigh(model, list(known))
 
     def _hang_joints(self, model: Any, joints: list[int], kinds: list[int]) -> None:
-        """Joints and degrees of freedom, in their order."""
+        """Set the records of joints and degrees of freedom."""
         q, v = 0, 0
         for row, joint, kind in zip(self.joints, joints, kinds, strict=True):
             row["kind"], row["first_q"], row["first_axis"] = kind, q, v
@@ -98,12 +98,12 @@ class TreeRows:
             parent = self.links[link["parent"]] if link["parent"] >= 0 else None
             before = -1 if parent is None else int(parent["first_axis"] + parent["axes"]) - 1
             for k in range(int(link["first_axis"]), int(link["first_axis"] + link["axes"])):
-                self.axes["before"][k] = before
+                self.axes["parent"][k] = before
                 self.axes["depth"][k] = 0 if before < 0 else self.axes["depth"][before] + 1
                 before = k
 
     def _weigh(self, model: Any, bodies: list[int]) -> None:
-        """Mass, centre of mass and principal axes of each link, of all bodies that are part of it."""
+        """Set mass, centre of mass and principal axes of each link, from all bodies merged in it."""
         for number, link in enumerate(self.links):
             parts = [i for i in range(len(bodies)) if self.row[i] == number and model.body_mass[bodies[i]] > 0.0]
             if not parts:
@@ -135,7 +135,7 @@ class TreeRows:
             self.quaternion[i] = product(back, self.quaternion[i])
 
     def bodies(self) -> list[dict[str, Any]]:
-        """Fields of their rows, `records.BODY`, one for each link."""
+        """Return the fields of `records.BODY` of each link."""
         return [
             {
                 "quaternion": (1.0, 0.0, 0.0, 0.0), "inverse_mass": 1.0 / link["mass"],
@@ -147,14 +147,14 @@ class TreeRows:
         ]  # fmt: skip
 
     def fields(self) -> dict[str, Any]:
-        """Of its `records.TREE`, all but where its bodies are, gravity, and what it hangs on if not the origin."""
+        """Return the fields of `records.TREE`, except its bodies, gravity, and what carries it if not the world."""
         return {
             "count": self.links.size, "joint_count": self.joints.size, "q_size": self.start.size,
             "v_size": self.axes.size, "base_turn": (1.0, 0.0, 0.0, 0.0), "stale": 1,
         }  # fmt: skip
 
     def write(self, world: Arrays, number: int) -> None:
-        """Write the records, the reference coordinates and the damping into the numbers of a tree of the world."""
+        """Write the records, the reference coordinates and the damping into the arrays of a tree of the world."""
         for name, rows in (("links", self.links), ("joints", self.joints), ("axes", self.axes)):
             numbers(world, number, name).view(rows.dtype)[:] = rows
         numbers(world, number, "q")[:] = self.start
@@ -164,5 +164,5 @@ class TreeRows:
 
 
 def _places(first: Any, joints: list[int], sizes: list[int]) -> Array:
-    """Places of the numbers of joints, that are so many each."""
+    """Return the places of the numbers of joints, given the first place and the size of each."""
     return np.array([int(first[j]) + i for j, size in zip(joints, sizes, strict=True) for i in range(size)], np.int64)

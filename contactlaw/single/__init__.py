@@ -1,1 +1,0 @@
-"""One contact whose normal motion is known beforehand: prescribed quasi-static paths, and whole impacts."""

@@ -1,0 +1,113 @@
+"""Swept shapes: capsules and edges (a sphere along a segment), rims and sides of cylinders (along a disc), and cores.
+
+These functions are called by address through `TABLE`, so that they are compiled only where a scene has such shapes.
+Hulls and ellipsoids have functions of their own in place of some, see `convex` and `ellipsoid`.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import sqrt
+
+import numpy as np
+
+from contactlaw.jit import address_of
+from contactlaw.world.bodies.bounds import LARGEST_TURN, time_to_close, turning_bound
+from contactlaw.world.bodies.motion import change_bound, turn_rate, velocity_at
+from contactlaw.world.data.call import FACE, MEETING, RADIUS, TIME, ask_deepest
+from contactlaw.world.data.records import DISC, EDGE, NEVER, SEGMENT, SIDE
+from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, sub, to_world
+from contactlaw.world.shapes.core import deepest_on_line, lies_over_face, nearest_on_core
+from contactlaw.world.shapes.curvature import radius_between, rim, side_at
+from contactlaw.world.shapes.geometry import OF_FACE, OF_MEETING, OF_RADIUS, OF_TIME, centre, half_axis, round_on_round
+from contactlaw.world.shapes.segments import CAPSULE_CROWN, clip, nearest_on_segments
+
+GROWN = 1.5  # bound on the growth of accelerations by rotation within LARGEST_TURN
+TABLE = np.zeros(4, np.uint64)
+"""Addresses of `meet`, `radius`, `predict_side` and `core.lies_over_face`, see `geometry.OF_MEETING`."""
+
+
+def meet(sa, a, sb, b):
+    """`geometry.meet` of any round shape with a segment, a box or a cylinder."""
+    from_a, from_b = centre(sa, a), centre(sb, b)
+    d = add(sub(load(a.position), load(b.position)), sub(from_a, from_b))
+    if sb.kind == SEGMENT:
+        u, v = half_axis(sa, a), half_axis(sb, b)
+        s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
+        d = sub(axpy(s, u, d), scale(t, v))
+        radius_a, radius_b = sa.radius * (1.0 - CAPSULE_CROWN * s * s), sb.radius * (1.0 - CAPSULE_CROWN * t * t)
+        return round_on_round(radius_a, axpy(s, u, from_a), radius_b, axpy(t, v, from_b), d)
+    radius, rounding = sa.radius, sb.radius if sa.kind >= EDGE else 0.0
+    if sa.kind == SEGMENT or sa.kind == EDGE:
+        u = half_axis(sa, a)
+        s, radius, _ = deepest_on_line(d, u, rounding, (sa, a, sb, b))
+        d, from_a = axpy(s, u, d), axpy(s, u, from_a)
+    elif sa.kind == DISC or sa.kind == SIDE:
+        offset, radius = ask_deepest(sa.deepest, sa, a, sb, b, d)
+        d, from_a = add(d, offset), add(from_a, offset)
+    distance, n = nearest_on_core(d, sb, b, rounding)
+    arm = axpy(-radius, n, from_a)
+    return radius - distance, n, arm, add(arm, sub(load(a.position), load(b.position)))
+
+
+def radius(sa, a, sb, b):
+    """`geometry.effective_radius` of two segments, a sphere and a segment, or a cylinder's rim or side."""
+    if sa.kind == DISC:
+        return rim(sa, a)
+    if sa.kind == SIDE:
+        along, axis = dot(load(sa.half), load(sa.normal)), (0.0, 0.0, 1.0)
+        across = sqrt(dot(load(sa.half), load(sa.half)) - along * along)
+        one = 0.0, 1.0 / (sa.radius + across), to_world(a.axes, load(sa.normal))
+        return radius_between(one, (0.0, 1.0 / sb.half[0], to_world(b.axes, to_world(sb.axes, axis))))
+    u, v = half_axis(sa, a), half_axis(sb, b)
+    d = add(sub(load(a.position), load(b.position)), sub(centre(sa, a), centre(sb, b)))
+    s, t = nearest_on_segments(d, u, sa.radius, v, sb.radius)
+    return radius_between(side_at(sa, u, s, CAPSULE_CROWN), side_at(sb, v, t, CAPSULE_CROWN))
+
+
+def predict_side(p, sa, a, sb, b, n, arm_a, left):
+    """Predict the time of impact of a segment, a disc or anything wider, A: `near.time_of_impact.predict` for these.
+
+    On entry p.gap and p.checked are set, and p.acceleration without the part by rotation. n: normal from B to A; arm_a:
+    of the nearest point of A; left: rest of the step [s].
+
+    The distance of two convex shapes is at least that along any direction fixed to B (a separating axis): here the
+    present normal. Along it the points of A's middle line x(s) = m + s c, -1 <= s <= 1, have gaps of at least the
+    present gap, and at least x(s) - R; they move at speeds linear in s. So the first to close is one of both ends, or
+    the point where both bounds are equal. Of a disc or anything wider only the gap and the greatest speed of all points
+    are used. Accelerations relative to B are bounded.
+    """
+    from_a, u = centre(sa, a), half_axis(sa, a)
+    from_b = add(from_a, sub(load(a.position), load(b.position)))
+    half = norm(u)
+    moving = sub(velocity_at(a, from_a), velocity_at(b, from_b))
+    turning = sub(load(a.spin), load(b.spin))
+    middle, along = -dot(moving, n), -dot(cross(turning, u), n)
+    if sa.kind >= DISC:
+        along = norm(cross(turning, n)) * half
+    reach_a, reach_b = norm(from_a) + half, norm(from_b) + half
+    rate_a, rate_b = turn_rate(a), turn_rate(b)
+    speed = norm(moving) + (rate_a + rate_b) * half
+    curving = rate_a * rate_a * reach_a + rate_b * rate_b * reach_b + 2.0 * rate_b * speed
+    curving += reach_a * turning_bound(a, left) + reach_b * turning_bound(b, left)
+    horizon = left
+    if (rate_a + rate_b) * horizon > LARGEST_TURN:
+        horizon = LARGEST_TURN / (rate_a + rate_b)
+    p.acceleration += GROWN * curving + change_bound(a, reach_a, horizon) + change_bound(b, reach_b, horizon)
+    p.closing = middle + abs(along)
+    rises = dot(u, n) if sa.kind < DISC else 0.0
+    height = dot(sub(from_a, arm_a), n) - sa.radius if sa.kind < DISC else p.gap
+    shared = clip((p.gap - height) / rises) if rises != 0.0 else 1.0
+    wait = NEVER
+    for s in (-1.0, 1.0, shared):
+        gap = max(p.gap, height + s * rises)
+        wait = min(wait, time_to_close(gap, middle + s * along, p.acceleration))
+    p.toi = p.checked + min(wait, horizon) if wait < left or horizon < left else NEVER
+
+
+@lru_cache
+def address() -> int:
+    """Return the address of the table, filled; its functions are compiled on the first call."""
+    TABLE[OF_MEETING], TABLE[OF_RADIUS] = address_of(meet, MEETING), address_of(radius, RADIUS)
+    TABLE[OF_TIME], TABLE[OF_FACE] = address_of(predict_side, TIME), address_of(lies_over_face, FACE)
+    return TABLE.ctypes.data
