@@ -91,9 +91,9 @@ def block(folder: Path) -> str:
               if (result := load(path.stem, folder)) is not None for limit in result["limits"]]  # fmt: skip
     missed = sum(not limit["passed"] for limit in limits)
     return (
-        f"Asked of it, and what `python -m validation` measured; of several figures the worst. Of {len(limits)} limits "
-        f"{missed} are\nmissed: the [report](validation/report.md) begins with them, and has all figures and pictures."
-        f"{measured}\n\n{markdown(table(rows, folder))}"
+        f"What was asked, and what `python -m validation` measured; a row for several limits shows the worst. "
+        f"{missed} of {len(limits)}\nlimits are missed: the [report](validation/report.md) begins with them, and has "
+        f"all figures and pictures.{measured}\n\n{markdown(table(rows, folder))}"
     )
 
 
