@@ -153,7 +153,7 @@ def _standing(data: Data, name: str) -> str:
     return "yes" if name in data["front"] else f"no{other}"
 
 
-HEADS = "way | largest error | rms | time an impact [us] | quartiles | time a step [us] | on the front"
+HEADS = "method | largest error | rms | time an impact [us] | quartiles | time a step [us] | on the front"
 """Of `rows`."""
 
 

@@ -27,20 +27,20 @@ class AluminaOnGlass(Case):
     place = 13
     title = "Alumina spheres on glass"
     claim = (
-        "The rebound of a 5 mm alumina sphere from glass, measured by Kharaz, Gorham & Salman, follows from elastic "
-        "constants, friction 0.092 and restitution 0.98 as published; nothing is fitted. From 33 degrees on the "
-        "contact slides throughout, all laws agree, and what remains is in the data: a sphere's spin follows from "
-        "its tangential restitution, and the two as measured differ from each other as much as from the laws. The "
-        "measured angle is 0.4 to 0.7 degrees below the laws' from 20 degrees on, gross slip included, and at 20 and "
-        "30 degrees 0.5 to 0.7 below what the measured spin and e_t make of it: its limit is missed by no law's doing. "
-        "Laws "
-        f"and reference leave out the coupling of normal and tangential motion ({PAIR.coupling:.2f} for this pair), "
-        "which the data refuse (next chapter)."
+        "The rebound of a 5 mm alumina sphere from glass, measured by Kharaz, Gorham & Salman, follows from the "
+        "published elastic constants, friction 0.092 and restitution 0.98; nothing is fitted. From 33 degrees on the "
+        "contact slides throughout, all laws agree, and the remaining differences lie in the data: a sphere's spin "
+        "follows from its tangential restitution, yet the two as measured differ from each other as much as from the "
+        "laws. From 20 degrees on the measured angle is 0.4 to 0.7 degrees below the laws', gross slip included, and "
+        "at 20 and 30 degrees 0.5 to 0.7 below the angle that follows from the measured spin and e_t; so the missed "
+        "limit reflects the data, not the law. Laws and reference neglect the coupling of normal and tangential motion "
+        f"({PAIR.coupling:.2f} for this pair), which the data contradict "
+        "([unlike materials](#unlike-materials))."
     )
     sheet = {"columns": 3, "width": 3.9}
     caption = (
-        "Tangential restitution and rebound angle of the centre of mass, and spin, over the angle of incidence. "
-        f"Errors of e_t: an angle unsure by {UNSURE} degrees, which tells below 5 degrees."
+        "Tangential restitution of the centre of mass, spin, and rebound angle over the angle of incidence. Error "
+        f"bars of e_t: for an uncertainty of {UNSURE} degrees in the angle, which matters below 5 degrees."
     )
 
     def run(self, quick: bool) -> Outcome:

@@ -23,9 +23,9 @@ LONG, SETTLED = 60.0, 5.0  # [s]: how long it lies, and from when on its motion 
 
 
 class Bouncing(Case):
-    """An elastic ball dropped from 50 mm keeps bouncing to the same height within 0.001 of its energy, at any engine
-    step; one with restitution comes to rest at the overlap that carries its weight, and stays there for a minute
-    without drift.
+    """An elastic ball dropped from 50 mm keeps its energy to 0.001 over its bounces, at any engine step. A ball with
+    restitution below 1 comes to rest at the overlap that carries its weight, and stays there for a minute without
+    drift.
     """
 
     place = 43

@@ -23,9 +23,9 @@ SMALL = 1e-8  # psi_1 at which only the last 1e-8 of the time slips
 
 
 class ClosedForms(Case):
-    """Where impact theory has a closed form the package and the annulus solver give it: sliding throughout, loading
-    without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and for linear springs the
-    whole rebound.
+    """Wherever impact theory has a closed form, the package and the annulus solver reproduce it: sliding throughout,
+    loading without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and the whole
+    rebound for linear springs.
     """
 
     place = 12

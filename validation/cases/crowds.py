@@ -26,12 +26,12 @@ HELD = (0.1, 0.3, 1.0)  # [kg]
 
 class Crowds(Case):
     """A box on a slope lies still. Heaps come to rest and sleep, floor and walls carry their weight, and no step gains
-    energy. Beside MuJoCo's own contact, in processor time, a drop to rest is to cost two or three times as much, what
-    sleeps less than a third, and thousands of balls that fall half as much again.
+    energy. In processor time over MuJoCo's own contact, a drop until rest should cost at most two or three times as
+    much, a sleeping heap less than a third, and thousands of falling balls at most half as much again.
     """
 
     place = 49
-    title = "Crowds, and whatever lasts"
+    title = "Heaps and persistent contacts"
 
     def run(self, quick: bool) -> Outcome:
         from sims import heap

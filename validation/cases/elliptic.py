@@ -22,10 +22,10 @@ CROSSED = "crossed cylinders, radii 1 : 3"
 
 
 class Elliptic(Case):
-    """An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's
-    limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those of a
-    grid with Hertz's elliptic pressure and Cerruti's kernel, in each direction. Taken as a circle of the same stiffness
-    they are off by what the last column says.
+    """An elliptic contact is softer along its longer axis than across it, as given by elliptic integrals, while
+    Coulomb's limit is the same in all directions. With both in the law, rebounds of ellipsoids and crossed cylinders
+    agree in each direction with those of a grid with Hertz's elliptic pressure and Cerruti's kernel. The last column
+    gives the error if the contact is taken as a circle of the same normal stiffness.
     """
 
     place = 53
@@ -49,7 +49,7 @@ class Elliptic(Case):
         return Outcome(limits, {"rows": rows})
 
     def table(self, data: Data) -> Table:
-        return Table("contact | b/a | slide | error of psi_2 | of a circle's",
+        return Table("contact | b/a | direction of the slide | error of psi_2 | error as a circle",
                      "{name} | {ratio:.3f} | {way} | {error:.1e} | {circle:.1e}", data["rows"])  # fmt: skip
 
 

@@ -12,8 +12,8 @@ LEG = 32  # points on each leg of the closed path
 
 
 class Energy(Case):
-    """No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the law
-    but one: the plain `mindlin` spring, which creates energy when the contact unloads.
+    """No impact ends with more kinetic energy than it began with, and no closed path yields work, for any law but one:
+    the plain `mindlin` spring, which creates energy when the contact unloads.
     """
 
     place = 30
@@ -44,8 +44,8 @@ class Energy(Case):
         return Outcome([Limit(what, ASKED, part) for what, (name, part) in asked.items() if name not in CREATORS], data)
 
     def table(self, data: Data) -> Table:
-        table = Table("law | largest gain of energy | impacts that gain more than 0.001 | its psi_1, chi, e, mu | "
-                      "extracted on the closed path")  # fmt: skip
+        table = Table("law | largest gain of energy | impacts that gain more than 0.001 | "
+                      "psi_1, chi, e, mu of the largest gain | work from the closed path")  # fmt: skip
         for name, gain in data["gain"].items():
             at = "{psi_1:.2f}, {chi:.2f}, {e:.2f}, {mu:.2f}" if gain > 0 else ""
             path = f"{data['path'][name]['extracted']:+.3f}" if name in data["path"] else ""

@@ -19,19 +19,19 @@ class FiniteElements(Case):
     """Velocity and spin after the impact of an elastic sphere on a rigid plane, no figure fitted."""
 
     place = 12
-    title = "Finite elements of others"
+    title = "Published finite elements"
     claim = (
-        "Finite elements of an elastic sphere on a rigid plane, published by others, are met without fitting, "
-        "less closely than their own two curves meet each other. Their "
-        "Poisson's ratio is not stated: 0.30 is assumed, as for the steel of that benchmark. What remains is the "
-        "same for the law and for the reference, so it lies outside both: most of it in the coupling of normal and "
-        f"tangential motion of a sphere on a rigid plane ({COUPLING:.2f}), which both leave out (a later chapter "
-        "shows it), then in the reading of the figure, of which the two curves' disagreement gives the size."
+        "Published finite elements of an elastic sphere on a rigid plane agree with the law without fitting, though "
+        "less closely than their own two curves agree with each other. Their Poisson's ratio is not stated; 0.30 is "
+        "assumed, as for the steel of that benchmark. The remaining difference is the same for the law and for the "
+        "reference, so it is due to neither. Most of it comes from the coupling of normal and tangential motion of a "
+        f"sphere on a rigid plane ({COUPLING:.2f}), which both neglect ([unlike materials](#unlike-materials)), the "
+        "rest from reading the figure, as the disagreement of the two curves indicates."
     )
     sheet = {"columns": 2, "width": 4.4}
     caption = (
-        "Velocity of the contact point and spin after an impact over the incidence, x = v_t/(mu v_n): finite "
-        "elements (points, with the two curves' rms disagreement as error) and laws."
+        "Velocity of the contact point (left) and spin (right) after an impact, over the incidence x = v_t/(mu v_n): "
+        "finite elements (points; error bars: rms disagreement of the two published curves) and laws."
     )
 
     def run(self, quick: bool) -> Outcome:

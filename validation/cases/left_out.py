@@ -53,8 +53,8 @@ Joseph & Hunt (2004), Cross (2010), Chung & Ooi (2011)."""
 
 class LeftOut(Case):
     """The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, its
-    patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it leaves out
-    is, for the impacts that the laws are compared with.
+    patch as fixed in place, and the materials as alike. This chapter estimates the error of each approximation for the
+    impacts that the laws are compared with.
     """
 
     place = 95
@@ -78,7 +78,7 @@ class LeftOut(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        table = Table("left out | where | figures")
+        table = Table("approximation | where | effect")
         for nu in (0.28, 0.5):
             known = data["shape"]
             shape = {key: 100 * np.interp(nu, known["nu"], known[key]) for key in ("rim", "rms_x", "rms")}

@@ -37,9 +37,9 @@ class Rolling(Case):
     place = 44
     title = "Rolling and sliding"
     claim = (
-        "At the engines' own steps a ball that rolls on the floor keeps its speed for a minute, and on an incline it "
-        f"rolls below {LIMIT:.0f} degrees (tan = 7/2 mu) and slides above, as the closed form has it, while its height "
-        "does not move."
+        "At the engines' own steps a ball that rolls on the floor keeps its speed for a minute. On an incline it "
+        f"rolls below {LIMIT:.0f} degrees (tan = 7/2 mu) and slides above, by the closed form, and its height over the "
+        "incline does not change."
     )
 
     def run(self, quick: bool) -> Outcome:

@@ -198,9 +198,9 @@ def costs(rounds: int) -> dict[str, Data]:
 
 
 class Shapes(Case):
-    """A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of cylinders
-    are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains energy, none sinks,
-    and all come to rest; heaps of mixed sizes hold; memory stays flat.
+    """A box on a plane is four springs of the radius of its edges; an ellipsoid on a plane and the crossed sides of
+    cylinders are Hertz's elliptic contacts. In drops of random shapes, sizes, materials and steps no body gains energy
+    or sinks in, and all come to rest. Heaps of mixed sizes are stable, and memory does not grow.
     """
 
     place = 52
