@@ -1,4 +1,4 @@
-"""Figures for the README, the guide and the report, made from the saved results and nothing else."""
+"""Tables of the README, the guide and the report, made from the saved results alone."""
 
 import re
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ BEGIN, END = "<!-- results -->", "<!-- /results -->"
 
 
 class Row(NamedTuple):
-    """One line of a table: what was measured, in words, and the case whose result holds it.
+    """One row of a table: what was measured, in words, and the case whose result holds it.
 
     page: "front", in the README and the report; "report"; or "steps", of the guide, times over the engine's own
     contact. limits: regular expression for the names of limits, of which the worst is shown; or, behind a slash, the
@@ -49,12 +49,12 @@ def with_unit(value: float, unit: str) -> str:
 
 
 def asked(limit: dict[str, Any]) -> str:
-    """What a saved limit asks."""
+    """Text of what a saved limit asks."""
     return f"{'at least' if limit['at_least'] else 'at most'} {with_unit(limit['asked'], limit['unit'])}"
 
 
 def reached(limit: dict[str, Any]) -> str:
-    """What was reached of it."""
+    """Text of the value reached."""
     return with_unit(limit["reached"], limit["unit"])
 
 
@@ -64,13 +64,13 @@ def kept(limit: dict[str, Any]) -> str:
 
 
 def markdown(table: Table, most: int | None = None) -> str:
-    """The table in Markdown, or so many rows of it."""
+    """The table in Markdown, with at most `most` rows."""
     rows = [table.heads, ["---"] * len(table.heads), *table.rows[:most]]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
 
 
 def table(rows: Iterable[Row], folder: Path) -> Table:
-    """Asked and reached, from the full results in a folder; what has none is said not to be measured.
+    """Table of limits and values reached, from the full results in a folder; rows without a result say "not measured".
 
     Raises:
         LookupError: A row names a limit or a figure that the result of its case does not have.
@@ -98,7 +98,7 @@ def block(folder: Path) -> str:
 
 
 def costs(folder: Path) -> str:
-    """The same of the guide's page about steps."""
+    """The table of the guide's page about steps."""
     return markdown(table(of("steps"), folder))
 
 
@@ -115,7 +115,7 @@ def write(root: Path, folder: Path) -> None:
 
 
 def split(text: str) -> tuple[str, str, str]:
-    """What stands before, between and after the markers.
+    """Split a text into the parts before, between and after the markers.
 
     Raises:
         ValueError: The text does not have each of the markers once, in order.

@@ -1,4 +1,4 @@
-"""What Figs. 3 and 5 of Maw, Barber & Fawcett (1981) share: psi_2 over psi_1 of a puck, and what friction errors do.
+"""Common part of Figs. 3 and 5 of Maw, Barber & Fawcett (1981): psi_2 over psi_1 of a puck, and effects of friction.
 
 An experiment gives V_x2/V_z1 over V_x1/V_z1; both become psi when multiplied by kappa/mu. Where the true friction is r
 times the one used, a point of the true curve psi_2 = f(psi_1) is recorded r times too far from the origin, on the

@@ -1,4 +1,4 @@
-"""validation/report.md, made from the saved results and nothing else."""
+"""validation/report.md, made from the saved results alone."""
 
 import re
 from collections.abc import Iterable
@@ -43,6 +43,9 @@ this page and the table in the README. `-f '^NAME$'` runs one case, by its name 
 cases that an interruption left. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to
 `quick/`. `--report` only rewrites this page and the pictures. The exit code is 1 if a limit is missed. Compare times
 only on a quiet machine. No number on this page is typed by hand.
+"""
+COSTS = """Costs are processor times divided by those of the scene or solver named after "over": native is the engine's
+own contact, CG its solver of that name.
 """
 MOST_ROWS = 8
 """Rows of a chapter's table; its results hold the others."""
@@ -95,7 +98,7 @@ def _missed(present: list[tuple[Case, Result]]) -> str:
     for case, result in present:
         table.rows.extend([link(case), f"**not sane**: {problem}", "", ""] for problem in result["problems"])
         table.rows.extend([link(case), *row[:3]] for row in limits_table(result).rows if row[3] == "MISSED")
-    text = markdown(table) if table.rows else "Nothing: every limit that was measured is kept."
+    text = f"{COSTS}\n{markdown(table)}" if table.rows else "Nothing: every limit that was measured is kept."
     return f"## What is missed\n\n{text}\n"
 
 

@@ -97,7 +97,7 @@ class Golf(Scene):
                 axes.plot(LOFTS, values, marker, color=colour, markerfacecolor="none", label=title_of(self, one))
             for how, dash in (("sliding", "--"), ("rolling", "-")):
                 values = [limits_of_rigid_bodies(loft, recording.o)[f"{what}_{how}"] for loft in LOFTS]
-                axes.plot(LOFTS, values, dash, color="0.4", linewidth=1.0, label=f"rigid ball, {how} in the end")
+                axes.plot(LOFTS, values, dash, color="0.4", linewidth=1.0, label=f"rigid ball, {how} at the end")
             top = 1.05 * max(shot[what] for one in (recording, native) for shot in self.measure(one)["shots"])
             axes.set(xlabel="loft [degrees]", ylabel=f"{what.replace('_', ' ')} [{unit}]", ylim=(0.0, top))
             axes.grid(alpha=0.3)

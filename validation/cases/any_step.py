@@ -1,4 +1,4 @@
-"""The bounce at any engine step: error over the step, and over the time that the law's own substeps take."""
+"""Error of a bounce over the engine's step, and over the processor time of the law's substeps."""
 
 from functools import partial
 from typing import Any
@@ -126,7 +126,7 @@ class AnyStep(Case):
 
 
 def _of_spin(pair: ContactPair, psi_1: list[float]) -> np.ndarray:
-    """By how much psi_2 changes with `TWIRL`, by the grid with local Coulomb friction (nu = 0.28, chi = 1.465)."""
+    """Change of psi_2 by the spin `TWIRL`, from the grid with local Coulomb friction (nu = 0.28, chi = 1.465)."""
     from validation.reference import grid
 
     radius = float(np.sqrt(ball.RADIUS * pair.greatest_overlap(MASS, ball.SPEED)))
@@ -140,7 +140,7 @@ def _of_spin(pair: ContactPair, psi_1: list[float]) -> np.ndarray:
 
 
 def _times(repeats: int) -> list[dict[str, float]]:
-    """Time of an impact within long steps [us], beyond that of the same steps in free flight, for each of `COUNTS`."""
+    """Time of an impact in long steps [us], less that of the same steps in free flight, for each of `COUNTS`."""
     worlds = {str(n): ball.ball_world("mujoco", LONG, ball.steel_pair(), substeps=n) for n in COUNTS}
     worlds["free"] = ball.ball_world("mujoco", LONG, ball.steel_pair())
     thrown = ball.launch(1.4 * FRICTION / ball.steel_pair().kappa, 0.0, spinning=False)[:2]

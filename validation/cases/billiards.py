@@ -63,7 +63,7 @@ class Billiards(Case):
 
 
 def _shot(speed: float, cut: float, spin: float) -> Data:
-    """A cue ball along x strikes one at rest, whose centre is at an angle [rad] from x."""
+    """A cue ball moving along x strikes one at rest, whose centre is at an angle [rad] from x."""
     n = np.array([-cos(cut), -sin(cut), 0.0])  # from the object ball to the cue ball
     across = np.array([-sin(cut), cos(cut), 0.0])
     cue = Body(MASS, RADIUS, velocity=(speed, 0.0, 0.0), spin=(0.0, 0.0, spin * speed / RADIUS))

@@ -1,4 +1,4 @@
-"""What tables of impacts as the paper had them, and published ones, tell of friction and stiffness."""
+"""Friction and stiffness ratio from tables of impacts as in the paper, and from published ones."""
 
 import numpy as np
 
@@ -90,7 +90,7 @@ def _of(table: tables.Published | tables.PuckTable, kappa: float | None = None, 
 
 
 def _repeated(table: tables.PuckTable, repeats: int) -> Data:
-    """What noisy tables of one truth give."""
+    """Results of calibrating noisy tables with the same true values."""
     truth = dict(zip(NAMES, (table.friction, table.restitution, table.kappa), strict=True))
     pulls, shares, sliding = [], [], []
     for seed in range(repeats):

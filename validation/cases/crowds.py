@@ -1,4 +1,4 @@
-"""Heaps, a tube, slopes: what lasts creeps nowhere, gains nothing, and what it costs beside MuJoCo's own contact."""
+"""Heaps, a tube and slopes: creep, energy, and cost beside MuJoCo's own contact."""
 
 from itertools import product
 from types import SimpleNamespace
@@ -112,12 +112,12 @@ class Crowds(Case):
 
 
 def _median(drops: list[dict[str, Any]]) -> dict[str, Any]:
-    """The drop whose cost over the native one is the median."""
+    """The drop with the median cost over the native one."""
     return sorted(drops, key=lambda one: one["drop"]["law"] / one["drop"]["CG"])[len(drops) // 2]
 
 
 def _limits(name: str, found: dict[str, Any], asked: float, native: str) -> list[Limit]:
-    """Whole drop, and asleep."""
+    """Limits on the cost of the whole drop, and asleep."""
     out = [Limit(f"{name}, drop over {native}", asked, found["drop"]["law"] / found["drop"][native])]
     if found["lying"]:
         out.append(Limit(f"{name}, asleep over {native}", 0.3, found["lying"]["law"] / found["lying"][native]))

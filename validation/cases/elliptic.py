@@ -54,7 +54,7 @@ class Elliptic(Case):
 
 
 def partial_curvatures(half: tuple[float, float, float]) -> tuple[float, float]:
-    """Of an ellipsoid that stands on a plane along its third axis [1/m], the smaller one along x."""
+    """Curvatures [1/m] of an ellipsoid that stands on a plane along its third axis, the smaller one along x."""
     return half[2] / half[0] ** 2, half[2] / half[1] ** 2
 
 
@@ -76,7 +76,7 @@ def impact(name: str, psi_1: Array) -> Array:
 
 
 def by_grid(psi_1: Array, chi: float, nu: float, ratio: float, quick: bool) -> Array:
-    """The same by the grid, its error halved with the width of its cells taken off."""
+    """The same by the grid, extrapolated to first order in the width of its cells."""
     from validation.reference import grid
 
     coarse, fine = (

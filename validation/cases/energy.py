@@ -54,7 +54,7 @@ class Energy(Case):
 
 
 def kinetic(psi: Array, normal_speed: Array | float, chi: Array, friction: Array, kappa: Array) -> Array:
-    """Kinetic energy at the contact for m_N = V_z1 = 1: V_x = mu psi/kappa and m_T = kappa/(2 chi)."""
+    """Kinetic energy at the contact point for m_N = V_z1 = 1: V_x = mu psi/kappa and m_T = kappa/(2 chi)."""
     return 0.5 * normal_speed**2 + 0.5 * (kappa / (2.0 * chi)) * (friction * psi / kappa) ** 2
 
 

@@ -1,4 +1,4 @@
-"""Every rung against finite elements of an elastic sphere, computed and published by others."""
+"""All laws against published finite elements of an elastic sphere."""
 
 import numpy as np
 
@@ -100,7 +100,7 @@ def spin_of(x: Array, after: Array) -> Array:
 
 
 def disagreement(recoil: tuple[Array, Array], spin: tuple[Array, Array], kappa: float, chi: float) -> dict[str, float]:
-    """How far two curves of the same impacts are from each other, in v_out/(mu v_n), rms.
+    """Difference of two curves of the same impacts, in v_out/(mu v_n), rms.
 
     v_out = x + 1.4 y_spin holds exactly for one impact, but the two curves were read at slightly different x. So the
     recoil curve is carried to the x of the spin curve: its distance from the reference is interpolated, which is small

@@ -1,4 +1,4 @@
-"""Error against run time inside the engines: what each way to a bounce costs an impact and a step."""
+"""Error against run time inside the engines: cost of each method per impact and per step."""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
@@ -182,11 +182,11 @@ class _Bounces:
 
     @cached_property
     def world(self) -> World:
-        """Made when first thrown."""
+        """World, made at the first throw."""
         return self.way.make()
 
     def place(self, number: int) -> Array:
-        """Start an impact; returns the direction of sliding."""
+        """Start an impact; return the direction of sliding."""
         i, j = self.launches[number]
         slide = self.psi_1[i] * ball.FRICTION / KAPPA * ball.SPEED
         velocity, spin, along = ball.launch(slide, 2.4 * j, spinning=j % 2 == 1)
@@ -217,7 +217,7 @@ class _Bounces:
             )  # fmt: skip
 
     def next(self) -> None:
-        """Go on to the next impact, untimed."""
+        """Prepare the next impact, untimed."""
         number = next(self.turns)
         self.place(number)
         self.count = int(self.counts[number])
@@ -232,7 +232,7 @@ class _Bounces:
 
 
 def _limits(data: Data, engine: str) -> list[Limit]:
-    """What is asked of the default."""
+    """Limits on the default."""
     return [Limit(f"methods both closer and faster than the default, {engine}", 0.0,
                   float(data["rungs"][DEFAULT]["beaten"])),
             Limit(f"times closer than a single spring at equal time, {engine}", CLOSER, data["closer"], at_least=True),

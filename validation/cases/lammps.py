@@ -1,4 +1,4 @@
-"""A discrete-element code on the same impacts: LAMMPS's granular wall beside the ladder."""
+"""A discrete-element code on the same impacts: LAMMPS's granular wall beside the laws."""
 
 from functools import partial
 

@@ -148,7 +148,7 @@ def _waves(name: str, ball: Material, block: Material, radius: float, mass: floa
 
 
 def _travel(angle: float | None) -> Data:
-    """Way of the patch over block and puck during one impact, over its greatest radius [%].
+    """Travel of the contact patch over block and puck during one impact, over its greatest radius [%].
 
     Integrals over the impact of the speed of the centre and of the rim, from the forces of `collide`. angle: of the
     centre's velocity from the normal [degrees], with the spin that keeps psi_1; None: no spin.
@@ -169,7 +169,7 @@ def _travel(angle: float | None) -> Data:
 
 
 def _coupling(name: str, a: Material, b: Material, friction: float | None) -> Data:
-    """Dundurs' second parameter of a pair, and what it can do."""
+    """Dundurs' second parameter of a pair, and its possible effects."""
     from validation.reference.closed_forms import dundurs
 
     beta = dundurs.beta(1.0 / a.shear_modulus, a.poissons_ratio, 1.0 / b.shear_modulus, b.poissons_ratio)

@@ -1,7 +1,7 @@
-"""Models that people have, with the law for all their contacts: whether they last, and what their steps cost.
+"""Models of other packages with the law for all contacts: stability, and cost of a step.
 
-The models are those of packages that each want a MuJoCo of their own: `validation.census` drives them where these are
-installed, and leaves what it found in validation/data/census.json, which is told here.
+The packages require different versions of MuJoCo. `validation.census` runs their models where they are installed, and
+saves the results in validation/data/census.json, which this case reports.
 """
 
 import json

@@ -120,7 +120,7 @@ def _momenta(state: State) -> tuple[Array, Array]:
 
 
 def _line_of_centres(state: State, *, first: bool) -> Array | None:
-    """From ball 2 to ball 1 when free flight from here, or back to here, has them at touching distance."""
+    """Vector from ball 2 to ball 1 at the instant of free flight at which they just touch."""
     apart, speed = state[0][0] - state[0][1], state[1][0] - state[1][1]
     a, b, c = speed @ speed, apart @ speed, apart @ apart - 4.0 * ball.RADIUS**2
     if b * b < a * c:

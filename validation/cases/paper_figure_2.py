@@ -1,4 +1,4 @@
-"""Fig. 2 of Maw, Barber & Fawcett (1981): how the traction lies across the contact, at ten equal times.
+"""Fig. 2 of Maw, Barber & Fawcett (1981): traction across the contact at ten equal times.
 
 The abscissa counts annuli: twentieths of the contact radius at the greatest compression. The ordinate is f/(G mu C):
 in the appendix the traction of gross slip is f = 2 G mu sqrt(b^2 - r^2)/(pi R (1 - nu)), largest in the centre at the

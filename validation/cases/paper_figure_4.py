@@ -1,4 +1,4 @@
-"""Fig. 4 of Maw, Barber & Fawcett (1981): the apparatus, as the simulated scene has it."""
+"""Fig. 4 of Maw, Barber & Fawcett (1981): the apparatus, with the sizes of the simulated scene."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""One thing at a time taken to its ends: Poisson's ratio, friction, inertia, incidence, masses, speed, rest."""
+"""One property at a time taken to its limits: Poisson's ratio, friction, inertia, incidence, masses, speed, rest."""
 
 from functools import partial
 from itertools import product
@@ -65,6 +65,6 @@ class StabilityExtremes(StabilityCase):
 
 
 def level_of(count: int, task: tuple[str, str, str, int]) -> Data:
-    """One level of one way."""
+    """Trials of one level by one method."""
     engine, way, name, level = task
     return tally(engine, way, [extreme(name, level, number, count) for number in range(count)])

@@ -1,4 +1,4 @@
-"""Contacts of any stiffness, a thousand times shorter or longer than the engine's step: which ways hold."""
+"""Stability of methods for contacts a thousand times shorter or longer than the engine's step, of any stiffness."""
 
 from functools import partial
 from itertools import pairwise, product
@@ -106,7 +106,7 @@ class StabilityMap(StabilityCase):
 
 
 def cell_of(most: int, task: tuple[str, str, tuple[int, int], Bounds, Bounds]) -> Data:
-    """One cell of one way: balls and balls on balls at random, of the default most; and a lossless ball."""
+    """Trials of one cell by one method: random balls and balls on balls, most for the default; and a lossless ball."""
     engine, way, cell, steps, modulus = task
     seeds = most if way == DEFAULT else SEEDS
     trials = [_drawn(cell, number, steps, modulus) for number in range(2 * seeds)]
@@ -117,7 +117,7 @@ def cell_of(most: int, task: tuple[str, str, tuple[int, int], Bounds, Bounds]) -
 
 
 def more_of(task: tuple[str, tuple[int, int], Bounds, Bounds]) -> Data:
-    """Trials of a cell from the wider draw, by the default."""
+    """Trials of a cell from the wider draw, by the default law."""
     engine, cell, steps, modulus = task
     return tally(engine, DEFAULT, [_drawn(cell, number, steps, modulus) for number in WIDER])
 

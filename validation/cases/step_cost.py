@@ -1,4 +1,4 @@
-"""What a step costs with the law, beside the same step with the engine's own contact and without any."""
+"""Cost of a step with the law, beside the same step with the engine's own contact and without contact."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -60,7 +60,7 @@ class Scene:
         return world
 
     def begin(self, world: World) -> None:
-        """Put the ball where it is to be."""
+        """Place the ball."""
         height = -ball.static_overlap() if self.height is None else self.height
         world.start(ball.at(height, [self.speed, 0.0, 0.0], [0.0, self.spin * self.speed / ball.RADIUS, 0.0]))
 
@@ -166,7 +166,7 @@ def _prepare(scene: Scene, world: World) -> None:
 
 
 def _check(scene: Scene, world: World) -> list[str]:
-    """Run a scene with resolved steps and look at every one: finite, within friction, energy not grown, as meant."""
+    """Run a scene with resolved steps and check each: finite, within the friction cone, energy not grown."""
     if scene.dt != RESOLVED or scene.contact in ("none", "native"):
         return []
     scene.begin(world)

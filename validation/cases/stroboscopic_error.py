@@ -1,4 +1,4 @@
-"""How far a drafting error moves the points of Figs. 3 and 5 of Maw, Barber & Fawcett (1981)."""
+"""Effect of a drafting error on the points of Figs. 3 and 5 of Maw, Barber & Fawcett (1981)."""
 
 from typing import NamedTuple
 
@@ -83,7 +83,7 @@ class _Scene(NamedTuple):
 def _scene(material: str, psi_1: float) -> _Scene:
     """The exact motion before and after, and when the flashes fall.
 
-    The tangential impulse moves the centre of a disk by a third of what it moves the contact point by.
+    The tangential impulse changes the velocity of a disk's centre by a third of that of the contact point.
     """
     puck = Puck(material=material, psi_1=psi_1)
     mu, kappa, e, radius = puck.pair.friction, puck.pair.kappa, puck.pair.restitution, puck.radius

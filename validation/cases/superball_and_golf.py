@@ -1,4 +1,4 @@
-"""Balls that reverse: superballs and golf balls as Cross measured them, whose friction nobody measured."""
+"""Reversing balls: superballs and golf balls measured by Cross, with unknown friction."""
 
 from math import radians, sin, tan
 
@@ -65,7 +65,7 @@ class SuperballAndGolf(Case):
 
 
 def _apart(bounds: tuple[float, float], measured: float) -> float:
-    """How far a measured value is from a range."""
+    """Distance of a measured value from a range."""
     return max(bounds[0] - measured, measured - bounds[1], 0.0)
 
 

@@ -1,4 +1,4 @@
-"""The source paper's first method beside its second: same answers, and what each pays for the history."""
+"""The paper's first method beside its second: the same results, and the cost of the history in each."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""Slides that turn: force, loss, rebound and cost of the default law, and whether it can give energy."""
+"""Slides that change direction: force, loss, rebound, cost and energy balance of the laws."""
 
 from functools import partial
 from time import process_time
@@ -127,7 +127,7 @@ def _spin(rows: list[Any], sigma: float) -> float:
 
 
 def _energy(count: int) -> dict[str, float]:
-    """By kind of load, the most energy that a random path gives back by either law; how far forces pass their limit.
+    """Largest energy given back on random paths by either law, by kind of load; largest excess of force over its limit.
 
     "together": where load and place change at once, and the same of Coulomb's own force ("coulomb"), which stores
     nothing: what its mean force misses of the work.

@@ -1,4 +1,4 @@
-"""Coupling of normal and tangential motion between unlike materials: finite elements have it, alumina on glass not."""
+"""Coupling of normal and tangential motion of unlike materials: in finite elements, not in alumina on glass."""
 
 import numpy as np
 
@@ -103,7 +103,7 @@ class UnlikeMaterials(Case):
 
 
 def coupled_change(pair: ContactPair, friction: float, psi_1: Array, quick: bool) -> Array:
-    """What the coupling changes of psi_2/psi_1, at incidences (n,), by the grid, whose own error drops out."""
+    """Change of psi_2/psi_1 by the coupling, at incidences (n,), by the grid, whose own error cancels."""
     from validation.reference import grid
 
     a, b = pair.a, pair.b
