@@ -1,4 +1,4 @@
-"""A scene as a moving picture: a GIF of few colours, in which only what moves is drawn anew, or a video."""
+"""Animation of a scene: a GIF of few colours, in which only moving parts are redrawn, or a video."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ LAST = 1.5  # how long the last frame stands [s]
 def draw_animation(
     panels: Sequence[Panel], file: Path, *, until: float | None = None, slow: float = 1.0, dpi: int = 84
 ) -> Path:
-    """Draw panels with the same axes, side by side in time.
+    """Draw panels with the same axes, synchronised in time.
 
     Args:
         panels: One or more.
         file: The picture, .gif, or the video, .mp4.
-        until: End of what is shown [s]; None: of the shortest recording.
-        slow: How many times slower than life.
+        until: Last time shown [s]; None: end of the shortest recording.
+        slow: Slow-motion factor.
         dpi: Dots an inch.
 
     Returns:
@@ -72,7 +72,7 @@ def draw_animation(
 
 
 def _gif(frames: Sequence[Image], file: Path, kinds: set[str]) -> None:
-    """Write frames as a moving picture of few colours."""
+    """Write frames as a GIF of few colours."""
     from PIL import Image
 
     palette = Image.new("P", (1, 1))
@@ -94,7 +94,7 @@ def _video(frames: Sequence[Image], file: Path, _: set[str]) -> None:
 
 
 def _colours(kinds: set[str]) -> list[int]:
-    """One palette for all frames, so that they need none of their own: greys, the bodies' colours, and mixtures."""
+    """Common palette of all frames: greys, the bodies' colours, and mixtures."""
     from matplotlib.colors import to_rgb
 
     colours = [np.full(3, level) for level in (*np.linspace(0.0, 1.0, GREYS), *map(_level, (GROUND, TABLE, FLOOR)))]

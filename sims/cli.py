@@ -21,7 +21,7 @@ SCENES = find_scenes()
 
 
 class Scenes(TyperGroup):
-    """Answers a command that there is not with the nearest one."""
+    """Commands that offer the nearest name for an unknown one."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that the arguments name."""
@@ -33,7 +33,10 @@ class Scenes(TyperGroup):
 
 
 app = typer.Typer(
-    cls=Scenes, add_completion=False, no_args_is_help=False, help="Scenes that show the contact law in an engine."
+    cls=Scenes,
+    add_completion=False,
+    no_args_is_help=False,
+    help="Scenes that show the contact law in an engine. Without a command: puck and superball in both engines.",
 )
 
 
@@ -42,7 +45,7 @@ def main(
     context: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder for the pictures.")] = compare.FIGURES,
 ) -> None:
-    """Without a command: the main job, the puck in both engines by every law against the reference, and superball."""
+    """Without a command: the puck by every law in both engines, against the reference; then the superball."""
     if context.invoked_subcommand is None:
         failed = compare.main_job(console, out)
         failed |= show_all([SCENES["superball"]], out)
@@ -51,21 +54,22 @@ def main(
 
 @app.command("list")
 def list_scenes() -> None:
-    """A line for each scene."""
+    """List the scenes, one line each."""
+    width = max(map(len, SCENES))
     for name, scene in SCENES.items():
-        console.print(f"[bold]{name}[/]  {scene.title}", highlight=False, soft_wrap=True)
+        console.print(f"[bold]{name:{width}}[/]  {scene.title}", highlight=False, soft_wrap=True)
 
 
 @app.command("all")
 def run_all(
     out: Annotated[Path, typer.Option(help="Folder for the pictures.")] = compare.FIGURES,
 ) -> None:
-    """Run and check every scene, and make the picture and the GIF of each."""
+    """Run and check every scene, and make its picture and GIF."""
     raise typer.Exit(show_all(list(SCENES.values()), out))
 
 
 def run_puck(scene: Scene, values: Mapping[str, Any]) -> None:
-    """Throw the puck once; to be seen, again, from further away and at the engine's own step."""
+    """Throw the puck once; for pictures again, from further away and at the engine's own step."""
     values = {**values, "spin": int(values["launch"] == "spin")}
     settings = settings_of(scene, values)
     told = SimpleNamespace(**scene.demand(settings))
@@ -86,10 +90,10 @@ def run_puck(scene: Scene, values: Mapping[str, Any]) -> None:
 for _scene in SCENES.values():
     if _scene.name != "puck":
         add_scene(app, _scene)
-add_scene(  # with more to be asked, and a step that resolves the contact
+add_scene(  # with more options, and a step that resolves the contact
     app, SCENES["puck"], run_puck, spin=(int, 0, typer.Option(hidden=True)),
     launch=(str, "oblique", typer.Option(help="|".join(puck.LAUNCHES))),
-    heading=(float, 0.0, typer.Option(help="Direction of the block's normal in the plane, in rad.")),
-    table=(bool, False, typer.Option("--table", help="Simulate gravity and a frictionless table too.")),
+    heading=(float, 0.0, typer.Option(help="direction of the block's normal in the plane, in rad")),
+    table=(bool, False, typer.Option("--table", help="also simulate gravity and a frictionless table")),
     timestep=(float | None, None, typer.Option(help="Engine step in s; default: a 200th of the contact.")),
 )  # fmt: skip

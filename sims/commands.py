@@ -19,18 +19,18 @@ BOTH = ("both",)
 KINDS = ("plot", "gif", "mp4")  # of pictures
 PLOT, GIF, MP4, VIEW = (
     "Many exposures in one picture, .png.",
-    "Moving picture, .gif.",
+    "Animation, .gif.",
     "The same as a video, .mp4 (needs the extra video).",
-    "Watch it in the engine's own window.",
+    "Show the scene in the engine's own window.",
 )
-LAW = "native: the engine's own contact; default: the simplest by which the scene is the same"
+LAW = "native: the engine's own contact; default: the simplest law with the same result"
 STEPS = ", ".join(f"{engine} {step:.4g}" for engine, step in OWN_STEP.items())
 
 
 def add_scene(
     app: typer.Typer, scene: Scene, run: Callable[[Scene, Mapping[str, Any]], None] | None = None, **more: Any
 ) -> None:
-    """Give a scene its command; run: what it does if not the usual; more: options of its own, as typer has them."""
+    """Add the command of a scene; run: replaces `run_scene`; more: further options, as typer takes them."""
 
     def command(**values: Any) -> None:
         try:
@@ -42,7 +42,7 @@ def add_scene(
         except (ModuleNotFoundError, OSError) as error:
             raise typer.BadParameter(str(error)) from None
         except (ArithmeticError, RuntimeError) as error:
-            raise typer.BadParameter(f"with these values it cannot be moved: {error}") from None
+            raise typer.BadParameter(f"the scene cannot be simulated with these values: {error}") from None
 
     natives = NATIVES[: 1 + scene.beside_damped]
     options: dict[str, tuple[Any, Any, Any]] = {
@@ -67,8 +67,9 @@ def add_scene(
     ]
     command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {one.name: one.annotation for one in parameters}
-    able = "".join(f"\n\nNot in {engine}: {reason}" for engine, reason in scene.unable.items())
-    app.command(scene.name, help=f"{scene.title}.\n\n{inspect.cleandoc(type(scene).__doc__ or '')}{able}")(command)
+    able = "".join(f"\n\nNot in {engine}: {reason}." for engine, reason in scene.unable.items())
+    title = f"{scene.title[0].upper()}{scene.title[1:]}."
+    app.command(scene.name, help=f"{title}\n\n{inspect.cleandoc(type(scene).__doc__ or '')}{able}")(command)
 
 
 def _has_both(scene: Scene) -> bool:
@@ -76,7 +77,7 @@ def _has_both(scene: Scene) -> bool:
 
 
 def _for_each_engine(run: Callable[[Scene, Mapping[str, Any]], None], scene: Scene, values: Mapping[str, Any]) -> None:
-    """In the engine asked for, or in both.
+    """Run in the engine asked for, or in both.
 
     Raises:
         ValueError: The scene cannot be run so.
@@ -114,10 +115,10 @@ def run_scene(scene: Scene, values: Mapping[str, Any]) -> None:
 
 
 def settings_of(scene: Scene, values: Mapping[str, Any]) -> Settings:
-    """What the command line asks of a scene.
+    """Settings of a scene from the values of the command line.
 
     Raises:
-        ValueError: It cannot be done; the message says why.
+        ValueError: The scene cannot be run so; the message says why.
     """
     if values["view"] and not _has_display():
         raise ValueError("view: there is no display to open a window on; --gif makes a moving picture")

@@ -1,4 +1,4 @@
-"""An impact of a round body as seen at its contact point, beside the reference."""
+"""Motion of the contact point of a round body before and after an impact, beside the reference."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 def contact_velocity(velocity: ArrayLike, spin: ArrayLike, normal: ArrayLike, radius: float) -> Array:
-    """Velocity of the point of a round body that touches, v + omega x (-R n).
+    """Velocity of the contact point of a round body, v + omega x (-R n) [m/s].
 
     Args:
         velocity: Of its centre [m/s], shape (..., 3).
@@ -30,7 +30,7 @@ def static_overlap(pair: ContactPair, load: float, radius: float) -> float:
 
 
 def rebound_of(pair: ContactPair, chi: float, before: ArrayLike, after: ArrayLike, normal: ArrayLike) -> dict[str, Any]:
-    """psi before and after an impact, and the reference's.
+    """psi before and after an impact, and psi after by the reference.
 
     Args:
         pair: The contact.

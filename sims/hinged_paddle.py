@@ -1,4 +1,4 @@
-"""A ball and a paddle on a hinge in either engine: how the law is put on a body with joints.
+"""A ball and a paddle on a hinge in either engine: an example of the law on a body with joints.
 
 The hinge's axis is y, through the origin; the paddle stands up from it with its face in the plane x = 0, so that the
 point that the ball meets moves along the face's normal alone. The joint has no limit, motor or damping.
@@ -63,7 +63,7 @@ class Setup:
 
 
 def in_mujoco(setup: Setup, count: int) -> Iterator[State]:
-    """The state at the start and after each of so many steps."""
+    """Simulate in MuJoCo: the state at the start and after each of a number of steps."""
     import mujoco
 
     from contactlaw import mujoco_plugin
@@ -95,7 +95,7 @@ def in_mujoco(setup: Setup, count: int) -> Iterator[State]:
 
 
 def in_pybullet(setup: Setup, count: int) -> Iterator[State]:
-    """Likewise. PyBullet's joints have no armature: the paddle's own inertia is made larger by it."""
+    """The same in PyBullet, whose joints have no armature: it is added to the paddle's own inertia."""
     import pybullet as p
 
     from contactlaw.pybullet_callback import ContactCallback

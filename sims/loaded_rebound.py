@@ -1,8 +1,8 @@
-"""Reference for the bounce of a soft ball: its weight, or whatever presses steadily, acts while it touches.
+"""Reference for the bounce of a soft ball under a steady load, such as its weight, during the contact.
 
-In a hard impact gravity adds nothing that counts. A rubber ball touches for milliseconds, and its weight adds some
-m g T to the normal impulse: 1 % and more of it, and with it of psi_2. The normal motion is therefore integrated here
-with the load in it, and the annulus solver is given that motion.
+In a hard impact gravity is negligible. A rubber ball touches for milliseconds, and its weight adds some m g T to the
+normal impulse, 1 % and more, which changes psi_2 by as much. The normal motion is therefore integrated here with the
+load included, and the annulus solver is given that motion.
 
 Units: E* R^(1/2) = m = 1 and approach speed 1; so lengths are in L = (m v^2/(E* R^(1/2)))^(2/5), times in L/v. With d
 the overlap and load = g L/v^2,
@@ -32,7 +32,7 @@ STAYS = "so large that the body does not leave: its speed or restitution is too 
 
 @dataclass(frozen=True)
 class LoadedRebound:
-    """What a loaded impact comes to.
+    """Result of a loaded impact.
 
     Attributes:
         psi_2: (kappa/mu) V_x2/V_z1.

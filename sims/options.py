@@ -1,4 +1,4 @@
-"""What scenes may be told: numbers with a default and a range, and those that every scene with a ball has."""
+"""Numeric options of scenes, with default and range, and those that every scene with a ball has."""
 
 from math import pi
 from typing import NamedTuple
@@ -7,12 +7,12 @@ from contactlaw import MATERIALS, checks
 
 
 class Option(NamedTuple):
-    """A number that a scene may be told; whole numbers where the default is one.
+    """A numeric option of a scene; a whole number if the default is one.
 
     Attributes:
-        default: None: the scene finds it out, as `help` says.
-        help: What it is, with its unit.
-        low, high: The range that is allowed.
+        default: None: the scene computes it, as `help` says.
+        help: Meaning and unit.
+        low, high: Range allowed.
     """
 
     default: float | None
@@ -35,38 +35,39 @@ class Option(NamedTuple):
 def of_ball(
     radius: float | None, friction: float | None, restitution: float | None, mass: float | None = None
 ) -> dict[str, Option]:
-    """What is told of any ball and its contact; mass None: that of a ball of the material."""
+    """Options of a ball and its contact; mass None: computed from radius and material."""
+    by = "" if mass else "; default: from radius and material"
     return of_contact(friction, restitution) | {
-        "mass": Option(mass, "of a ball, in kg" + ("" if mass else "; default: by radius and material"), 1e-6, 1e4),
-        "radius": Option(radius, "of a ball, in m", 5e-4, 1.0),
+        "mass": Option(mass, f"mass of a ball, in kg{by}", 1e-6, 1e4),
+        "radius": Option(radius, "radius of a ball, in m", 5e-4, 1.0),
     }
 
 
 def of_contact(friction: float | None, restitution: float | None) -> dict[str, Option]:
-    """What is told of any contact; None: by the material."""
-    by = "; default: by the material" if friction is None else ""
+    """Options of a contact; None: value of the material."""
+    by = "; default: that of the material" if friction is None else ""
     return {
-        "friction": Option(friction, f"mu of the contact{by}", 1e-3, 10.0),
-        "restitution": Option(restitution, f"of the contact{by}", 0.02, 1.0),
+        "friction": Option(friction, f"friction coefficient{by}", 1e-3, 10.0),
+        "restitution": Option(restitution, f"coefficient of restitution{by}", 0.02, 1.0),
     }
 
 
 def seconds(default: float, least: float = 0.1, most: float = 60.0) -> Option:
-    """Of a scene that may go on."""
-    return Option(default, "how long it is watched, in s", least, most)
+    """Option for the duration of a scene."""
+    return Option(default, "duration of the recording, in s", least, most)
 
 
 def speed(default: float, text: str, most: float = 1e3) -> Option:
-    """One in m/s."""
+    """Option for a speed."""
     return Option(default, f"{text}, in m/s", 1e-3, most)
 
 
 def length(default: float, text: str) -> Option:
-    """One in m."""
+    """Option for a length."""
     return Option(default, f"{text}, in m", 1e-3, 1e3)
 
 
 def ball_mass(material: str | None, radius: float) -> float:
-    """Of a homogeneous ball [kg]; of water where the material has no density."""
+    """Mass of a homogeneous ball [kg], of the density of water if the material has none."""
     density = MATERIALS[material].density if material else None
     return 4.0 / 3.0 * pi * radius**3 * (density or 1000.0)

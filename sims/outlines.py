@@ -1,4 +1,4 @@
-"""What a body looks like in the plane of a picture: polygons in two tones, so that it is seen how it has turned."""
+"""Outlines of bodies in the plane of a picture: polygons in two tones, to show rotation."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ Polygon = tuple[Array, str]
 
 
 def reach_of(track: Track) -> Array:
-    """How far a body goes from its middle along each axis of the world [m], shape (n, 3)."""
+    """Extent of a body from its centre along each axis of the world [m], shape (n, 3)."""
     size, turns = np.array(track.size), np.abs(track.rotations)
     if track.shape in ("ball", "disc"):
         return np.full(track.positions.shape, size[0])
@@ -24,10 +24,10 @@ def reach_of(track: Track) -> Array:
 
 
 def polygons_of(track: Track, entry: int, view: tuple[int, int]) -> list[Polygon]:
-    """A body at one entry of its track.
+    """Polygons of a body at one entry of its track.
 
-    Half of a round body, the one that its own x axis points to, is dark; half an end of a cylinder; of a box and of a
-    capsule one end.
+    Dark are: of a round body the half that its own x axis points to, of a cylinder half of each end, of a box or
+    a capsule one end.
 
     Args:
         track: The body.
@@ -65,7 +65,7 @@ def polygons_of(track: Track, entry: int, view: tuple[int, int]) -> list[Polygon
 
 
 def scenery_of(outline: Outline, view: tuple[int, int]) -> Array:
-    """Something fixed: corners of its line or of its hull, shape (n, 2); none of a plane that is not seen edge on."""
+    """Corners of the line or hull of something fixed, shape (n, 2); none for a plane not seen edge on."""
     if outline.normal:
         right, up, towards = _frame(view) @ np.array(outline.normal)
         point = outline.points[:1] @ _frame(view)[:2].T
@@ -75,7 +75,7 @@ def scenery_of(outline: Outline, view: tuple[int, int]) -> Array:
 
 
 def _frame(view: tuple[int, int]) -> Array:
-    """Rows: right, up, and towards who looks."""
+    """Rows: unit vectors right, up, and towards the viewer."""
     right, up = np.eye(3)[view[0]], np.eye(3)[view[1]]
     return np.array([right, up, np.cross(right, up)])
 
@@ -85,13 +85,13 @@ def _signs() -> Array:
 
 
 def _circle(first: Array, second: Array, angle: float) -> Array:
-    """From the first of two perpendicular radii towards the second one and on, in the plane or in space."""
+    """Circle from the first of two perpendicular radii through the second, in the plane or in space."""
     angles = np.linspace(0.0, angle, CORNERS)[:, None]
     return np.cos(angles) * first + np.sin(angles) * second
 
 
 def _half(axis: Array) -> Array:
-    """What is seen of that half of the unit ball to which an axis points, in the frame of the picture."""
+    """Visible part of the half of the unit ball to which an axis points, in the frame of the picture."""
     length = float(np.hypot(axis[0], axis[1]))
     ahead = axis[:2] / length if length > 1e-9 else np.array([1.0, 0.0])
     across = np.array([-ahead[1], ahead[0]])

@@ -1,4 +1,4 @@
-"""One panel of a picture: a scene seen from the side, in metres, with what stands around."""
+"""One panel of a picture: a scene in projection, in metres, with its surroundings."""
 
 from __future__ import annotations
 
@@ -65,12 +65,12 @@ class Panel:
 
     @cached_property
     def marks_move(self) -> bool:
-        """Whether they go with the bodies."""
+        """Whether the marks move with the bodies."""
         return list(self.marks_at(0)) != list(self.marks)
 
 
 def title_of(scene: Scene, recording: Recording) -> str:
-    """Engine, law and step of a recording; of the engine's own contact what it is set for."""
+    """Title with engine, law and step of a recording, or what the engine's own contact is set for."""
     engine, law = ENGINE_NAMES[recording.facts["engine"]], recording.facts["law"]
     title = f"contactlaw in {engine}" + ("" if "microslip" in law else f", law {law}")
     if law in NATIVES:
@@ -87,7 +87,7 @@ def panel_of(scene: Scene, recording: Recording) -> Panel:
 
 
 def extent(panels: Sequence[Panel], until: float) -> Array:
-    """What all panels show up to a time, with marks that stand and room for others: left, right, below, above [m]."""
+    """Bounds of all panels up to a time, with room for marks: left, right, below, above [m]."""
     bounds = []
     for panel in panels:
         recording = panel.recording
@@ -106,9 +106,9 @@ def extent(panels: Sequence[Panel], until: float) -> Array:
 
 
 def figure_for(panels: Sequence[Panel], until: float) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel each, of what they show up to a time [s]: side by side, or where wide above each other.
+    """Figure with the panels up to a time [s], side by side or, if wide, above each other.
 
-    Scales are the same, but that of a panel much narrower than the others, which is drawn larger.
+    All have the same scale, except a panel much narrower than the others, which is drawn larger.
     """
     from matplotlib.figure import Figure
 
@@ -146,7 +146,7 @@ def figure_for(panels: Sequence[Panel], until: float) -> tuple[Figure, list[Axes
 
 
 def _enlarged(panel: Panel, bounds: Array, until: float) -> Array:
-    """The bounds of a panel that is drawn as large as it can be, where that is much larger than with those of all."""
+    """Bounds of a panel drawn as large as possible, if that is much larger than at the common scale."""
     own = extent([panel], until)
     width, most = bounds[1] - bounds[0], (own[1] - own[0])
     if most > LARGER * width:
@@ -156,7 +156,7 @@ def _enlarged(panel: Panel, bounds: Array, until: float) -> Array:
 
 
 def surroundings(axes: Axes, panel: Panel, bounds: Array) -> None:
-    """Draw what stands around."""
+    """Draw the surroundings."""
     for outline in panel.recording.scenery:
         flat = scenery_of(outline, panel.recording.view)
         if outline.solid:
@@ -169,14 +169,14 @@ def surroundings(axes: Axes, panel: Panel, bounds: Array) -> None:
 
 
 def bodies(axes: Axes, panel: Panel, entry: int, strength: float = 1.0, depth: float = 3.0) -> list[Any]:
-    """Draw every body at one entry; returns what was drawn.
+    """Draw every body at one entry; return what was drawn.
 
     Args:
-        axes: Where.
-        panel: What.
-        entry: Which.
+        axes: Axes to draw on.
+        panel: The panel.
+        entry: Index of the entry.
         strength: 0: as pale as paper, 1: full colour.
-        depth: What is drawn over what; larger numbers over smaller.
+        depth: Drawing order; larger numbers are drawn over smaller ones.
     """
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
@@ -194,7 +194,7 @@ def bodies(axes: Axes, panel: Panel, entry: int, strength: float = 1.0, depth: f
 
 
 def path(axes: Axes, panel: Panel, until: float) -> list[Any]:
-    """The paths of the bodies' centres up to a time; returns what was drawn."""
+    """Draw the paths of the bodies' centres up to a time; return what was drawn."""
     from matplotlib.collections import LineCollection
 
     right, up = panel.recording.view
@@ -208,7 +208,7 @@ def path(axes: Axes, panel: Panel, until: float) -> list[Any]:
 
 
 def ways(axes: Axes, panel: Panel, instants: Array) -> None:
-    """An arrow on the path of a single body from where it is at some instants [s], for the order of things."""
+    """Draw arrows along the path of a single body at some instants [s], to show its direction."""
     if len(panel.recording.tracks) != 1:
         return
     track, times, view = panel.recording.tracks[0], panel.recording.times, list(panel.recording.view)
@@ -224,7 +224,7 @@ def ways(axes: Axes, panel: Panel, instants: Array) -> None:
 
 
 def marks(axes: Axes, panel: Panel, entry: int = -1) -> None:
-    """The marks inside the panel; those at one place are put in one text, none over another or over the edge."""
+    """Marks inside the panel; those at one place are merged, and none overlaps another or the edge."""
     left, right = axes.get_xlim()
     placed: list[tuple[float, float, str]] = []
     for x, y, text in panel.marks if entry == -1 else panel.marks_at(entry):
@@ -251,7 +251,7 @@ def marks(axes: Axes, panel: Panel, entry: int = -1) -> None:
 
 
 def write(axes: Axes, panel: Panel, mark: Mark) -> Any:
-    """One mark where it stands."""
+    """Draw one mark."""
     made = axes.annotate(
         mark[2], mark[:2], xytext=(0, -4), textcoords="offset points", ha="center", va="top", fontsize=9,
         fontweight="bold", color=TONES[panel.kind][DARK], zorder=10,
@@ -261,7 +261,7 @@ def write(axes: Axes, panel: Panel, mark: Mark) -> Any:
 
 
 def note(axes: Axes, text: str) -> Any:
-    """A line below the panel, at its right end."""
+    """Draw a line of text below the panel, at its right end."""
     return axes.annotate(
         text, (1.0, 0.0), xycoords="axes fraction", xytext=(0, -37), textcoords="offset points", ha="right", va="top",
         fontsize=8, color=NOTES,
@@ -269,7 +269,7 @@ def note(axes: Axes, text: str) -> Any:
 
 
 def save(figure: Figure, file: Path, dpi: int = 130) -> Path:
-    """Write a picture, without what would make two of the same differ; returns its path."""
+    """Write a picture without metadata that would make equal pictures differ; return its path."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with whole(file) as part:
         figure.savefig(part, dpi=dpi, metadata={"Software": None}, bbox_inches="tight", pad_inches=0.08)

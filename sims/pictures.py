@@ -15,7 +15,7 @@ from sims.stroboscope import draw_stroboscope
 
 
 def panels_of(scene: Scene, settings: Settings, recording: Recording, engines: Iterable[str] = ()) -> list[Panel]:
-    """A recording, and beside it what the engines' own contact makes of the same scene.
+    """Panels of a recording and of the same scene with the engines' own contact.
 
     Args:
         scene: The scene.
@@ -38,10 +38,10 @@ def panels_of(scene: Scene, settings: Settings, recording: Recording, engines: I
 
 
 def draw_exposures(scene: Scene, panels: list[Panel], file: Path) -> Path:
-    """The many exposures; as much of the scene as it wants shown."""
+    """Draw the exposures, up to the time that the scene shows."""
     return draw_stroboscope(panels, file, until=scene.shown, exposure=scene.exposure, apart=scene.apart)
 
 
 def draw_gif(scene: Scene, panels: list[Panel], file: Path) -> Path:
-    """The moving picture, as slow as the scene wants it."""
+    """Draw the animation, in the scene's slow motion."""
     return draw_animation(panels, file, until=scene.shown, slow=scene.slow)

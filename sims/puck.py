@@ -1,7 +1,7 @@
 """The puck of Maw, Barber & Fawcett (1981): a slice of a ball on an air table strikes a block of its own material.
 
 The air table makes the motion planar and frictionless, so neither table nor gravity is simulated: three degrees of
-freedom and one contact. With `table=True` both are, to show that they make no difference, and what they cost.
+freedom and one contact. With `table=True` both are simulated, to show that they make no difference, and what they cost.
 """
 
 from dataclasses import dataclass, replace
@@ -54,7 +54,7 @@ class Puck:
         phase: Part of a step left between the start and the touch.
         friction, restitution: None: as measured in the paper.
         radius: [m].
-        told_mass: [kg]; None: a disc's of the material.
+        told_mass: [kg]; None: that of a disc of the material.
         table: Whether gravity and a frictionless table are simulated too.
     """
 
@@ -110,7 +110,7 @@ class Puck:
 
     @property
     def chi(self) -> float:
-        """Of the puck against the clamped block."""
+        """chi of the puck against the clamped block."""
         return self.pair.chi(self.mass, self.mass / 3.0)
 
     @cached_property
@@ -186,7 +186,7 @@ class Result:
         return self.psi2 - self.psi2_reference
 
     def limits(self) -> list[Limit]:
-        """What must hold of this scene; the laws below microslip are only asked to be sane."""
+        """Limits on the result; laws other than microslip are only checked for sanity."""
         out = [Limit("psi2, anything finite", 1e3, abs(self.psi2))]
         if self.law not in ("mindlin", *NATIVES):
             out.append(Limit("energy after over before", 1.001, self.energy_ratio))
@@ -201,7 +201,7 @@ class Result:
 
 
 def changes(o: Any) -> dict[str, Any]:
-    """What `OPTIONS` change of a puck, without those left to the material."""
+    """Fields of a puck that `OPTIONS` change, without those left to the material."""
     names = {name: "told_mass" if name == "mass" else name for name in OPTIONS}
     return {field: getattr(o, name) for name, field in names.items() if getattr(o, name) is not None}
 
@@ -209,7 +209,7 @@ def changes(o: Any) -> dict[str, Any]:
 def build(
     puck: Puck, settings: Settings, start: NDArray[np.float64] | None = None, block: tuple[float, ...] = BLOCK
 ) -> World:
-    """The puck before it is thrown, from its own start or another, and the block with its face through the origin."""
+    """Build the puck at its own start or another, and the block with its face through the origin."""
     velocity, spin = puck.start_motion
     gravity = (0.0, 0.0, -9.81 if puck.table else 0.0)
     world = new_world(replace(settings, law=puck.law, timestep=puck.step), gravity)
@@ -226,7 +226,7 @@ def build(
 
 
 def result_of(puck: Puck, engine: str, steps: int, after: tuple[NDArray[np.float64], float], time: float) -> Result:
-    """A throw measured: velocity and spin after it, and the processor's time for it [s]."""
+    """Result of a throw from the velocity and spin after it, and its processor time [s]."""
     psi, energy = ([of(*motion) for motion in (puck.start_motion, after)] for of in (puck.psi, puck.energy))
     e = puck.pair.restitution
     return Result(

@@ -1,4 +1,4 @@
-"""What was seen of a scene: where its bodies were and how they moved, and what stood around them."""
+"""Recording of a run: motion of the bodies over time, and the fixed surroundings."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Track:
             cylinder, along its z axis: (radius, half length of the straight part).
         positions: Of the centre [m], shape (n, 3).
         rotations: From the body's axes to the world's, shape (n, 3, 3).
-        velocities: True ones at the time of the positions [m/s], shape (n, 3).
+        velocities: Velocities at the time of the positions [m/s], shape (n, 3).
         spins: Likewise, world frame [rad/s], shape (n, 3).
         mass: [kg]; infinite for a driven body.
         inertia: About the body's axes [kg m^2], shape (3,).
@@ -53,7 +53,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Outline:
-    """Something fixed to be drawn: the line through its points, where it is `solid` the hull of them, or a plane.
+    """Something fixed to draw: a line through points, their convex hull if `solid`, or a plane.
 
     Attributes:
         points: World [m], shape (n, 3).
@@ -128,7 +128,7 @@ class Recording:
         return SimpleNamespace(**self.facts)
 
     def told(self, *more: str) -> dict[str, Any]:
-        """What every scene tells of its run, with more of the facts: engine, law, step [s], wall time [s]."""
+        """Facts common to all scenes (engine, law, step [s], wall time [s]) and further ones."""
         return {key: self.facts[key] for key in ("engine", "law", "timestep", *more, "wall_time")}
 
     def save(self, path: Path) -> Path:

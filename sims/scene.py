@@ -1,4 +1,4 @@
-"""What a scene is, and the registry of all of them."""
+"""The class `Scene`, its settings, and the registry of all scenes."""
 
 from __future__ import annotations
 
@@ -36,28 +36,28 @@ Mark = tuple[float, float, str]
 
 
 def signed(value: float, digits: int) -> str:
-    """A number with its sign, for pictures; nothing rounds to a negative zero."""
+    """Format a number with its sign, for pictures; never as a negative zero."""
     text = f"{value:+.{digits}f}".replace("-", "\N{MINUS SIGN}")
     return text if any(digit in text for digit in "123456789") else text[1:]
 
 
 def plain(value: float, digits: int) -> str:
-    """A number of so many digits, for pictures; more before the point than a power of ten."""
+    """Format a number to some significant digits, for pictures, without a power of ten for large ones."""
     return f"{value:.0f}" if abs(value) >= 10.0**digits else f"{value:.{digits}g}"
 
 
 def _no_progress(_: float) -> None:
-    """Nobody is told."""
+    """Ignore progress."""
 
 
 def check_law(law: str) -> None:
-    """Refuse what is neither a law, with its fields, nor the engine's own contact."""
+    """Raise ValueError unless the text names a law, with its fields, or the engine's own contact."""
     if law not in NATIVES:
         law_of(law)
 
 
 def check_step(timestep: float | None) -> None:
-    """Refuse a step [s] that no scene is to be seen with."""
+    """Raise ValueError if a step [s] is outside the range for scenes."""
     if timestep is not None:
         low, high = LEAST_STEP, LONGEST_STEP
         checks.number("timestep", timestep, f"in [{low:g}, {high:g}] s", low=low, high=high)
@@ -65,16 +65,14 @@ def check_step(timestep: float | None) -> None:
 
 @dataclass(frozen=True)
 class Settings:
-    """How a scene is to be run.
+    """Settings of a run.
 
     Attributes:
-        engine: "mujoco", "pybullet", or "none" for the package's own world.
-        law: As `contactlaw.laws.law_of` has it, or "native" for the engine's own contact; None: that of the pairs.
-        material: Name in `contactlaw.MATERIALS`; None: the scene's own.
-        timestep: Engine step [s]; None: the engine's own.
-        options: The scene's own numbers, by name; what is not given has the scene's default.
-        watch: Whether to show it in the engine's own window: how many times slower than life; 0: not.
-        progress: Told now and then which part of the run is done, 0 to 1.
+        engine: "mujoco", "pybullet", or "none" for the package's own world. law: Law as `contactlaw.laws.law_of` takes
+        it, or "native" for the engine's own contact; None: that of the pairs. material: Name in `contactlaw.MATERIALS`;
+        None: the scene's own. timestep: Engine step [s]; None: the engine's own. options: The scene's own options by
+        name; those not given have the scene's defaults. watch: Slow-motion factor in the engine's own window; 0: no
+        window. progress: Called now and then with the share of the run that is done, 0 to 1.
 
     Raises:
         ValueError: A value outside what is allowed; the message names it.
@@ -113,14 +111,14 @@ class Scene(ABC):
 
     To add a scene, put one file into sims/scenes with a subclass of this, decorated with `register`:
       1. `name` (that of its command) and `title`, one line for `python -m sims list`;
-      2. `engines`, and in `unable` the reason for each engine that cannot do it;
-      3. `shown`, `exposure`, `slow` where the usual ones do not make a good picture;
-      4. `options`: its own numbers (`sims.options`, `of_ball` where it has a ball); each becomes an option of its
+      2. `engines`, and in `unable` the reason for each engine that cannot run it;
+      3. `shown`, `exposure`, `slow` where the defaults do not make a good picture;
+      4. `options`: its own numbers (`sims.options`; `of_ball` if it has a ball); each becomes an option of its
          command;
-      5. `simulate`: build it with `sims.worlds.new_world`, throw, and return what was recorded; its pairs have the
-         simplest law that it can do with (`leave_out` in validation measures what that saves and changes);
-      6. `measure`: what came out, from the recording alone, which has all options and the material among its facts;
-         `check`: what must hold of it.
+      5. `simulate`: build it with `sims.worlds.new_world`, run it, and return the recording; its pairs have the
+         simplest law that gives the same result (`leave_out` in validation measures what that saves and changes);
+      6. `measure`: the results, from the recording alone, whose facts include all options and the material;
+         `check`: the limits that they must keep.
     """
 
     name: ClassVar[str]
@@ -129,23 +127,23 @@ class Scene(ABC):
     unable: ClassVar[dict[str, str]] = {}
     options: ClassVar[dict[str, Option]] = {}
     material: ClassVar[str | None] = "steel"
-    """What it is made of unless told otherwise; None: of what no option can change."""
+    """Default material; None: the scene has fixed materials."""
     shown: ClassVar[float | None] = None
-    """How much of the recording its pictures show [s]; None: all."""
+    """Time that its pictures show [s]; None: all of the recording."""
     exposure: ClassVar[float | None] = None
     """Time between two exposures of the stroboscope [s]; None: so that there are 16."""
     beside_native: ClassVar[bool] = True
     """Whether its pictures show the engine's own contact beside the law."""
     native_step: ClassVar[float | None] = None
-    """Step [s] of the engine's own contact in them, where its usual one lets bodies pass through each other."""
+    """Step [s] of the engine's own contact in the pictures, where bodies pass through each other at the usual step."""
     beside_damped: ClassVar[bool] = False
-    """Whether they show it as MuJoCo has it with the best settings for friction, too."""
+    """Whether its pictures also show MuJoCo's own contact with the best settings for friction."""
     apart: ClassVar[bool] = False
     """Whether exposures stand side by side, for bodies that hide each other."""
     in_window: ClassVar[bool] = True
-    """Whether `World.record` moves it, which shows it in the engine's window on demand."""
+    """Whether `World.record` runs it, which can show it in the engine's window."""
     slow: ClassVar[float] = 1.0
-    """How many times slower than life its moving picture is."""
+    """Slow-motion factor of its animation."""
 
     def run(self, settings: Settings) -> Recording:
         """Simulate and record.
@@ -160,34 +158,34 @@ class Scene(ABC):
 
     @abstractmethod
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """The scene itself; o: what `demand` returns, as attributes."""
+        """Build and run the scene; o: what `demand` returns, as attributes."""
 
     @abstractmethod
     def measure(self, recording: Recording) -> Measured:
-        """The figures that the scene is about, as `--json` prints them."""
+        """Results of the scene, as `--json` prints them."""
 
     @abstractmethod
     def check(self, measured: Measured) -> list[Limit]:
-        """What must hold of the figures; less where the law is not `microslip`."""
+        """Limits on the results; fewer where the law is not `microslip`."""
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Short texts for its pictures; where exposures stand apart, those of one entry."""
+        """Short texts for its pictures; if exposures stand side by side, those of one entry."""
         return []
 
     def caption(self, recording: Recording) -> str:
-        """A line for its pictures."""
+        """Line below its pictures."""
         return ""
 
     def ideals(self, recording: Recording) -> list[tuple[str, Recording]]:
-        """Ideal motions to be shown beside the law, each with a title."""
+        """Ideal motions to show beside the law, each with a title."""
         return []
 
     def figure(self, settings: Settings, recording: Recording) -> Figure | None:
-        """A picture of its own, in place of the exposures."""
+        """Picture of its own, in place of the exposures."""
         return None
 
     def demand(self, settings: Settings) -> dict[str, Any]:
-        """All options and the material, as asked for or by default.
+        """All options and the material, as given or by default.
 
         Raises:
             ValueError: The scene cannot be run with these settings.

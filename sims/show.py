@@ -1,4 +1,4 @@
-"""Scenes run and shown on a terminal: figures, checks, pictures."""
+"""Run scenes and show their results, checks and pictures on a terminal."""
 
 import importlib.util
 import re
@@ -31,7 +31,7 @@ PATIENCE, LONG = 3.0, 20.0  # after how much of it [s] a run that takes longer t
 
 
 def run(scene: Scene, settings: Settings) -> Recording:
-    """Run a scene behind a bar; one that takes long says how long, and of what was asked."""
+    """Run a scene with a progress bar; print the time left, and the settings, if it takes long."""
     asked = {key: value for key, value in settings.options.items() if value not in (None, scene.options[key].default)}
     asked |= {"timestep": settings.timestep} if settings.timestep else {}
     name = f"{scene.name} in {settings.engine}"
@@ -60,14 +60,14 @@ def _lasting(seconds: float) -> str:
 
 
 def measure(scene: Scene, recording: Recording) -> Measured:
-    """The figures of a recording, beside their reference, behind a bar."""
+    """Measure a recording, with a progress bar."""
     with bar() as progress:
         progress.add_task(f"figures of {scene.name}", total=None)
         return scene.measure(recording)
 
 
 def figures(measured: Measured) -> None:
-    """Plain figures as one table, each list of like objects as a table of its own."""
+    """Print single values as one table, and each list of like objects as a table of its own."""
     plain = Table("quantity", "value", "unit")
     lists = {}
     for key, value in measured.items():
@@ -91,7 +91,7 @@ def figures(measured: Measured) -> None:
 
 
 def checks(found: Sequence[Limit]) -> bool:
-    """A line for each check. Returns whether all passed."""
+    """Print a line for each check; return whether all passed."""
     for one in found:
         sign, unit = (">=" if one.at_least else "<="), f" {one.unit}" if one.unit else ""
         style, word = ("green", "holds") if one.passed else ("red", "FAILS")
@@ -106,7 +106,7 @@ def pictures(
     scene: Scene, settings: Settings, recording: Recording, plot: Path | None, gif: Path | None,
     engines: Sequence[str] = (), mp4: Path | None = None,
 ) -> None:  # fmt: skip
-    """Make the pictures that are wanted, the engines' own contact beside the law."""
+    """Make the pictures asked for, with the engines' own contact beside the law."""
     from sims.panel import save
     from sims.pictures import draw_exposures, draw_gif, panels_of
 
@@ -131,7 +131,7 @@ def pictures(
 
 
 def show_all(scenes: Sequence[Scene], out: Path) -> int:
-    """Run and check each scene in every engine there is, and make its pictures. Returns an exit code."""
+    """Run and check each scene in every installed engine, and make its pictures; return an exit code."""
     held = True
     drawing = all(importlib.util.find_spec(name) for name in ("matplotlib", "PIL"))
     if not drawing:
@@ -161,19 +161,19 @@ UNITS = {
     r"^x(_end)?$|height|^off_the_mirror$|^radius$": "m",
     r"^((wall_)?time|timestep|(contact_)?duration|seconds|settled|compared_until|drop_s)$": "s",
 }  # fmt: skip
-"""Of figures, by what is found first in their names; "-" of plain numbers: counts and ratios."""
+"""Units by the first pattern that a name matches; "-" for counts and ratios."""
 COLUMNS = 7  # of a table of 80 characters
 
 
 def unit_of(name: str, value: object = 0.0) -> str:
-    """Unit of a figure, by its name; nothing for words."""
+    """Unit of a value by its name; empty for text."""
     if isinstance(value, str | bool):
         return ""
     return next((unit for found, unit in UNITS.items() if re.search(found, name)), "")
 
 
 def _parts(heads: list[str]) -> list[list[str]]:
-    """Columns in tables that a terminal can show, the first one in each."""
+    """Split columns into tables that fit a terminal, each with the first column."""
     if len(heads) <= COLUMNS:
         return [heads]
     rest, each = heads[1:], COLUMNS - 1
@@ -189,7 +189,7 @@ def _text(value: object) -> str:
 
 
 def bar(*more: ProgressColumn) -> Progress:
-    """One that goes when it is done; off a terminal, where none is seen, a line now and then of what is new."""
+    """Progress bar that disappears at the end; if the output is no terminal, a line now and then instead."""
     columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *more
     return (Progress if messages.is_terminal else _Lines)(*columns, console=messages, transient=True)
 

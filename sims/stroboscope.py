@@ -1,4 +1,4 @@
-"""Many exposures of a scene in one picture: bodies fade with age, half of each is dark to show how it turns."""
+"""Many exposures of a scene in one picture: older ones are paler; half of each body is dark, to show rotation."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,8 +21,8 @@ def draw_stroboscope(
     Args:
         panels: One or more.
         file: The picture, .png.
-        until: End of what is shown [s]; None: of the shortest recording.
-        exposure: Time between two exposures [s]; None: so that there are `EXPOSURES`.
+        until: Last time shown [s]; None: end of the shortest recording.
+        exposure: Time between two exposures [s]; None: chosen to give `EXPOSURES` exposures.
         apart: Whether each exposure has a place of its own, those of a panel in a row.
         dpi: Dots an inch.
 
@@ -49,7 +49,7 @@ def draw_stroboscope(
 
 
 def _draw_apart(panels: Sequence[Panel], file: Path, instants: Array, dpi: int) -> Path:
-    """A row for each panel, an exposure in each of its places; of what is wide a column for each."""
+    """Draw a row for each panel with its exposures side by side; if wide, a column."""
     from matplotlib.figure import Figure
 
     bounds = extent(panels, float(instants[-1]))

@@ -1,13 +1,14 @@
-"""The superball of the scenes: what it is, how its bounces are judged, and its flight by a rule for the bounce.
+"""The superball of the scenes: properties, limits on its bounces, and its flight by a rule for the bounce.
 
-A homogeneous ball, 1/K^2 = 2.5. Thrown with backspin R omega = 2.5 v it has no angular momentum about the point where
-it will touch. No contact force gives it any, so that v and omega are both multiplied by -e_t, where e_t is the part of
-the contact point's velocity that the contact reverses: the ball turns round at every bounce.
+A homogeneous ball, 1/K^2 = 2.5. Thrown with backspin R omega = 2.5 v it has no angular momentum about the contact
+point. No contact force changes that, so that a bounce multiplies both v and omega by -e_t, where e_t is the share of
+the contact point's velocity that the contact reverses: the ball reverses at every bounce.
 
 Sources: size and mass: R. Cross, Am. J. Phys. 70 (2002) 1093, and about his restitution, 0.91 at 1.6 m/s; e_t = 1: R.
-L. Garwin, Am. J. Phys. 37 (1969) 88. Friction is representative of dry rubber, and kappa of what superballs are said to
-need in place of the 2/3 of a small contact of incompressible rubber (`validation/cases/superball_and_golf.py`). Cross
-gives no modulus: that of the material applies, and the contact of some 3 ms that comes with it.
+L. Garwin, Am. J. Phys. 37 (1969) 88. Friction is representative of dry rubber. kappa is the value that measured
+superballs suggest in place of the 2/3 of a small contact of incompressible rubber
+(`validation/cases/superball_and_golf.py`). Cross gives no modulus: that of the material is used, with which the contact
+lasts some 3 ms.
 """
 
 from collections.abc import Callable
@@ -41,13 +42,13 @@ DEFAULT = SimpleNamespace(material="rubber", **{name: one.default for name, one 
 
 
 def pair_of(o: Any = DEFAULT) -> ContactPair:
-    """The ball on something hard."""
+    """Pair of the ball and a hard surface."""
     rubber = MATERIALS[o.material]
     return ContactPair(rubber, RIGID, o.friction, o.restitution, radius=o.radius, stiffness_ratio=KAPPA)
 
 
 def by_reference(pair: ContactPair, mass: float) -> Rule:
-    """The bounce by the annulus solver, with the ball's weight in the contact."""
+    """Rule of the bounce by the annulus solver, with the ball's weight acting during the contact."""
 
     def rule(velocity: Array, spin: Array, normal: Array, radius: float) -> tuple[Array, Array]:
         approach = -float(velocity @ normal)
@@ -65,13 +66,13 @@ def by_reference(pair: ContactPair, mass: float) -> Rule:
 
 
 def garwin(velocity: Array, spin: Array, normal: Array, radius: float) -> tuple[Array, Array]:
-    """The bounce of Garwin's perfectly rough and elastic ball: the contact point's velocity is reversed."""
+    """Rule of the bounce of Garwin's perfectly rough and elastic ball: the contact point's velocity is reversed."""
     point = velocity - radius * np.cross(spin, normal)
     return _pushed(velocity, spin, -radius * normal, 1.0, -2.0 * (point - float(point @ normal) * normal))
 
 
 def _pushed(velocity: Array, spin: Array, arm: Array, restitution: float, change: Array) -> tuple[Array, Array]:
-    """Velocity and spin after a contact force at the end of an arm has changed the velocity there across the normal."""
+    """Velocity and spin after a contact force at the end of an arm has changed the tangential velocity there."""
     square = float(arm @ arm)
     bounced = velocity - (1.0 + restitution) * float(velocity @ arm) / square * arm
     return bounced + change / 3.5, spin + np.cross(arm, change / 3.5) / (0.4 * square)
@@ -123,7 +124,7 @@ def flight(like: Recording, rule: Rule, bounces: int, duration: float = np.inf) 
 
 
 def describe(bounce: Bounce, o: Any) -> Measured:
-    """A bounce as --json has it, with what the reference makes of the same touch."""
+    """A bounce as --json prints it, with the reference's result for the same impact."""
     pair = pair_of(o)
     before, after = bounce.sliding(o.radius)
     velocity, spin = by_reference(pair, o.mass)(bounce.velocity_before, bounce.spin_before, bounce.normal, o.radius)
@@ -149,7 +150,7 @@ def describe(bounce: Bounce, o: Any) -> Measured:
 
 
 def check_bounces(bounces: list[Measured], law: str, wanted: int) -> list[Limit]:
-    """What must hold of the bounces of any superball; against the reference for `microslip` alone."""
+    """Limits on the bounces of any superball; against the reference for `microslip` only."""
     checks = [Limit("bounces", wanted, len(bounces), at_least=True)]
     if not bounces:
         return checks
@@ -180,7 +181,7 @@ def _spin_error(one: Measured) -> float:
 
 
 def settled(recording: Recording, bounces: list[Bounce], **more: Any) -> Measured:
-    """The figures that the superball scenes share."""
+    """Results that the superball scenes share."""
     facts, pair = recording.told(), pair_of(recording.o)
     contact = {"material": pair.a.name, "mu": pair.friction, "kappa": pair.kappa, "restitution": pair.restitution}
     shared = {"chi": pair.chi(1.0, 1.0 / 3.5)}

@@ -155,7 +155,7 @@ def test_what_to_try_happens_where_the_page_says() -> None:
 
     along, down, spin, e, pair, chi = throw("superball")
     friction = along / ((1 + e) * down)  # what gross slip takes is all that there was
-    assert f"friction down: below {friction:.2f} the ball slides to the end and goes on forwards" in page
+    assert f"then reduce the friction: below {friction:.2f} the ball slides to the end and goes on forwards" in page
     slip = pair.kappa / friction * (along - 0.025 * spin) / down
     assert slip > 2 * chi * (1 + e) - e, "it slides throughout"
 
@@ -163,7 +163,8 @@ def test_what_to_try_happens_where_the_page_says() -> None:
     limits = (2 * chi * (1 + e) - e, 2 * chi * (1 + e))
     slides, rigid = (f"{np.degrees(np.arctan(pair.friction / pair.kappa * psi)):.0f}" for psi in limits)
     assert spin == 0
-    assert f"from {slides} degrees on it slides throughout, and from {rigid} degrees on rigid friction is right" in page
+    told = f"from {slides} degrees on it slides throughout, and from {rigid} degrees on rigid friction gives the"
+    assert told in page
 
 
 def test_materials_are_those_of_the_package() -> None:

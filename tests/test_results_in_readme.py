@@ -80,7 +80,7 @@ def test_rows_that_are_not_for_the_front_stand_in_the_report(tmp_path, monkeypat
 def test_what_is_missed_is_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(readme, "ROWS", [Row("front", "row", "sample", "^rate")])
     runner.run_case(Sample(), tmp_path)
-    assert "Of 6 limits 2 are\nmissed" in readme.block(tmp_path)
+    assert "2 of 6\nlimits are missed" in readme.block(tmp_path)
 
 
 def test_what_has_no_full_result_is_said_not_to_be_measured(tmp_path, monkeypatch):

@@ -89,8 +89,8 @@ def test_a_missed_limit_shows(tmp_path):
     assert not result["passed"] and result["sane"]
     text = report.write([Sample()], tmp_path).read_text()
     assert "| [sample](#a-sample) | 2 | 1 | **1** |" in text
-    assert "**MISSED**: seven: 7 (at most 5)." in text
-    assert "Kept: eight 8 us (at least 5 us)." in text
+    assert "**MISSED**:\n\n- at most 5: seven **7**\n" in text
+    assert "Kept:\n\n- at least 5 us: eight **8 us**\n" in text
 
 
 def test_a_case_that_raises_is_not_sane_and_stops_nothing(tmp_path):

@@ -32,10 +32,9 @@ def main(
     ] = False,
     folder: Annotated[Path, typer.Option(help="Where results/ and report.md go.")] = store.HERE,
 ) -> None:
-    """Measure what contactlaw claims, and write validation/report.md. Ends with 1 if a limit is missed.
+    """Measure what contactlaw claims, and write validation/report.md. The exit code is 1 if a limit is missed.
 
-    All cases take about half an hour on two cores. Each is saved as it ends: a run that was interrupted goes on with
-    --resume.
+    All cases take about half an hour on two cores. Each is saved when it ends; --resume continues an interrupted run.
     """
     console = Console()
     try:
@@ -61,7 +60,7 @@ def main(
 
 
 def _run(cases: list[Case], folder: Path, quick: bool, resume: bool, console: Console) -> dict[str, Result]:
-    """Results by name, of the cases that can run here; behind a bar that names the one that runs."""
+    """Results by name of the cases that can run here, with a progress bar."""
     results: dict[str, Result] = {}
     name = TextColumn("{task.description:<20}")
     with Progress(name, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=console) as bars:
@@ -82,7 +81,7 @@ def _run(cases: list[Case], folder: Path, quick: bool, resume: bool, console: Co
 
 
 def _show(results: dict[str, Result], console: Console) -> None:
-    """Asked and reached of all cases."""
+    """Print limits asked and values reached of all cases."""
     table = RichTable("case", "limit", "asked", "reached", "")
     for name, result in results.items():
         for problem in result["problems"]:

@@ -1,4 +1,4 @@
-"""What a validation case is, and the registry of all of them."""
+"""The class `Case` of validation cases, and the registry of all of them."""
 
 import re
 from abc import ABC, abstractmethod
@@ -23,8 +23,8 @@ Axes = Any
 
 
 class Outcome(NamedTuple):
-    """What a run of a case gives: limits, asked and reached; the figures that table and picture are made from; and why
-    it is not sane (not finite, outside the friction cone, energy grown), in which case its time does not count."""
+    """Outcome of a case: limits, asked and reached; data for table and picture; problems that make a run not sane
+    (not finite, outside the friction cone, energy grown), in which case its time does not count."""
 
     limits: Sequence[Limit]
     data: Data
@@ -52,23 +52,24 @@ def _cells(row: str) -> list[str]:
 
 
 def worst(runs: Iterable[Data], *keys: str, **known: Any) -> float:
-    """The greatest of some figures of the runs that have what is known."""
+    """Largest of some values over the runs that match the known ones."""
     return max(run[key] for run in runs if known.items() <= run.items() for key in keys)
 
 
 class Case(ABC):
     """One claim, and how it is measured.
 
-    To add a case, put one file into validation/cases with one subclass of this. The file's name is the case's, that of
-    its results and what -f matches; the class's docstring is the claim, in words a newcomer reads. And:
-      1. `title`: that of its chapter;
-      2. `needs`: modules that the extra `all` does not bring, and what to install for each; without them the case is
-         skipped, and says so. Import engines, matplotlib and scipy inside the methods alone;
+    To add a case, put one file with one subclass of this into validation/cases. The name of the file is that of the
+    case and its results, and what -f matches; the class's docstring is the claim, in words that a newcomer understands.
+    And:
+      1. `title`: title of its chapter;
+      2. `needs`: modules that the extra `all` does not install, and the package of each; without them the case is
+         skipped with a message. Import engines, matplotlib and scipy only inside the methods;
       3. `run`: measure. Everything that table and picture show goes into the data, which is saved as JSON;
-      4. `table`, where there are figures that no limit tells, and, where it helps, `draw`: from the saved data alone;
-      5. `caption`: what the picture shows; the empty default means that there is none; `sheet`: its panels, as
-         `picture.panels` takes them;
-      6. `place`: where it comes in the report, small numbers first.
+      4. `table`, for values that no limit shows, and, where it helps, `draw`: from the saved data alone;
+      5. `caption`: of the picture; empty (the default) means no picture; `sheet`: its panels, as `picture.panels` takes
+         them;
+      6. `place`: order in the report, small numbers first.
     """
 
     name: ClassVar[str]
@@ -84,10 +85,10 @@ class Case(ABC):
         """Measure; quick: fewer impacts and repeats, seconds instead of up to a minute."""
 
     def table(self, data: Data) -> Table | None:  # noqa: B027
-        """The figures that no limit tells, as text."""
+        """Values that no limit shows, as text."""
 
     def draw(self, data: Data, *axes: Axes) -> None:  # noqa: B027
-        """The picture, on the panels of its sheet."""
+        """Draw the picture on the panels of its sheet."""
 
 
 @cache

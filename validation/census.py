@@ -1,11 +1,11 @@
-"""Every MJCF model of installed packages with the law for all its contacts: does it load, last, and what does it cost.
+"""Every MJCF model of installed packages with the law for all contacts: whether it loads, stability, and cost.
 
     python -m validation.census gymnasium dm_control.suite --seconds 10
 
-It leaves what it found in validation/data/census.json, of which `validation.cases.models` makes a chapter. Run it in
-an environment that has the package and its own MuJoCo, from the project's root. A model is driven by random
-actions, for so long or until so much processor time is spent; then it falls without any, and its energy is looked at.
-Where the law's run becomes unstable, further seeds tell how often each way does. Files that MuJoCo does not load by
+The results go to validation/data/census.json, which `validation.cases.models` reports. Run it from the project's root,
+in an environment that has the package and its own MuJoCo. A model is driven by random actions for some time, or until
+some processor time is spent; then it falls without actions, and its energy is recorded. If the law's run becomes
+unstable, further seeds show how often each method does. Files that MuJoCo does not load by
 themselves are parts of other models and are left out. Each file has a process of its own, forked from one that has all
 compiled code, and a limit of processor time; those of few freedoms go first.
 """
@@ -57,7 +57,7 @@ def with_law(source: str, material: str = "rubber") -> Any:
 
 
 def compiled() -> None:
-    """Have all compiled code in memory before any clock runs."""
+    """Load all compiled code before any time is measured."""
     import mujoco
 
     from contactlaw.world.data.demand import ALONG, LAST, SET_OUT, SLEEP, SPIN, supply
@@ -103,7 +103,7 @@ def start(mujoco: Any, model: Any) -> Any:
 
 
 def often(path: str, seconds: float, budget: float) -> dict[str, Any]:
-    """In how many runs of further seeds a model becomes unstable, and of how many, each way.
+    """Number of runs with further seeds in which a model becomes unstable, and their total, for each method.
 
     budget: processor time [s] after which the law's are no more begun.
     """

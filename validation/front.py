@@ -1,4 +1,4 @@
-"""Error against run time: which ways to an answer nothing beats in both, and by how much the others are beaten.
+"""Error against run time: which methods no other beats in both, and by how much the others are beaten.
 
 A *rung* is one way to the answer, a law or method with its settings; those of one law make a *family*. One rung beats
 another if its error is no larger and it is faster for certain: in at least three quarters of the rounds in which both
@@ -153,7 +153,7 @@ def _standing(data: Data, name: str) -> str:
     return "yes" if name in data["front"] else f"no{other}"
 
 
-HEADS = "way | largest error | rms | time an impact [us] | quartiles | time a step [us] | on the front"
+HEADS = "method | largest error | rms | time an impact [us] | quartiles | time a step [us] | on the front"
 """Of `rows`."""
 
 

@@ -2,9 +2,9 @@
 
     python -m validation.handling [pushed held hand lift]
 
-It leaves what it found in validation/data/handling.json, which `validation.cases.models` tells. Run it as
-`validation.census`, where gymnasium_robotics and robosuite are installed: the models are theirs, set up as their
-environments do it. Each scene runs by the engine's own contact too; its cost is the processor time over that.
+The results go to validation/data/handling.json, which `validation.cases.models` reports. Run it as `validation.census`,
+where gymnasium_robotics and robosuite are installed: the models are theirs, set up as in their environments. Each scene
+also runs with the engine's own contact; its cost is the processor time over that.
 """
 
 # The wheel describes little of what it exports.

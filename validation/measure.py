@@ -1,4 +1,4 @@
-"""Times that can be compared on a noisy machine: interleaved, warm-up apart, medians of ratios with their spread."""
+"""Comparable times on a noisy machine: interleaved runs after a warm-up, medians of ratios with their spread."""
 
 import datetime
 import gc
@@ -22,7 +22,7 @@ STAMPED = ("numpy", "numba", "mujoco", "pybullet")
 
 
 def machine() -> dict[str, str | int]:
-    """What a time was measured on; `contactlaw`: a hash of its sources."""
+    """Machine and versions of a measurement; `contactlaw`: a hash of its sources."""
     stamp: dict[str, str | int] = {
         "cpu": _cpu(), "cores": os.cpu_count() or 0, "system": platform.platform(terse=True),
         "python": platform.python_version(), "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),

@@ -1,4 +1,4 @@
-"""How pictures look: told apart by marker and line as well as by shade, so that a grey print can be read."""
+"""Style of the pictures: curves differ in marker and line as well as colour, so that grey prints can be read."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager

@@ -1,4 +1,4 @@
-"""What every rung of the ladder, and the reference, say of impacts that others have measured."""
+"""Predictions of every law, and of the reference, for impacts that others have measured."""
 
 import warnings
 from functools import cache

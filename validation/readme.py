@@ -1,4 +1,4 @@
-"""Figures for the README, the guide and the report, made from the saved results and nothing else."""
+"""Tables of the README, the guide and the report, made from the saved results alone."""
 
 import re
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ BEGIN, END = "<!-- results -->", "<!-- /results -->"
 
 
 class Row(NamedTuple):
-    """One line of a table: what was measured, in words, and the case whose result holds it.
+    """One row of a table: what was measured, in words, and the case whose result holds it.
 
     page: "front", in the README and the report; "report"; or "steps", of the guide, times over the engine's own
     contact. limits: regular expression for the names of limits, of which the worst is shown; or, behind a slash, the
@@ -49,12 +49,12 @@ def with_unit(value: float, unit: str) -> str:
 
 
 def asked(limit: dict[str, Any]) -> str:
-    """What a saved limit asks."""
+    """Text of what a saved limit asks."""
     return f"{'at least' if limit['at_least'] else 'at most'} {with_unit(limit['asked'], limit['unit'])}"
 
 
 def reached(limit: dict[str, Any]) -> str:
-    """What was reached of it."""
+    """Text of the value reached."""
     return with_unit(limit["reached"], limit["unit"])
 
 
@@ -64,13 +64,13 @@ def kept(limit: dict[str, Any]) -> str:
 
 
 def markdown(table: Table, most: int | None = None) -> str:
-    """The table in Markdown, or so many rows of it."""
+    """The table in Markdown, with at most `most` rows."""
     rows = [table.heads, ["---"] * len(table.heads), *table.rows[:most]]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
 
 
 def table(rows: Iterable[Row], folder: Path) -> Table:
-    """Asked and reached, from the full results in a folder; what has none is said not to be measured.
+    """Table of limits and values reached, from the full results in a folder; rows without a result say "not measured".
 
     Raises:
         LookupError: A row names a limit or a figure that the result of its case does not have.
@@ -91,14 +91,14 @@ def block(folder: Path) -> str:
               if (result := load(path.stem, folder)) is not None for limit in result["limits"]]  # fmt: skip
     missed = sum(not limit["passed"] for limit in limits)
     return (
-        f"Asked of it, and what `python -m validation` measured; of several figures the worst. Of {len(limits)} limits "
-        f"{missed} are\nmissed: the [report](validation/report.md) begins with them, and has all figures and pictures."
-        f"{measured}\n\n{markdown(table(rows, folder))}"
+        f"What was asked, and what `python -m validation` measured; a row for several limits shows the worst. "
+        f"{missed} of {len(limits)}\nlimits are missed: the [report](validation/report.md) begins with them, and has "
+        f"all figures and pictures.{measured}\n\n{markdown(table(rows, folder))}"
     )
 
 
 def costs(folder: Path) -> str:
-    """The same of the guide's page about steps."""
+    """The table of the guide's page about steps."""
     return markdown(table(of("steps"), folder))
 
 
@@ -115,7 +115,7 @@ def write(root: Path, folder: Path) -> None:
 
 
 def split(text: str) -> tuple[str, str, str]:
-    """What stands before, between and after the markers.
+    """Split a text into the parts before, between and after the markers.
 
     Raises:
         ValueError: The text does not have each of the markers once, in order.

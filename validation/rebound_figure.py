@@ -1,4 +1,4 @@
-"""What Figs. 3 and 5 of Maw, Barber & Fawcett (1981) share: psi_2 over psi_1 of a puck, and what friction errors do.
+"""Common part of Figs. 3 and 5 of Maw, Barber & Fawcett (1981): psi_2 over psi_1 of a puck, and effects of friction.
 
 An experiment gives V_x2/V_z1 over V_x1/V_z1; both become psi when multiplied by kappa/mu. Where the true friction is r
 times the one used, a point of the true curve psi_2 = f(psi_1) is recorded r times too far from the origin, on the
@@ -93,7 +93,7 @@ class ReboundFigure(Case):
         }  # fmt: skip
         limits = [
             Limit(f"spread of psi_2 over {'pucks, ' * (len(self.diameters) > 1)}speeds and routes", 1e-2, collapse),
-            Limit("the same, aimed at", 2e-3, collapse),
+            Limit("the same, stricter target", 2e-3, collapse),
             Limit("largest error in psi_2 of any throw", 4e-3, error),
             Limit("friction that restitution explains with eq. (6), of the 20 % that the paper misses", 0.1,
                   abs(data["friction"]["with_equation_6"] - 1.0) / (MORE_FRICTION - 1.0)),
@@ -162,6 +162,6 @@ class ReboundFigure(Case):
             axes.plot(data["incidences"], np.mean(found, axis=1), marker, color="#c44e00", markersize=size,
                       fillstyle="full" if name == "microslip" else "none",
                       label=f"{label}, e = {data['restitution']:g}")  # fmt: skip
-        axes.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"reflexion $\psi_2$ [-]", xlim=(0.0, self.span),
+        axes.set(xlabel=r"incidence $\psi_1$ [-]", ylabel=r"reflection $\psi_2$ [-]", xlim=(0.0, self.span),
                  ylim=(-2.0, 2.6), title=f"{data['material']} puck, $\\chi$ = {data['chi']:.3f}")  # fmt: skip
         axes.legend(loc="upper left", fontsize=8)

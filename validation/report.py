@@ -1,4 +1,4 @@
-"""validation/report.md, made from the saved results and nothing else."""
+"""validation/report.md, made from the saved results alone."""
 
 import re
 from collections.abc import Iterable
@@ -12,38 +12,43 @@ from validation.readme import asked, kept, markdown, reached
 from validation.store import Result, load
 
 COVER = "law_accuracy"
-"""The case whose picture stands at the head."""
+"""The case whose picture heads the report."""
 
 HEAD = """# Validation
 
-Rigid-body engines stop the tangential motion of two bodies in contact, or let it slide. Elastic bodies do more: they
-store tangential motion and give it back, stick in the middle of the contact while they slip at its edge, and rebound
-backwards. `contactlaw` claims to bring this into MuJoCo and PyBullet: with the accuracy of the theory of Maw, Barber &
-Fawcett (1976, 1981), at the engines' own time steps, without creating energy, and at little cost. This page shows
-whether it does: it begins with what is missed, then every claim has a chapter: what was asked and reached, and figures.
-What is exact, conserved or a matter of refinement is judged by `tests/`: load cycles, torsion and the solvers that
-judge slides that turn (`tests/reference`), nodes and annuli that converge to one limit
-(`tests/test_law_against_reference.py`), the world without an engine (`tests/world`), rows of balls in touch
+Rigid-body engines either stop the tangential motion of two bodies in contact or let it slide. Elastic bodies do more:
+they store tangential motion and give it back, stick in the middle of the contact while they slip at its edge, and
+rebound backwards. `contactlaw` brings this to MuJoCo and PyBullet: with the accuracy of the theory of Maw, Barber &
+Fawcett (1976, 1981), at the engines' own time steps, without creating energy, and at little cost. This report tests
+these claims. It begins with the limits that are missed; then each claim has a chapter with the limits asked, the values
+reached, and figures.
+
+Exact results, conservation laws and convergence are tested in `tests/`: load cycles, torsion and the solvers that serve
+as reference for slides that turn (`tests/reference`), nodes and annuli that converge to one limit
+(`tests/test_law_against_reference.py`), the world without an engine (`tests/world`), and rows of touching balls
 (`tests/engines`, and the scene `cradle`).
 """
 
-WORDS = """An impact is described by two numbers: **psi_1**, the angle of incidence (tangential over normal velocity of
-the contact point, times stiffness ratio over friction coefficient), and **chi**, which holds stiffness ratio and
-inertia (1.44 for a steel ball). The question is **psi_2**, the same angle after the bounce, between -psi_1 (the contact
-point reverses) and psi_1 (no friction); **e** is the restitution. The truth is the *reference*: the annulus solver of
-the paper, extrapolated. *Steps* and *nodes* say how finely a law is resolved in time and across the contact.
+WORDS = """Two numbers describe an impact: **psi_1**, the angle of incidence (tangential over normal velocity of the
+contact point, times stiffness ratio over friction coefficient), and **chi**, which combines stiffness ratio and inertia
+(1.44 for a steel ball). The result is **psi_2**, the same angle after the bounce, between -psi_1 (the contact point
+reverses) and psi_1 (no friction); **e** is the restitution. Errors are those against the *reference*: the annulus
+solver of the paper, extrapolated. *Steps* and *nodes* say how finely a law is resolved in time and across the contact.
 """
 
 REPEAT = """## How to repeat
 
-`python -m validation` measures all cases, about half an hour on two cores, and writes `results/*.json`, the pictures,
-this page and the table in the README; `-f '^NAME$'` runs one, by its name in the table above, and `--resume` those that
-an interruption left. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to `quick/`;
-`--report` only writes this page and draws the pictures again. The command ends with 1 if a limit is missed. Times are
-to be compared on a quiet machine. No number on this page is typed.
+`python -m validation` measures all cases in about half an hour on two cores, and writes `results/*.json`, the pictures,
+this page and the table in the README. `-f '^NAME$'` runs one case, by its name in the table above; `--resume` runs the
+cases that an interruption left. `--quick` takes at most two minutes, with fewer impacts and repeats, and writes to
+`quick/`. `--report` only rewrites this page and the pictures. The exit code is 1 if a limit is missed. Compare times
+only on a quiet machine. No number on this page is typed by hand.
+"""
+COSTS = """Costs are processor times divided by those of the scene or solver named after "over": native is the engine's
+own contact, CG its solver of that name.
 """
 MOST_ROWS = 8
-"""Of the figures of a chapter; the rest stands in its results."""
+"""Rows of a chapter's table; its results hold the others."""
 
 
 def write(cases: Iterable[Case], folder: Path) -> Path:
@@ -52,7 +57,7 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
     present = [(case, result) for case, result in found if result is not None]
     cover = [f"{_picture(case)}\n" for case, result in present if case.name == COVER and _drawn(case, result, folder)]
     rows = [row for row in readme.of("front", "report") if row.case in {case.name for case, _ in present}]
-    short = f"## In short\n\nOf several figures the worst.\n\n{markdown(readme.table(rows, folder))}\n"
+    short = f"## In short\n\nA row for several limits shows the worst.\n\n{markdown(readme.table(rows, folder))}\n"
     parts = [HEAD, *cover, WORDS, _missed(present), *([short] if rows else []), _summary(present), REPEAT]
     parts += [_chapter(case, result, folder) for case, result in present]
     missing = [case.name for case, result in found if result is None]
@@ -66,7 +71,7 @@ def write(cases: Iterable[Case], folder: Path) -> Path:
 
 
 def verdict(result: Result) -> str:
-    """In one word or a few."""
+    """The outcome of a case in a few words."""
     if not result["sane"]:
         return "NOT SANE"
     missed, count = sum(not limit["passed"] for limit in result["limits"]), len(result["limits"])
@@ -74,7 +79,7 @@ def verdict(result: Result) -> str:
 
 
 def limits_table(result: Result) -> Table:
-    """Asked and reached."""
+    """Limits asked, values reached."""
     table = Table("limit | asked | reached |")
     for limit in result["limits"]:
         table.rows.append([limit["name"], asked(limit), reached(limit), kept(limit)])
@@ -88,18 +93,18 @@ def link(case: Case, text: str = "") -> str:
 
 
 def _missed(present: list[tuple[Case, Result]]) -> str:
-    """Every limit that is missed, by name, and every run that does not count."""
+    """Table of every missed limit, and of every run that is not sane."""
     table = Table("case | limit | asked | reached")
     for case, result in present:
         table.rows.extend([link(case), f"**not sane**: {problem}", "", ""] for problem in result["problems"])
         table.rows.extend([link(case), *row[:3]] for row in limits_table(result).rows if row[3] == "MISSED")
-    text = markdown(table) if table.rows else "Nothing: every limit that was measured is kept."
+    text = f"{COSTS}\n{markdown(table)}" if table.rows else "Nothing: every limit that was measured is kept."
     return f"## What is missed\n\n{text}\n"
 
 
 def _summary(present: list[tuple[Case, Result]]) -> str:
-    """How many limits each case has and misses, and what it was measured on."""
-    table = Table("case | asked | reached | missed | took | on")
+    """Table of the limits that each case has and misses, and the machines used."""
+    table = Table("case | limits | kept | missed | took | on")
     all_asked = all_kept = 0
     for case, result in present:
         count, held = len(result["limits"]), sum(limit["passed"] for limit in result["limits"])
@@ -119,34 +124,33 @@ def _summary(present: list[tuple[Case, Result]]) -> str:
                 for _, result in present}  # fmt: skip
     lines = ["## All cases", "", markdown(table), "", f"Measured on {'; '.join(sorted(machines))}.", ""]
     if len({result["machine"].get("contactlaw") for _, result in present}) > 1:
-        lines += ["**These results come from different versions of the code: run all cases anew.**", ""]
+        lines += ["**These results come from different versions of the code: run all cases again.**", ""]
     return "\n".join(lines)
 
 
 def _chapter(case: Case, result: Result, folder: Path) -> str:
-    """A claim, its picture, what was missed and what was kept, and its figures."""
+    """A claim, its picture, missed and kept limits, and its figures."""
     lines = [f"## {case.title}", "", case.claim, ""]
     if result["problems"]:
         lines += ["**This run is not sane, its figures do not count:** " + "; ".join(result["problems"]), ""]
     if _drawn(case, result, folder):
         lines += [_picture(case), ""]
-    for word, sign, passed in (("**MISSED**", ": ", False), ("Kept", " ", True)):
+    for word, passed in (("**MISSED**", False), ("Kept", True)):
         alike = groupby((limit for limit in result["limits"] if limit["passed"] is passed), asked)
-        told = [([one["name"] + sign + reached(one) for one in limits], most) for most, limits in alike]
-        each = [f"{'; '.join(ones)} ({'each ' if ones[1:] else ''}{most})" for ones, most in told]
-        lines += [f"{word}: {'; '.join(each)}.\n"] if each else []
+        told = [(most, "; ".join(f"{one['name']} **{reached(one)}**" for one in limits)) for most, limits in alike]
+        lines += [f"{word}:", "", *(f"- {most}: {ones}" for most, ones in told), ""] if told else []
     if result["data"] and (table := case.table(result["data"])):
         rest = len(table.rows) - MOST_ROWS
         lines += [markdown(table, MOST_ROWS), ""]
-        lines += [f"{rest} more rows are made from [its results](results/{case.name}.json).\n"] if rest > 0 else []
+        lines += [f"[The results](results/{case.name}.json) have {rest} more rows.\n"] if rest > 0 else []
     return "\n".join(lines)
 
 
 def _drawn(case: Case, result: Result, folder: Path) -> bool:
-    """Whether there is a picture of this result."""
+    """Return whether there is a picture of this result."""
     return bool(case.caption and result["data"] and (folder / "results" / f"{case.name}.png").exists())
 
 
 def _picture(case: Case) -> str:
-    """The picture and what it shows."""
+    """The picture and its caption."""
     return f"![{case.title}](results/{case.name}.png)\n\n*{case.caption}*"

@@ -1,4 +1,4 @@
-"""Run cases, save what they give, draw it, and write the report."""
+"""Run cases, save and draw their results, and write the report."""
 
 from importlib.util import find_spec
 from io import BytesIO
@@ -15,12 +15,12 @@ ROOT = store.HERE.parent
 
 
 def missing_modules(case: Case) -> list[str]:
-    """What a case needs and is not installed."""
+    """Modules that a case needs and that are not installed."""
     return [name for name in case.needs if find_spec(name) is None]
 
 
 def how_to_install(case: Case) -> str:
-    """The command that installs all that a case needs and is missing."""
+    """The command that installs all missing modules of a case."""
     return "pip install " + " ".join(case.needs[name] for name in missing_modules(case))
 
 
@@ -35,7 +35,7 @@ def quick_folder(folder: Path) -> Path:
 def finished(case: Case, folder: Path, *, quick: bool = False) -> Result | None:
     """The saved result of a case, if a run now would be of the same sources, length, versions and machine; or None.
 
-    One that is not sane is none: what went wrong may have been the machine.
+    A result that is not sane does not count, since the machine may have been at fault.
     """
     result = store.load(case.name, folder)
     if result is None or not result["sane"] or result["quick"] != quick:
@@ -46,7 +46,7 @@ def finished(case: Case, folder: Path, *, quick: bool = False) -> Result | None:
 
 
 def run_case(case: Case, folder: Path, *, quick: bool = False) -> Result:
-    """Run one case, draw its picture and save its result, in this order: what is saved is whole.
+    """Run one case, draw its picture and save its result, in this order, so that a saved result is complete.
 
     A case that fails is saved as not sane, with the error, so that the others still run.
     """

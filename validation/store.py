@@ -1,4 +1,4 @@
-"""Results as they are saved: one small JSON a case, with a stamp of the sources that it was measured with."""
+"""Saving and loading of results: one small JSON per case, with a stamp of the sources that it was measured with."""
 
 import hashlib
 import inspect
@@ -31,7 +31,7 @@ def stamp_of(case: Case) -> str:
 def as_result(
     case: Case, outcome: Outcome, *, quick: bool, seconds: float, machine: dict[str, Any], sources: str
 ) -> Result:
-    """All that is known of a run, as it is saved: JSON types, floats to six significant digits.
+    """A result as it is saved: JSON types, floats to six significant digits.
 
     JSON has no numbers that are not finite: data that hold one make the run not sane; what has no value is None.
     seconds: how long it took; machine: that and versions, by name; sources: a stamp of them.

@@ -90,7 +90,7 @@
     const pull = track.map((one, k) => one.share * normal[k]), most = Math.max(...normal), kilo = most > 2000 ? 1e3 : 1;
     const name = kilo > 1 ? "force [kN]" : "force [N]";
     const plot = charts.axes(get("force"), [0, times[times.length - 1]], [(-1.12 * most) / kilo, (1.12 * most) / kilo],
-                             `time since the touch [${long ? "ms" : "µs"}]`, name);
+                             `time since first contact [${long ? "ms" : "µs"}]`, name);
     const { colour, context } = plot, k = instant(view);
     charts.curve(plot, times, normal.map((f) => f / kilo), colour.soft, 2, [6, 4]);
     charts.curve(plot, times, normal.map((f) => -f / kilo), colour.soft, 2, [6, 4]);

@@ -1,4 +1,4 @@
-"""The gallery: each scene with its picture, what to see, its moving picture and its code."""
+"""The gallery: each scene with its picture, description, animation and code."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ COMMITTED = ROOT / "sims" / "figures"
 CACHE = ROOT / ".cache" / "pictures"
 HEAD = """# Gallery
 
-Every scene is one file in `sims/scenes`, runs in a second or a few, checks itself against what is known, and is an
-example of how the package is used. `python -m sims NAME --help` has its options; `--plot x.png` and `--gif x.gif` make
-the pictures shown here, `--mp4 x.mp4` a video (`pip install -e '.[video]'`), `--view` opens the engine's window with a
-camera at the bodies. `--engine both` runs a scene in MuJoCo and PyBullet, `none` in the package's own world; `--law
-native` is the engine's own contact; `--json` prints the figures. `--friction`, `--restitution`, `--mass` and `--radius`
-are the ball's. Numbers under a ball count its bounces.
+Every scene is one file in `sims/scenes`. It runs in a few seconds, checks itself against known results, and is an
+example of how to use the package. `python -m sims NAME --help` shows its options:
+
+- `--plot x.png` and `--gif x.gif` make the pictures shown here, `--mp4 x.mp4` a video (`pip install -e '.[video]'`),
+  and `--view` opens the engine's window;
+- `--engine both` runs a scene in MuJoCo and PyBullet, `--engine none` in the package's own world;
+- `--law native` uses the engine's own contact;
+- `--json` prints the results;
+- `--friction`, `--restitution`, `--mass` and `--radius` are those of the ball.
+
+Numbers under a ball count its bounces.
 """
 
 
@@ -32,7 +37,7 @@ class Gallery(NamedTuple):
 
 
 def make(draw: bool) -> Gallery:
-    """All scenes; draw: make the pictures that there are not yet, which takes some minutes the first time."""
+    """Make the page of all scenes; draw: make missing pictures, which takes some minutes the first time."""
     if str(ROOT) not in sys.path:
         sys.path.insert(0, str(ROOT))
     from sims.scene import find_scenes
@@ -47,7 +52,7 @@ def make(draw: bool) -> Gallery:
 
 
 def _chapter(name: str, scene: Any, suffixes: list[str]) -> str:
-    """One scene."""
+    """Chapter of one scene."""
     first, _, rest = (inspect.getdoc(sys.modules[type(scene).__module__]) or "").partition("\n\n")
     lines = [f"## {name}", ""]
     if ".png" in suffixes:
@@ -55,8 +60,9 @@ def _chapter(name: str, scene: Any, suffixes: list[str]) -> str:
     lines += [first, "", *_paragraphs(rest)]
     lines += ["```sh", f"python -m sims {name}", "```", ""]
     if ".gif" in suffixes:
-        lines += [f'??? example "Moving picture, {scene.slow:g} times slower than life"', ""]
-        lines += [f"    ![{scene.title}, moving](../sims/figures/{name}.gif)", ""]
+        pace = f", {scene.slow:g} times slower than real time" if scene.slow != 1.0 else ""
+        lines += [f'??? example "Animation{pace}"', ""]
+        lines += [f"    ![{scene.title}, animation](../sims/figures/{name}.gif)", ""]
     code = textwrap.dedent(inspect.getsource(type(scene).simulate))
     lines += [f'??? example "Code: {code.count(chr(10))} lines of sims/scenes/{name}.py"', "", "    ```python"]
     lines += [f"    {line}".rstrip() for line in code.rstrip().splitlines()]
@@ -64,7 +70,7 @@ def _chapter(name: str, scene: Any, suffixes: list[str]) -> str:
 
 
 def _paragraphs(text: str) -> list[str]:
-    """Of a docstring: indented ones are formulas."""
+    """Lines of a docstring in Markdown; indented paragraphs are formulas."""
     lines = []
     for part in filter(str.strip, text.split("\n\n")):
         formula = all(line.startswith("    ") for line in part.splitlines())
@@ -77,7 +83,7 @@ def _sentence(text: str) -> str:
 
 
 def _pictures(name: str, draw: bool) -> list[Path]:
-    """A scene's pictures: committed ones, else those made for this state of the sources."""
+    """Pictures of a scene: committed ones, or those made for this state of the sources."""
     folder = CACHE / _state()
     wanted = {suffix: COMMITTED / f"{name}{suffix}" for suffix in (".png", ".gif")}
     missing = {suffix: folder / f"{name}{suffix}" for suffix, path in wanted.items() if not path.exists()}
@@ -98,7 +104,7 @@ def _option(suffix: str) -> str:
 
 
 def _state() -> str:
-    """A name for the sources that the pictures are made with."""
+    """Hash of the sources that the pictures are made with."""
     digest = hashlib.sha256()
     for path in sorted((ROOT / "sims").rglob("*.py")):
         digest.update(path.read_bytes())

@@ -1,8 +1,8 @@
 """A break at billiards: a cue ball rolls into fifteen balls that touch each other.
 
-All of the rack is struck at once, as a row of a cradle is, and the cue ball keeps its roll: it stops, and follows. The
-aim is straight, and the rack is its own mirror image, so that the way of each ball must be that of its partner; and
-whatever the contacts do, they cannot gain energy. Balls and table as in `billiards`.
+All balls of the rack are struck at once, as in a cradle. The cue ball keeps its spin: it stops, then rolls on. The aim
+is straight and the rack is symmetric, so each ball must move as the mirror image of its partner. Energy must not grow,
+whatever the contacts do. Balls and table as in `billiards`.
 """
 
 from dataclasses import replace
@@ -28,20 +28,20 @@ class BilliardBreak(Scene):
     """Seen from above."""
 
     name = "billiard_break"
-    title = "a break: a cue ball rolls into fifteen balls"
+    title = "a billiard break: a cue ball rolls into a rack of fifteen balls"
     engines = EVERYWHERE
     shown, exposure, slow = 0.4, 0.1, 8.0
     apart = True
     native_step = 1e-4
     material = None
     options = {
-        "speed": speed(4.0, "of the cue ball", most=50.0),
-        "gap": Option(0.0, "between the balls of the rack, in m", 0.0, 0.1),
+        "speed": speed(4.0, "speed of the cue ball", most=50.0),
+        "gap": Option(0.0, "gap between the balls of the rack, in m", 0.0, 0.1),
         "seconds": seconds(0.5),
     } | of_ball(0.02625, 0.06, 0.95, mass=0.1406)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Rolling cue ball, resting rack."""
+        """Roll the cue ball into the resting rack."""
         world = new_world(settings, (0.0, 0.0, -GRAVITY))
         world.plane("table")
         height = o.radius - static_overlap(TABLE, o.mass * GRAVITY, o.radius)
@@ -59,7 +59,7 @@ class BilliardBreak(Scene):
         return recording
 
     def measure(self, recording: Recording) -> Measured:
-        """Where balls are beside their mirror images, and what is left of speed and energy."""
+        """Distance of balls from their mirror images, and the speeds and energy left."""
         energy = np.sum([track.energy((0.0, 0.0, -GRAVITY)) for track in recording.tracks], axis=0)
         energy -= sum(track.mass for track in recording.tracks) * GRAVITY * recording.tracks[0].positions[0, 2]
         partners = [(f"{row}-{place}", f"{row}-{row - place}") for row in range(ROWS) for place in range(row + 1)]
@@ -76,7 +76,7 @@ class BilliardBreak(Scene):
         }  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Mirror images, all struck, and nothing gained."""
+        """Mirror symmetry, all balls moving, and no energy gained."""
         if measured["law"] in NATIVES:
             return []
         return [
@@ -86,12 +86,12 @@ class BilliardBreak(Scene):
         ]
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Which is the cue ball."""
+        """The label of the cue ball."""
         x, y, _ = recording.track("cue").positions[entry]
         return [(x, y - recording.o.radius, "cue")]
 
     def caption(self, recording: Recording) -> str:
-        """What became of it."""
+        """How many balls move, and how fast."""
         told = self.measure(recording)
         return (f"cue ball {told['speed']:g} m/s, after {signed(told['cue_velocity_after'], 2)} m/s; fastest "
                 f"{told['fastest_velocity_after']:.2f} m/s")  # fmt: skip

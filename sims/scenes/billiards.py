@@ -1,12 +1,11 @@
-"""A billiard ball rolls into a cushion, with running, no or reverse side.
+"""A billiard ball rolls into a cushion, with running, no or reverse side spin.
 
-It touches table and cushion at once. The cushion here is an upright elastic wall: the point of the ball that it meets
-moves along it by the ball's travel and side spin, and down it by its roll. Friction acts against both together, so that
-the impact is that of the annulus solver along one oblique direction, and it lifts the ball off the table. The wall is
-hard: of a soft one gravity, which acts while the ball touches, could not be left out. On the table the ball rolls: what
-slips within that contact does not matter, and one spring will do for it. (Real cushions meet the ball
-above its centre, at 7/5 of its radius, to keep it down: they press it onto the table, and the impact is then one of two
-contacts that no closed form has.)
+The ball touches table and cushion at once. The cushion here is a vertical elastic wall: the contact point moves along
+it by the ball's travel and side spin, and down it by its roll. Friction opposes both together, so that the impact is
+that of the annulus solver along one oblique direction, and it lifts the ball off the table. The wall is hard, so that
+gravity during the impact can be neglected. On the table the ball rolls; slip within that contact does not matter, so
+a single spring suffices. (Real cushions meet the ball above its centre, at 7/5 of its radius, and press it onto the
+table. That impact involves two contacts and has no closed form.)
 
 Figures: snooker ball, cushion restitution 0.98 and friction 0.14, table friction 0.212: S. Mathavan, M. R. Jackson & R.
 M. Parkin, Proc. IMechE C 224 (2010) 1863. Elastic constants of ball, table and, unless told otherwise, wall: phenolic
@@ -44,18 +43,18 @@ class Billiards(Scene):
     """Three balls side by side, seen from above."""
 
     name = "billiards"
-    title = "a billiard ball rolls into a cushion, with running, no and reverse side"
+    title = "billiard balls roll into a cushion, with running, no and reverse side spin"
     engines = EVERYWHERE
     exposure, slow = 0.04, 5.0
     material = ""
     options = {
-        "speed": speed(2.0, "of the balls"),
-        "angle": Option(30.0, "between path and the cushion's normal, in degrees", 0.0, 80.0),
-        "side": Option(0.5, "R times the side spin over the speed", 0.0, 100.0),
+        "speed": speed(2.0, "speed of the balls"),
+        "angle": Option(30.0, "angle between the path and the cushion's normal, in degrees", 0.0, 80.0),
+        "side": Option(0.5, "radius times side spin, over the speed", 0.0, 100.0),
     } | BALL
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Rolling all three, with the overlap that they rest with."""
+        """Start all three rolling, with their static overlap."""
         pair, angle, way = cushion(o), radians(o.angle), min(WAY, LEAD * o.speed)
         velocity = o.speed * np.array([cos(angle), sin(angle), 0.0])
         roll = np.array([-velocity[1], velocity[0], 0.0]) / o.radius
@@ -75,18 +74,18 @@ class Billiards(Scene):
         return recording
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Which side each ball has."""
+        """The side spin of each ball."""
         starts = {name: recording.track(name).positions[0] for name in LANES}
         return [(place[0], place[1] - recording.o.radius, f"{name} side") for name, place in starts.items()]
 
     def caption(self, recording: Recording) -> str:
-        """What to see: side turns the way off the cushion."""
+        """What to see: side spin changes the direction of the rebound."""
         balls = self.measure(recording)["balls"]
         angles = ", ".join(f"{name} {ball['angle_after_degrees']:.0f}\N{DEGREE SIGN}" for name, ball in balls.items())
         return f"in {recording.o.angle:.0f}\N{DEGREE SIGN}, out {angles}"
 
     def measure(self, recording: Recording) -> Measured:
-        """Each ball just before the cushion and just after it."""
+        """Motion of each ball just before the cushion and just after it."""
         o, pair, pull = recording.o, cushion(recording.o), np.array(recording.facts["gravity"])
         approach = o.speed * cos(radians(o.angle))
         begin, duration = min(WAY / o.speed, LEAD), pair.contact_duration(o.mass, approach)
@@ -120,7 +119,7 @@ class Billiards(Scene):
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Against the annulus solver, and the grid for the spin about the normal; rolling until then."""
+        """Rebound against the annulus solver, and the grid for spin about the normal; rolling before the impact."""
         if "microslip" not in measured["law"]:
             return []
         out = []

@@ -1,19 +1,19 @@
-"""A coin wobbles down on a table, like Euler's disk: the flatter it lies, the faster it goes round.
+"""A coin wobbles down on a table, like Euler's disk: the flatter it lies, the faster it precesses.
 
-While its middle stands still and its rim rolls, a thin disk of radius a at an angle alpha to the table goes round at
+While its centre stands still and its rim rolls, a thin disk of radius a at an angle alpha to the table precesses at
 
     Omega = 2 sqrt(g/(a sin(alpha)))
 
-which grows without end as it falls. For a coin of half thickness h with rounded edges of radius r, C the middle, e down
-along its face and n its axis, the point of touch is at C + A e - H n with A = a - r (1 - sin(alpha)) and H = h - r (1 -
-cos(alpha)). With w the spin about the axis, which friction about the vertical changes, rolling without slip and the
-torque of weight and friction about C give
+which grows without bound as it falls. For a coin of half thickness h with rounded edges of radius r, centre C,
+direction e down along its face and axis n, the contact point is at C + A e - H n with A = a - r (1 - sin(alpha)) and H
+= h - r (1 - cos(alpha)). With w the spin about the axis, which friction about the vertical changes, rolling without
+slip and the torque of weight and friction about C give
 
     Omega^2 s (c I + m H B) - Omega w (s J + m A B) = m g (A c - H s)        B = A s + H c
 
-with s and c of alpha, I across the axis and J about it; the middle stands still where w = Omega s H/A. Rolling
-resistance takes the energy, slowly enough for this to hold at each instant. Sources: the thin disk, H. K. Moffatt,
-Nature 404 (2000) 833; the rest, Newton's laws.
+with s = sin(alpha), c = cos(alpha), and moments of inertia I across the axis and J about it; the centre stands still
+where w = Omega s H/A. Rolling resistance takes the energy, slowly enough for this to hold at each instant. Sources: the
+thin disk, H. K. Moffatt, Nature 404 (2000) 833; the rest, Newton's laws.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ WINDOW = 0.1  # [s] over which a wobble of its own is averaged
 
 @register
 class Coin(Scene):
-    """Set down rolling round, its middle at rest."""
+    """The coin starts in steady precession, its centre at rest."""
 
     name = "coin"
-    title = "a coin wobbles down: the flatter it lies, the faster it goes round"
+    title = "a coin wobbles down: the flatter it lies, the faster it precesses"
     engines = EVERYWHERE
     slow = 4.0
     native_step = 2e-4
@@ -53,16 +53,16 @@ class Coin(Scene):
     exposure = 0.12
     apart = True
     options = {
-        "angle": Option(35.0, "to the table at the start, in degrees", 5.0, 60.0),
-        "radius": Option(0.0129, "in m", 1e-3, 1.0),
-        "thickness": Option(0.0022, "in m", 1e-4, 0.1),
+        "angle": Option(35.0, "angle to the table at the start, in degrees", 5.0, 60.0),
+        "radius": Option(0.0129, "radius of the coin, in m", 1e-3, 1.0),
+        "thickness": Option(0.0022, "thickness of the coin, in m", 1e-4, 0.1),
         "rolling": Option(0.14, "coefficient of rolling resistance", 0.0, 1.0),
-        "mass": Option(8.5e-3, "in kg", 1e-6, 1e4),
+        "mass": Option(8.5e-3, "mass of the coin, in kg", 1e-6, 1e4),
         "seconds": seconds(1.6, 0.2),
     } | of_contact(0.4, 0.5)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """In steady motion for its angle."""
+        """Start in the steady motion of the angle asked for."""
         alpha = radians(o.angle)
         s, c, r = np.sin(alpha), np.cos(alpha), 0.5 * EDGE * o.thickness
         down, axis = np.array([c, 0.0, -s]), np.array([s, 0.0, c])
@@ -78,7 +78,7 @@ class Coin(Scene):
         return world.record(o.seconds)
 
     def measure(self, recording: Recording) -> Measured:
-        """Angle and rate, means of a tenth of a second, beside the closed form at the same angle."""
+        """Angle and rate of precession, means over a tenth of a second, beside the closed form at the same angle."""
         times, angles, rates, axial = wobble(recording)
         high = angles > FLAT
         measured, expected = rates[high], rolling(angles[high], recording.o, axial[high])[0]
@@ -92,7 +92,7 @@ class Coin(Scene):
         }  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
-        """The closed form at every angle; it falls and goes round faster; it loses energy all the way."""
+        """Rate by the closed form at every angle; the coin falls and precesses faster; it never gains energy."""
         if measured["law"] in NATIVES or measured["rolling"] == 0.0:
             return []
         return [

@@ -1,11 +1,11 @@
-"""Newton's cradle: balls in touch are struck at one end.
+"""Newton's cradle: a row of touching balls is struck at one end.
 
-All contacts act at once, and what each ball leaves with depends on how the forces share: it is not one out for one in,
-as it is when the balls stand a little apart. The truth is a chain of Hertz springs, integrated here to 1e-10. The balls
-are free in space instead of hung: an impact takes a ten-thousandth of a swing. They meet in line, no ball slides on
-another, so that rigid friction will do; and none can reach any but its neighbours. Source: Herrmann & Schmalzle, Simple
-explanation of a well-known collision experiment, Am. J. Phys. 49 (1981) 761; Hertz contact: Johnson, Contact Mechanics
-(1985), section 4.2.
+All contacts act at once, and the velocity of each ball depends on how they share the force. The result is not "one in,
+one out", as it is for balls a little apart. The reference is a chain of Hertz springs, integrated to 1e-10. The balls
+are free in space instead of hanging, since the impact takes a ten-thousandth of a swing. They meet in line and do not
+slide on each other, so rigid friction suffices; each ball reaches only its neighbours. Source: Herrmann & Schmalzle,
+Simple explanation of a well-known collision experiment, Am. J. Phys. 49 (1981) 761; Hertz contact: Johnson, Contact
+Mechanics (1985), section 4.2.
 """
 
 from dataclasses import replace
@@ -25,22 +25,22 @@ LEAD, AFTER = 0.0205, 0.06  # times [s] in flight before the blow and after
 
 @register
 class Cradle(Scene):
-    """A row of balls, some of which come with a speed."""
+    """The balls at one end arrive with a speed; the others touch and rest."""
 
     name = "cradle"
-    title = "Newton's cradle: a row of steel balls in touch, struck at one end, against a chain of Hertz springs"
+    title = "Newton's cradle: touching steel balls struck at one end, compared with a chain of Hertz springs"
     engines = EVERYWHERE
     slow = 20.0
     apart, exposure = True, 0.079
     options = {
-        "balls": Option(5, "how many there are", 2, 50),
-        "strikers": Option(1, "how many of them come with the speed", 1, 49),
-        "speed": speed(1.0, "theirs"),
-        "gap": Option(0.0, "between the others, in m", 0.0, 1.0),
+        "balls": Option(5, "number of balls", 2, 50),
+        "strikers": Option(1, "number of balls that arrive with the speed", 1, 49),
+        "speed": speed(1.0, "speed of the strikers"),
+        "gap": Option(0.0, "gap between the resting balls, in m", 0.0, 1.0),
     } | of_ball(0.0254, 0.115, 1.0)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Along x, without gravity."""
+        """Move along x, without gravity."""
         if o.strikers >= o.balls:
             raise ValueError(f"strikers = {o.strikers}: must be below balls = {o.balls}")
         pair = pair_of(o)
@@ -64,10 +64,10 @@ class Cradle(Scene):
 
     def caption(self, recording: Recording) -> str:
         """What the numbers are."""
-        return "speeds before the blow and after it, m/s"
+        return "velocities before and after the impact, m/s"
 
     def measure(self, recording: Recording) -> Measured:
-        """Velocities after the blow, and the chain's."""
+        """Velocities after the impact, and those of the chain."""
         o = recording.o
         pair = replace(pair_of(o), radius=0.5 * o.radius)
         after = np.array([track.velocities[-1] for track in recording.tracks])
@@ -83,7 +83,7 @@ class Cradle(Scene):
         }  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Momentum by any law, velocities by those whose normal force is Hertz's and elastic."""
+        """Momentum for any law; velocities for laws with an elastic Hertz normal force."""
         speed = max(np.abs(measured["velocities_chain"]))
         out = [Limit("change of momentum over that before", 1e-9, abs(measured["momentum_ratio"] - 1.0))]
         if measured["law"] not in ("native", "linear_spring") and measured["restitution"] == 1.0:
@@ -102,14 +102,14 @@ def pair_of(o: Any) -> ContactPair:
 
 
 def hertz_chain(pair: ContactPair, mass: float, count: int, strikers: int, speed: float, gap: float) -> Array:
-    """Velocities [m/s] of a row of equal balls after the first ones came with a speed.
+    """Velocities [m/s] of a row of equal balls after the first ones have arrived with a speed.
 
     Args:
-        pair: Of two balls, with its radius.
-        mass: Of each [kg].
-        count, strikers: Balls, and how many come.
-        speed: [m/s].
-        gap: Between those that are struck [m].
+        pair: Pair of two balls, with its radius.
+        mass: Mass of a ball [kg].
+        count, strikers: Number of balls, and of those that arrive.
+        speed: Speed of the strikers [m/s].
+        gap: Gap between the resting balls [m].
     """
     from scipy.integrate import solve_ivp
 

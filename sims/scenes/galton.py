@@ -1,10 +1,10 @@
-"""A Galton board: balls fall through rows of pegs, and where they come out is spread like a binomial distribution.
+"""A Galton board: balls fall through rows of pegs and spread about as a binomial distribution does.
 
-If each row sent a ball half a pitch to the left or to the right, and no row knew of the one before, n rows of pegs a
-pitch p apart would give a standard deviation of sqrt(n) p/2. A real ball keeps some of its speed across from one row to
-the next, the more the better it bounces: the binomial distribution is a measure, not a law of nature. What must hold is
-that right and left are alike, and that no ball is faster than its fall lets it be. Each ball has a lane of its own
-along the pegs, so that no two meet. Source: F. Galton, Natural Inheritance (1889), chapter 5.
+If each row sent a ball half a pitch to the left or right, independently of the row before, n rows of pegs a pitch p
+apart would give a standard deviation of sqrt(n) p/2. A real ball keeps part of its sideways speed from one row to the
+next, the more the better it bounces, so the binomial distribution is only a guide. Required are symmetry of left and
+right, and that no ball is faster than its height allows. Each ball has a lane of its own along the pegs, so that no two
+meet. Source: F. Galton, Natural Inheritance (1889), chapter 5.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ class Galton(Scene):
     """Seen along the pegs."""
 
     name = "galton"
-    title = "balls fall through the pegs of a Galton board: their spread beside the binomial distribution"
+    title = "balls fall through a Galton board: their spread, compared with the binomial distribution"
     engines = EVERYWHERE
     slow = 4.0
     native_step = 2e-4
     options = {
-        "balls": Option(60, "how many fall", 2, 2000),
-        "rows": Option(8, "of pegs", 1, 50),
-        "seed": Option(1, "of the places at the start", 0, 10**6),
+        "balls": Option(60, "number of balls", 2, 2000),
+        "rows": Option(8, "rows of pegs", 1, 50),
+        "seed": Option(1, "seed of the random positions at the start", 0, 10**6),
     } | of_ball(0.004, 0.2, 0.5)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Let go of all at once, within a fourth of a pitch to either side of the middle."""
+        """Release all balls at once, within a quarter of a pitch of the middle."""
         world = new_world(settings, (0.0, 0.0, -GRAVITY))
         along, half = onto(np.array([0.0, 1.0, 0.0])), 0.5 * LANE * o.radius * o.balls
         pegs = [f"peg{row}-{i}" for row in range(o.rows) for i in range(-(o.rows // 2) - 3, o.rows // 2 + 4)]
@@ -69,7 +69,7 @@ class Galton(Scene):
         return world.record((o.rows + 2) * ROW / SLOWEST, every=4e-3)
 
     def measure(self, recording: Recording) -> Measured:
-        """Mean and spread of where balls pass below the last row, and how fast they are for their height."""
+        """Mean and spread of the positions below the last row, and energy gained for the height fallen."""
         out, start = came_out(recording), recording.tracks[0].positions[0, 2]
         excess = [
             (track.energy((0.0, 0.0, -GRAVITY)) / (track.mass * GRAVITY) - start).max() / start
@@ -82,7 +82,7 @@ class Galton(Scene):
         }  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
-        """All came through, to both sides alike, about as far as coins would have it, and none gained energy."""
+        """All balls came through, symmetrically, with about the binomial spread, and none gained energy."""
         if measured["law"] in NATIVES:
             return []
         error = 4.0 * measured["spread_over_pitch"] / measured["balls"] ** 0.5
@@ -103,7 +103,7 @@ class Galton(Scene):
         return "spread {:.2f} pitches, binomial {:.2f}".format(*told)
 
     def figure(self, settings: Settings, recording: Recording) -> Figure:
-        """The ways through the board, and how many came out in each bin, beside the engine's own contact."""
+        """Paths through the board and the number of balls in each bin, beside the engine's own contact."""
         from matplotlib.figure import Figure
         from matplotlib.ticker import MaxNLocator
 
@@ -138,7 +138,7 @@ class Galton(Scene):
 
 
 def came_out(recording: Recording) -> Array:
-    """Where balls pass a row below the last one [m]."""
+    """Positions [m] at which balls pass one row below the last."""
     end, out = -recording.o.rows * ROW, []
     for track in recording.tracks:
         below = track.positions[:, 2] < end

@@ -1,13 +1,13 @@
 """Golf balls struck by club heads of different loft: launch angle and backspin.
 
-A face of loft L that comes at speed V meets the ball with V cos(L) along its normal and V sin(L) across, so that psi_1
-= (kappa/mu) tan(L). By the law launch angle and spin over speed depend on psi_1 and chi alone, at any speed. A rigid
-ball slides up the face to the end or comes to roll on it. An elastic one may get more spin than one that rolls: its
-contact point leaves moving down the face; and it slides to the end at lofts where a rigid one would roll already.
+A face of loft L and speed V meets the ball with V cos(L) along its normal and V sin(L) across it, so that psi_1 =
+(kappa/mu) tan(L). By the law, launch angle and spin over speed depend on psi_1 and chi alone. A rigid ball slides up
+the face to the end, or comes to roll on it. An elastic ball may leave with more spin than a rolling one, its contact
+point moving down the face; and it slides to the end at some lofts where a rigid ball would roll.
 
-Shots are at 8 m/s (a chip): at the 40 m/s of a full swing the ball is pressed in by a quarter of its radius, far beyond
-a small contact. The heads follow their path whatever they hit; a free one of 270 g, six times the ball's mass, would
-give some 5 % less spin. Figures: ball by the rules of golf; contact of 0.45 ms at 40 m/s (0.4 to 0.5 ms: D. Tutelman,
+Shots are at 8 m/s (a chip). At the 40 m/s of a full swing the overlap is a quarter of the radius, far beyond a small
+contact. The heads follow a prescribed path; a free head of 270 g, six times the ball's mass, would give some 5 % less
+spin. Figures: ball by the rules of golf; contact of 0.45 ms at 40 m/s (0.4 to 0.5 ms: D. Tutelman,
 What happens at impact) and restitution 0.8 (0.83: Proceedings 49 (2020) 47); nu of the cover 0.45 and friction 0.4 are
 assumed. Tangential compliance in golf impacts: The role of friction and tangential compliance on the resultant launch
 angle of a golf ball, Proceedings 49 (2020) 27.
@@ -40,17 +40,17 @@ LEAD, AFTER = 0.0051, 0.065  # times [s] before the impact and after
 
 @register
 class Golf(Scene):
-    """A ball on its tee and a head for each loft, side by side; no gravity in these few hundredths of a second."""
+    """A ball and a club head for each loft, side by side; gravity is left out of these few hundredths of a second."""
 
     name = "golf"
     title = "golf balls struck at lofts of 10 to 65 degrees: launch angle and backspin"
     exposure, slow = 0.0325, 20.0
     native_step = 1e-4
     material = None
-    options = {"speed": speed(8.0, "of the heads")} | of_ball(0.02135, 0.4, 0.8, mass=0.0459)
+    options = {"speed": speed(8.0, "speed of the heads")} | of_ball(0.02135, 0.4, 0.8, mass=0.0459)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """All shots at once, each in its lane."""
+        """Play all shots at once, each in its lane."""
         pair = pair_of(o)
         world = new_world(settings, gravity=(0.0, 0.0, 0.0))
         for lane, loft in enumerate(LOFTS):
@@ -65,7 +65,7 @@ class Golf(Scene):
         return world.record(LEAD + AFTER)
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """The loft of every third ball, beyond it, once they are apart."""
+        """The loft beside every third ball, once they are apart."""
         out = []
         for loft in LOFTS[::3]:
             ball = recording.track(f"ball{loft}")
@@ -78,10 +78,10 @@ class Golf(Scene):
 
     def caption(self, recording: Recording) -> str:
         """What to see."""
-        return "at each ball the loft of its head"
+        return "numbers: loft of the head"
 
     def figure(self, settings: Settings, recording: Recording) -> Figure | None:
-        """Launch angle and backspin over the loft, between the limits of rigid bodies."""
+        """Launch angle and backspin over loft, with the limits of rigid bodies."""
         from matplotlib.figure import Figure
 
         from sims.panel import TONES, title_of
@@ -97,7 +97,7 @@ class Golf(Scene):
                 axes.plot(LOFTS, values, marker, color=colour, markerfacecolor="none", label=title_of(self, one))
             for how, dash in (("sliding", "--"), ("rolling", "-")):
                 values = [limits_of_rigid_bodies(loft, recording.o)[f"{what}_{how}"] for loft in LOFTS]
-                axes.plot(LOFTS, values, dash, color="0.4", linewidth=1.0, label=f"rigid ball, {how} in the end")
+                axes.plot(LOFTS, values, dash, color="0.4", linewidth=1.0, label=f"rigid ball, {how} at the end")
             top = 1.05 * max(shot[what] for one in (recording, native) for shot in self.measure(one)["shots"])
             axes.set(xlabel="loft [degrees]", ylabel=f"{what.replace('_', ' ')} [{unit}]", ylim=(0.0, top))
             axes.grid(alpha=0.3)
@@ -127,7 +127,7 @@ class Golf(Scene):
         return out | contact | {"shots": shots}
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Every loft against the annulus solver; friction's bound; where it slides to the end, the closed form."""
+        """Every loft against the annulus solver; Coulomb's limit; the closed form where the ball slides to the end."""
         from validation.reference.closed_forms.regimes import slides_throughout_from
 
         if measured["law"] != "microslip":
@@ -148,7 +148,7 @@ class Golf(Scene):
 
 
 def axes(loft: float) -> tuple[np.ndarray, np.ndarray]:
-    """Normal of a face, and the direction up along it; loft in degrees."""
+    """Normal of a face, and the direction up the face; loft in degrees."""
     angle = radians(loft)
     return np.array([cos(angle), 0.0, sin(angle)]), np.array([-sin(angle), 0.0, cos(angle)])
 
@@ -159,7 +159,7 @@ def pair_of(o: Any) -> ContactPair:
 
 
 def head_at(touching: np.ndarray, speed: float, time: float) -> np.ndarray:
-    """Where a head's centre is [m] at a time [s], from where it touches the ball."""
+    """Centre of a head [m] at a time [s] after it touches the ball."""
     return touching + [speed * (time - LEAD), 0.0, 0.0]
 
 

@@ -1,10 +1,10 @@
-"""Two fingers hold a ball and are shaken: by the law it does not slip while mu is enough, a soft constraint creeps.
+"""Two fingers hold a ball and are shaken: with the law the ball does not slip if mu suffices; soft constraints creep.
 
-Each finger is a pad on a slide joint, driven by a position actuator (spring kp, damper kv, of MuJoCo's implicitfast
-integrator), and presses with `grip` times the force P that the ball needs at the ends of the shaking,
-2 mu P = m (g + A (2 pi f)^2), measured at the actuator before the weight sets in. Both hang on a hand that moves up
-and down by A sin(2 pi f t). The slip is what the ball has gone down against the hand from one whole second of shaking
-to the last one; on elastic pads it swings meanwhile.
+Each finger is a pad on a slide joint, driven by a position actuator (spring kp, damper kv, with MuJoCo's implicitfast
+integrator). It presses with `grip` times the force P that the ball needs at the turning points of the shaking, 2 mu P =
+m (g + A (2 pi f)^2), measured at the actuator before gravity is switched on. Both fingers are mounted on a hand that
+moves up and down by A sin(2 pi f t). The slip is the distance by which the ball sinks relative to the hand from the
+first whole second of shaking to the last; on elastic pads it also oscillates.
 """
 
 from math import pi
@@ -32,7 +32,7 @@ EVERY = 0.01  # [s] between two entries
 
 
 def needed(mass: float, friction: float) -> float:
-    """Least force of a finger that holds the ball [N]."""
+    """Least force of a finger that holds the ball while it is shaken [N]."""
     return mass * (GRAVITY + AMPLITUDE * (2.0 * pi * FREQUENCY) ** 2) / (2.0 * friction)
 
 
@@ -43,10 +43,10 @@ def pair_of(o: Any) -> ContactPair:
 
 @register
 class Grasp(Scene):
-    """Seen from the front; the table has the slip, and MuJoCo's own contact slips beside it."""
+    """Seen from the front. The table gives the slip, by the law and with MuJoCo's own contact."""
 
     name = "grasp"
-    title = "two fingers hold a ball and are shaken: how far it slips"
+    title = "two fingers hold a ball and are shaken: how far the ball slips"
     engines = ("mujoco",)
     unable = {"pybullet": "its motors are constraints, not springs", "none": "it has no actuators"}
     shown = 2.5
@@ -54,13 +54,13 @@ class Grasp(Scene):
     slow = 2.0
     in_window = False
     options = {
-        "seconds": Option(6.0, "how long it is shaken and watched", 4.0, 1e5),
-        "grip": Option(2.0, "force of a finger over the least that holds", 1e-3, 1e3),
+        "seconds": Option(6.0, "duration of the shaking, in s", 4.0, 1e5),
+        "grip": Option(2.0, "force of a finger over the least force that holds the ball", 1e-3, 1e3),
         "best": BEST,
     } | of_ball(0.02, None, None, mass=0.1)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Close the fingers, then hang the ball between them, then shake."""
+        """Close the fingers, switch gravity on, then shake."""
         import mujoco
 
         engine: Any = mujoco
@@ -99,7 +99,7 @@ class Grasp(Scene):
         return Recording(times, tracks, facts=facts)
 
     def measure(self, recording: Recording) -> Measured:
-        """Slip between the first whole second and the last, and how far the ball swings between its pads."""
+        """Slip from the first whole second to the last, and the amplitude of the ball between its pads."""
         held = (recording.track("ball").positions - recording.track("hand").positions)[:, 2] + HOLD
         times, end = recording.times, recording.times[-1]
         first = held[(times >= SWINGS) & (times < SWINGS + 1.0 - 1e-9)]
@@ -111,7 +111,7 @@ class Grasp(Scene):
         }  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Held, and without slip, where the force is enough."""
+        """The ball is held without slip if the force suffices."""
         if measured["law"] == NATIVE or measured["grip"] < 1.2:
             return []
         return [
@@ -127,7 +127,7 @@ class Grasp(Scene):
 
 
 def drive(model: Any, data: Any, force: float) -> None:
-    """Before a step: fingers close until they press with a force [N], weight sets in, the hand shakes."""
+    """Set the controls before a step: close the fingers up to a force [N], switch gravity on, shake the hand."""
     if data.time < LOADED[0]:
         data.ctrl[:2] += model.opt.timestep / CLOSING * (force - data.actuator_force[:2]) / KP
     model.opt.gravity[2] = -GRAVITY * ramp(data.time, *LOADED)
@@ -141,7 +141,7 @@ def ramp(time: float, begin: float, end: float) -> float:
 
 
 def build(settings: Settings, o: Any) -> Any:
-    """The model; its fingers touch the ball, and are told to stay there."""
+    """Build the model, with fingers that touch the ball and are commanded to stay there."""
     import mujoco
 
     from contactlaw.mujoco_plugin import add_contact

@@ -1,7 +1,7 @@
-"""Steel balls are poured into a box, collide, slide, roll, and lie still: all of them sleep.
+"""Steel balls are poured into a box, collide, slide, roll and come to rest: all of them sleep.
 
-What a heap owes to mechanics, whatever its contacts do: floor and walls carry its weight, sum F_z = N m g (Newton's
-laws), and the energy of all that moves, is lifted or is pressed together never grows.
+Two requirements hold for any contact law: floor and walls carry the weight, sum F_z = N m g, and the sum of kinetic,
+potential and elastic energy never grows.
 """
 
 from typing import Any
@@ -18,19 +18,19 @@ LONGEST, EVERY, STILL = 12.0, 0.02, 0.3  # [s] to wait, between two entries, and
 
 @register
 class Heap(Scene):
-    """Seen through a wall. The table compares processor time with MuJoCo's own contact, both of its solvers."""
+    """Seen through a wall. The table compares processor time with MuJoCo's own contact, with both solvers."""
 
     name = "heap"
-    title = "steel balls poured into a box come to rest and sleep; support, energy and cost"
+    title = "steel balls poured into a box come to rest and sleep: support, energy and cost"
     engines = ("mujoco", NONE)
-    unable = {"pybullet": "to read this many balls costs more than to move them"}
+    unable = {"pybullet": "reading so many balls costs more than moving them"}
     shown = 0.6
     exposure = 0.12
     apart = True
-    options = {"balls": Option(64, "poured", 1, 10000)} | heap.OPTIONS
+    options = {"balls": Option(64, "number of balls", 1, 10000)} | heap.OPTIONS
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Until all have slept for a while; then, beside MuJoCo's own contact, once more for the time it takes."""
+        """Run until all have slept for a while; then time it again beside MuJoCo's own contact."""
         world = heap.poured(settings, o.balls, o=o)
         weight = o.balls * heap.mass_of(o) * heap.GRAVITY
         seen: dict[str, Any] = {"settled": None, "rise": 0.0, "support": 0.0}
@@ -55,7 +55,7 @@ class Heap(Scene):
         return recording
 
     def measure(self, recording: Recording) -> Measured:
-        """When it slept, what carries it, whether any ball has left, and the costs."""
+        """Time until it sleeps, support force, deepest overlap with a wall, and costs."""
         facts, seen = recording.facts, recording.facts["seen"]
         places = np.array([track.positions for track in recording.tracks])
         walls = [outline for outline in recording.scenery if outline.normal]
@@ -80,7 +80,7 @@ class Heap(Scene):
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
-        """At rest in the end, on floor and walls, with no energy gained; nothing of the engine's own contact."""
+        """At rest in the end, carried by floor and walls, no energy gained; no limits for the engine's own contact."""
         if measured["law"] == NATIVE:
             return []
         settled = measured["settled"]
@@ -94,6 +94,6 @@ class Heap(Scene):
         return out
 
     def caption(self, recording: Recording) -> str:
-        """When it slept."""
+        """The time at which all balls slept."""
         settled = recording.facts["seen"]["settled"]
         return "seen through a wall" + ("" if settled is None else f"; all asleep at {settled:.1f} s")

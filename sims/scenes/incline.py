@@ -1,15 +1,15 @@
-"""Two balls are sent up an incline: one grips and rolls, the other, of less friction, slips all the way.
+"""Two balls are sent up an incline: one rolls, the other, with less friction, slips all the way.
 
-A ball that rolls needs friction of 2/7 of the downhill pull; it has it as long as tan(angle) <= 7/2 mu. Either way the
-motion is closed form, with d the acceleration of the centre down the slope and s that of the rim:
+A rolling ball needs a friction force of 2/7 of the downhill force, so it rolls if tan(angle) <= 7/2 mu. Both motions
+have a closed form, with d the acceleration of the centre down the slope and s that of the rim:
 
     rolls    d = s = 5/7 g sin(angle)
     slips    d = g (sin(angle) - mu cos(angle))        s = 5/2 mu g cos(angle)
 
-so that a ball sent up at speed v turns at the height v^2 sin(angle)/(2 d) and comes back with v; for the one that rolls
-that is 7/10 v^2/g, at any angle. All laws of friction give these motions, so that rigid friction, the simplest, will
-do. (By those with springs the balls are put down without traction, which takes some 0.1 ms of slip to build up: 1e-4 of
-the speed on a slope of 25 degrees.) Source: any textbook of mechanics; I = 2/5 m R^2, Coulomb friction.
+so that a ball sent up at speed v turns at the height v^2 sin(angle)/(2 d) and comes back with v. For the rolling ball
+this height is 7/10 v^2/g at any angle. All laws of friction give these motions, so the simplest, rigid friction,
+suffices. (With laws that have springs the balls start without traction, which builds up during some 0.1 ms of slip:
+1e-4 of the speed on a slope of 25 degrees.) Source: any textbook of mechanics; I = 2/5 m R^2, Coulomb friction.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ class Incline(Scene):
     """Up a slope and back, gripping and slipping."""
 
     name = "incline"
-    title = "two balls sent up an incline: one rolls, one slips; heights and accelerations against the closed form"
+    title = "two balls sent up an incline, one rolling, one slipping: heights and accelerations against the closed form"
     engines = EVERYWHERE
     options = {
-        "angle": Option(10.0, "of the incline, in degrees", 1.0, 80.0),
-        "speed": speed(1.0, "up the incline at the start", most=20.0),
+        "angle": Option(10.0, "angle of the incline, in degrees", 1.0, 80.0),
+        "speed": speed(1.0, "speed up the incline at the start", most=20.0),
         "slippery": Option(0.02, "friction of the ball that slips", 0.0, 10.0),
     } | of_ball(0.0254, 0.115, 0.93)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Both balls start rolling, with the overlap that they rest with, and come back past their start."""
+        """Start both balls rolling, with their static overlap, and record until they come back past their start."""
         angle, mass = radians(o.angle), o.mass or ball_mass(o.material, o.radius)
         uphill, normal = directions(angle)
         frictions = dict(zip(LANES, (o.friction, o.slippery), strict=True))
@@ -64,19 +64,19 @@ class Incline(Scene):
         return world.record(2.2 * o.speed / slowest, frictions=frictions)
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Which ball turned where."""
+        """The height at which each ball turns."""
         tracks = [recording.track(name) for name in LANES]
         tops = [track.positions[np.argmax(track.positions[:, 2])] for track in tracks]
         return [(top[0], top[2] - 1.4 * track.size[0], track.name) for track, top in zip(tracks, tops, strict=True)]
 
     def caption(self, recording: Recording) -> str:
-        """What to see: the ball that slips is braked by all of gravity but friction, and turns lower."""
+        """The speed, and the heights at which the balls turn."""
         balls = self.measure(recording)["balls"]
         heights = ", ".join(f"{name} {1e3 * ball['turning_height']:.1f}" for name, ball in balls.items())
         return f"both start rolling at {recording.facts['speed']:g} m/s; turn at a height [mm]: {heights}"
 
     def figure(self, settings: Settings, recording: Recording) -> Figure:
-        """The way of both up the slope over time, every 50 ms, on the closed form's lines."""
+        """Distance up the slope over time, every 50 ms, beside the closed form."""
         from matplotlib.figure import Figure
 
         from sims.panel import TONES
@@ -101,7 +101,7 @@ class Incline(Scene):
         return figure
 
     def measure(self, recording: Recording) -> Measured:
-        """Accelerations fitted to the whole run, turning heights, speeds on the way back, and the closed form's."""
+        """Accelerations fitted to the whole run, turning heights and return speeds, beside the closed form."""
         o, times = recording.o, recording.times
         angle = radians(o.angle)
         uphill, normal = directions(angle)
@@ -127,7 +127,7 @@ class Incline(Scene):
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Each against the closed form, to a thousandth; no ball leaves the slope or sinks into it."""
+        """All against the closed form, to 1e-3; no ball leaves the slope or sinks into it."""
         if measured["law"] in (NATIVE, "linear_spring"):  # the overlap at the start is that of Hertz
             return []
         out = []
@@ -143,17 +143,17 @@ class Incline(Scene):
 
 
 def directions(angle: float) -> tuple[Array, Array]:
-    """Up the slope, and its normal; angle in rad."""
+    """Unit vectors up the slope and along its normal; angle in rad."""
     return np.array([cos(angle), 0.0, sin(angle)]), np.array([-sin(angle), 0.0, cos(angle)])
 
 
 def acceleration(angle: float, friction: float) -> tuple[float, float]:
-    """Of centre and rim, down the slope [m/s^2], of a ball that started rolling; angle in rad."""
+    """Accelerations of centre and rim down the slope [m/s^2] of a ball that starts rolling; angle in rad."""
     if tan(angle) <= 3.5 * friction:
         return 5.0 / 7.0 * GRAVITY * sin(angle), 5.0 / 7.0 * GRAVITY * sin(angle)
     return GRAVITY * (sin(angle) - friction * cos(angle)), 2.5 * friction * GRAVITY * cos(angle)
 
 
 def slope(times: Array, values: Array) -> float:
-    """Of the straight line through values over time."""
+    """Slope of the straight line fitted to values over time."""
     return float(np.polyfit(times, values, 1)[0])

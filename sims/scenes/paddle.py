@@ -1,12 +1,12 @@
 """A table tennis ball with topspin meets a paddle that hangs on a hinge: a body with a joint.
 
-In the contact the paddle counts by what the joint lets it do: with L the height of the touch over the hinge and I the
-inertia about it, 1/m_N = 1/m + L^2/I; along its face it does not give, m_T = m/(1 + m R^2/I_ball). The reference at the
-chi of these masses holds as for a free ball. Nothing but the hinge holds the paddle: the angular momentum of both about
-its axis stays. Rubber makes the paddle's face grip: the spin turns round.
+The joint decides the effective mass of the paddle in the contact: with L the height of the contact point over the hinge
+and I the moment of inertia about it, 1/m_N = 1/m + L^2/I; along its face the paddle cannot move, m_T = m/(1 + m
+R^2/I_ball). With these masses the reference holds as for a free ball. Only the hinge holds the paddle, so the angular
+momentum of ball and paddle about its axis is conserved. The rubber grips, so the spin reverses.
 
-Ball as in `table_tennis`; a blade of 90 g; friction 0.8 and restitution 0.8 of ball and rubber are assumed (softer
-layers than Hertz's, under a shell: figures for use measure yours).
+Ball as in `table_tennis`; blade of 90 g; friction 0.8 and restitution 0.8 of ball and rubber are assumed (the contact
+is a soft layer under a shell, not Hertz's: measure yours for quantitative use).
 """
 
 from dataclasses import replace
@@ -31,7 +31,7 @@ LEAD, AFTER = 0.0203, 0.06  # times before the touch and after [s]
 
 @register
 class Paddle(Scene):
-    """Seen from the side; no gravity. The law alone: no native contact to compare."""
+    """Seen from the side; without gravity. By the law only: there is no native contact to compare with."""
 
     name = "paddle"
     title = "a table tennis ball with topspin meets a paddle on a hinge"
@@ -40,13 +40,13 @@ class Paddle(Scene):
     in_window = False
     material = None
     options = {
-        "speed": speed(3.0, "of the ball onto the face"),
-        "up": Option(1.0, "its speed up along the face, in m/s", -100.0, 100.0),
-        "topspin": Option(4.0, "R omega, in m/s", -100.0, 100.0),
+        "speed": speed(3.0, "speed of the ball onto the face"),
+        "up": Option(1.0, "speed of the ball up along the face, in m/s", -100.0, 100.0),
+        "topspin": Option(4.0, "topspin R omega, in m/s", -100.0, 100.0),
     } | of_ball(0.02, 0.8, 0.8, mass=2.7e-3)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Aimed at the middle of the blade."""
+        """Throw the ball at the middle of the blade."""
         if settings.law == NATIVE:
             raise ValueError(f"law = {NATIVE!r}: must be one of the laws; this scene has no other contact")
         velocity = np.array([-o.speed, 0.0, o.up])
@@ -74,18 +74,18 @@ class Paddle(Scene):
         return Recording(times, [ball, paddle], [hinge], facts=facts | {"hinge_inertia": setup.hinge_inertia})
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Where the hinge is, and where the ball comes from."""
+        """Labels of the hinge and of the incoming ball."""
         x, _, z = recording.track("ball").positions[0]
         return [(0.0, 0.0, "hinge"), (x, z - recording.o.radius, "in")]
 
     def caption(self, recording: Recording) -> str:
-        """Spin of the ball, and how fast the paddle turns after it."""
+        """Spin of the ball before and after, and the paddle's rate of rotation after."""
         ball, paddle = ([track.spins[i, 1] for i in (0, -1)] for track in recording.tracks)
         return (f"spin {signed(ball[0], 0)} \N{RIGHTWARDS ARROW} {signed(ball[1], 0)} rad/s; "
                 f"the paddle turns at {signed(paddle[1], 2)} rad/s")  # fmt: skip
 
     def measure(self, recording: Recording) -> Measured:
-        """The contact point over the paddle's, before and after."""
+        """Velocity of the ball's contact point relative to the paddle's, before and after."""
         ball, paddle, inertia = recording.track("ball"), recording.track("paddle"), recording.facts["hinge_inertia"]
         ends, o, pair = [0, -1], recording.o, pair_of(recording.o)
         touch = np.array([0.0, 0.0, HEIGHT])
@@ -105,7 +105,7 @@ class Paddle(Scene):
         } | rebound_of(pair, chi, points[0], points[1], NORMAL)  # fmt: skip
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Reference, restitution, angular momentum about the hinge, energy, and that the paddle gives way."""
+        """Rebound against the reference, restitution, angular momentum about the hinge, energy; the paddle turns."""
         # Within a step the lever arms are those of the touch: no better than the way along the face over the height.
         asked = measured["lever_change"]
         out = [Limit("change of angular momentum about the hinge over that before", asked, measured["momentum_error"])]

@@ -1,4 +1,4 @@
-"""The puck of `sims.puck` as a scene: the same throw, watched on its way to the block and back."""
+"""A puck strikes a clamped block on an air table, as in the experiments of Maw, Barber & Fawcett (1981)."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ class OnBlock(Scene):
     beside_damped = True
     engines = EVERYWHERE
     options = {
-        "psi1": Option(1.2, "(kappa/mu) V_x/V_z1 before the impact", -1e3, 1e3),
+        "psi1": Option(1.2, "angle of incidence, (kappa/mu) V_x/V_z1", -1e3, 1e3),
         "spin": Option(0, "1: thrown straight at the block, with backspin; 0: obliquely, without spin", 0, 1),
     } | OPTIONS
 
@@ -38,13 +38,13 @@ class OnBlock(Scene):
         return recording
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Where it comes in, where it is at the end, and the block."""
+        """Labels of the puck at both ends of its path, and of the block."""
         track = recording.track("puck")
         ends = [(*track.positions[i, :2], text) for i, text in ((0, "in"), (-1, "out"))]
         return [(x, y - track.size[0], text) for x, y, text in ends] + [(-BLOCK[0], -0.02, "block")]
 
     def caption(self, recording: Recording) -> str:
-        """Spin and slip before the impact and after it."""
+        """Spin, and velocity of the contact point, before and after the impact."""
         track, radius = recording.track("puck"), recording.track("puck").size[0]
         spins = [float(track.spins[i, 2]) for i in (0, -1)]
         slips = [1e3 * (float(track.velocities[i, 1]) - radius * spin) for i, spin in zip((0, -1), spins, strict=True)]

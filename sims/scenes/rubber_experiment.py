@@ -1,8 +1,8 @@
-"""How Maw, Barber & Fawcett measured rubber: a first block gives the puck backspin, a second one meets it aslant.
+"""How Maw, Barber & Fawcett measured rubber: a first block gives the puck backspin, a second one deflects it obliquely.
 
-Rubber grips so well (mu = 2.4) that it slides only at angles at which no launching device aims. The puck is therefore
-thrown at a first block, from which it comes back with spin, and the impact that counts is that on a second one, set at
-a fine angle to its path. Source: J. Lubr. Technol. 103 (1981) 74, "Results for Rubber Puck".
+Rubber grips so well (mu = 2.4) that it slides only at grazing angles at which no launching device can aim. The puck is
+therefore thrown at a first block, from which it returns with spin. The measured impact is that on a second block, set
+at a small angle to its path. Source: J. Lubr. Technol. 103 (1981) 74, "Results for Rubber Puck".
 """
 
 from math import acos, atan, degrees, hypot
@@ -31,17 +31,17 @@ class RubberExperiment(Scene):
     """Two blocks and a puck on an air table, seen from above; neither table nor gravity is simulated."""
 
     name = "rubber_experiment"
-    title = "the paper's rubber experiment: a first block gives the puck backspin, a second meets it at a fine angle"
+    title = "the paper's rubber experiment: a puck gets backspin at a first block and meets a second at a small angle"
     engines = EVERYWHERE
     exposure, slow = 0.034, 5.0
     material = "rubber"
     options = {
-        "psi1_first": Option(1.0, "psi_1 of the throw at the first block", -1e3, 1e3),
-        "psi1": Option(2.0, "psi_1 that the second block is set for", -1e3, 1e3),
+        "psi1_first": Option(1.0, "psi_1 at the first block", -1e3, 1e3),
+        "psi1": Option(2.0, "psi_1 at the second block", -1e3, 1e3),
     } | OPTIONS
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Aim with one impact without an engine, then throw."""
+        """Aim by a single impact without an engine, then throw."""
         puck = Puck(o.material, o.psi1_first, speed=SPEED, **changes(o))
         pair, radius = puck.pair, puck.radius
         throw = np.array([SPEED, puck.psi_1 * pair.friction / pair.kappa * SPEED, 0.0])
@@ -64,18 +64,18 @@ class RubberExperiment(Scene):
         return recording
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Which block is which."""
+        """Labels of the blocks."""
         places = [(outline.points[:, :2].mean(axis=0), outline.name) for outline in recording.scenery]
         return [(float(place[0]), float(place[1]) - 0.2, f"{name} block") for place, name in places]
 
     def caption(self, recording: Recording) -> str:
-        """Spin before the first block, between both, and after."""
+        """Spin before the first block, between the blocks, and after the second."""
         track, between = recording.track("puck"), int(np.searchsorted(recording.times, recording.o.apart))
         spins = " \N{RIGHTWARDS ARROW} ".join(signed(track.spins[i, 2], 1) for i in (0, between, -1))
         return f"spin {spins} rad/s"
 
     def measure(self, recording: Recording) -> Measured:
-        """Both impacts, from the free flights before, between and after."""
+        """Both impacts, read from the free flights before, between and after."""
         facts, track = recording.facts, recording.track("puck")
         puck = Puck(facts["material"], **changes(recording.o))
         between = int(np.searchsorted(recording.times, facts["apart"]))
@@ -90,7 +90,7 @@ class RubberExperiment(Scene):
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Both impacts against the annulus solver; no energy from nowhere."""
+        """Both impacts against the annulus solver; no energy gained."""
         checks_: list[Limit] = []
         if measured["law"] not in ("mindlin", "native"):
             checks_.append(Limit("greatest energy ratio of an impact", 1.001, max(measured["energy_ratios"])))
@@ -104,12 +104,12 @@ class RubberExperiment(Scene):
 
 
 def second_normal(velocity: Array, rim: float, slope: float) -> tuple[Array, float]:
-    """How the second block must stand.
+    """Orientation of the second block.
 
     Args:
-        velocity: Of the puck on its way there [m/s], shape (3,).
+        velocity: Velocity of the puck on its way there [m/s], shape (3,).
         rim: Radius times spin about the upward axis [m/s].
-        slope: Tangential over normal velocity of the contact point that is asked for.
+        slope: Tangential over normal velocity of the contact point, as asked for.
 
     Returns:
         The block's normal, and the angle between path and face [rad].

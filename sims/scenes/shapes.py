@@ -1,13 +1,13 @@
-"""Boxes dropped flat, on an edge and on a corner, a can that comes to roll, a coin-like puck that stands on its end.
+"""Boxes dropped flat, on an edge and on a corner, a can that starts to roll, and a puck that stands on its end.
 
-A flat shape touches a plane by small balls of its rounded edges (docs/shapes.md): a box by four corners, of radius r
-a tenth of its smallest half length, a puck on its end by four feet, a can on its side, of radius R, by two rims of
-curvatures 1/r and 1/R, which is Hertz's elliptic contact (Johnson, Contact Mechanics, 1985, section 4.2). At rest n
-such points carry the weight, so that each lies
+A flat shape touches a plane by small balls in its rounded edges (docs/shapes.md). A box touches by four corners, of
+radius r, a tenth of its smallest half length; a puck on its end by four feet; a can of radius R on its side by two rims
+of curvatures 1/r and 1/R, which are Hertz's elliptic contacts (Johnson, Contact Mechanics, 1985, section 4.2). At rest
+n such points carry the weight, and the depth of each is
 
-    depth = (m g/n / (4/3 E* sqrt(radius)))^(2/3)
+        depth = (m g/n / (4/3 E* sqrt(radius)))^(2/3)
 
-deep. A can thrown without spin slides until it rolls, at 2/3 of its speed whatever the friction (I = 1/2 m R^2).
+A can thrown without spin slides until it rolls, at 2/3 of its speed whatever the friction (I = 1/2 m R^2).
 """
 
 from math import pi, radians
@@ -37,19 +37,19 @@ class Shapes(Scene):
     """Seen from the side."""
 
     name = "shapes"
-    title = "boxes fall flat, on an edge and on a corner, a can rolls, a puck stands on its end"
+    title = "boxes fall flat, on an edge and on a corner; a can rolls; a puck stands on its end"
     engines = EVERYWHERE
     shown, exposure, slow = 0.8, 0.16, 4.0
     apart = True
     material = "nylon"
     options = {
-        "drop": length(0.03, "of the boxes"),
-        "speed": speed(0.3, "of the can"),
+        "drop": length(0.03, "height from which the boxes fall"),
+        "speed": speed(0.3, "speed of the can"),
         "seconds": seconds(3.0, 1.0),
     } | of_contact(0.3, 0.3)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Put the can and the puck down, let go of the boxes."""
+        """Put down the can and the puck, and release the boxes."""
         density = MATERIALS[o.material].density or 1000.0
         world = new_world(settings, (0.0, 0.0, -GRAVITY))
         for name, turn in TURNS.items():
@@ -71,12 +71,12 @@ class Shapes(Scene):
         return [(track.positions[entry, 0], 0.0, track.name) for track in recording.tracks]
 
     def caption(self, recording: Recording) -> str:
-        """How deep they lie."""
+        """The depths at rest."""
         bodies = self.measure(recording)["bodies"].items()
         return "depth [um]: " + ", ".join(f"{name} {plain(one['depth_um'], 3)}" for name, one in bodies)
 
     def measure(self, recording: Recording) -> Measured:
-        """How deep each lies, and how fast it still is."""
+        """Depth and remaining speed of each body."""
         bodies = {}
         for name in PLACES:
             track = recording.track(name)
@@ -92,7 +92,7 @@ class Shapes(Scene):
         return recording.told() | {"speed": recording.o.speed, "bodies": bodies}
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Depth of what lies, the can's speed, and no energy from nowhere."""
+        """Depths at rest, the can's speed, and no energy gained."""
         if measured["law"] in NATIVES:
             return []
         out = []
@@ -109,14 +109,14 @@ class Shapes(Scene):
 
 
 def depth(name: str, mass: float, o: Any) -> float:
-    """By the closed form [m]."""
+    """Depth at rest by the closed form [m]."""
     edge = EDGE * min(CAN if name == "can" else PUCK if name == "puck" else SIDES)
     points, radius = (2.0, elliptic_radius(1.0 / CAN[0], 1.0 / edge)) if name == "can" else (4.0, edge)
     return float(static_overlap(ContactPair(o.material, o.material, o.friction), mass * GRAVITY / points, radius))
 
 
 def elliptic_radius(p: float, q: float) -> float:
-    """Of the ball that is pressed in as a body of two curvatures p < q [1/m] is [m]: Hertz's elliptic contact."""
+    """Radius [m] of the ball that gives the same overlap as curvatures p < q [1/m]: Hertz's elliptic contact."""
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
 

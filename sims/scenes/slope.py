@@ -1,10 +1,9 @@
-"""A box lies on a slope of 20 degrees for a minute: by the law still, on a soft constraint it creeps.
+"""A box lies on a slope of 20 degrees for a minute: with the law it stays at rest, on a soft constraint it creeps.
 
-The friction is more than the slope needs (mu > tan(angle)), so that Coulomb's law lets nothing slide, and elastic
-corners give way once, by some nm. MuJoCo's constraints are regularised: what they hold moves with a velocity in
-proportion to the force, mu or no mu (MuJoCo's documentation, "Computation", on the constraint model). What helps there
-is elliptic cones, a larger `impratio`, and the iterations without slip that were made for it (`noslip_iterations`):
-`--best 1`.
+Friction exceeds what the slope needs (mu > tan(angle)), so by Coulomb's law nothing slides; elastic corners yield once,
+by some nm. MuJoCo's constraints are regularised: a held body moves at a velocity in proportion to the force, whatever
+mu is (MuJoCo's documentation, "Computation", on the constraint model). Elliptic cones, a larger `impratio` and
+`noslip_iterations` reduce the creep: `--best 1`.
 """
 
 from __future__ import annotations
@@ -35,21 +34,21 @@ BEST = Option(0, f"1: native contact with elliptic cones, impratio {IMPRATIO:g},
 
 @register
 class Slope(Scene):
-    """The way down the slope since it landed, in um: a picture of its own, with a logarithmic axis."""
+    """The picture shows the distance down the slope since landing, in um, on a logarithmic axis."""
 
     name = "slope"
-    title = "a box lies on a slope for a minute: how far it creeps"
+    title = "a box lies on a slope for a minute: how fast it creeps"
     engines = EVERYWHERE
     slow = 0.05
     options = {
-        "angle": Option(20.0, "of the slope, in degrees", 0.1, 80.0),
-        "mass": Option(MASS, "of the box, in kg", 1e-3, 1e4),
+        "angle": Option(20.0, "angle of the slope, in degrees", 0.1, 80.0),
+        "mass": Option(MASS, "mass of the box, in kg", 1e-3, 1e4),
         "seconds": seconds(60.0, 2.0, 1e5),
         "best": BEST,
     } | of_contact(0.5, 0.5)
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """Let go just above the slope."""
+        """Release the box just above the slope."""
         angle = radians(o.angle)
         normal = np.array([-sin(angle), 0.0, cos(angle)])
         world: Any = new_world(settings)
@@ -64,7 +63,7 @@ class Slope(Scene):
         return world.record(o.seconds, every=EVERY)
 
     def measure(self, recording: Recording) -> Measured:
-        """Creep from half a second on, and how long it took to land."""
+        """Creep from half a second on, and the time of landing."""
         times, way = recording.times, _way(recording)
         after = times >= LANDED
         fit = np.polyfit(times[after], way[after], 1)[0]
@@ -77,7 +76,7 @@ class Slope(Scene):
         }
 
     def check(self, measured: Measured) -> list[Limit]:
-        """What lies, lies; no limit for the engine's own contact, or where Coulomb's law lets it slide."""
+        """No creep; no limit for the engine's own contact, or where Coulomb's law lets the box slide."""
         if measured["law"] == NATIVE or np.tan(np.radians(measured["angle_degrees"])) >= measured["friction"]:
             return []
         return [
@@ -86,11 +85,11 @@ class Slope(Scene):
         ]
 
     def caption(self, recording: Recording) -> str:
-        """How fast it creeps."""
+        """The rate of creep."""
         return f"creep {plain(abs(self.measure(recording)['creep_um_per_s']), 2)} um/s"
 
     def figure(self, settings: Settings, recording: Recording) -> Figure | None:
-        """Way since landing over time, beside MuJoCo's own contact as it is and as good as it can be made."""
+        """Distance since landing over time, beside MuJoCo's own contact by default and with its best settings."""
         from matplotlib.figure import Figure
 
         curves = [(f"contactlaw, step {1e3 * settings.step:.3g} ms", recording, "-", "#1f4e9c")]
@@ -122,7 +121,7 @@ FLOOR_UM = 1e-10  # the least that places of doubles tell apart, and where nothi
 
 
 def set_best(option: Any) -> None:
-    """MuJoCo's settings against creep."""
+    """Apply MuJoCo's settings against creep."""
     import mujoco
 
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # type: ignore[attr-defined]
@@ -130,7 +129,7 @@ def set_best(option: Any) -> None:
 
 
 def _way(recording: Recording) -> Array:
-    """Of the box, down the slope from its first place [m], shape (n,)."""
+    """Distance of the box down the slope from its start [m], shape (n,)."""
     angle = radians(recording.o.angle)
     places = recording.track("box").positions
     return -(places - places[0]) @ np.array([cos(angle), 0.0, sin(angle)])

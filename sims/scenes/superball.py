@@ -1,4 +1,4 @@
-"""A superball thrown with backspin: it comes back, again with backspin, and goes on to and fro."""
+"""A superball thrown with backspin: each bounce reverses its spin, so that it bounces back and forth."""
 
 from math import sqrt
 from typing import Any, ClassVar
@@ -39,12 +39,15 @@ class Superball(Scene):
     material = "rubber"
     beside_damped = True
     options = {
-        "bounces": Option(6, "how many", 1, MOST_BOUNCES),
-        "speed": speed(2.0, "with which it is thrown"),
+        "bounces": Option(6, "number of bounces", 1, MOST_BOUNCES),
+        "speed": speed(2.0, "speed of the throw"),
         "backspin": Option(
-            BACKSPIN, "R omega/v; 2.5: no angular momentum about the touch, it turns round at every bounce", -100, 100
+            BACKSPIN,
+            "R omega/v; at 2.5 the angular momentum about the contact point is zero: each bounce reverses it",
+            -100,
+            100,
         ),
-        "drop": length(0.2, "from the throw to the floor"),
+        "drop": length(0.2, "height of the throw over the floor"),
     } | OPTIONS
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
@@ -62,12 +65,12 @@ class Superball(Scene):
         return world.record(touching + flying, INTERVAL)
 
     def ideals(self, recording: Recording) -> list[tuple[str, Recording]]:
-        """Garwin's ball from the same throw."""
+        """Garwin's ideal ball from the same throw."""
         ideal = flight(recording, garwin, recording.facts["bounces"], float(recording.times[-1]))
         return [("Garwin's ideal ball: perfectly rough and elastic", ideal)]
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """The number of each bounce, under the place where it happens."""
+        """The number of each bounce, below its place."""
         shown = [bounce for bounce in bounces_of(recording, "ball") if bounce.time < self.shown]
         return [(float(bounce.place[0]), 0.0, str(number)) for number, bounce in enumerate(shown, 1)]
 
@@ -76,7 +79,7 @@ class Superball(Scene):
         return spins_in_words(recording, bounces_of(recording, "ball"), self.shown)
 
     def measure(self, recording: Recording) -> Measured:
-        """Every bounce beside the reference, and where Garwin's ideal ball would bounce."""
+        """Every bounce beside the reference, and the places where Garwin's ideal ball would bounce."""
         bounces = bounces_of(recording, "ball")[: recording.facts["bounces"]]
         ideal = flight(recording, garwin, recording.facts["bounces"])
         garwins = [
@@ -89,7 +92,7 @@ class Superball(Scene):
         return settled(recording, bounces, **more, garwin=garwins)
 
     def check(self, measured: Measured) -> list[Limit]:
-        """The bounces against the reference; spin and direction turn round in all but one that turn by its flight."""
+        """All bounces against the reference; at most one reversal of spin or direction fewer than in the reference."""
         bounces, wanted = measured["bounces"], measured["asked_bounces"]
         out = check_bounces(bounces, measured["law"], wanted)
         if measured["law"] == "microslip":
@@ -99,7 +102,7 @@ class Superball(Scene):
 
 
 def turns(bounces: list[Measured]) -> list[int]:
-    """How many reverse the spin, and how many send the ball towards the last one, as `TURNS` has them."""
+    """Number of bounces that reverse the spin, and of those that send the ball back, as defined by `TURNS`."""
     starts = [0.0, *(one["x"] for one in bounces)]
     return [
         sum(one["spin_before"] * one["spin_after"] < 0.0 for one in bounces),

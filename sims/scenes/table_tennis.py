@@ -1,17 +1,17 @@
-"""Table tennis: five strokes meet the table.
+"""Table tennis: balls of five strokes meet the table.
 
 The ball is a shell, I = 2/3 m R^2. Where it slides to the end (drive, chop, loop) friction gives mu times the normal
-impulse, and the rebound is that of the model that table tennis robots use. Where the table grips it (topspin, and a
-ball that drops with backspin) that model lets it roll away; the elastic contact reverses its contact point. With
-backspin R omega = v m R^2/I the ball has no angular momentum about the touch: whatever the contact does, v and omega
-are multiplied by the same factor, which is below zero where the contact point reverses (Garwin's superball; here with a
-shell's 3/2).
+impulse, and the rebound is that of the model used in table tennis robots. Where the table grips the ball (topspin, and
+a ball that drops with backspin) that model lets it roll away, whereas elastic contact reverses the contact point. With
+backspin R omega = v m R^2/I the ball has no angular momentum about the contact point. Then the impact multiplies v and
+omega by the same factor, whatever the law; it is negative where the contact point reverses (Garwin's superball, with
+3/2 for a shell).
 
 Figures: 40 mm and 2.7 g by the rules; mu = 0.25, e = 0.93 on a table: A. Nakashima, Y. Ogawa, Y. Kobayashi & Y.
-Hayakawa, Proc. American Control Conference (2010) 1410. A shell is softer than a solid ball: its E* is chosen such that
-the contact lasts as long as that of a shell of 0.4 mm and 2.2 GPa pressed by a point force, k = 4 E h^2/(R sqrt(3 (1 -
-nu^2))), E. Reissner, J. Math. Phys. 25 (1946) 279: 0.8 ms. kappa of a shell is not known: that of solid bodies of nu =
-0.38 is taken. Air is left out. Reversal: R. L. Garwin, Am. J. Phys. 37 (1969) 88.
+Hayakawa, Proc. American Control Conference (2010) 1410. A shell is softer than a solid ball: E* is chosen such that
+the contact lasts 0.8 ms, as long as that of a shell of 0.4 mm and 2.2 GPa under a point force, k = 4 E h^2/(R sqrt(3 (1
+- nu^2))), E. Reissner, J. Math. Phys. 25 (1946) 279. kappa of a shell is not known; that of solid bodies of nu = 0.38
+is taken. Air drag is neglected. Reversal: R. L. Garwin, Am. J. Phys. 37 (1969) 88.
 """
 
 from dataclasses import replace
@@ -45,14 +45,14 @@ class TableTennis(Scene):
     """The five strokes side by side."""
 
     name = "table_tennis"
-    title = "table tennis balls, hollow, meet the table with topspin, backspin and none"
+    title = "table tennis balls meet the table with topspin, backspin and no spin"
     engines = EVERYWHERE
     exposure, slow = 0.015, 20.0
     material = None
     options = {"down": speed(DOWN, "speed onto the table")} | BALL
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
-        """One bounce each."""
+        """Let each ball bounce once."""
         world = new_world(settings, gravity=(0.0, 0.0, -GRAVITY))
         world.plane("table")
         for lane, (name, (along, turning)) in enumerate(STROKES.items()):
@@ -63,7 +63,7 @@ class TableTennis(Scene):
         return world.record(FALL + AFTER)
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """Each stroke's name where its ball is at the end, and its spin before and after."""
+        """Name of each stroke at its ball's last position, with spin before and after."""
         out = []
         for name in STROKES:
             track = recording.track(name)
@@ -77,7 +77,7 @@ class TableTennis(Scene):
         return "spin before and after, rad/s; topspin is positive"
 
     def measure(self, recording: Recording) -> Measured:
-        """Every stroke's bounce, the annulus solver's, and that of a ball that slides to the end."""
+        """Each bounce, that of the annulus solver, and that of a ball that slides to the end."""
         o, pair = recording.o, pair_of(recording.o)
         chi = pair.chi(1.0, 1.0 / (1.0 + 1.0 / GYRATION))
         out: Measured = recording.told()
@@ -107,7 +107,7 @@ class TableTennis(Scene):
         return out
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Each bounce against the annulus solver; those that slide against the closed form; Garwin's ratio."""
+        """Each bounce against the annulus solver, sliding ones against the closed form, and Garwin's ratio."""
         from validation.reference.closed_forms.regimes import slides_throughout_from
 
         strokes = measured["strokes"]

@@ -1,4 +1,4 @@
-"""A superball thrown under a table: floor, underside, floor, and out again on the side where it came in."""
+"""A superball thrown under a table bounces off floor, underside and floor, and leaves on the side where it came in."""
 
 from math import sqrt
 from typing import Any, ClassVar
@@ -17,9 +17,9 @@ WAIT = 0.25  # how long to watch after the last bounce [s]
 
 @register
 class UnderTable(Scene):
-    """Thrown without spin, forward and down; the bounce off the floor spins it so that the table sends it back.
+    """Thrown forward and down without spin; the bounce off the floor gives it spin, so that the table sends it back.
 
-    The table is low: a ball as soft as this one must not hit faster than some 2 m/s to keep a small contact.
+    The table is low because a ball as soft as this may not hit faster than some 2 m/s if the contact is to stay small.
     """
 
     name = "under_table"
@@ -30,8 +30,8 @@ class UnderTable(Scene):
     material = "rubber"
     options = {
         "clearance": length(0.15, "height of the table's underside over the floor"),
-        "speed": speed(2.5, "forward, with which it is thrown"),
-        "landing": speed(2.0, "downward at the floor"),
+        "speed": speed(2.5, "forward speed of the throw"),
+        "landing": speed(2.0, "downward speed at the floor"),
     } | OPTIONS
 
     def simulate(self, settings: Settings, o: Any) -> Recording:
@@ -52,7 +52,7 @@ class UnderTable(Scene):
         return world.record(3.0 * room / o.landing + 2.0 * WAIT, INTERVAL)
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:
-        """The number of each bounce, off the floor below it, off the table above."""
+        """The number of each bounce, below the floor or above the table."""
         found = bounces_of(recording, "ball", ceiling=recording.facts["clearance"])
         heights = [0.0 if one.normal[2] > 0.0 else recording.o.clearance + 0.04 for one in found]
         return [(one.place[0], height, str(number)) for number, (one, height) in
@@ -64,13 +64,13 @@ class UnderTable(Scene):
         return spins_in_words(recording, bounces, self.shown)
 
     def measure(self, recording: Recording) -> Measured:
-        """Every bounce beside the reference, and where the ball is in the end."""
+        """Every bounce beside the reference, and the ball's last position."""
         bounces = bounces_of(recording, "ball", ceiling=recording.facts["clearance"])
         last = float(recording.track("ball").positions[-1, 0])
         return settled(recording, bounces, x_end=last, radius=recording.o.radius)
 
     def check(self, measured: Measured) -> list[Limit]:
-        """Floor, underside, floor; out again by the law, against the reference."""
+        """Bounces off floor, underside and floor; by the law the ball comes out again; all against the reference."""
         out = check_bounces(measured["bounces"], measured["law"], BOUNCES)
         if measured["law"] == "microslip":
             under = sum(one["surface"] == "table" for one in measured["bounces"])

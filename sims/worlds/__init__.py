@@ -1,4 +1,4 @@
-"""Worlds that a scene is built in, the same calls for both engines and without one: `new_world(settings)`."""
+"""Worlds in which scenes are built, with the same calls for both engines and without one: `new_world(settings)`."""
 
 from sims.worlds.parts import State, Tuning
 from sims.worlds.world import World, new_world

@@ -31,7 +31,7 @@ STEPS_A_NATIVE_CONTACT = 10  # a stiffer contact than MuJoCo's solver resolves g
 
 
 class EngineWorld(World):
-    """MuJoCo's."""
+    """World in MuJoCo."""
 
     def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
         super().__init__(settings, gravity, tuning)
@@ -92,8 +92,8 @@ class EngineWorld(World):
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
         """MuJoCo's own contact: as stiff as the law's where the step allows, damped to the restitution.
 
-        Damping by the formula for a linear spring. This is the kind of setting with which it bounces at all. With an
-        elliptic cone and critical damping across the normal friction is right, and restitution is not.
+        Damping by the formula for a linear spring; without such a setting nothing bounces. With an elliptic cone and
+        critical tangential damping friction would be right, and restitution wrong.
         """
         rate = -log(pair.restitution)
         mu = pair.friction
@@ -181,7 +181,7 @@ class EngineWorld(World):
         self._window.sync()
 
     def _dress(self) -> None:
-        """Light, and chequers on floors and on what is round, so that motion is seen."""
+        """Add light, and chequers on floors and round bodies, to make motion visible."""
         self.spec.worldbody.add_light(
             pos=[0.0, -1.0, 3.0], dir=[0.2, 0.4, -1.0], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
         )
@@ -207,8 +207,8 @@ class EngineWorld(World):
 def true_velocity(model: Any, data: Any) -> Array:
     """Generalised velocities at the time of the coordinates, shape (nv,).
 
-    Those of the engine are half a step behind, but for what rests or slides on a contact by the law; and but for
-    Runge-Kutta. Gravity alone is taken to act.
+    The engine's velocities are half a step behind, except under Runge-Kutta and for bodies in contact by the law. The
+    correction assumes that only gravity acts.
     """
     out = data.qvel.copy()
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:

@@ -1,4 +1,4 @@
-"""A world without an engine: the package's own bodies."""
+"""A world without an engine, by `contactlaw.world.World`."""
 
 from typing import Any
 
@@ -31,7 +31,7 @@ class EngineWorld(World):
         self._make_shape(body.name, number, body.shape, body.size)
 
     def _make_shape(self, name: str, body: int | None, shape: str, size: ArrayLike, **where: Any) -> None:
-        """On a body, or fixed; where: its place and turn."""
+        """Make a shape on a body, or a fixed one; where: its position and rotation."""
         sizes, world, turn = np.asarray(size, dtype=float).tolist(), self.world, where.pop("turn", np.eye(3))
         if shape in ("ball", "disc"):
             made: Any = world.add_sphere(body, sizes[0], **where)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""What worlds are made of: bodies, the state of all of them, what an engine is told, and turns."""
+"""Parts of worlds: bodies, their state, settings of an engine, and rotations."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Path = Callable[[float], ArrayLike]
 
 @dataclass(frozen=True)
 class Body:
-    """What a body of a world is: that of a `Track` at the start, and the path where it is driven."""
+    """A body of a world: the data of a `Track` at the start, and its path if it is driven."""
 
     name: str
     shape: str
@@ -29,7 +29,7 @@ class Body:
 
 
 class State(NamedTuple):
-    """All bodies now, in the order in which they were added: true velocities at the time of the positions.
+    """State of all bodies, in the order in which they were added; velocities are those at the time of the positions.
 
     position [m], velocity [m/s], spin (world frame) [rad/s]: shape (n, 3); rotation: to the world, shape (n, 3, 3).
     """
@@ -42,12 +42,12 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Tuning:
-    """What an engine and its adapter are told beyond a scene's settings.
+    """Settings of an engine and its adapter beyond a scene's settings.
 
     Attributes:
         integrator: MuJoCo's.
         substeps: Least number of the law's own steps in a contact.
-        collide: Whether bodies touch by the engine's own contact, too, where no law says otherwise.
+        collide: Whether bodies without the law touch by the engine's own contact.
         fixed_bodies_move: PyBullet: as `ContactCallback` has it; None: where a body is driven.
     """
 

@@ -18,7 +18,7 @@ ROUND = {"capsule": p.GEOM_CAPSULE, "cylinder": p.GEOM_CYLINDER}
 
 
 class EngineWorld(World):
-    """PyBullet's."""
+    """World in PyBullet."""
 
     def __init__(self, settings: Settings, gravity: ArrayLike, tuning: Tuning) -> None:
         super().__init__(settings, gravity, tuning)
@@ -77,7 +77,7 @@ class EngineWorld(World):
         self.handles.append(self.callback.add_contact(first, second, pair, substeps=self.tuning.substeps))
 
     def _touch_natively(self, ones: list[str], twos: list[str], pair: ContactPair, speed: float) -> None:
-        """Bullet's own contact with the settings that let it bounce; friction and restitution are products of both."""
+        """Bullet's own contact, set to bounce; it multiplies the friction and restitution of two bodies."""
         p.setPhysicsEngineParameter(
             contactERP=0.0, contactSlop=0.0, restitutionVelocityThreshold=0.0, physicsClientId=self.client
         )
@@ -123,7 +123,7 @@ class EngineWorld(World):
                 p.resetBaseVelocity(self.ids[body.name], before.tolist(), spin.tolist(), self.client)
 
     def _lies(self, name: str) -> bool:
-        """Whether a body is put on another that it touches by the law."""
+        """Return whether a body is placed in contact with another that it touches by the law."""
         others = {two for ones, twos in self._pairs for two in twos if name in ones}
         others |= {one for ones, twos in self._pairs for one in ones if name in twos}
         number = self.ids[name]
@@ -189,7 +189,7 @@ class EngineWorld(World):
         p.resetDebugVisualizerCamera(FAR_OFF * reach, 0.0, -15.0, middle.tolist(), physicsClientId=self.client)
 
     def _dress(self) -> None:
-        """No panels, and chequers on what is round, so that its turning is seen."""
+        """Hide the panels, and put chequers on round bodies, to make rotation visible."""
         import pybullet_data
 
         self._dressed = True

@@ -1,4 +1,4 @@
-"""The one face that both engines, and the world without one, show to a scene."""
+"""Common interface of both engines and the world without one, for scenes."""
 
 import importlib
 from abc import ABC, abstractmethod
@@ -19,9 +19,9 @@ MOST_STEPS = 10**7  # of a recording
 
 
 class World(ABC):
-    """Bodies, what they touch, and time.
+    """Bodies, their contacts, and time.
 
-    First add everything, then `record`; or `start`, `step` and `read` as often as you like, and `close`. Bodies touch
+    First add everything, then `record`; or `start`, then any number of `step` and `read`, then `close`. Bodies touch
     only where `contact` or `native` says so.
 
     Args:
@@ -42,7 +42,7 @@ class World(ABC):
 
     @property
     def law(self) -> str:
-        """By which its bodies touch: that of the settings, else those of its pairs."""
+        """Law of the contacts: that of the settings, or those of the pairs."""
         return self.settings.law or " and ".join(dict.fromkeys(self._laws)) or "none"
 
     # ---- what there is
@@ -52,7 +52,7 @@ class World(ABC):
         spin: ArrayLike = (0.0, 0.0, 0.0), *, inertia: ArrayLike | None = None, rotation: ArrayLike | None = None,
         disc: float | None = None,
     ) -> None:  # fmt: skip
-        """A body that is round where it touches.
+        """Add a body that is round where it touches.
 
         Args:
             name: Of the body.
@@ -183,7 +183,7 @@ class World(ABC):
         self._start(told or own)
 
     def step(self, count: int = 1) -> None:
-        """Let a number of steps pass; driven bodies are put on their paths before each."""
+        """Take a number of steps; driven bodies are placed on their paths before each."""
         driven = [body for body in self.bodies if body.path is not None]
         if not driven:
             self._advance(count)
@@ -201,11 +201,11 @@ class World(ABC):
         raise ValueError(f"engine = {self.settings.engine!r}: takes no force from outside")
 
     def read(self) -> State:
-        """Where the bodies are and how they move now: the one place where velocities are read, in any engine."""
+        """Read the state of all bodies; velocities are read here only, in any engine."""
         return self._read()
 
     def place(self, number: int = 0) -> Array:
-        """Where one body is [m], shape (3,): less work than `read`."""
+        """Position of one body [m], shape (3,); cheaper than `read`."""
         return self._read().position[number]
 
     def close(self) -> None:
@@ -215,7 +215,7 @@ class World(ABC):
     def record(
         self, duration: float, every: float | None = None, look: Callable[[], bool] | None = None, **facts: Any
     ) -> Recording:
-        """Let time pass and write down what happens, the start included.
+        """Run for some time and record the motion, including the start.
 
         Args:
             duration: [s].
@@ -332,7 +332,7 @@ class World(ABC):
     def _read(self) -> State: ...
 
     def _show(self, middle: Array, reach: float) -> None:  # noqa: B027  (an engine may have nothing to do)
-        """Bring the engine's window up to date, the first time open it; look at a place [m] from some reaches away."""
+        """Update the engine's window, opening it the first time; look at a point [m] from a few `reach` [m] away."""
 
     def _close(self) -> None:  # noqa: B027
         """Let go of the engine."""

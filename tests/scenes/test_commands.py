@@ -154,7 +154,7 @@ def test_a_scene_without_an_engine_has_pictures(tmp_path):
 def test_both_engines_where_there_is_one_says_why():
     finished = CliRunner().invoke(app, ["heap", "--engine", "both"], env={"COLUMNS": "300", "TERM": "dumb"})
     assert finished.exit_code == 2
-    assert "must be one of mujoco, none; heap is not in pybullet: to read" in " ".join(finished.output.split())
+    assert "must be one of mujoco, none; heap is not in pybullet: reading" in " ".join(finished.output.split())
 
 
 def test_a_run_that_takes_long_says_how_long(monkeypatch, capsys):

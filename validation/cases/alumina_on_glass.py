@@ -1,4 +1,4 @@
-"""Every rung against the impacts of alumina spheres on glass that Kharaz, Gorham & Salman measured."""
+"""All laws against impacts of alumina spheres on glass, measured by Kharaz, Gorham & Salman."""
 
 import numpy as np
 
@@ -27,20 +27,20 @@ class AluminaOnGlass(Case):
     place = 13
     title = "Alumina spheres on glass"
     claim = (
-        "The rebound of a 5 mm alumina sphere from glass, measured by Kharaz, Gorham & Salman, follows from elastic "
-        "constants, friction 0.092 and restitution 0.98 as published; nothing is fitted. From 33 degrees on the "
-        "contact slides throughout, all laws agree, and what remains is in the data: a sphere's spin follows from "
-        "its tangential restitution, and the two as measured differ from each other as much as from the laws. The "
-        "measured angle is 0.4 to 0.7 degrees below the laws' from 20 degrees on, gross slip included, and at 20 and "
-        "30 degrees 0.5 to 0.7 below what the measured spin and e_t make of it: its limit is missed by no law's doing. "
-        "Laws "
-        f"and reference leave out the coupling of normal and tangential motion ({PAIR.coupling:.2f} for this pair), "
-        "which the data refuse (next chapter)."
+        "The rebound of a 5 mm alumina sphere from glass, measured by Kharaz, Gorham & Salman, follows from the "
+        "published elastic constants, friction 0.092 and restitution 0.98; nothing is fitted. From 33 degrees on the "
+        "contact slides throughout, all laws agree, and the remaining differences lie in the data: a sphere's spin "
+        "follows from its tangential restitution, yet the two as measured differ from each other as much as from the "
+        "laws. From 20 degrees on the measured angle is 0.4 to 0.7 degrees below the laws', gross slip included, and "
+        "at 20 and 30 degrees 0.5 to 0.7 below the angle that follows from the measured spin and e_t; so the missed "
+        "limit reflects the data, not the law. Laws and reference neglect the coupling of normal and tangential motion "
+        f"({PAIR.coupling:.2f} for this pair), which the data contradict "
+        "([unlike materials](#unlike-materials))."
     )
     sheet = {"columns": 3, "width": 3.9}
     caption = (
-        "Tangential restitution and rebound angle of the centre of mass, and spin, over the angle of incidence. "
-        f"Errors of e_t: an angle unsure by {UNSURE} degrees, which tells below 5 degrees."
+        "Tangential restitution of the centre of mass, spin, and rebound angle over the angle of incidence. Error "
+        f"bars of e_t: for an uncertainty of {UNSURE} degrees in the angle, which matters below 5 degrees."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -100,7 +100,7 @@ class AluminaOnGlass(Case):
 
 
 def measured(quantity: str) -> tuple[Array, Array]:
-    """Incidences [deg] and what was measured there."""
+    """Angles of incidence [deg] and the values measured there."""
     name, column = TABLES[quantity]
     table = load(name)
     return table["theta_deg"], table[column]
@@ -109,7 +109,7 @@ def measured(quantity: str) -> tuple[Array, Array]:
 def quantities(
     pair: ContactPair, theta: Array, speed: float = SPEED, *, with_reference: bool = True
 ) -> dict[str, dict[str, Array]]:
-    """What every law says the experimenters should have seen at incidences [deg] > 0, shape (n,), and a speed [m/s].
+    """Predictions of every law for angles of incidence [deg] > 0, shape (n,), and a speed [m/s].
 
     By law: e_t of the centre of mass, spin [rad/s], rebound angle of the centre of mass [deg], shape (n,) each. e_t is
     formed from psi_2/psi_1, not from velocities: at small angles both vanish.
@@ -129,11 +129,11 @@ def quantities(
 
 
 def consistency() -> dict[str, tuple[float, float]]:
-    """How far the measured e_t and spin are from those that follow from the measured rebound angle alone.
+    """Difference of the measured e_t and spin from those that follow from the measured rebound angle alone.
 
     A homogeneous sphere without spin before leaves with e_t = e tan(rebound)/tan(theta) and R omega = 2.5 v_t
-    (1 - e_t), whatever the contact does. The angle is interpolated to the other's incidence. rms below 33 degrees and
-    over all, in the quantity's unit.
+    (1 - e_t), whatever the contact law. The angle is interpolated to the incidence of the other quantity. Returns the
+    rms below 33 degrees and over all angles, in the quantity's unit.
     """
     # The ratio of the angles varies slowly; the first point, at 0.016 degrees, is all reading error.
     at, rebound = (one[1:] for one in measured("rebound angle"))
@@ -148,9 +148,9 @@ def consistency() -> dict[str, tuple[float, float]]:
 
 
 def angles_from_others() -> dict[str, tuple[float, float]]:
-    """How far the measured rebound angle is from those of the measured e_t and spin, rms [deg] as in `consistency`.
+    """Difference of the measured rebound angle from those that follow from e_t and spin, rms [deg] as in `consistency`.
 
-    What is interpolated is their ratio to the law's e_t, which varies slowly.
+    Their ratio to the law's e_t is interpolated, since it varies slowly.
     """
     theta, angle = measured("rebound angle")
     found = {}
@@ -165,7 +165,7 @@ def angles_from_others() -> dict[str, tuple[float, float]]:
 
 
 def scatter() -> dict[str, float]:
-    """What the data leave open below 33 degrees, rms by quantity: of the angle, what the disagreement of e_t makes."""
+    """Scatter of the data below 33 degrees, rms by quantity; for the angle, what the disagreement of e_t causes."""
     found, theta = consistency(), measured("rebound angle")[0]
     theta = theta[theta < STICKING]
     e_t = quantities(PAIR, theta, with_reference=False)["microslip"]["e_t"]

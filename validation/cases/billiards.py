@@ -20,12 +20,12 @@ SLIDING = 1e-6  # [deg] by which throw may differ where rigid balls slide throug
 
 
 class Billiards(Case):
-    """Friction drags the object ball off the line of centres (throw) and spins it. D. G. Alciatore's formulas
-    (Technical Proof TP A.14), fitted to Marlow's measurements, take a friction of .00995 + .108 exp(-1.088 v), and
-    rigid balls, whose friction at most stops the sliding. Given that friction, the law is the formulas where rigid
-    balls slide throughout, which most shots do. Where they stick, elastic balls reverse at the contact point and throw
-    is greater by about a degree; no measurement at hand says which is right. A constant friction, the mean of that at
-    the three speeds, misses throw as the table says.
+    """Friction deflects the object ball from the line of centres (throw) and spins it. D. G. Alciatore's formulas
+    (Technical Proof TP A.14), fitted to Marlow's measurements, assume a friction of .00995 + .108 exp(-1.088 v) and
+    rigid balls, whose friction can at most stop the sliding. With the same friction the law agrees with the formulas
+    where rigid balls slide throughout, which is the case for most shots. Where they stick, the contact points of
+    elastic balls reverse, and throw is greater by about a degree; no available measurement decides which is right. A
+    constant friction, the mean of that at the three speeds, misses throw by the errors in the table.
     """
 
     place = 18
@@ -38,9 +38,9 @@ class Billiards(Case):
         ]
         sliding = [row for row in rows if row["slides"]]
         limits = [
-            Limit("throw from the formula's, all shots that slide throughout", SLIDING,
+            Limit("throw, all shots that slide throughout: difference from the formulas", SLIDING,
                   max(abs(row["throw"] - row["formula"]) for row in sliding), "deg"),
-            Limit("spin of the object ball from the formula's there, R omega/v", 1e-8,
+            Limit("spin of the object ball there, R omega/v: difference from the formulas", 1e-8,
                   max(abs(row["turn"] - row["turn_formula"]) for row in sliding)),
         ]  # fmt: skip
         return Outcome(limits, {"rows": rows})
@@ -48,7 +48,7 @@ class Billiards(Case):
     def table(self, data: Data) -> Table:
         table = Table(
             "speed [m/s] | shots that slide throughout | largest throw there [deg] | shots that stick | "
-            "throw there, less the rigid one: rms [deg] | largest [deg] | "
+            "throw there less that of rigid balls: rms [deg] | largest [deg] | "
             "throw with constant friction, less that with mu(v): rms [deg]"
         )
         for name, speed in SPEEDS.items():
@@ -63,7 +63,7 @@ class Billiards(Case):
 
 
 def _shot(speed: float, cut: float, spin: float) -> Data:
-    """A cue ball along x strikes one at rest, whose centre is at an angle [rad] from x."""
+    """A cue ball moving along x strikes one at rest, whose centre is at an angle [rad] from x."""
     n = np.array([-cos(cut), -sin(cut), 0.0])  # from the object ball to the cue ball
     across = np.array([-sin(cut), cos(cut), 0.0])
     cue = Body(MASS, RADIUS, velocity=(speed, 0.0, 0.0), spin=(0.0, 0.0, spin * speed / RADIUS))

@@ -23,9 +23,9 @@ LONG, SETTLED = 60.0, 5.0  # [s]: how long it lies, and from when on its motion 
 
 
 class Bouncing(Case):
-    """An elastic ball dropped from 50 mm keeps bouncing to the same height within 0.001 of its energy, at any engine
-    step; one with restitution comes to rest at the overlap that carries its weight, and stays there for a minute
-    without drift.
+    """An elastic ball dropped from 50 mm keeps its energy to 0.001 over its bounces, at any engine step. A ball with
+    restitution below 1 comes to rest at the overlap that carries its weight, and stays there for a minute without
+    drift.
     """
 
     place = 43
@@ -64,7 +64,7 @@ class Bouncing(Case):
 
 
 def _tops(engine: str, dt: float, seconds: float) -> Array:
-    """Energy of each flight over the first, less 1: it is the same all along it, so that nearest to the top will do."""
+    """Energy of each flight over the first, less 1, read near the top."""
     world, more = ball_world(engine, dt, steel_pair(restitution=1.0), DOWN), max(1, round(2e-3 / dt))
     world.start(at(DROP))
 
@@ -84,7 +84,7 @@ def _tops(engine: str, dt: float, seconds: float) -> Array:
 
 
 def _lie(engine: str, dt: float, integrator: str, e: float, seconds: float) -> Data:
-    """Drop, and watch it lie. A ball whose bounces are each e times as fast rests after (1 + e)/(1 - e) falls."""
+    """Drop a ball until it rests: if each bounce is e times as fast, after (1 + e)/(1 - e) times the first fall."""
     world = ball_world(engine, dt, steel_pair(restitution=e), DOWN, integrator=integrator)
     world.start(at(DROP))
     seen = np.empty((round(seconds / dt), 3))

@@ -1,4 +1,4 @@
-"""What tables of impacts as the paper had them, and published ones, tell of friction and stiffness."""
+"""Friction and stiffness ratio from tables of impacts as in the paper, and from published ones."""
 
 import numpy as np
 
@@ -13,19 +13,19 @@ FURTHEST = 3.0  # standard uncertainties that a value may lie from the truth
 
 
 class CalibrationCase(Case):
-    """From 18 impacts, measured as well as the paper's, `contactlaw.calibrate` finds friction, restitution and
-    stiffness ratio, and its uncertainties are those that repeated tables show. The synthetic tables come from the
-    annulus reference, not from the law that is fitted. Steel: if one sliding impact tells friction to 5 %, as the paper
-    saw, the table tells it to less than the 2 % that the paper states. Rubber: the stated errors of the angles (7 % and
-    5 %) explain half of the stated 25 % in friction at grazing incidence, even for a single impact; the rest was
-    scatter of the impacts themselves, as the authors suspected. Alumina on glass: friction and kappa come out as
-    published and as the elastic constants say, but tangential restitution and spin scatter about one curve by more than
-    an error of 0.1 degrees explains. Tables that cannot tell are said to be such: Cross's single impacts bound friction
+    """From 18 impacts, measured as accurately as the paper's, `contactlaw.calibrate` finds friction, restitution and
+    stiffness ratio, and the stated uncertainties match the scatter of repeated tables. The synthetic tables come from
+    the annulus reference, not from the law that is fitted. Steel: if one sliding impact gives friction to 5 %, as in
+    the paper, the table gives it to less than the 2 % that the paper states. Rubber: the stated errors of the angles (7
+    % and 5 %) explain half of the stated 25 % in friction at grazing incidence, even for a single impact; the rest was
+    scatter of the impacts themselves, as the authors suspected. Alumina on glass: friction agrees with the published
+    value and kappa with the elastic constants, but tangential restitution and spin scatter more than an angle error of
+    0.1 degrees explains. Tables that do not determine a value are recognised: Cross's single impacts bound friction
     from below and no more.
     """
 
     place = 17
-    title = "A contact from a table of impacts"
+    title = "Calibration from a table of impacts"
 
     def run(self, quick: bool) -> Outcome:
         repeats = 12 if quick else 150
@@ -57,7 +57,7 @@ class CalibrationCase(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        table = Table("table | impacts | mu | of sliding impacts alone | e | kappa | to compare with")
+        table = Table("table | impacts | mu | mu from sliding impacts alone | e | kappa | for comparison")
         for name, puck in data["pucks"].items():
             shares = {key: f"{100 * part:.2g} %" for key, part in puck["relative"].items()}
             table.add(
@@ -90,7 +90,7 @@ def _of(table: tables.Published | tables.PuckTable, kappa: float | None = None, 
 
 
 def _repeated(table: tables.PuckTable, repeats: int) -> Data:
-    """What noisy tables of one truth give."""
+    """Results of calibrating noisy tables with the same true values."""
     truth = dict(zip(NAMES, (table.friction, table.restitution, table.kappa), strict=True))
     pulls, shares, sliding = [], [], []
     for seed in range(repeats):

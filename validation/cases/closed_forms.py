@@ -1,4 +1,4 @@
-"""The laws and the annulus solver against every closed form of impact theory that holds exactly."""
+"""The laws and the annulus solver against the exact closed forms of impact theory."""
 
 from collections.abc import Callable
 from itertools import product
@@ -23,9 +23,9 @@ SMALL = 1e-8  # psi_1 at which only the last 1e-8 of the time slips
 
 
 class ClosedForms(Case):
-    """Where impact theory has a closed form the package and the annulus solver give it: sliding throughout, loading
-    without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and for linear springs the
-    whole rebound.
+    """Wherever impact theory has a closed form, the package and the annulus solver reproduce it: sliding throughout,
+    loading without slip, the Hertz impact, the contact point that bounces like the ball (2 chi = 1), and the whole
+    rebound for linear springs.
     """
 
     place = 12
@@ -35,7 +35,7 @@ class ClosedForms(Case):
         found: dict[str, Limit] = {}
 
         def add(name: str, error: Any, asked: float = EXACT) -> None:
-            """Errors, the largest of which is asked for under this name."""
+            """Add errors; the limit of this name applies to the largest."""
             before = found[name].reached if name in found else 0.0
             found[name] = Limit(name, asked, max(before, float(np.abs(error).max())))
 
@@ -47,7 +47,7 @@ class ClosedForms(Case):
 
 
 def _sliding(add: Add) -> None:
-    """psi_1 - 2 chi (1 + e) from the least psi_1 that slides throughout on."""
+    """psi_1 - 2 chi (1 + e) for all psi_1 that slide throughout."""
     from validation.reference import annulus
     from validation.reference.closed_forms import regimes, rigid
 
@@ -83,9 +83,9 @@ def _linear_springs(add: Add, steps: int) -> None:
 def _full_stick(steps: int) -> Array:
     """Error in psi_2/psi_1 of `linear_spring` at an incidence near zero, against cos(pi sqrt(2 chi)), for each chi.
 
-    First order in the step, unlike everything else here: a spring still loaded at the release meets an impulse of the
-    last step that the law takes in proportion to the normal one, which falls to zero. The cap makes that a matter of
-    psi_1 below the load of one step; there psi_2 is off by a small part of a small psi_1.
+    First order in the step, unlike everything else here: a spring still loaded at the release receives in the last
+    step an impulse that the law takes in proportion to the normal one, which falls to zero. The Coulomb limit confines
+    this to psi_1 below the load of one step, where psi_2 is off by a small part of a small psi_1.
     """
     from validation.reference.closed_forms import oscillator
 

@@ -1,4 +1,4 @@
-"""Heaps, a tube, slopes: what lasts creeps nowhere, gains nothing, and what it costs beside MuJoCo's own contact."""
+"""Heaps, a tube and slopes: creep, energy, and cost beside MuJoCo's own contact."""
 
 from itertools import product
 from types import SimpleNamespace
@@ -26,12 +26,12 @@ HELD = (0.1, 0.3, 1.0)  # [kg]
 
 class Crowds(Case):
     """A box on a slope lies still. Heaps come to rest and sleep, floor and walls carry their weight, and no step gains
-    energy. Beside MuJoCo's own contact, in processor time, a drop to rest is to cost two or three times as much, what
-    sleeps less than a third, and thousands of balls that fall half as much again.
+    energy. In processor time over MuJoCo's own contact, a drop until rest should cost at most two or three times as
+    much, a sleeping heap less than a third, and thousands of falling balls at most half as much again.
     """
 
     place = 49
-    title = "Crowds, and whatever lasts"
+    title = "Heaps and persistent contacts"
 
     def run(self, quick: bool) -> Outcome:
         from sims import heap
@@ -112,12 +112,12 @@ class Crowds(Case):
 
 
 def _median(drops: list[dict[str, Any]]) -> dict[str, Any]:
-    """The drop whose cost over the native one is the median."""
+    """The drop with the median cost over the native one."""
     return sorted(drops, key=lambda one: one["drop"]["law"] / one["drop"]["CG"])[len(drops) // 2]
 
 
 def _limits(name: str, found: dict[str, Any], asked: float, native: str) -> list[Limit]:
-    """Whole drop, and asleep."""
+    """Limits on the cost of the whole drop, and asleep."""
     out = [Limit(f"{name}, drop over {native}", asked, found["drop"]["law"] / found["drop"][native])]
     if found["lying"]:
         out.append(Limit(f"{name}, asleep over {native}", 0.3, found["lying"]["law"] / found["lying"][native]))

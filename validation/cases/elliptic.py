@@ -22,10 +22,10 @@ CROSSED = "crossed cylinders, radii 1 : 3"
 
 
 class Elliptic(Case):
-    """An elliptic contact gives way more along its longer axis than across it, as elliptic integrals say; Coulomb's
-    limit knows no direction. The law holds both, so that rebounds of ellipsoids and crossed cylinders are those of a
-    grid with Hertz's elliptic pressure and Cerruti's kernel, in each direction. Taken as a circle of the same stiffness
-    they are off by what the last column says.
+    """An elliptic contact is softer along its longer axis than across it, as given by elliptic integrals, while
+    Coulomb's limit is the same in all directions. With both in the law, rebounds of ellipsoids and crossed cylinders
+    agree in each direction with those of a grid with Hertz's elliptic pressure and Cerruti's kernel. The last column
+    gives the error if the contact is taken as a circle of the same normal stiffness.
     """
 
     place = 53
@@ -49,12 +49,12 @@ class Elliptic(Case):
         return Outcome(limits, {"rows": rows})
 
     def table(self, data: Data) -> Table:
-        return Table("contact | b/a | slide | error of psi_2 | of a circle's",
+        return Table("contact | b/a | direction of the slide | error of psi_2 | error as a circle",
                      "{name} | {ratio:.3f} | {way} | {error:.1e} | {circle:.1e}", data["rows"])  # fmt: skip
 
 
 def partial_curvatures(half: tuple[float, float, float]) -> tuple[float, float]:
-    """Of an ellipsoid that stands on a plane along its third axis [1/m], the smaller one along x."""
+    """Curvatures [1/m] of an ellipsoid that stands on a plane along its third axis, the smaller one along x."""
     return half[2] / half[0] ** 2, half[2] / half[1] ** 2
 
 
@@ -76,7 +76,7 @@ def impact(name: str, psi_1: Array) -> Array:
 
 
 def by_grid(psi_1: Array, chi: float, nu: float, ratio: float, quick: bool) -> Array:
-    """The same by the grid, its error halved with the width of its cells taken off."""
+    """The same by the grid, extrapolated to first order in the width of its cells."""
     from validation.reference import grid
 
     coarse, fine = (

@@ -12,8 +12,8 @@ LEG = 32  # points on each leg of the closed path
 
 
 class Energy(Case):
-    """No impact ends with more kinetic energy than it began with, and no closed path extracts work, whatever the law
-    but one: the plain `mindlin` spring, which creates energy when the contact unloads.
+    """No impact ends with more kinetic energy than it began with, and no closed path yields work, for any law but one:
+    the plain `mindlin` spring, which creates energy when the contact unloads.
     """
 
     place = 30
@@ -44,8 +44,8 @@ class Energy(Case):
         return Outcome([Limit(what, ASKED, part) for what, (name, part) in asked.items() if name not in CREATORS], data)
 
     def table(self, data: Data) -> Table:
-        table = Table("law | largest gain of energy | impacts that gain more than 0.001 | its psi_1, chi, e, mu | "
-                      "extracted on the closed path")  # fmt: skip
+        table = Table("law | largest gain of energy | impacts that gain more than 0.001 | "
+                      "psi_1, chi, e, mu of the largest gain | work from the closed path")  # fmt: skip
         for name, gain in data["gain"].items():
             at = "{psi_1:.2f}, {chi:.2f}, {e:.2f}, {mu:.2f}" if gain > 0 else ""
             path = f"{data['path'][name]['extracted']:+.3f}" if name in data["path"] else ""
@@ -54,7 +54,7 @@ class Energy(Case):
 
 
 def kinetic(psi: Array, normal_speed: Array | float, chi: Array, friction: Array, kappa: Array) -> Array:
-    """Kinetic energy at the contact for m_N = V_z1 = 1: V_x = mu psi/kappa and m_T = kappa/(2 chi)."""
+    """Kinetic energy at the contact point for m_N = V_z1 = 1: V_x = mu psi/kappa and m_T = kappa/(2 chi)."""
     return 0.5 * normal_speed**2 + 0.5 * (kappa / (2.0 * chi)) * (friction * psi / kappa) ** 2
 
 

@@ -1,4 +1,4 @@
-"""Every rung against finite elements of an elastic sphere, computed and published by others."""
+"""All laws against published finite elements of an elastic sphere."""
 
 import numpy as np
 
@@ -19,19 +19,19 @@ class FiniteElements(Case):
     """Velocity and spin after the impact of an elastic sphere on a rigid plane, no figure fitted."""
 
     place = 12
-    title = "Finite elements of others"
+    title = "Published finite elements"
     claim = (
-        "Finite elements of an elastic sphere on a rigid plane, published by others, are met without fitting, "
-        "less closely than their own two curves meet each other. Their "
-        "Poisson's ratio is not stated: 0.30 is assumed, as for the steel of that benchmark. What remains is the "
-        "same for the law and for the reference, so it lies outside both: most of it in the coupling of normal and "
-        f"tangential motion of a sphere on a rigid plane ({COUPLING:.2f}), which both leave out (a later chapter "
-        "shows it), then in the reading of the figure, of which the two curves' disagreement gives the size."
+        "Published finite elements of an elastic sphere on a rigid plane agree with the law without fitting, though "
+        "less closely than their own two curves agree with each other. Their Poisson's ratio is not stated; 0.30 is "
+        "assumed, as for the steel of that benchmark. The remaining difference is the same for the law and for the "
+        "reference, so it is due to neither. Most of it comes from the coupling of normal and tangential motion of a "
+        f"sphere on a rigid plane ({COUPLING:.2f}), which both neglect ([unlike materials](#unlike-materials)), the "
+        "rest from reading the figure, as the disagreement of the two curves indicates."
     )
     sheet = {"columns": 2, "width": 4.4}
     caption = (
-        "Velocity of the contact point and spin after an impact over the incidence, x = v_t/(mu v_n): finite "
-        "elements (points, with the two curves' rms disagreement as error) and laws."
+        "Velocity of the contact point (left) and spin (right) after an impact, over the incidence x = v_t/(mu v_n): "
+        "finite elements (points; error bars: rms disagreement of the two published curves) and laws."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -100,7 +100,7 @@ def spin_of(x: Array, after: Array) -> Array:
 
 
 def disagreement(recoil: tuple[Array, Array], spin: tuple[Array, Array], kappa: float, chi: float) -> dict[str, float]:
-    """How far two curves of the same impacts are from each other, in v_out/(mu v_n), rms.
+    """Difference of two curves of the same impacts, in v_out/(mu v_n), rms.
 
     v_out = x + 1.4 y_spin holds exactly for one impact, but the two curves were read at slightly different x. So the
     recoil curve is carried to the x of the spin curve: its distance from the reference is interpolated, which is small

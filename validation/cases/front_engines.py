@@ -1,4 +1,4 @@
-"""Error against run time inside the engines: what each way to a bounce costs an impact and a step."""
+"""Error against run time inside the engines: cost of each method per impact and per step."""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
@@ -57,18 +57,18 @@ class Way(NamedTuple):
 
 
 class FrontEngines(Case):
-    """At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings the law is asked to
-    be on the front of error against run time, 30 times closer than the single-spring laws at equal run time, and 100
-    times faster than the annulus reference at equal error. Shorter steps only cost more: the law's substeps do their
-    work. In PyBullet reading and pushing the bodies takes part of the time, whatever the law.
+    """At the engines' own steps, 2 ms in MuJoCo and 1/240 s in PyBullet, and with default settings, the law should be
+    on the front of error against run time, 30 times closer than the single-spring laws at equal run time, and 100 times
+    faster than the annulus reference at equal error. Shorter engine steps only cost more, because the law takes its own
+    substeps. In PyBullet reading and pushing the bodies takes part of the time, whatever the law.
     """
 
     place = 43
     title = "Error and time in the engines"
     sheet = {"columns": 2, "width": 5.4, "height": 4.4}
     caption = (
-        f"Largest error in psi_2 of a steel ball's bounce (e = {ball.RESTITUTION:g}) over the time of all steps from "
-        "before the touch until the ball has left: MuJoCo and PyBullet. Line: the front. Numbers: "
+        f"Largest error in psi_2 of a steel ball's bounce (e = {ball.RESTITUTION:g}) over the processor time of all "
+        "steps from before the contact until the ball has left, in MuJoCo and PyBullet. Line: the front. Numbers: "
         "nodes/substeps of microslip at the engine's own step. Native: the engine's own contact; in MuJoCo soft, and "
         "as stiff as the law's."
     )
@@ -182,11 +182,11 @@ class _Bounces:
 
     @cached_property
     def world(self) -> World:
-        """Made when first thrown."""
+        """World, made at the first throw."""
         return self.way.make()
 
     def place(self, number: int) -> Array:
-        """Start an impact; returns the direction of sliding."""
+        """Start an impact; return the direction of sliding."""
         i, j = self.launches[number]
         slide = self.psi_1[i] * ball.FRICTION / KAPPA * ball.SPEED
         velocity, spin, along = ball.launch(slide, 2.4 * j, spinning=j % 2 == 1)
@@ -217,7 +217,7 @@ class _Bounces:
             )  # fmt: skip
 
     def next(self) -> None:
-        """Go on to the next impact, untimed."""
+        """Prepare the next impact, untimed."""
         number = next(self.turns)
         self.place(number)
         self.count = int(self.counts[number])
@@ -232,7 +232,9 @@ class _Bounces:
 
 
 def _limits(data: Data, engine: str) -> list[Limit]:
-    """What is asked of the default."""
-    return [Limit(f"ways that beat the default in both, {engine}", 0.0, float(data["rungs"][DEFAULT]["beaten"])),
-            Limit(f"times closer than a single spring as fast, {engine}", CLOSER, data["closer"], at_least=True),
-            Limit(f"times faster than annuli as close, {engine}", FASTER, data["faster"], at_least=True)]  # fmt: skip
+    """Limits on the default."""
+    return [Limit(f"methods both closer and faster than the default, {engine}", 0.0,
+                  float(data["rungs"][DEFAULT]["beaten"])),
+            Limit(f"times closer than a single spring at equal time, {engine}", CLOSER, data["closer"], at_least=True),
+            Limit(f"times faster than annuli at equal error, {engine}", FASTER, data["faster"],
+                  at_least=True)]  # fmt: skip

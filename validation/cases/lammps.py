@@ -1,4 +1,4 @@
-"""A discrete-element code on the same impacts: LAMMPS's granular wall beside the ladder."""
+"""A discrete-element code on the same impacts: LAMMPS's granular wall beside the laws."""
 
 from functools import partial
 
@@ -20,10 +20,10 @@ MANY = 1000  # impacts in one run, for the cost of each
 
 
 class Lammps(Case):
-    """LAMMPS, on the same impacts of a steel sphere on a wall, is as far from the reference as the single-spring rungs:
-    `mindlin` is its mindlin/force and `mindlin_rescaled` its mindlin_rescale/force, the same equations and the same
-    rebound. Kept as displacement, not as force (mindlin, mindlin_rescale), the spring errs most where impacts start
-    stuck. `microslip` is hundreds of times closer than all four.
+    """On the same impacts of a steel sphere on a wall, LAMMPS is as far from the reference as the single-spring laws:
+    `mindlin` is its mindlin/force and `mindlin_rescaled` its mindlin_rescale/force, with the same equations and the
+    same rebound. Its variants that keep a displacement instead of a force (mindlin, mindlin_rescale) err most where
+    impacts start stuck. `microslip` is hundreds of times closer than all four.
     """
 
     place = 16
@@ -74,7 +74,7 @@ class Lammps(Case):
         counts = data["steps"]
         table = Table([
             "law", *(f"largest error, {count} steps" for count in counts), "rms, finest",
-            "differs from the rung of its equations by", f"one impact of {MANY}, {DEFAULT} steps [us]",
+            "difference from the law of the same equations", f"one impact of {MANY}, {DEFAULT} steps [us]",
         ])  # fmt: skip
         for name, found in data["variants"].items():
             errors = " | ".join(f"{error:.3f}" for error in found["largest"])

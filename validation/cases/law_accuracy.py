@@ -21,7 +21,9 @@ class LawAccuracy(Case):
     place = 10
     title = "How close the laws come"
     sheet = {"columns": 2}
-    caption = "Left: error in psi_2 over the angle of incidence, a steel ball, elastic. Right: largest error over chi."
+    caption = (
+        "Left: error in psi_2 of an elastic steel ball over the angle of incidence. Right: largest error over chi."
+    )
 
     def run(self, quick: bool) -> Outcome:
         chis = [0.5, 1.256, SHOWN, 2.0, 4.5] if quick else [0.5, 0.75, 1.0, 1.256, SHOWN, 1.75, 2.0, 4.5]

@@ -1,4 +1,4 @@
-"""Which ingredients of the law each scene can do without, what that changes and what it saves."""
+"""Ingredients of the law that each scene can do without, with the change of result and the time saved."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -23,14 +23,14 @@ What changes more, fewer substeps say, is accuracy given away.
 
 
 def ingredients_of(subject: Subject, engine: str) -> list[str]:
-    """Those that there are in a scene and an engine."""
+    """Ingredients present in a scene and an engine."""
     absent = {"gravity": bool(subject.weightless), "pushes from outside": engine != "pybullet",
               "other couples": not subject.row}  # fmt: skip
     return [what for what in INGREDIENTS if not absent.get(what)]
 
 
 def without(whats: Iterable[str]) -> Build:
-    """A build that leaves out several; of two laws the one that comes first in `INGREDIENTS`."""
+    """Build that leaves out several ingredients; of two laws the one that comes first in `INGREDIENTS`."""
     changes: dict[str, Any] = {}
     for what in whats:
         changes = {**INGREDIENTS[what], **changes}
@@ -38,9 +38,9 @@ def without(whats: Iterable[str]) -> Build:
 
 
 def judge(subject: Subject, engine: str, rounds: int) -> Data:
-    """One scene in one engine: what it changes by without each ingredient, without all that can go, and as shipped.
+    """Changes of one scene in one engine without each ingredient, without all dispensable ones, and as shipped.
 
-    In each round every build runs once; `saved` is from the quickest, what disturbs a run only adds to it.
+    In each round every build runs once; `saved` is from the quickest runs, since disturbances only add time.
     """
     builds = {"full": FULL, "shipped": SHIPPED} | {what: without([what]) for what in ingredients_of(subject, engine)}
     results = {what: subject.results(run(subject, engine, build)) for what, build in builds.items()}
@@ -59,23 +59,23 @@ def judge(subject: Subject, engine: str, rounds: int) -> Data:
 
 
 def can_go(change: float | None) -> bool:
-    """Whether a change is one that a scene does not feel; None: another motion altogether."""
+    """Return whether a change is negligible for a scene; None: the motion is another one altogether."""
     return change is not None and change <= ALLOWED
 
 
 def grouping(engine: str) -> float | None:
-    """Change of the cradle's velocities where every couple is added by a call of its own."""
+    """Change of the cradle's velocities if every pair of bodies is added by a call of its own."""
     cradle = subjects()["cradle"]
     one, two = (run(cradle, engine, replace(FULL, couples=how)) for how in ("all", "all, a call each"))
     return difference(cradle.results(one), cradle.results(two))
 
 
 class LeaveOut(Case):
-    """Each scene is built with every ingredient of the law, then with one left out: what its result (psi_2, or a
-    velocity after over one before, the largest change) changes by, and the part of the time that is saved. What changes
-    it by at most 1e-4, a quarter of the law's own error, is what the scene has no use for, and can be left out; that
-    must also hold of all such ingredients together, and of what the scenes as shipped leave out. Fewer substeps are
-    accuracy given away, and change more. The paddle, a body with a joint, is built by hand and not varied.
+    """Each scene is run with every ingredient of the law, then with one left out. The table gives the largest change of
+    its result (psi_2, or a velocity after over one before) and the share of time saved. An ingredient that changes the
+    result by at most 1e-4, a quarter of the law's own error, can be left out; this must also hold for all such
+    ingredients together, and for those that the scenes as shipped leave out. Fewer substeps reduce accuracy, and change
+    more. The paddle, a body with a joint, is built by hand and not varied.
     """
 
     place = 96
@@ -94,8 +94,8 @@ class LeaveOut(Case):
         return Outcome(_limits(data), data, problems)
 
     def table(self, data: Data) -> Table:
-        table = Table("scene | with everything [ms] | can be left out (change) | needed | all that can be, together | "
-                      "as shipped")  # fmt: skip
+        table = Table("scene | with everything [ms] | can be left out (change) | needed (change) | "
+                      "all of the former together | as shipped")  # fmt: skip
         for engine, scenes in data["engines"].items():
             for name, found in scenes.items():
                 cells = found["cells"]
@@ -125,7 +125,7 @@ def _limits(data: Data) -> list[Limit]:
 
 
 def _largest(changes: Iterable[float | None]) -> float:
-    """The largest change; infinite where one made another motion of it."""
+    """The largest change; infinite if one led to another motion altogether."""
     return max(np.inf if change is None else change for change in changes)
 
 

@@ -53,8 +53,8 @@ Joseph & Hunt (2004), Cross (2010), Chung & Ooi (2011)."""
 
 class LeftOut(Case):
     """The theory behind the laws takes the tangential displacement as axisymmetric, the contact as quasi-static, its
-    patch as fixed, and the materials as alike. Each of these is an approximation; here is how large what it leaves out
-    is, for the impacts that the laws are compared with.
+    patch as fixed in place, and the materials as alike. This chapter estimates the error of each approximation for the
+    impacts that the laws are compared with.
     """
 
     place = 95
@@ -78,7 +78,7 @@ class LeftOut(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        table = Table("left out | where | figures")
+        table = Table("approximation | where | effect")
         for nu in (0.28, 0.5):
             known = data["shape"]
             shape = {key: 100 * np.interp(nu, known["nu"], known[key]) for key in ("rim", "rms_x", "rms")}
@@ -148,7 +148,7 @@ def _waves(name: str, ball: Material, block: Material, radius: float, mass: floa
 
 
 def _travel(angle: float | None) -> Data:
-    """Way of the patch over block and puck during one impact, over its greatest radius [%].
+    """Travel of the contact patch over block and puck during one impact, over its greatest radius [%].
 
     Integrals over the impact of the speed of the centre and of the rim, from the forces of `collide`. angle: of the
     centre's velocity from the normal [degrees], with the spin that keeps psi_1; None: no spin.
@@ -169,7 +169,7 @@ def _travel(angle: float | None) -> Data:
 
 
 def _coupling(name: str, a: Material, b: Material, friction: float | None) -> Data:
-    """Dundurs' second parameter of a pair, and what it can do."""
+    """Dundurs' second parameter of a pair, and its possible effects."""
     from validation.reference.closed_forms import dundurs
 
     beta = dundurs.beta(1.0 / a.shear_modulus, a.poissons_ratio, 1.0 / b.shear_modulus, b.poissons_ratio)

@@ -1,7 +1,7 @@
-"""Models that people have, with the law for all their contacts: whether they last, and what their steps cost.
+"""Models of other packages with the law for all contacts: stability, and cost of a step.
 
-The models are those of packages that each want a MuJoCo of their own: `validation.census` drives them where these are
-installed, and leaves what it found in validation/data/census.json, which is told here.
+The packages require different versions of MuJoCo. `validation.census` runs their models where they are installed, and
+saves the results in validation/data/census.json, which this case reports.
 """
 
 import json
@@ -32,14 +32,14 @@ def by_chance(often: Data | None) -> float:
 
 
 class Models(Case):
-    """Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`: random actions, for as
-    long as the processor time given allowed, 10 s at most, then a passive fall of 2 s. A step's cost is its processor
-    time over that with the engine's own contact, the two taking turns; the energy gained is the greatest in the fall
-    over that at its start, over the weight times 1 m. Files that hold no whole model are not counted. A model that
-    becomes unstable is run with further seeds, 60 natively and up to 10 with the law, and is missed where the law's
-    share is larger than chance allows one time in a hundred: robosuite's spot_arm, undamped and driven by torques,
-    asked for this, as it becomes unstable natively too, if not with the first seed. Four scenes use their robots as
-    they are meant, steel on steel: `validation.handling` sets them up.
+    """Models of other packages, loaded with `load_model(file, [("*", "*", rubber_on_steel)])`, run with random actions
+    for up to 10 s, as far as the processor time allows, and then fall passively for 2 s. The cost of a step is its
+    processor time over that with the engine's own contact, both measured in turn. The energy gained is the largest
+    during the fall less that at its start, over the weight times 1 m. Files that hold no whole model are not counted. A
+    model that becomes unstable is run again with further seeds, 60 natively and up to 10 with the law; it counts as
+    missed if the law's share is larger than chance allows one time in a hundred. robosuite's spot_arm, undamped and
+    driven by torques, is such a model: it also becomes unstable natively, though not with the first seed. Four further
+    scenes use their robots for what they are made for, steel on steel; `validation.handling` sets them up.
     """
 
     title = "Whole models of other packages"
@@ -79,8 +79,8 @@ class Models(Case):
         return Outcome(limits, found)
 
     def table(self, data: Data) -> Table:
-        table = Table("package | models | native step [us] | median of the cost | greatest | of | "
-                      "greatest gain, law / native | became unstable, law / native, or failed")  # fmt: skip
+        table = Table("package | models | native step [us] | cost, median | cost, largest | of the model | "
+                      "largest gain, law / native | became unstable, law / native, or failed")  # fmt: skip
         for package in dict.fromkeys(row["package"] for row in data["rows"]):
             rows = [row for row in data["rows"] if row["package"] == package]
             own = [row for row in rows if "cost" in row]

@@ -23,8 +23,8 @@ AHEAD = 2.3  # engine steps before the touch
 
 
 class Momentum(Case):
-    """Two spinning balls that meet off-centre keep their linear and angular momentum to rounding, at any engine step
-    and at every one of them, and at about 1 m/s the contact point rebounds as the theory says for both balls' inertia.
+    """Two spinning balls that meet off-centre conserve linear and angular momentum to rounding, in every step of any
+    length. At about 1 m/s the contact point rebounds as the theory predicts for the inertia of both balls.
     """
 
     place = 46
@@ -56,7 +56,7 @@ class Momentum(Case):
         return Outcome(limits, {"runs": runs, "chi": CHI, "impacts": count}, problems)
 
     def table(self, data: Data) -> Table:
-        table = Table("engine | speed [m/s] | error in psi_2 | error in e | line of centres turns [degrees]")
+        table = Table("engine | speed [m/s] | error in psi_2 | error in e | rotation of the line of centres [degrees]")
         for engine, speed in product(STEPS, SPEEDS):
             told = [worst(data["runs"], key, engine=engine, speed=speed) for key in ("tangential", "normal", "turning")]
             table.add("{engine} | {speed:g} | {told[0]:.1e} | {told[1]:.1e} | {told[2]:.2f}",
@@ -120,7 +120,7 @@ def _momenta(state: State) -> tuple[Array, Array]:
 
 
 def _line_of_centres(state: State, *, first: bool) -> Array | None:
-    """From ball 2 to ball 1 when free flight from here, or back to here, has them at touching distance."""
+    """Vector from ball 2 to ball 1 at the instant of free flight at which they just touch."""
     apart, speed = state[0][0] - state[0][1], state[1][0] - state[1][1]
     a, b, c = speed @ speed, apart @ speed, apart @ apart - 4.0 * ball.RADIUS**2
     if b * b < a * c:

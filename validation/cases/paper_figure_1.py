@@ -17,16 +17,17 @@ LAW_STEPS = 1200
 
 
 class PaperFigure1(Case):
-    """The law gives the tangential force at every instant of a steel puck's impact, not just its rebound: it starts to
-    stick, reverses and slips back when the annulus solution does, at every angle of incidence.
+    """The law gives the tangential force at every instant of a steel puck's impact, not only its rebound. At every
+    angle of incidence it starts to stick, reverses and slips back at the same times as the annulus solution.
     """
 
     place = 2
     title = "Paper, figure 1: tangential force during an impact"
     sheet = {"width": 6.4, "height": 4.8}
     caption = (
-        "Tangential force over mu times the greatest normal force, over time in durations of the contact; steel puck, "
-        "chi = 1.256, e = 1. Lines: annulus solution; rings: microslip law. Grey: the friction limits +-P/P_max."
+        "Tangential force over mu times the greatest normal force, over time in units of the contact's duration; "
+        "steel puck, chi = 1.256, e = 1. Lines: annulus solution; open circles: microslip. Grey: the friction limits "
+        "+-P/P_max."
     )
 
     def run(self, quick: bool) -> Outcome:

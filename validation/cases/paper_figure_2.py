@@ -1,4 +1,4 @@
-"""Fig. 2 of Maw, Barber & Fawcett (1981): how the traction lies across the contact, at ten equal times.
+"""Fig. 2 of Maw, Barber & Fawcett (1981): traction across the contact at ten equal times.
 
 The abscissa counts annuli: twentieths of the contact radius at the greatest compression. The ordinate is f/(G mu C):
 in the appendix the traction of gross slip is f = 2 G mu sqrt(b^2 - r^2)/(pi R (1 - nu)), largest in the centre at the
@@ -30,17 +30,17 @@ CHAIN_DASH = (0, (9, 2, 1.5, 2))
 
 class PaperFigure2(Case):
     """The annulus solution with the paper's 20 annuli gives the paper's account of an impact at psi_1 = 1.2: gross
-    slip, then stick everywhere at once between tau = 0.2 and 0.3, a force that falls from about 0.4, slip the other way
-    that grows from the edge inwards, and nothing stuck from about 0.9.
+    slip; stick everywhere at once between tau = 0.2 and 0.3; a force that falls from about tau = 0.4; slip in the
+    opposite direction that grows from the edge inwards; and no sticking part left from about tau = 0.9.
     """
 
     place = 3
     title = "Paper, figure 2: traction across the contact"
     sheet = {"width": 6.8, "height": 5.2}
     caption = (
-        "Traction over radius at ten equal times (the last, tau = 1, is zero); steel puck, chi = 1.256, psi_1 = 1.2. "
-        "Solid: stuck; chain-dashed: slipping. Left scale as in the paper, with C the greatest "
-        "contact radius over the ball's; right scale over mu times the greatest pressure."
+        "Traction over radius at equal intervals of time; the numbers are tau (at the last, tau = 1, it is zero). "
+        "Steel puck, chi = 1.256, psi_1 = 1.2. Solid: stuck; chain-dashed: slipping. Left scale as in the paper, with "
+        "C the greatest contact radius over the ball's radius; right scale: over mu times the greatest pressure."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -64,10 +64,12 @@ class PaperFigure2(Case):
             Limit("stick begins, not before tau", 0.2, first, at_least=True),
             Limit("stick begins, not after tau", 0.3, first),
             Limit("stick begins, off the closed form by", 2e-3, abs(first - _closing_time(puck.chi))),
-            Limit("annuli stuck at the first instant of stick, part", 1.0, at_once, at_least=True),
+            Limit("share of annuli stuck at the first instant of stick", 1.0, at_once, at_least=True),
             Limit("force falls from tau = 0.4, off by", HALF_TENTH, abs(falling - 0.4)),
             Limit("nothing is stuck from tau = 0.9, off by", HALF_TENTH, abs(last - 0.9)),
-            Limit("slipping annuli: square of traction off that of mu p, over (mu p_max)^2", 1e-12, off_limit),
+            Limit(
+                "slipping annuli: difference of the squares of traction and mu p, over (mu p_max)^2", 1e-12, off_limit
+            ),
         ]
         return Outcome(limits, data)
 

@@ -4,19 +4,19 @@ from validation.rebound_figure import INCH, ReboundFigure
 
 
 class PaperFigure3(ReboundFigure):
-    """A 3 in and a 4 in steel puck, thrown at speeds a factor of three apart, aimed or with backspin, by the law alone
-    and inside MuJoCo and PyBullet, rebound along one curve: the annulus solution at the restitution of 0.93. The paper
-    measured psi_2 lower than its elastic curve and says that 20 % more friction would mend that; with |psi_2| meant,
-    this can hold only up to psi_1 of about 2.3, beyond which more friction has the opposite effect. Restitution
-    explains none of the 20 %: over all partial stick it acts like a friction factor of about (1 + e)/2, and eq. (6),
-    which takes it for 1 and so finds mu too low, brings that back to 1.
+    """Steel pucks of 3 in and 4 in, thrown at speeds a factor of three apart, obliquely or with backspin, by the law
+    alone and inside MuJoCo and PyBullet, rebound along one curve: the annulus solution at the restitution of 0.93. The
+    paper measured psi_2 below its elastic curve and says that 20 % more friction would explain this. If it means
+    |psi_2|, that can hold only up to psi_1 of about 2.3, beyond which more friction has the opposite effect.
+    Restitution explains none of the 20 %: in the whole range of partial stick it acts like a friction factor of about
+    (1 + e)/2, and eq. (6) of the paper, which takes e = 1 and so finds mu too low, brings this factor back to 1.
     """
 
     place = 4
     title = "Paper, figure 3: rebound of the steel pucks"
     caption = (
-        "psi_2 over psi_1 of the steel pucks. Hatched: where points are recorded with mu up to 20 % too low; "
-        "blue: with the +-2 % of the paper's mu."
+        "psi_2 over psi_1 of the steel pucks. Hatched: where points would be plotted with mu up to 20 % too low; "
+        "blue: with the +-2 % that the paper states for mu."
     )
     material = "steel"
     tolerance = 0.02

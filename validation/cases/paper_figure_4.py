@@ -1,4 +1,4 @@
-"""Fig. 4 of Maw, Barber & Fawcett (1981): the apparatus, as the simulated scene has it."""
+"""Fig. 4 of Maw, Barber & Fawcett (1981): the apparatus, with the sizes of the simulated scene."""
 
 import numpy as np
 
@@ -12,8 +12,8 @@ PUCKS = {"3 in steel": ("steel", 3.0), "4 in steel": ("steel", 4.0), "4 in rubbe
 
 class PaperFigure4(Case):
     """The scene is the paper's: a puck cut from a ball floats on an air table, a pendulum throws it at a clamped block
-    of its own material, and a stroboscope lights it from above. The paper takes the puck for a flat disk; for slices an
-    inch thick (the paper gives no thickness) that makes chi 1 to 3 % too small.
+    of the same material, and a stroboscope lights it from above. The paper treats the puck as a flat disk. For slices
+    an inch thick (the paper gives no thickness) this makes chi 1 to 3 % too small.
     """
 
     place = 5
@@ -21,7 +21,7 @@ class PaperFigure4(Case):
     sheet = {"width": 5.2, "height": 4.6}
     caption = (
         "The apparatus from above, with the sizes of the simulated scene. Table and launcher are not simulated: they "
-        "make the motion plane and frictionless, and start it."
+        "only keep the motion plane and frictionless, and start it."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -40,11 +40,11 @@ class PaperFigure4(Case):
         incidence = SURFACES["steel"].friction / Puck().pair.kappa * 3.0  # of psi_1 = 3
         data = {"pucks": pucks, "incidence": incidence}
         flat = max(abs(puck["chi"] / (1.5 * puck["kappa"]) - 1.0) for puck in pucks.values())  # 1 + 1/K^2 = 3
-        return Outcome([Limit("chi of a flat disk from 3/2 kappa, over it", 1e-12, flat)], data)
+        return Outcome([Limit("chi of a flat disk: relative difference from 3/2 kappa", 1e-12, flat)], data)
 
     def table(self, data: Data) -> Table:
         table = Table("puck | radius [mm] | mass [kg] | mu | e | contact at 1 m/s [us] | overlap [um] | chi, disk | "
-                      "chi, slice of a ball | which changes psi_2 by at most")  # fmt: skip
+                      "chi, slice of a ball | largest change in psi_2 by this")  # fmt: skip
         for name, puck in data["pucks"].items():
             table.add("{name} | {mm:.1f} | {mass:.3f} | {mu:g} | {restitution:g} | {us:.0f} | {um:.0f} | {chi:.4f} | "
                       "{chi_round:.4f} | {change:.3f}", puck, name=name, mm=1e3 * puck["radius"],
@@ -71,7 +71,13 @@ class PaperFigure4(Case):
         ):
             axes.annotate(text, place, xytext=label, fontsize=8, ha="center", va="center",
                           arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
-        axes.set(aspect="equal", xlim=(-240, 240), ylim=(-330, 110), xlabel="[mm]", ylabel="[mm]")
+        axes.set(
+            aspect="equal",
+            xlim=(-240, 240),
+            ylim=(-330, 110),
+            xlabel="along the block [mm]",
+            ylabel="normal to the block [mm]",
+        )
         axes.grid(visible=False)
 
 

@@ -24,10 +24,10 @@ SEEN = 8.0  # reflexion angle that the paper read off [degrees]
 
 
 class PaperFigure6(Case):
-    """In MuJoCo, thrown at the incidence of the largest reversal, the contact point of a steel puck, made visible by a
-    marker on the rim, leaves to the side it came from, at an angle from the normal somewhat larger than the 8 degrees
-    or so that the paper read off its photograph (of which it gives no incidence); as the puck turns, the marker's path
-    bends towards that angle. Velocities read from flashes a hundredth of a second apart, as the paper did, give the
+    """A steel puck is thrown in MuJoCo at the incidence of the largest reversal. Its contact point, made visible by a
+    marker on the rim, leaves towards the side it came from, at an angle from the normal somewhat larger than the 8
+    degrees or so that the paper read off its photograph (it does not give the incidence). The marker's path approaches
+    that angle as the puck turns. Velocities read from flashes a hundredth of a second apart, as in the paper, give the
     same psi_2 as the reference.
     """
 
@@ -36,8 +36,8 @@ class PaperFigure6(Case):
     sheet = {"width": 6.0, "height": 6.4}
     caption = (
         "A 4 in steel puck under 100 flashes a second, from above, simulated in MuJoCo: before the impact (dotted "
-        "rims, every fifth flash) and after it (full rims). Crosses: centre, which goes on to the right. Diamond: "
-        "the marker at the contact point, which turns back to the left."
+        "rims, every fifth flash) and after it (solid rims). Crosses: the centre, which goes on to the right. "
+        "Diamonds: the marker on the rim at the contact point, which turns back to the left."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -80,7 +80,7 @@ class PaperFigure6(Case):
             "psi_1 of the largest reversal | {psi_1:.2f}",
             "psi_2: simulation, flashes, reference | {psi_2:.5f}, {psi_2_read:.5f}, {psi_2_reference:.5f}",
             "angle of incidence of the contact point [deg] | {incidence_angle:.1f}",
-            "angle of reflexion of the contact point [deg] | {reflexion_angle:.2f}",
+            "angle of reflection of the contact point [deg] | {reflexion_angle:.2f}",
             "the same by the reference, atan(psi_2 mu/(kappa e)) [deg] | {reflexion_angle_reference:.2f}",
             f"seen by the paper [deg] | about {-SEEN:.0f}",
         ):
@@ -106,7 +106,7 @@ class PaperFigure6(Case):
                       markeredgecolor="black", label="marker after" if late else "marker before")  # fmt: skip
             axes.plot(*centres[chosen].T, "+" if late else "x", color="black", markersize=6,
                       label="centre after" if late else "centre before")  # fmt: skip
-        axes.set(xlabel="along the block [mm]", ylabel="away from it [mm]", aspect="equal",
+        axes.set(xlabel="along the block [mm]", ylabel="normal to the block [mm]", aspect="equal",
                  title="stroboscopic picture")  # fmt: skip
         axes.grid(visible=False)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)

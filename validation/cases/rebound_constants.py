@@ -37,15 +37,15 @@ CHI_SQUARED = 19.68  # 95 % of chi^2 with eleven degrees of freedom
 
 
 class ReboundConstants(Case):
-    """Experimenters describe impacts by Walton's three constants; beta_0 is how much of the contact point's velocity a
-    sticking impact reverses, -psi_2/psi_1, taken as one number. The laws have no such number: -psi_2/psi_1 rises from
-    nearly nothing to a greatest value and falls again. Two readings are given, neither fitted: the greatest value, and
-    the slope of the line through the origin that an experimenter would draw through impacts spread evenly over the
-    range that Walton's model calls sticking. The line is what was done; by it `microslip` is nearer to the measured
-    constants than by the greatest value, which is an upper bound. The errors, 0.02 to 0.1, exclude rigid friction, but
-    hardly tell the laws with compliance apart. Losses in shear as in compression, `shear_loss`, without a further
-    number, bring chi^2 of the eleven from 65 to 17, polyurethane above all. What no law here explains are rough and
-    worn surfaces, plastic flow, and steel's constant, which is too high.
+    """Experimenters describe impacts by Walton's three constants. One of them, beta_0, is the share of the contact
+    point's velocity that a sticking impact reverses, -psi_2/psi_1, taken as constant. In the laws -psi_2/psi_1 is not
+    constant: it rises from nearly zero to a maximum and falls again. The table therefore gives two values, neither
+    fitted: the maximum, and the slope of the line through the origin that an experimenter would fit to impacts spread
+    evenly over the range that Walton's model calls sticking. The slope is what was measured; by it `microslip` is
+    nearer to the measured constants than by the maximum, which is an upper bound. The errors, 0.02 to 0.1, exclude
+    rigid friction, but hardly distinguish the laws with compliance. Losses in shear as in compression, `shear_loss`,
+    which add no parameter, reduce chi^2 of the eleven from 65 to 17, above all for polyurethane. No law here explains
+    rough and worn surfaces, plastic flow, and the constant of steel, which is too high.
     """
 
     place = 14
@@ -71,7 +71,7 @@ class ReboundConstants(Case):
         limits = [
             Limit(f"chi^2 of {len(rows)} slopes with losses in shear, beside its 95 % quantile", CHI_SQUARED,
                   squares[LOSSY]),
-            Limit("the same over that without", 1.0, squares[LOSSY] / squares["microslip"]),
+            Limit("the same over that without such losses", 1.0, squares[LOSSY] / squares["microslip"]),
             Limit(f"chi^2 of microslip where e > {HARD:g}, over the best other law's", 1.0,
                   harder["microslip"] / min(harder[law] for law in LAWS if law != "microslip")),
         ]  # fmt: skip
@@ -80,8 +80,8 @@ class ReboundConstants(Case):
     def table(self, data: Data) -> Table:
         laws = [*LAWS_HERE, REFERENCE]
         table = Table(["pair", "nu", "chi", "coupling", "e", "measured beta_0",
-                       *(f"{law}: slope (greatest)" for law in laws),
-                       "microslip's slope off by, standard errors", "remark"])  # fmt: skip
+                       *(f"{law}: slope (maximum)" for law in laws),
+                       "error of microslip's slope, in standard errors", "remark"])  # fmt: skip
         of = data["summary"]
         found = (f"{of['slope'][law]['rms']:.2f} ({of['greatest'][law]['rms']:.2f})" for law in laws)
         for name, key in (("of all slopes", "chi_squared"), (f"of those with e > {HARD:g}", "harder")):

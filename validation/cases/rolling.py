@@ -21,7 +21,7 @@ LIMIT = degrees(atan(3.5 * ball.FRICTION))
 
 
 def made(engine: str, dt: float, integrator: str, angle: float) -> World:
-    """The ball on a floor that leans by an angle [degrees], falling along x."""
+    """World of the ball on a floor inclined by an angle [degrees], downhill along x."""
     gravity = ball.GRAVITY * np.array([sin(radians(angle)), 0.0, -cos(radians(angle))])
     return ball.ball_world(engine, dt, ball.steel_pair(), gravity, integrator=integrator or "Euler")
 
@@ -37,9 +37,9 @@ class Rolling(Case):
     place = 44
     title = "Rolling and sliding"
     claim = (
-        "At the engines' own steps a ball that rolls on the floor keeps its speed for a minute, and on an incline it "
-        f"rolls below {LIMIT:.0f} degrees (tan = 7/2 mu) and slides above, as the closed form has it, while its height "
-        "does not move."
+        "At the engines' own steps a ball that rolls on the floor keeps its speed for a minute. On an incline it "
+        f"rolls below {LIMIT:.0f} degrees (tan = 7/2 mu) and slides above, by the closed form, and its height over the "
+        "incline does not change."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -64,7 +64,7 @@ class Rolling(Case):
 
 
 def _watched(world: World, seconds: float, looks: int) -> tuple[Array, Array, float]:
-    """Speeds of centre and rim [m/s] first and last, how far the height moves [m]; the time is of whole looks."""
+    """Speeds of centre and rim [m/s] at the start and end, change of height [m], and the time, in whole looks."""
     count = round(seconds / world.timestep / looks)
 
     def speeds() -> Array:
@@ -87,7 +87,7 @@ def _level(world: World, seconds: float) -> Data:
 
 
 def _slope(world: World, angle: float) -> Data:
-    """From rest: after a while the differences of speeds over time."""
+    """Accelerations from rest, as differences of speeds over time after a while."""
     from sims.scenes.incline import acceleration
 
     world.start(ball.at(-resting(angle)))

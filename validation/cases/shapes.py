@@ -51,7 +51,7 @@ def elongation(p: float, q: float) -> float:
 
 
 def box_errors() -> tuple[float, float]:
-    """Of a box on a plane, four springs of its edges' radius: depth at rest, and approach of a flat fall."""
+    """Errors of a box on a plane, four springs of its edges' radius: depth at rest, and approach in a flat fall."""
     half, r = np.array([0.03, 0.02, 0.02]), 0.002
 
     def box(pair: ContactPair, gravity: float, timestep: float, speed: float) -> World:
@@ -79,7 +79,7 @@ def struck(world: World) -> tuple[float, float]:
 
 
 def hertz_error(world: World, shapes: Any, p: float, q: float) -> float:
-    """Of an elastic impact head on, the larger error of approach and duration; p <= q: relative curvatures [1/m]."""
+    """Larger error of approach and duration of an elastic head-on impact; p <= q: relative curvatures [1/m]."""
     from validation.reference.closed_forms import hertz
 
     pair = ContactPair(STEEL, STEEL, 0.0)
@@ -96,7 +96,7 @@ def thrown(height: float) -> tuple[World, int]:
 
 
 def ellipsoid_error(axis: int) -> float:
-    """Of one that strikes a plane along an axis."""
+    """Error of an ellipsoid that strikes a plane along an axis."""
     half = np.roll(HALF_AXES, axis)
     world, body = thrown(half[2])
     shapes = world.add_ellipsoid(body, half), world.add_plane(None, *FLOOR)
@@ -104,7 +104,7 @@ def ellipsoid_error(axis: int) -> float:
 
 
 def crossed_error(angle: float, second: float) -> float:
-    """Of two cylinders whose sides cross; relative curvatures by Johnson (1985), equation 4.6."""
+    """Error of two cylinders whose sides cross; relative curvatures by Johnson (1985), equation 4.6."""
     world, body = thrown(0.01 + second)
     turn, one, two = radians(angle), 1.0 / 0.01, 1.0 / second
     shapes = (world.add_cylinder(body, 0.01, 0.05, axis=(1.0, 0.0, 0.0)),
@@ -114,14 +114,14 @@ def crossed_error(angle: float, second: float) -> float:
 
 
 def ball_error(second: float) -> float:
-    """Of a ball on the side of a cylinder."""
+    """Error of a ball on the side of a cylinder."""
     world, body = thrown(0.01 + second)
     shapes = world.add_sphere(body, 0.01), world.add_cylinder(None, second, 0.05, axis=(1.0, 0.0, 0.0))
     return hertz_error(world, shapes, 1.0 / 0.01, 1.0 / 0.01 + 1.0 / second)
 
 
 def drops(engine: str, seeds: range, make: Any) -> Data:
-    """Sums over random drops, and in words those that fail."""
+    """Sums over random drops, and descriptions of those that fail."""
     from validation.shape_runs import FLIGHT, judge
 
     judge(engine, make(0))  # compiles
@@ -140,7 +140,7 @@ def drops(engine: str, seeds: range, make: Any) -> Data:
 
 
 def resident() -> float:
-    """Memory [MB] of this process that is in use."""
+    """Memory [MB] in use by this process."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 2**20
 
 
@@ -169,7 +169,7 @@ COSTS = {  # floor, thing, speed [m/s], height [m]
 
 
 def costs(rounds: int) -> dict[str, Data]:
-    """Of MuJoCo's own step, by the law: medians and quartiles of ratios, over the same motion at 2 ms."""
+    """Time of a step by the law over MuJoCo's own, for the same motion at 2 ms: medians and quartiles."""
     import mujoco
 
     from contactlaw.mujoco_plugin import load_model
@@ -198,9 +198,9 @@ def costs(rounds: int) -> dict[str, Data]:
 
 
 class Shapes(Case):
-    """A box on a plane is four springs of its edges' radius; an ellipsoid on a plane and the crossed sides of cylinders
-    are Hertz's elliptic contacts. Of drops of random shapes, sizes, materials and steps none gains energy, none sinks,
-    and all come to rest; heaps of mixed sizes hold; memory stays flat.
+    """A box on a plane is four springs of the radius of its edges; an ellipsoid on a plane and the crossed sides of
+    cylinders are Hertz's elliptic contacts. In drops of random shapes, sizes, materials and steps no body gains energy
+    or sinks in, and all come to rest. Heaps of mixed sizes are stable, and memory does not grow.
     """
 
     place = 52

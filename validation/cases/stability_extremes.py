@@ -1,4 +1,4 @@
-"""One thing at a time taken to its ends: Poisson's ratio, friction, inertia, incidence, masses, speed, rest."""
+"""One property at a time taken to its limits: Poisson's ratio, friction, inertia, incidence, masses, speed, rest."""
 
 from functools import partial
 from itertools import product
@@ -14,19 +14,20 @@ TRIALS, FEW_TRIALS = 12, 4  # of a level; half of them elastic, their steps spre
 
 
 class StabilityExtremes(StabilityCase):
-    """Incompressible or not, without friction or with all of it, rings and compact cores, psi_1 from 1e-6 to 1000,
-    masses a million times apart, speeds from 1 um/s to 100 m/s, grazing incidence, a start inside each other, rest on a
-    floor or wedged into a groove, and hundreds of impacts in a step: by the default law nothing gains 0.1 % of energy,
-    and what is to come to rest does.
+    """One property at a time is taken to its limits: Poisson's ratio, friction, inertia from compact cores to rings,
+    psi_1 from 1e-6 to 1000, masses a million times apart, speeds from 1 um/s to 100 m/s, grazing incidence, an initial
+    overlap, rest on a floor or wedged into a groove, and hundreds of impacts in a step. With the default law no run
+    gains 0.1 % of energy, and all that should come to rest do.
     """
 
     place = 48
-    title = "Extreme cases"
+    title = "Stability in extreme cases"
     caption = (
-        "Largest gain of energy of a way (rows) at a level of an extreme (columns); crosses: a run gains more than "
-        "0.1 %, is not finite, goes through by more than a radius, or does not come to rest where it should, within 20 "
-        "periods of the law's contact and 200 steps. Engine steps from a 300th of a contact to a thousand contacts, "
-        "all else at random. Where a ball starts inside the floor it has the energy of the law's contact."
+        "Largest gain of energy for each method (rows) at each level of a property (columns). Cross: a run gains more "
+        "than 0.1 %, is not finite, passes through the other body by more than a radius, or does not come to rest "
+        "where it should, within 20 periods of the law's contact and 200 steps. Engine steps from a 300th of a "
+        "contact to a thousand contacts, everything else at random. A ball that starts inside the floor begins with "
+        "the elastic energy of the law's contact."
     )
     sheet = {"width": 13.2, "height": 4.6}
     cells = "levels"
@@ -64,6 +65,6 @@ class StabilityExtremes(StabilityCase):
 
 
 def level_of(count: int, task: tuple[str, str, str, int]) -> Data:
-    """One level of one way."""
+    """Trials of one level by one method."""
     engine, way, name, level = task
     return tally(engine, way, [extreme(name, level, number, count) for number in range(count)])

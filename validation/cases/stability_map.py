@@ -1,4 +1,4 @@
-"""Contacts of any stiffness, a thousand times shorter or longer than the engine's step: which ways hold."""
+"""Stability of methods for contacts a thousand times shorter or longer than the engine's step, of any stiffness."""
 
 from functools import partial
 from itertools import pairwise, product
@@ -26,22 +26,24 @@ STIFFEST_ACROSS = sqrt(3.5)  # omega across over along, sqrt(2 chi), a solid bal
 
 
 class StabilityMap(StabilityCase):
-    """Contacts a thousand times shorter or longer than the engine's step, moduli from 1 kPa to 1 TPa, friction up
-    to 10, mass ratios up to a million, 0.1 mm/s to 100 m/s, restitution from 1 to 0.05: with sub-cycling no cell of
-    the default law holds a bouncing that gains 0.1 % of energy, in either engine. A wider draw of the same kind,
-    two thousand runs an engine, holds none either. Evaluated once a step, as discrete-element codes do, the same
-    law holds only where the step resolves the contact. The engines' own contacts lose the bounce nearly everywhere,
-    and in long steps bodies go through each other; made as stiff as the law's, MuJoCo's explodes.
+    """The map covers contacts a thousand times shorter or longer than the engine's step, moduli from 1 kPa to 1 TPa,
+    friction up to 10, mass ratios up to a million, speeds of 0.1 mm/s to 100 m/s, and restitution from 1 to 0.05. With
+    substeps, no cell of the default law contains a bounce that gains 0.1 % of energy, in either engine; nor does a
+    wider draw of the same kind, with two thousand runs per engine. Evaluated once per step, as in discrete-element
+    codes, the same law is stable only where the step resolves the contact. The engines' own contacts lose the bounce
+    nearly everywhere, and in long steps bodies pass through each other; made as stiff as the law, MuJoCo's contact
+    explodes.
     """
 
     place = 47
-    title = "Where it is stable"
+    title = "Stability"
     caption = (
-        "Shade: largest gain of energy in a cell. Cross: a run in it gains more than 0.1 %, is not finite, or goes "
-        "through by more than a radius. Broken lines: omega dt = 2, "
-        "along the normal (left) and across (right), at the greatest overlap; dotted: for the linear spring. Each cell "
-        "holds a ball on a floor, and a ball on a second one of another mass, with Poisson's ratio, friction, "
-        "restitution, speed, spin and heading at random, the same for all ways."
+        "E: Young's modulus; T/dt: duration of the contact over the engine's step. Shade: largest gain of energy in a "
+        "cell. Cross: a run in it gains more than 0.1 %, is not finite, or passes through the other body by more than "
+        "a radius. Broken lines: omega dt = 2, along the normal (left) and across it (right), at the greatest "
+        "overlap; dotted: for the linear spring. Each cell has a ball on a floor, and a ball on a second one of "
+        "another mass, with Poisson's ratio, friction, restitution, speed, spin and direction at random, the same for "
+        "all methods."
     )
     sheet = {"columns": len(WAYS), "rows": len(ENGINES), "width": 13.2 / len(WAYS), "height": 2.2, "layout": None,
              "sharex": True, "sharey": True}  # fmt: skip
@@ -104,7 +106,7 @@ class StabilityMap(StabilityCase):
 
 
 def cell_of(most: int, task: tuple[str, str, tuple[int, int], Bounds, Bounds]) -> Data:
-    """One cell of one way: balls and balls on balls at random, of the default most; and a lossless ball."""
+    """Trials of one cell by one method: random balls and balls on balls, most for the default; and a lossless ball."""
     engine, way, cell, steps, modulus = task
     seeds = most if way == DEFAULT else SEEDS
     trials = [_drawn(cell, number, steps, modulus) for number in range(2 * seeds)]
@@ -115,7 +117,7 @@ def cell_of(most: int, task: tuple[str, str, tuple[int, int], Bounds, Bounds]) -
 
 
 def more_of(task: tuple[str, tuple[int, int], Bounds, Bounds]) -> Data:
-    """Trials of a cell from the wider draw, by the default."""
+    """Trials of a cell from the wider draw, by the default law."""
     engine, cell, steps, modulus = task
     return tally(engine, DEFAULT, [_drawn(cell, number, steps, modulus) for number in WIDER])
 

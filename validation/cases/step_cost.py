@@ -1,4 +1,4 @@
-"""What a step costs with the law, beside the same step with the engine's own contact and without any."""
+"""Cost of a step with the law, beside the same step with the engine's own contact and without contact."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -60,7 +60,7 @@ class Scene:
         return world
 
     def begin(self, world: World) -> None:
-        """Put the ball where it is to be."""
+        """Place the ball."""
         height = -ball.static_overlap() if self.height is None else self.height
         world.start(ball.at(height, [self.speed, 0.0, 0.0], [0.0, self.spin * self.speed / ball.RADIUS, 0.0]))
 
@@ -106,17 +106,17 @@ def scenes() -> dict[str, Scene]:
 
 
 class StepCost(Case):
-    """A MuJoCo step that resolves a contact is asked to cost no more with the law than with the engine's own contact,
-    and in free flight no more than 3 % over the same scene without the law. At 2 ms the law's substeps are paid for
-    only while something happens: a bouncing ball is asked to cost 0.7 of native contact on average, one at rest 0.6.
-    PyBullet has no step callback: the law is Python code between two steps that reads and pushes bodies; at 1/240 s a
-    bounce may cost 3.5 native steps, for resolved steps no limit is set. Heaps are timed with the crowds.
+    """A MuJoCo step that resolves a contact should cost no more with the law than with the engine's own contact, and in
+    free flight at most 3 % more than the same scene without the law. At 2 ms the law's substeps cost time only while
+    bodies touch: a bouncing ball should cost 0.7 of native contact on average, a ball at rest 0.6. PyBullet has no step
+    callback, so the law is Python code between two steps that reads and pushes bodies; at 1/240 s a bounce may cost 3.5
+    native steps, and resolved steps have no limit. Heaps have a chapter of their own.
     """
 
     place = 60
     title = "What a step costs"
     sheet = {"width": 6.4, "height": 5.4}
-    caption = "Time of a step over that of the scene named in the table; whiskers: quartiles."
+    caption = "Time of a step over that of the scene named in the table; whiskers: quartiles. Dark: without the law."
 
     def run(self, quick: bool) -> Outcome:
         known = scenes()
@@ -145,7 +145,7 @@ class StepCost(Case):
         return Outcome(limits, data, problems)
 
     def table(self, data: Data) -> Table:
-        table = Table("scene | a step [us] | over | ratio")
+        table = Table("scene | a step [us] | compared with | ratio")
         for name, time in data["microseconds"].items():
             row, over = f"{name} | {time['median']:.2f}", data["over"][name]
             if over != name:
@@ -156,7 +156,7 @@ class StepCost(Case):
     def draw(self, data: Data, axes: Axes) -> None:
         shown = [name for name, over in data["over"].items() if name != over and "PyBullet, touching" not in name]
         bars(axes, shown, [data["ratio"][name] for name in shown])
-        axes.set_xlabel("time over that of the other scene [-]")
+        axes.set_xlabel("time over that of the scene compared with [-]")
         axes.tick_params(labelsize=7)
 
 
@@ -166,7 +166,7 @@ def _prepare(scene: Scene, world: World) -> None:
 
 
 def _check(scene: Scene, world: World) -> list[str]:
-    """Run a scene with resolved steps and look at every one: finite, within friction, energy not grown, as meant."""
+    """Run a scene with resolved steps and check each: finite, within the friction cone, energy not grown."""
     if scene.dt != RESOLVED or scene.contact in ("none", "native"):
         return []
     scene.begin(world)

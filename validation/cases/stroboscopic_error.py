@@ -1,4 +1,4 @@
-"""How far a drafting error moves the points of Figs. 3 and 5 of Maw, Barber & Fawcett (1981)."""
+"""Effect of a drafting error on the points of Figs. 3 and 5 of Maw, Barber & Fawcett (1981)."""
 
 from typing import NamedTuple
 
@@ -22,13 +22,13 @@ SEED = 1981
 
 
 class StroboscopicError(Case):
-    """Velocities read from stroboscopic pictures with a drafting error of a quarter of a millimetre leave psi of steel
-    good to some hundredths, at every incidence. For rubber the error grows steeply with the incidence, as the paper
-    says. Beside that, eq. (6) gives mu low by (1 - e)/2, since it takes e = 1.
+    """A drafting error of a quarter of a millimetre in stroboscopic pictures leaves psi of steel accurate to some
+    hundredths at every incidence. For rubber the error grows steeply with the incidence, as the paper says.
+    Independently of this, eq. (6) gives mu low by (1 - e)/2, since it takes e = 1.
     """
 
     place = 8
-    title = "Paper's procedure: what the drafting error does"
+    title = "The paper's procedure: effect of the drafting error"
 
     def run(self, quick: bool) -> Outcome:
         draws = 60 if quick else 400
@@ -58,7 +58,7 @@ class StroboscopicError(Case):
 
     def table(self, data: Data) -> Table:
         middle = f"{data['drafting'][1]:g}"
-        table = Table(f"puck | psi_1 | psi_2 | error of psi_1, {middle} mm | of psi_2 | mu by eq. (6) off by")
+        table = Table(f"puck | psi_1 | psi_2 | error of psi_1, {middle} mm | error of psi_2 | error of mu by eq. (6)")
         for material, rows in data["materials"].items():
             edge = 4.0 * Puck(material=material).chi - 1.0
             for row in rows:
@@ -83,7 +83,7 @@ class _Scene(NamedTuple):
 def _scene(material: str, psi_1: float) -> _Scene:
     """The exact motion before and after, and when the flashes fall.
 
-    The tangential impulse moves the centre of a disk by a third of what it moves the contact point by.
+    The tangential impulse changes the velocity of a disk's centre by a third of that of the contact point.
     """
     puck = Puck(material=material, psi_1=psi_1)
     mu, kappa, e, radius = puck.pair.friction, puck.pair.kappa, puck.pair.restitution, puck.radius

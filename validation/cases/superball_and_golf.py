@@ -1,4 +1,4 @@
-"""Balls that reverse: superballs and golf balls as Cross measured them, whose friction nobody measured."""
+"""Reversing balls: superballs and golf balls measured by Cross, with unknown friction."""
 
 from math import radians, sin, tan
 
@@ -23,13 +23,12 @@ class SuperballAndGolf(Case):
     """A superball that strikes a hard surface at 25 degrees leaves with about half of its contact point's velocity
     reversed. The friction of these pairs was not published, so the table gives each law's range over the friction that
     dry rubber may have (0.5 to 1.5, assumed; at least the ratio of the impulses). Rigid friction reverses nothing. With
-    elastic constants alone (kappa = 2/3) `microslip` comes nearest of all laws to most measured values of 2010, by rms
-    no nearer than a linear spring, and still falls short of them; it meets that of 2002. A kappa of 0.60, for
-    comparison and not taken, closes half of what is missing or more. Either friction was far lower than assumed, or
-    these balls are softer in shear than a small contact of incompressible rubber; these data cannot tell. Outside every
-    law here: balls that deform over a large part of themselves, losses in shear, a normal force that acts off the
-    centre (the measured spin differs from that of the measured e_t by up to 11 %), sliding of a hard golf ball, and
-    strings.
+    elastic constants alone (kappa = 2/3) `microslip` is the law nearest to most measured values of 2010, though by rms
+    no nearer than a linear spring, and still falls short of them; it agrees with that of 2002. A kappa of 0.60, given
+    for comparison and not used, closes half of the gap or more. Either friction was far lower than assumed, or these
+    balls are softer in shear than a small contact of incompressible rubber; the data cannot decide. No law here covers
+    balls that deform over a large part of themselves, a normal force that acts off the centre (the measured spin
+    differs by up to 11 % from that of the measured e_t), sliding of a hard golf ball, and strings.
     """
 
     place = 15
@@ -54,7 +53,7 @@ class SuperballAndGolf(Case):
         first, second = data["kappas"]
         low, high = data["gripping"]
         table = Table(["ball on surface", "e_n", "measured e_t", *(f"{law}, mu {low:g} to {high:g}" for law in SHOWN),
-                       f"microslip, kappa = {second}", "measured spin over that of e_t", "mu at least"])  # fmt: skip
+                       f"microslip, kappa = {second}", "measured spin over that from e_t", "least mu"])  # fmt: skip
         for row in data["rows"]:
             ranges = [*(row["laws"][first][law] for law in SHOWN), row["laws"][second]["microslip"]]
             found = " | ".join(f"{below:.2f} to {above:.2f}" for below, above in ranges)
@@ -66,7 +65,7 @@ class SuperballAndGolf(Case):
 
 
 def _apart(bounds: tuple[float, float], measured: float) -> float:
-    """How far a measured value is from a range."""
+    """Distance of a measured value from a range."""
     return max(bounds[0] - measured, measured - bounds[1], 0.0)
 
 

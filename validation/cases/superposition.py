@@ -1,4 +1,4 @@
-"""The source paper's first method beside its second: same answers, and what each pays for the history."""
+"""The paper's first method beside its second: the same results, and the cost of the history in each."""
 
 from functools import partial
 
@@ -21,9 +21,9 @@ TIMED_PSI = 0.5
 
 class Superposition(Case):
     """Superposing the Hertz-shaped tractions of all load increments, the paper's first method, gives the same rebound
-    as its second, the annuli, of which it uses nothing. What it remembers, and the cost of its steps, grow with the
-    number of steps; with annuli both stay the same. But its steps are simple, and exact in space: the table says how
-    few are enough, and from how many on they cost more than those with annuli.
+    as its independent second method, the annuli. Its memory and the cost of a step grow with the number of steps; with
+    annuli both stay constant. But its steps are simple, and exact in space: the table shows how few suffice, and beyond
+    which number they cost more than the annuli.
     """
 
     place = 21
@@ -54,7 +54,7 @@ class Superposition(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        table = Table("what | at | superposition | annulus")
+        table = Table("quantity | at | superposition | annuli")
         for chi, one in data["agreement"].items():
             at = int(np.argmax(one["difference"]))
             table.add(f"psi_2, chi = {chi}, where they differ most | psi_1 = {data['incidences'][at]} | "

@@ -1,4 +1,4 @@
-"""Slides that turn: force, loss, rebound and cost of the default law, and whether it can give energy."""
+"""Slides that change direction: force, loss, rebound, cost and energy balance of the laws."""
 
 from functools import partial
 from time import process_time
@@ -23,19 +23,20 @@ CYCLES = [(4, 1, True), (6, 1, True), (5, 16, False)]  # corners, steps from one
 
 
 class Turning(Case):
-    """Where a slide turns, `MicroslipTurning` keeps friction's limit on the surface of the contact, not on its line of
-    springs. Force, loss a turn and rebound are then those of rings with local Coulomb friction, at some five times the
-    price of a straight step; a slide that does not turn pays nothing. An impact that spins about its normal is followed
-    by the default law, in sectors, as the grid has it; whatever path it takes, and however large its steps, it gives
-    back nothing. Nor do the springs of contacts that hardly spin, or last.
+    """Where a slide changes direction, `MicroslipTurning` applies the friction limit on the surface of the contact, not
+    on its line of springs. Force, loss per turn and rebound then agree with those of rings with local Coulomb friction,
+    at some five times the cost of a straight step; a straight slide costs nothing extra. The default law follows an
+    impact that spins about its normal, on rings divided into sectors, as the grid solver does. On no path, and at no
+    step size, does it give energy back beyond the errors below. The same holds for the springs of contacts that hardly
+    spin or that persist.
     """
 
     place = 24
     title = "Slides that turn"
     sheet = {"columns": 2}
     caption = (
-        "Force along the motion on a circle, from the middle out and around, and on a figure of eight, 0.8 of the "
-        "displacement of full slip in size, at constant load."
+        "Force along the motion at constant load: out from the centre and round a circle (left), and along a figure "
+        "of eight (right), with amplitudes of 0.8 of the displacement at which everything slips."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -78,7 +79,7 @@ class Turning(Case):
         return Outcome(limits, data)
 
     def table(self, data: Data) -> Table:
-        table = Table("path | largest error of the force | springs | of the loss | springs")
+        table = Table("path | error of the force | the same, springs | error of the loss | the same, springs")
         for path in dict.fromkeys(one["path"] for one in data["paths"]["turning"]):
             own, other = ([one for one in data["paths"][law] if one["path"] == path] for law in LAWS)
             force, loss = (
@@ -92,9 +93,10 @@ class Turning(Case):
             "rings": BROAD, "springs": {"color": "black", "linestyle": (0, (2, 2)), "linewidth": 1.0},
             "turning": {"color": "black", "linewidth": 1.0, "marker": "o", "markevery": 4, "markersize": 3.0},
         }  # fmt: skip
+        labels = {"rings": "rings (reference)", "springs": "springs (microslip)", "turning": "MicroslipTurning"}
         for one, (name, shown) in zip(axes, data["shown"].items(), strict=True):
-            for label, style in styles.items():
-                one.plot(np.arange(len(shown[label])) / MARKS, shown[label], label=label, **style)
+            for key, style in styles.items():
+                one.plot(np.arange(len(shown[key])) / MARKS, shown[key], label=labels[key], **style)
             one.set(xlabel="turns [-]", ylabel=r"force along the motion, over $\mu P$ [-]", title=name)
         legend_below(axes[0], 3)
 
@@ -125,7 +127,7 @@ def _spin(rows: list[Any], sigma: float) -> float:
 
 
 def _energy(count: int) -> dict[str, float]:
-    """By kind of load, the most energy that a random path gives back by either law; how far forces pass their limit.
+    """Largest energy given back on random paths by either law, by kind of load; largest excess of force over its limit.
 
     "together": where load and place change at once, and the same of Coulomb's own force ("coulomb"), which stores
     nothing: what its mean force misses of the work.

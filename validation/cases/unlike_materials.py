@@ -1,4 +1,4 @@
-"""Coupling of normal and tangential motion between unlike materials: finite elements have it, alumina on glass not."""
+"""Coupling of normal and tangential motion of unlike materials: in finite elements, not in alumina on glass."""
 
 import numpy as np
 
@@ -17,21 +17,23 @@ WAYS = ("as like materials", "with the coupling")
 
 
 class UnlikeMaterials(Case):
-    """Pressing unlike bodies together shears their surfaces (Dundurs' beta), which laws and reference leave out. The
-    grid solver with this shear brings the finite elements of a sphere on a rigid plane to within the disagreement of
-    their own two curves. Alumina on glass has nearly as large a beta and three times less friction, and refuses it:
-    with local friction as in gross slip, pressing alone would slip nearly everywhere, and the contact could hold hardly
-    any tangential force at small angles, where the measured spheres grip as like materials do. It goes unseen only if
-    points that slip in a contact that sticks elsewhere have a friction several times that of gross slip. As no
-    measurement tells that friction, the laws leave the coupling out.
+    """Pressing unlike bodies together shears their surfaces (Dundurs' beta), which the laws and the reference neglect.
+    With this coupling, the grid solver agrees with the finite elements of a sphere on a rigid plane as well as their
+    own two curves agree with each other. Alumina on glass has nearly as large a beta and a third of the friction, and
+    there the data contradict the coupling: with local friction as in gross slip, pressing alone would make nearly the
+    whole contact slip, and at small angles the contact could hold hardly any tangential force, whereas the measured
+    spheres grip as like materials do. The coupling would go unnoticed only if points that slip in a contact that sticks
+    elsewhere had several times the friction of gross slip. As no measurement gives that friction, the laws neglect the
+    coupling.
     """
 
     place = 14
     title = "Unlike materials"
     sheet = {"columns": 2, "width": 4.4}
     caption = (
-        "Velocity of the contact point after an impact of finite elements on a rigid plane (left), and tangential "
-        "restitution of alumina on glass (right), with and without the coupling of unlike materials."
+        "With and without the coupling of unlike materials: velocity of the contact point after an impact, beside "
+        "finite elements on a rigid plane (left); tangential restitution of alumina on glass, beside measurements "
+        "(right)."
     )
 
     def run(self, quick: bool) -> Outcome:
@@ -92,7 +94,7 @@ class UnlikeMaterials(Case):
                                         (right, data["theta"], data["e_t"], data["measured"])):  # fmt: skip
             for way, style in zip(WAYS, ("--", "-"), strict=True):
                 axes.plot(x, lines[way], style, label=way)
-            axes.plot(at, y, "ko", markersize=4, label="finite elements, measured")
+            axes.plot(at, y, "ko", markersize=4, label="finite elements (left), measured (right)")
         left.set(xlabel=r"incidence $x = v_t/(\mu v_n)$ [-]", ylabel=r"contact point after, $v_t'/(\mu v_n)$ [-]",
                  xlim=(0.0, 8.0), ylim=(-2.1, 2.6), title="finite elements on a rigid plane")  # fmt: skip
         right.set(xlabel="angle of incidence [degrees]", ylabel=r"$e_t$ of the centre of mass [-]",
@@ -101,7 +103,7 @@ class UnlikeMaterials(Case):
 
 
 def coupled_change(pair: ContactPair, friction: float, psi_1: Array, quick: bool) -> Array:
-    """What the coupling changes of psi_2/psi_1, at incidences (n,), by the grid, whose own error drops out."""
+    """Change of psi_2/psi_1 by the coupling, at incidences (n,), by the grid, whose own error cancels."""
     from validation.reference import grid
 
     a, b = pair.a, pair.b
