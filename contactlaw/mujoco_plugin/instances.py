@@ -73,12 +73,12 @@ def unserved_readers(view: layout.ModelView) -> Iterator[str]:
         body = int(view.actuator_trnid[k, 0])
         if on(_BODY, body):
             what = f"actuator {view.label('actuator', k)}: adhesion of body {view.label('body', body)}"
-            yield f"{what} presses by the engine's own contacts, and not by those of the law"
+            yield f"{what} acts by the engine's own contacts, and not by those of the law"
     for k in sensors.tolist():
         ends = (view.sensor_objtype[k], view.sensor_objid[k]), (view.sensor_reftype[k], view.sensor_refid[k])
         if all(on(int(kind), int(number)) for kind, number in ends):
-            what = f"sensor {view.label('sensor', k)}: tells of the engine's own contacts, and not"
-            yield f"{what} of those of the law; take contacts_of, or a sensor contactlaw.contact"
+            what = f"sensor {view.label('sensor', k)}: measures the engine's own contacts, and not"
+            yield f"{what} those of the law; use contacts_of, or a sensor contactlaw.contact"
 
 
 def friction_of(one: tuple[float, int], two: tuple[float, int]) -> float:

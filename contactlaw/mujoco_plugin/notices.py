@@ -19,18 +19,18 @@ from contactlaw.world.shapes.curvature import UNCLEAR, radius_is_clear
 DEEP, BUILT, FULL, DAMAGED, UNCLEAR_RADIUS, SWITCHED_OFF, UNSAVED, EDITED, TOWED = (1 << bit for bit in range(9))
 
 TEXTS = {
-    EDITED: "the model has been changed, and the law goes on with what it was: ",
+    EDITED: "the model has been edited, and the law keeps the old values: ",
     DEEP: TOO_DEEP,
     BUILT: f"{FOUND_IN}; overlaps='keep' takes it as given",
     UNCLEAR_RADIUS: UNCLEAR,
-    DAMAGED: "the part of plugin_state that is the law's is not what a step of this model leaves: it is of "
-    "another model, or damaged; contacts start anew",
+    DAMAGED: "the law's part of plugin_state was not written by a step of this model (it is of another model, or "
+    "damaged); contacts start anew",
     SWITCHED_OFF: "disableflags: spring and damper are both disabled, and with them all passive forces: "
-    "nothing touches",
-    UNSAVED: "the state has no room for {:.0f} of the contacts: they begin anew where it is set back",
-    TOWED: "body {:.0f}, on which others hang by joints, is moved by hand: for contacts these are at rest "
-    "wherever it takes them; weld it to a mocap body by an equality",
-    FULL: "more contacts at once than the {:.0f} there is room for: those left over are forgotten",
+    "the law's contacts are off",
+    UNSAVED: "plugin_state has no room for {:.0f} of the contacts: they start anew when this state is restored",
+    TOWED: "body {:.0f} carries others by joints and moves with a mocap body: contacts do not know its velocity; give "
+    "it a free joint, and weld it to the mocap body by an equality",
+    FULL: "more contacts at once than the {:.0f} that there is room for: the others are ignored",
 }
 """Warnings by code; {} stands for the value of the report."""
 

@@ -66,7 +66,7 @@ def report_initial_overlaps(model: mujoco.MjModel, refuse: bool) -> None:
     found = _deep_overlaps(model)
     if not found:
         return
-    text = f"geoms lie in each other where the model begins: {first_of([*found.values()], NAMED, 'pairs')}"
+    text = f"geoms overlap in the initial position of the model: {first_of([*found.values()], NAMED, 'pairs')}"
     if refuse:
         raise ValueError(f"overlaps = 'raise': {text}")
     warnings.warn(f"{text}; they count as just touching", ContactWarning, stacklevel=4)

@@ -122,7 +122,7 @@ def _rebuild_block(model: int, data: int) -> str:
         for geom in changed[name]
         if geom in geoms
     ]
-    return f"{', '.join(bits)}: no contact ends by it; choose who touches anew by load_model" if bits else ""
+    return f"{', '.join(bits)}: the law keeps its contacts; choose geoms anew with load_model" if bits else ""
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double)

@@ -302,7 +302,7 @@ def test_a_damaged_state_is_dropped_with_a_warning(how):
     assert data.plugin_state[FIRST] == 1.0
     mujoco.mj_copyData(other, model, data)
     damage(other.plugin_state, how)
-    with pytest.warns(ContactWarning, match="not what a step of this model leaves"):
+    with pytest.warns(ContactWarning, match="not written by a step of this model"):
         mujoco.mj_step(model, other)
     contacts_of(model, other, name)
     with warnings.catch_warnings(record=True) as said:

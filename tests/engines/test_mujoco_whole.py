@@ -224,10 +224,10 @@ def test_parts_that_are_built_into_each_other_may_be_excluded():
     mujoco.mj_step(model, data, 250)
     assert data.qpos[0] == pytest.approx(0.05, rel=1e-9)
     assert data.qpos[3] > 0.045
-    with pytest.warns(ContactWarning, match="geoms lie in each other .* they count as just touching"):
+    with pytest.warns(ContactWarning, match="geoms overlap in the initial .* they count as just touching"):
         assert load_model(GRIPPER, [("*", "*", SOFT)]).nexclude == 0
     free = GRIPPER.replace(SLIDE, "<freejoint/>")
-    with pytest.warns(ContactWarning, match="geoms lie in each other"):
+    with pytest.warns(ContactWarning, match="geoms overlap"):
         assert load_model(free, [("*", "*", SOFT)], overlaps="exclude").nexclude == 0
 
 
@@ -241,7 +241,7 @@ HULLS = """<mujoco><option timestep=".002" gravity="0 0 0"/><asset>
 
 def test_hulls_that_reach_into_each_others_cores_leave_each_other_alone_until_they_have_parted():
     """A finger turns and slides out of its palm as if that were not there, and bounces off it when it comes back."""
-    with pytest.warns(ContactWarning, match="geoms lie in each other"):
+    with pytest.warns(ContactWarning, match="geoms overlap"):
         model = load_model(HULLS, [("*", "*", SOFT)])
     data = mujoco.MjData(model)
     data.qvel[:] = 0.2, 1.0
