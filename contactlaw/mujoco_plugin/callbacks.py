@@ -88,8 +88,9 @@ def go_on(head):
     w = world_at(head.world, 0)
     find_start(head)
     if head.calm == LYING and lies_on(head):
+        pushes = floats(data_at(head.data, 0).plugin_state, head.state + PUSH + head.nv, head.nv)
         for i in range(head.free_count):
-            write_free(head, free_at(head.frees, i))
+            write_free(head, free_at(head.frees, i), pushes)
         return LYING
     state = take(head)
     far = w.nears == 0 and w.guard_count == 0 and w.stale == 0 and all_far(head)
