@@ -193,7 +193,8 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> Vi
     if state[TOKEN] != head["token"]:
         row = state[int(head["row"]) :]  # not what the world's own last step left
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
-        head["token"], head["calm"] = state[TOKEN], 0
+        head["token"] = state[TOKEN]
+    head["calm"] = 0  # who looks may change something
     return View(head, known.index(number))
 
 
