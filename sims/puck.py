@@ -187,17 +187,17 @@ class Result:
 
     def limits(self) -> list[Limit]:
         """Limits on the result; laws other than microslip are only checked for sanity."""
-        out = [Limit("psi2, anything finite", 1e3, abs(self.psi2))]
+        out = [Limit("size of psi2", 1e3, abs(self.psi2))]
         if self.law not in ("mindlin", *NATIVES):
             out.append(Limit("energy after over before", 1.001, self.energy_ratio))
         if self.law == "microslip":
-            out.append(Limit("psi2 off the reference", 4e-3, abs(self.error)))
+            out.append(Limit("error of psi2", 4e-3, abs(self.error)))
         return out
 
     def check(self) -> None:
         """Raise AssertionError where a limit is not kept."""
         for one in self.limits():
-            assert one.passed, f"{one.name} by {one.reached:.3g} at {self.timestep} s, asked {one.asked:g}"
+            assert one.passed, f"{one.name} = {one.reached:.3g} at steps of {self.timestep} s; allowed: {one.asked:g}"
 
 
 def changes(o: Any) -> dict[str, Any]:

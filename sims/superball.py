@@ -157,16 +157,16 @@ def check_bounces(bounces: list[Measured], law: str, wanted: int) -> list[Limit]
     first = bounces[0]["energy_before"]
     if law not in ("mindlin", *NATIVES):  # these may gain energy
         gained = max(one["energy"] - one["energy_before"] for one in bounces)
-        checks.append(Limit("energy gained in a bounce, of the first", 0.0, gained / first))
+        checks.append(Limit("energy gained in a bounce, over the first", 0.0, gained / first))
     drift = max((abs(two["energy_before"] - one["energy"]) for one, two in pairwise(bounces)), default=0.0)
-    checks.append(Limit("energy changed in flight, of the first", 1e-6, drift / first))
+    checks.append(Limit("energy change in flight, over the first", 1e-6, drift / first))
     if law != "microslip":
         return checks
     worst = max(abs(one["psi2"] - one["psi2_reference"]) for one in bounces)
     return checks + [
-        Limit("psi2 off the reference at a bounce", 1e-2, worst),
-        Limit("velocity after a bounce off the reference", 0.03, max(_velocity_error(one) for one in bounces)),
-        Limit("spin after a bounce off the reference", 0.03, max(_spin_error(one) for one in bounces)),
+        Limit("error of psi2 at a bounce", 1e-2, worst),
+        Limit("error of the velocity after a bounce", 0.03, max(_velocity_error(one) for one in bounces)),
+        Limit("error of the spin after a bounce", 0.03, max(_spin_error(one) for one in bounces)),
     ]
 
 

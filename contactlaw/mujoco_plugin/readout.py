@@ -194,7 +194,8 @@ def view_of(model: mujoco.MjModel, data: mujoco.MjData, name: Any = FIRST) -> Vi
     if state[TOKEN] != head["token"]:
         row = state[int(head["row"]) :]
         _READ(supply(READ))(int(head["world"]), row.ctypes.data, row.size)
-        head["token"], head["calm"] = state[TOKEN], 0
+        head["token"] = state[TOKEN]
+    head["calm"] = 0  # the caller may change something, such as friction
     return View(head, known.index(number))
 
 

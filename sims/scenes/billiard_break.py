@@ -80,9 +80,9 @@ class BilliardBreak(Scene):
         if measured["law"] in NATIVES:
             return []
         return [
-            Limit("greatest distance from the mirror image of the partner", 1e-3, measured["off_the_mirror"], "m"),
+            Limit("greatest distance of a ball from its partner's mirror image", 1e-3, measured["off_the_mirror"], "m"),
             Limit("balls that move", 12, measured["moving"], at_least=True),
-            Limit("energy above that at the start, over it", 1e-6, measured["energy_gained"]),
+            Limit("energy gained, over that at the start", 1e-6, measured["energy_gained"]),
         ]
 
     def marks(self, recording: Recording, entry: int = -1) -> list[Mark]:

@@ -130,8 +130,14 @@ class Billiards(Scene):
                     4e-3,
                     abs(ball["psi2"] - ball["psi2_reference"] - ball["psi2_by_spin"]),
                 ),
-                Limit(f"psi across the slip after the impact, {name} side", 4e-3 + ball["turned"], ball["aside"]),
-                Limit(f"slip on the table over the speed before, {name} side", 1e-3, ball["slip_on_the_table"]),
+                Limit(
+                    f"psi across the direction of slip after the impact, {name} side",
+                    4e-3 + ball["turned"],
+                    ball["aside"],
+                ),
+                Limit(
+                    f"slip on the table before the impact, over the speed, {name} side", 1e-3, ball["slip_on_the_table"]
+                ),
             ]
         return out
 

@@ -96,8 +96,13 @@ class Coin(Scene):
         if measured["law"] in NATIVES or measured["rolling"] == 0.0:
             return []
         return [
-            Limit("error of the rate of precession, of means", 0.02, measured["rate_error"]),
-            Limit("rate over that at the start", 1.2, measured["rate_highest"] / measured["rate_first"], at_least=True),
+            Limit("error of the mean rate of precession", 0.02, measured["rate_error"]),
+            Limit(
+                "highest rate of precession over the first",
+                1.2,
+                measured["rate_highest"] / measured["rate_first"],
+                at_least=True,
+            ),
             Limit("energy gained in a step, over that at the start", 1e-4, measured["energy_rise"]),
         ]
 
@@ -105,7 +110,7 @@ class Coin(Scene):
         """Angles and rates."""
         measured = self.measure(recording)
         first, rates = measured["angle_first_degrees"], (measured["rate_first"], measured["rate_highest"])
-        return f"round at {rates[0]:.0f} rad/s at {first:.0f}\N{DEGREE SIGN}, then up to {rates[1]:.0f} rad/s"
+        return f"precession at {rates[0]:.0f} rad/s at {first:.0f}\N{DEGREE SIGN}, then up to {rates[1]:.0f} rad/s"
 
     def figure(self, settings: Settings, recording: Recording) -> Figure:
         """Angle and rate over time, and the rate over the angle beside the closed form."""

@@ -85,13 +85,13 @@ class Cradle(Scene):
     def check(self, measured: Measured) -> list[Limit]:
         """Momentum for any law; velocities for laws with an elastic Hertz normal force."""
         speed = max(np.abs(measured["velocities_chain"]))
-        out = [Limit("change of momentum over that before", 1e-9, abs(measured["momentum_ratio"] - 1.0))]
+        out = [Limit("relative change of momentum", 1e-9, abs(measured["momentum_ratio"] - 1.0))]
         if measured["law"] not in ("native", "linear_spring") and measured["restitution"] == 1.0:
             error = np.abs(np.subtract(measured["velocities"], measured["velocities_chain"])).max() / speed
             out += [
-                Limit("greatest error of a velocity over the greatest", 5e-3, float(error)),
-                Limit("change of energy over that before", 1e-3, abs(measured["energy_ratio"] - 1.0)),
-                Limit("velocity aside over the greatest", 1e-9, measured["aside"] / float(speed)),
+                Limit("greatest error of a velocity, over the greatest velocity", 5e-3, float(error)),
+                Limit("relative change of energy", 1e-3, abs(measured["energy_ratio"] - 1.0)),
+                Limit("sideways velocity over the greatest velocity", 1e-9, measured["aside"] / float(speed)),
             ]
         return out
 

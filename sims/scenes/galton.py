@@ -89,11 +89,13 @@ class Galton(Scene):
         spread = measured["spread_over_pitch"] / measured["spread_binomial_over_pitch"]
         drawn = 4.0 / (2.0 * measured["balls"]) ** 0.5  # four standard errors of a spread, over it
         return [
-            Limit("balls that came through, of all", 1.0, measured["passed"] / measured["balls"], at_least=True),
-            Limit("mean place over the pitch, four standard errors", error, abs(measured["mean_over_pitch"])),
-            Limit("spread over the binomial one, four standard errors", 2.0 * (1.0 + drawn), spread),
-            Limit("the same", 0.5 / (1.0 + drawn), spread, at_least=True),
-            Limit("energy gained by any ball, over that of its height", 1e-6, measured["energy_gained"]),
+            Limit("share of balls that came through", 1.0, measured["passed"] / measured["balls"], at_least=True),
+            Limit(
+                "mean position over the pitch, at most four standard errors", error, abs(measured["mean_over_pitch"])
+            ),
+            Limit("spread over the binomial one, with four standard errors, upper limit", 2.0 * (1.0 + drawn), spread),
+            Limit("the same, lower limit", 0.5 / (1.0 + drawn), spread, at_least=True),
+            Limit("energy gained by any ball, over that of the height fallen", 1e-6, measured["energy_gained"]),
         ]
 
     def caption(self, recording: Recording) -> str:

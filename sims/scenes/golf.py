@@ -137,7 +137,7 @@ class Golf(Scene):
         sliding = [shot for shot in shots if shot["psi1"] >= least]
         out = [
             Limit("greatest error of psi_2", 4e-3, max(abs(shot["psi2"] - shot["psi2_reference"]) for shot in shots)),
-            Limit("greatest ratio of impulses over friction",
+            Limit("greatest ratio of impulses, over friction",
                   1.001, max(shot["impulse_ratio"] for shot in shots) / measured["friction"]),
         ]  # fmt: skip
         for shot in sliding:

@@ -87,7 +87,7 @@ class Heap(Scene):
         out = [
             Limit("all balls asleep", 10.0, float("inf") if settled is None else settled, "s"),
             Limit("support over weight, less 1", 1e-6, abs(measured["support_over_weight_less_1"])),
-            Limit("the deepest that a ball was in a wall, over R", 1e-2, measured["deepest_over_radius"]),
+            Limit("greatest overlap with a wall, over R", 1e-2, measured["deepest_over_radius"]),
         ]
         if "energy_rise" in measured:
             out.append(Limit("energy gained in a step, over that at the start", 1e-6, measured["energy_rise"]))

@@ -108,7 +108,7 @@ class Paddle(Scene):
         """Rebound against the reference, restitution, angular momentum about the hinge, energy; the paddle turns."""
         # Within a step the lever arms are those of the touch: no better than the way along the face over the height.
         asked = measured["lever_change"]
-        out = [Limit("change of angular momentum about the hinge over that before", asked, measured["momentum_error"])]
+        out = [Limit("relative change of angular momentum about the hinge", asked, measured["momentum_error"])]
         if measured["law"] != "microslip":
             return out
         return out + [

@@ -24,7 +24,7 @@ from sims.superball import (
 )
 from sims.worlds import new_world
 
-TURNS = "that reverse the spin", "after which it flies towards the last one"
+TURNS = "that reverse the spin", "that send the ball back"
 
 
 @register

@@ -120,7 +120,7 @@ class TableTennis(Scene):
                 Limit(
                     f"error of the restitution, {name}", 1e-3, abs(one["restitution"] - one["restitution_reference"])
                 ),
-                Limit(f"angular momentum about the touch lost, {name}", 1e-6, one["moment_lost"]),
+                Limit(f"angular momentum about the contact point lost, {name}", 1e-6, one["moment_lost"]),
             ]
             if abs(one["psi1"]) > slides_throughout_from(measured["chi"], measured["restitution"]):
                 # The closed form has no weight in the contact: g T/v is 0.3 % of the normal impulse.
@@ -131,7 +131,7 @@ class TableTennis(Scene):
         if drop:
             factors = [drop[f"{what}_after"] / drop[f"{what}_before"] for what in ("velocity", "spin")]
             out.append(Limit("difference of the factors of v and omega, drop", 1e-6, abs(factors[0] - factors[1])))
-            out.append(Limit("factor of v and omega: both turn round, drop", -0.1, max(factors)))
+            out.append(Limit("factor of v and omega (negative: both reverse), drop", -0.1, max(factors)))
         return out
 
 

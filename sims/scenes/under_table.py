@@ -75,5 +75,5 @@ class UnderTable(Scene):
         if measured["law"] == "microslip":
             under = sum(one["surface"] == "table" for one in measured["bounces"])
             out.append(Limit("bounces off the underside", 1, under, at_least=True))
-            out.append(Limit("where it ends, the edge being at 0", -measured["radius"], measured["x_end"], "m"))
+            out.append(Limit("last position, from the edge of the table", -measured["radius"], measured["x_end"], "m"))
         return out

@@ -53,7 +53,7 @@ def test_a_check_that_is_not_kept_is_seen():
     scene = SCENES["superball"]
     measured = scene.measure(scene.run(Settings("pybullet", "coulomb"))) | {"law": "microslip"}
     said = [check.name for check in scene.check(measured) if not check.passed]
-    assert "psi2 off the reference at a bounce" in said and "bounces that reverse the spin" in said
+    assert "error of psi2 at a bounce" in said and "bounces that reverse the spin" in said
 
 
 def test_weight_in_the_contact():

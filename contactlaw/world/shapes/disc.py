@@ -102,10 +102,7 @@ def nearest_in_disc(m, e1, e2, radius, crown, shapes):
 
 @jit_inside
 def lowest_over_plane(s, b, n):
-    """Return the vector from a disc's middle to its deepest point in a half space [m], and the radius there.
-
-    n: the outward normal of the half space, in the world.
-    """
+    """Return the vector from a disc's middle to its deepest point below a plane of normal n [m], and the radius."""
     radius, _, _ = dimensions(s)
     r, axis = s.radius, to_world(b.axes, load(s.normal))
     across = axpy(-dot(n, axis), axis, n)

@@ -35,7 +35,7 @@ OVERSHOOT = 1.25  # sum of the magnitudes of Keys' weights, at most (half way be
 
 
 def table(heights: Array, half: Array) -> tuple[Array, float]:
-    """Heights in the layout of compiled code, shape (n, 3), and an upper bound on the surface [m].
+    """Return heights in the layout of compiled code, shape (n, 3), and an upper bound on the surface [m].
 
     heights: [m], shape (rows along y, columns along x). half: half lengths along x and y [m]. The first row holds the
     numbers of columns and rows, and 1/sqrt(1 + L^2). The others hold the heights relative to the bound, with one more
@@ -54,7 +54,7 @@ def table(heights: Array, half: Array) -> tuple[Array, float]:
 
 @jit_inside
 def weights(t):
-    """Keys' weights of four neighbours, at a share t of the way between the middle two; first and second derivative."""
+    """Return Keys' weights of four neighbours at a share t between the middle two, and their first two derivatives."""
     value = ((1.0 - 0.5 * t) * t - 0.5) * t, (1.5 * t - 2.5) * t * t + 1.0, ((2.0 - 1.5 * t) * t + 0.5) * t
     slope = (2.0 - 1.5 * t) * t - 0.5, (4.5 * t - 5.0) * t, (4.0 - 4.5 * t) * t + 0.5, (1.5 * t - 1.0) * t
     bend = 2.0 - 3.0 * t, 9.0 * t - 5.0, 4.0 - 9.0 * t, 3.0 * t - 1.0
@@ -63,7 +63,7 @@ def weights(t):
 
 @jit_inside
 def cell(x, half, count):
-    """Index of the grid point before a coordinate, the share of the cell behind it, and grid points a metre."""
+    """Return the index of the grid point before a coordinate, the share of the cell past it, grid points a metre."""
     density = 0.5 * (count - 1) / half
     u = (x + half) * density
     i = min(max(int(u), 0), count - 2)
@@ -72,7 +72,7 @@ def cell(x, half, count):
 
 @jit_inside
 def surface(s, x, y):
-    """Height [m] in the field's frame, slopes along x and y, and second derivatives xx, xy, yy [1/m]."""
+    """Return the height [m] in the field's frame, slopes along x and y, and second derivatives xx, xy, yy [1/m]."""
     points = doubles_at(s.points)
     columns, rows = int(points[0]), int(points[1])
     i, t, density_x = cell(x, s.half[0], columns)
@@ -96,19 +96,19 @@ def surface(s, x, y):
 
 @jit_inside
 def normal(slopes):
-    """Upward unit normal of the surface."""
+    """Return the upward unit normal of the surface."""
     return scale(1.0 / sqrt(1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), (-slopes[0], -slopes[1], 1.0))
 
 
 @jit_inside
 def within(x, half):
-    """A coordinate clamped to the border."""
+    """Return a coordinate clamped to the border."""
     return min(max(x, -half), half)
 
 
 @jit_inside
 def start(s, c):
-    """Start x, y of Newton's method: straight below the point c, or at the nearest grid point if that is nearer.
+    """Return x, y to start Newton's method from: straight below the point c, or the nearest grid point if nearer.
 
     Only grid points within the distance straight down can be nearer.
     """
@@ -133,7 +133,7 @@ def start(s, c):
 
 @jit_inside
 def nearest(s, c):
-    """Coordinates x, y of the point of the surface nearest to a point c, all in the field's frame [m].
+    """Return the coordinates x, y of the point of the surface nearest to a point c, all in the field's frame [m].
 
     Newton's method on distance^2/2 within the border, with backtracking. Where the second derivatives make it concave
     they are left out (Gauss-Newton), which always descends.
@@ -170,7 +170,7 @@ def nearest(s, c):
 
 @jit_inside
 def distance(s, c):
-    """Signed distance [m] of a point c from the surface, and the normal there, in the field's frame.
+    """Return the signed distance [m] of a point c from the surface, and the normal there, in the field's frame.
 
     Beyond the border the distance is positive and the normal points to c.
     """
@@ -186,7 +186,7 @@ def distance(s, c):
 
 @jit_inside
 def size(s):
-    """Radius [m] of the sphere around a shape."""
+    """Return the radius [m] of the sphere around a shape."""
     if s.kind == DISC:
         return dimensions(s)[0] + s.radius
     return max(s.half[0], s.half[1], s.half[2]) if s.kind == ELLIPSOID else s.radius
@@ -194,7 +194,7 @@ def size(s):
 
 @jit_inside
 def lowest(s, b, n):
-    """Ball of a shape that is deepest below a plane of normal n: its centre from the shape's, and its radius [m]."""
+    """Return the centre, from the shape's, and radius [m] of a shape's ball deepest below a plane of normal n."""
     if s.kind == DISC:
         return lowest_over_plane(s, b, n)
     return sub(facing(s, b, scale(-1.0, n)), centre(s, b)), 0.0
@@ -202,7 +202,7 @@ def lowest(s, b, n):
 
 @jit_inside
 def offset(x, y, c, pair):
-    """Offset [m] along x and y between the deepest point of a shape over the tangent plane at x, y, and that point.
+    """Return the offset [m] along x and y from the point x, y of the field to a shape's deepest point over its plane.
 
     c: the shape's centre in the field's frame [m]. pair: both shapes and bodies. Returns the deepest ball as well: its
     centre from the shape's in the world, its radius, and its centre in the field's frame [m].
@@ -217,7 +217,7 @@ def offset(x, y, c, pair):
 
 @jit_inside
 def touching_ball(c, pair):
-    """Ball by which a rim or an ellipsoid touches the field, as `offset` returns it.
+    """Return the ball by which a rim or an ellipsoid touches the field, as `offset` does.
 
     Newton's method on the offset, from the point nearest to the shape's centre c, with finite differences: the
     derivative of a rim's deepest point is discontinuous.
@@ -279,5 +279,5 @@ def radius(sa, a, sb, b):
 
 @lru_cache
 def addresses() -> dict[str, int]:
-    """Addresses of both, compiled when a scene has a height field."""
+    """Return the addresses of both, compiled when a scene has a height field."""
     return {"meet": address_of(meet, MEETING), "curve": address_of(radius, RADIUS)}
