@@ -6,8 +6,8 @@ a) is a parabola if the velocity at x0 is v0 + dt/2 a. If a contact is closed at
 is the true one, so that a body at rest has none. If a force lifts a body off its contacts within a step, the half step
 that its velocity is then behind includes that force only as far as it acted in the step before: a kick for one step
 would otherwise be half a kick, as the engine does not repeat it in the next step. The spin is read and written without
-the gyroscopic part of this half
-step: that part is normal to the spin, so each time it would add its square to the energy.
+the gyroscopic part of this half step: that part is normal to the spin, so each time it would add its square to the
+energy.
 """
 
 from __future__ import annotations
