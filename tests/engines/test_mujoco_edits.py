@@ -244,7 +244,7 @@ def test_what_cannot_be_served_is_refused_with_a_word():
     data.qvel[0] = 4.0
     mujoco.mj_step(model, data, 20)
     model.geom_friction[2, 0] = 2.0
-    with pytest.warns(ContactWarning, match="what it was: geom_friction: of one pair .* 2 different"):
+    with pytest.warns(ContactWarning, match="old values: geom_friction: of one pair .* 2 different"):
         mujoco.mj_step(model, data, 2)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
