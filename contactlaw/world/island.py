@@ -12,7 +12,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, settle, turn_rate
-from contactlaw.world.contacts.pace import radius_of, substep, touch_time
+from contactlaw.world.contacts.pace import add_pace, radius_of, substep, touch_time
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, close, look, open_up
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
 from contactlaw.world.data.call import address, call_coast, call_land, call_set_out, ready
@@ -264,7 +264,11 @@ def length(w, pairs, t):
     """
     closed, h = 0, w.step
     for i in range(pairs):
-        closed += near_at(w.near, whole_at(w.island_pairs, i)).closed
+        p = near_at(w.near, whole_at(w.island_pairs, i))
+        closed += p.closed
+        body_at(w.bodies, p.body_a).paces, body_at(w.bodies, p.body_b).paces = 0.0, 0.0
+    for i in range(pairs):
+        add_pace(w, near_at(w.near, whole_at(w.island_pairs, i)))
     few = closed <= w.crowd
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))

@@ -162,6 +162,21 @@ def test_a_soft_contact_beside_stiff_ones_lasts_with_them() -> None:
     assert np.abs(world.velocity).max() < 1e-12
 
 
+@pytest.mark.parametrize("kind", ["sphere", "box"])
+def test_a_plate_on_many_feet_comes_to_rest(kind: str) -> None:
+    """A hundred corners side by side, or balls, are a spring that is ten times as fast as each of them."""
+    world = World(timestep=2e-3)
+    floor = world.add_plane(None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    plate = world.add_body(1.0, 2e-3, (0.0, 0.0, FOOT))
+    sides = np.linspace(-0.1, 0.1, 10 if kind == "sphere" else 5)
+    add, size = (world.add_sphere, FOOT) if kind == "sphere" else (world.add_box, (FOOT, FOOT, FOOT))
+    feet = [add(plate, size, (x, y, 0.0)) for x in sides for y in sides]
+    world.add_contact(feet, floor, ContactPair(MATERIALS["rubber"], STEEL, 0.5, 0.5))
+    world.step(200)
+    assert len(world.contacts) == 100 and world.asleep[0]
+    assert world.contacts["force"].sum(0) == pytest.approx(-world.gravity, rel=1e-6)
+
+
 def pressed(timestep: float, push: float, velocities: Any, spins: Any) -> World:
     """Two balls in flight that equal and opposite forces [N] press on each other."""
     world = World(gravity=0.0, timestep=timestep)

@@ -12,7 +12,7 @@ from contactlaw.world.bodies.motion import (
     mobility_between,
 )
 from contactlaw.world.contacts.force import hardly_moves
-from contactlaw.world.data.access import body_at, law_of, pair_at, shape_at
+from contactlaw.world.data.access import body_at, contact_at, law_of, pair_at, shape_at
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near
@@ -22,6 +22,7 @@ LONG = 1.0 / 3.0  # durations of an impact that a step has at least for contacts
 SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
 TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
+ALIKE = 4.0  # contacts side by side, as the feet of a box, for which these do: h omega is 1 then, of 2 where it ends
 
 
 @jit_inside
@@ -101,7 +102,6 @@ def rests(c, a, b):
 def substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
-    chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
     law = law_of(w, pair_at(w.pairs, c.pair))
     if t.overlap > 0.0 and law.vectors > 0.0 and hardly_moves(c, STEADY):
         substeps = FEWEST  # but where friction is rigid: what drives it then creeps by what it gains in a substep
@@ -110,7 +110,10 @@ def substep(w, c, a, b, substeps):
         substeps = max(substeps / FEW, min(calm, 20.0))
     if t.zeta > 0.0 and falls_back(w, c, a, b):
         substeps = min(substeps, w.crowd_substeps)
-    longest = contact_time(w, c, a, b) / (substeps * max(1.0, sqrt(0.5 * chi)))
+    longest = swing_time(w, c, a, b) / substeps
+    together = max(a.paces, b.paces)
+    if together > 0.0:
+        longest = min(longest, sqrt(ALIKE / together) / FEWEST)
     slowing = decay(a) + (decay(b) if b.tree != a.tree else 0.0)
     return longest if slowing * longest <= SLOWED else max(SLOWED / slowing, longest / FOLLOWED)
 
@@ -122,6 +125,28 @@ def falls_back(w, c, a, b):
     pull = sub(load(a.acceleration), load(b.acceleration))
     square = speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass
     return 4.0 * square < w.step * w.step * dot(pull, pull)
+
+
+@jit_inside
+def swing_time(w, c, a, b):
+    """Duration [s] of the impact that a closed contact is in, or of the swing across that is faster."""
+    t = c.touch
+    chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
+    return contact_time(w, c, a, b) / max(1.0, sqrt(0.5 * chi))
+
+
+@jit_inside
+def add_pace(w, p):
+    """Count a closed contact among those that may push a body side by side, as feet do.
+
+    The square of the frequency at which springs swing a body together is at most the sum of each one's. Of those all
+    around a ball few push along one line.
+    """
+    if p.closed != 0:
+        a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
+        pace = swing_time(w, contact_at(w.contacts, p.slot), a, b) ** -2
+        for one in (a, b):
+            one.paces += pace if one.oriented != 0 and one.inverse_mass != 0.0 else 0.0
 
 
 @jit_inside
