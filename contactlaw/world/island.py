@@ -194,12 +194,16 @@ def run(w, bodies, pairs, t, now, until):
 
 @jit_inside
 def travel(w, bodies, longer):
-    """Note how far surfaces went in a substep, and may go in the next one, which is so many times longer."""
+    """Note how far surfaces went in a substep, and may go in the next one, which is so many times longer.
+
+    Who presses on them is counted anew.
+    """
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
         way = norm(load(b.shift)) + (b.reach * norm(load(b.twist)) if b.reach > 0.0 else 0.0)
         b.path += way
         b.next_path = longer * way
+        b.pressing = 0
 
 
 @jit_inside
@@ -245,6 +249,8 @@ def forces(w, pairs, span, few):
                 continue
             news = min(news, substep(w, contact_at(w.contacts, p.slot), a, b, substeps_of(w, p, False)))
         look(w, contact_at(w.contacts, p.slot), a, b)
+        a.pressing += 1
+        b.pressing += 1
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         if p.closed != 0:

@@ -158,6 +158,21 @@ def test_equal_boxes_stand_on_each_other(timestep: float, count: int) -> None:
     np.testing.assert_allclose(world.position[:, :2], 0.0, atol=1e-6)
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize(("count", "shift", "restitution"), [(2, 4e-3, 0.02), (3, 5e-3, 0.1), (3, 2e-3, 0.3)])
+def test_many_dampers_on_one_body_bring_it_to_rest(count: int, shift: float, restitution: float) -> None:
+    """Up to twelve contacts between two boxes, which together damp more than a substep of one of them can follow."""
+    half, soft = (0.03, 0.03, 0.02), Material(1e8, 0.3)
+    world = World(timestep=2e-3)
+    floor = world.add_plane(None, *FLOOR)
+    boxes = [box(world, half, (shift * (i % 2), 0.0, 0.02 + 0.0402 * i)) for i in range(count)]
+    world.add_contact(boxes, [floor, *boxes], ContactPair(soft, soft, 0.4, restitution))
+    world.step(500)
+    world.place(count - 1, velocity=(0.0, 0.0, -2.0))
+    world.step(1500)
+    assert world.contacts.size > 8 and world.energy.kinetic < 1e-20
+
+
 def drop(seed: int, restitution: float | None = None) -> World:
     """Up to three boxes and cylinders of random sizes fall on a plane, or a table, and on each other."""
     rng = np.random.default_rng(seed)

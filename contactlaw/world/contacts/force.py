@@ -36,7 +36,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
 
     moved: what A has moved over B along both tangents [m], and turned about the normal [rad]; slide: how fast. dt [s];
     zero: at the end of a stage of an implicit step, so that a contact which is no new one lasts.
-    free: closing acceleration by all but this contact [m/s^2].
+    free: closing acceleration by all but this contact [m/s^2], and dt, as for `hertz.normal_force`.
     """
     t, law = c.touch, law_of(w, pair_at(w.pairs, c.pair))
     memory = memory_of(w, slot)
@@ -53,7 +53,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
             c.twist_overlap = c.twist_overlap if c.twist_overlap > 0.0 else t.before
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
-    press(t, law, free, dt)
+    press(t, law, free[0], free[1])
     damped = calms(c)
     if spun and ready(w, SPIN):
         inertia = 0.0
@@ -101,7 +101,7 @@ def ask_at(w, c, slot, moved, slide):
     overlap, before, closing = t.overlap, t.before, t.closing
     restore_law_state(w, slot)
     t.overlap, t.before, t.closing = overlap, before, closing
-    advance_contact(w, c, slot, moved, slide, 0.0, 0.0)
+    advance_contact(w, c, slot, moved, slide, 0.0, (0.0, 0.0))
     return t.f, t.g, c.torsion.moment
 
 

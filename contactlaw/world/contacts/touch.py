@@ -93,7 +93,7 @@ def close(w, k, overlap):
     if overlap > TOUCHING * t.radius:
         w.late += 1
         w.latest = max(w.latest, overlap)
-        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, 0.0)
+        force.advance_contact(w, c, q.slot, ZERO, ZERO, 0.0, (0.0, 0.0))
         store(c.force, scale(t.force, n))
         c.closing_acceleration = -t.force / t.mass
     return True
@@ -319,7 +319,9 @@ def advance(w, c, slot, span):
     told = moved
     if c.coasted_from > 0.0:
         told, t.before, c.coasted_from = add(moved, load(c.coasted)), c.coasted_from, 0.0
-    force.advance_contact(w, c, slot, told, scale(1.0 / h, moved), h, c.closing_acceleration + own)
+    count = side_by_side(body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b))
+    free = c.closing_acceleration / count + own, count * h
+    force.advance_contact(w, c, slot, told, scale(1.0 / h, moved), h, free)
     if opening:
         inside = min(overlap / (overlap - min(before, 0.0)), 1.0)
         spacing = max(following, inside * h)  # of the points of the sum that begins here
@@ -337,6 +339,17 @@ def advance(w, c, slot, span):
     c.strongest = max(c.strongest, t.force)
     if t.force > 0.0:
         c.duration += h
+
+
+@jit_inside
+def side_by_side(a, b):
+    """How many contacts press on one of two bodies.
+
+    The damper acts on the speed that its own force leaves. If n of them act side by side on one mass, each taking off
+    its own alone from a speed that all the others have changed since, they swing from substep to substep once together
+    they are too strong for its length. So each is solved with the n-th part of the mass.
+    """
+    return max(max(a.pressing if a.still == 0 else 1, b.pressing if b.still == 0 else 1), 1)
 
 
 @jit_inside
