@@ -32,7 +32,8 @@ with its fields, "plastic yield_speed=0.1" say; friction "geoms": that of the ge
 rule, "geoms 12": with room for so many different ones, else 8. law: as for `laws.law_of`, "microslip node_count=32".
 substeps: the least number of the law's own steps in a contact; the most that any contact of a model asks holds for all.
 rounding: radius of the edges of boxes and cylinders [m]; a tenth of their smallest half length, where it is not given.
-overlaps: "keep": what is put into each other is thrown apart; else it counts as just touching, see `world.touch.close`.
+overlaps: "keep": what is put into each other is thrown apart; else it counts as just touching, see
+`world.contacts.touch.begin_contact`.
 name: the instance's own. Where its model is attached to another one, all names get a prefix and a suffix: those of the
 geoms are what the instance's name has got then.
 """

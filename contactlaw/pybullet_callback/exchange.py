@@ -50,7 +50,7 @@ from contactlaw.world.near.guards import outgrown, surface_speed
 from contactlaw.world.near.listing import list_near, strayed
 from contactlaw.world.shapes.curvature import radius_is_clear
 from contactlaw.world.shapes.geometry import meet
-from contactlaw.world.sleep import disturbed, lies
+from contactlaw.world.sleep import is_at_rest, is_disturbed
 from contactlaw.world.step import GROWS, PRESSED
 
 MOTION = record(position=VECTOR, quaternion=("f8", (4,)), velocity=VECTOR, spin=VECTOR)
@@ -246,7 +246,7 @@ def compare(head, w):
         if not isfinite(dot(v, v) + dot(u, u)):
             head.bad = k
             return -1
-        sleep = sleep and b.asleep != 0 and not disturbed(b)
+        sleep = sleep and b.asleep != 0 and not is_disturbed(b)
         falls = falls or (r.pressed == 0 and b.asleep == 0 and norm(gravity) > 0.0)
         other = sub(sub(v, old), scale(dt, axpy(1.0 / r.mass, load(r.force), gravity)))
         size = norm(v) + norm(old) + dt * (norm(gravity) + norm(load(r.force)) / r.mass)
@@ -365,7 +365,7 @@ def complete(place, stepped):
     if not (ready(w, STEP) and call_step(address(w, STEP), w, head.dt, GROWS)):
         return NO_ROOM
     done = hand_back(head, w, stepped)
-    return done if done > 0 or not lies(w) else LYING
+    return done if done > 0 or not is_at_rest(w) else LYING
 
 
 @jit_inside

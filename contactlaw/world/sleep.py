@@ -10,7 +10,7 @@ from __future__ import annotations
 from contactlaw.jit import jit_inside
 from contactlaw.memory import whole_at
 from contactlaw.world.bodies.motion import settle, spin_change
-from contactlaw.world.contacts.pace import contact_time
+from contactlaw.world.contacts.pace import contact_duration
 from contactlaw.world.contacts.rolling import moment_of
 from contactlaw.world.data.access import body_at, contact_at, near_at, tree_at
 from contactlaw.world.data.call import address, call_on_island, call_with_body, call_with_vectors, ready
@@ -24,11 +24,11 @@ SAME = 1e-12  # of an acceleration, a change that is none
 @jit_inside
 def fall_asleep(w, bodies, pairs):
     """Put an island to sleep if it hardly moves and is in balance."""
-    if w.stillness != 0.0 and hardly(w, pairs, w.stillness, 1) and ready(w, SLEEP):
+    if w.stillness != 0.0 and is_nearly_still(w, pairs, w.stillness, 1) and ready(w, SLEEP):
         call_on_island(address(w, SLEEP), w, bodies, pairs)
 
 
-def settle_down(w, bodies, pairs):
+def sleep_if_balanced(w, bodies, pairs):
     """Put an island that hardly moves to sleep if it is in balance."""
     for i in range(bodies):  # `shift` and `twist` are free between substeps: here they hold accelerations
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -40,9 +40,9 @@ def settle_down(w, bodies, pairs):
         if p.closed != 0:
             c = contact_at(w.contacts, p.slot)
             force, moment = load(c.force), moment_of(c)
-            press(body_at(w.bodies, p.body_a), force, sub(cross(load(c.arm_a), force), moment))
-            press(body_at(w.bodies, p.body_b), scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
-    if not hardly(w, pairs, w.stillness, 2):
+            add_load(body_at(w.bodies, p.body_a), force, sub(cross(load(c.arm_a), force), moment))
+            add_load(body_at(w.bodies, p.body_b), scale(-1.0, force), sub(moment, cross(load(c.arm_b), force)))
+    if not is_nearly_still(w, pairs, w.stillness, 2):
         return
     for i in range(bodies):
         b = body_at(w.bodies, whole_at(w.island_bodies, i))
@@ -61,7 +61,7 @@ def settle_down(w, bodies, pairs):
 
 
 @jit_inside
-def hardly(w, pairs, part, order):
+def is_nearly_still(w, pairs, part, order):
     """Whether all bodies of closed contacts move by less than a part of their overlaps in an impact's time.
 
     order: 1, by their velocities; 2, by the accelerations in `shift` and `twist`.
@@ -73,7 +73,7 @@ def hardly(w, pairs, part, order):
             some = True
             c = contact_at(w.contacts, p.slot)
             a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-            time = contact_time(w, c, a, b)
+            time = contact_duration(w, c, a, b)
             rate = rate_of(a, norm(load(c.arm_a)), order) + rate_of(b, norm(load(c.arm_b)), order)
             if rate * time * (time if order == 2 else 1.0) > least_move(c, a, b, part):
                 return False
@@ -106,7 +106,7 @@ def least_move(c, a, b, part):
 
 
 @jit_inside
-def press(b, force, moment):
+def add_load(b, force, moment):
     """Count a force and a moment towards a body's accelerations."""
     if b.still == 0 and b.tree != 0:
         call_with_vectors(tree_at(b.tree, 0).add_accelerations, b, force, moment)
@@ -133,15 +133,15 @@ def wake(w, now):
 def wake_body(b, now):
     """Wake one body, and all others of its tree."""
     if b.tree == 0:
-        rouse(b, now)
+        wake_one(b, now)
     else:
         t = tree_at(b.tree, 0)
         for i in range(t.count):
-            rouse(body_at(t.bodies, i), now)
+            wake_one(body_at(t.bodies, i), now)
 
 
 @jit_inside
-def rouse(b, now):
+def wake_one(b, now):
     """A body moves again from now on."""
     b.asleep = 0
     b.still = 0
@@ -150,19 +150,19 @@ def rouse(b, now):
 
 
 @jit_inside
-def lies(w):
+def is_at_rest(w):
     """Whether nobody has moved in the last step, nor will in this one: nothing changes in the world."""
     if w.rested == 0 or w.stale != 0:
         return False
     for i in range(w.body_count):
         b = body_at(w.bodies, i)
-        if b.inverse_mass != 0.0 and (b.asleep == 0 or disturbed(b)):
+        if b.inverse_mass != 0.0 and (b.asleep == 0 or is_disturbed(b)):
             return False
     return True
 
 
 @jit_inside
-def disturbed(b):
+def is_disturbed(b):
     """Whether a body that sleeps was given a velocity, or is pressed otherwise than when it fell asleep.
 
     What an engine says of one and the same force may differ by rounding. `held` may be NaN, which differs from all.

@@ -19,7 +19,7 @@ from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from contactlaw.jit import jit_inside
 from contactlaw.laws.record import LASTING, OPEN, PRESSED, SPUN, UNSHEARED
 from contactlaw.memory import doubles_at, set_whole, whole_at
-from contactlaw.world.contacts.touch import enter
+from contactlaw.world.contacts.touch import add_to_ledger
 from contactlaw.world.data.access import (
     KNOWN_NUMBERS,
     axis_at,
@@ -116,7 +116,7 @@ def write(w, out):
     for k in range(w.nears):
         p = near_at(w.near, k)
         if p.slot >= 0 and p.closed == 0 and p.initial_overlap == 0.0:
-            enter(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
+            add_to_ledger(contact_at(w.contacts, p.slot), out[at + LEDGER * p.pair :])
     return lost
 
 

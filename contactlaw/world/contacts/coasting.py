@@ -16,19 +16,19 @@ from contactlaw.laws.hertz import damping_of, hertz_stiffness
 from contactlaw.laws.record import LASTING, SPRUNG, UNSHEARED
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.motion import moved_at
-from contactlaw.world.contacts.force import calms, drag_across
+from contactlaw.world.contacts.force import dashpot_of, has_dashpot
 from contactlaw.world.contacts.pace import closing_speed
 from contactlaw.world.contacts.touch import turn_frame
 from contactlaw.world.data.access import BODY_NUMBERS, body_at, contact_at, law_of, near_at, pair_at, row_at
 from contactlaw.world.data.vec import add, axpy, cross, dot, load, norm, scale, store, sub
 
 CHANGE = 0.5  # of its overlap, or of its greatest friction, by which a contact may change
-LOW, HIGH = 0.6, 1.6  # of the overlap that a run began with, the range beyond which it ends
-BENT = 0.02  # of its overlap, what the normal's turning may make of it
+LEAST, MOST = 0.6, 1.6  # of the overlap that a run began with, the range beyond which it ends
+TURNING = 0.02  # of its overlap, what the normal's turning may make of it
 FULL = 0.98  # of mu P, a friction force that is all of it: that may slide
 
 
-def set_out(w, pairs, h, count):
+def start_coasting(w, pairs, h, count):
     """Let calm contacts coast for a number of substeps of h [s]; returns how many pairs do not.
 
     These come first in the island's list then, those that coast have rows.
@@ -37,8 +37,8 @@ def set_out(w, pairs, h, count):
     for i in range(pairs):
         k = whole_at(w.island_pairs, i)
         p = near_at(w.near, k)
-        if p.closed != 0 and coasts(w, p, h * count):
-            begin(w, row_at(w.rows, calm), k, h)
+        if p.closed != 0 and can_coast(w, p, h * count):
+            begin_row(w, row_at(w.rows, calm), k, h)
             calm += 1
         else:
             set_whole(w.island_pairs, rest, k)
@@ -49,7 +49,7 @@ def set_out(w, pairs, h, count):
 
 
 @jit_inside
-def coasts(w, p, time):
+def can_coast(w, p, time):
     """Whether a closed contact hardly changes in a time [s]: of two round bodies, or of one and what stands."""
     c, law = contact_at(w.contacts, p.slot), law_of(w, pair_at(w.pairs, p.pair))
     t = c.touch
@@ -65,7 +65,7 @@ def coasts(w, p, time):
         return False
     apart = sub(load(a.velocity), load(b.velocity))
     across = time * norm(axpy(-dot(apart, n), n, apart))
-    if across * across > 2.0 * BENT * t.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b))):
+    if across * across > 2.0 * TURNING * t.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b))):
         return False
     limit, pull = t.friction * t.force, sqrt(t.f * t.f + t.g * t.g)
     slid = sqrt(c.moved[0] ** 2 + c.moved[1] ** 2) / c.interval * time
@@ -79,7 +79,7 @@ def is_round(b):
 
 
 @jit_inside
-def begin(w, r, k, h):
+def begin_row(w, r, k, h):
     """Begin the row of near pair k, whose contact coasts in substeps of h [s]."""
     p = near_at(w.near, k)
     c = contact_at(w.contacts, p.slot)
@@ -94,13 +94,13 @@ def begin(w, r, k, h):
     store(r.arm_a, load(c.arm_a))
     store(r.arm_b, load(c.arm_b))
     r.overlap, r.closing, r.force = t.overlap, t.closing, t.force
-    r.least, r.most = LOW * t.overlap, HIGH * t.overlap
+    r.least, r.most = LEAST * t.overlap, MOST * t.overlap
     r.stiffness, r.damping = hertz_stiffness(t), damping_of(t)
     r.share = 1.0 / (1.0 + 0.5 * r.damping * h / t.mass)
     r.spring, r.drag, r.friction = 2.0 * t.g_star * sqrt(t.radius * t.overlap), 0.0, t.friction
     r.f, r.g, r.held_f, r.held_g = t.f, t.g, t.f, t.g
-    if calms(c):
-        r.drag = drag_across(t)
+    if has_dashpot(c):
+        r.drag = dashpot_of(t)
         r.held_f -= r.drag * c.moved[0] / c.interval
         r.held_g -= r.drag * c.moved[1] / c.interval
     r.moment = c.torsion.moment
@@ -109,7 +109,7 @@ def begin(w, r, k, h):
     r.turned, r.normal_work, r.friction_work, r.time = 0.0, 0.0, 0.0, 0.0
 
 
-def coast(w, count, span):
+def advance_coasting(w, count, span):
     """Move rows by the substep that has passed, and kick their bodies; returns whether one leaves its range.
 
     span: length [s] of the substep, and for how long forces act.
@@ -153,7 +153,7 @@ def coast(w, count, span):
     return stirred
 
 
-def land(w, calm):
+def stop_coasting(w, calm):
     """Contacts that coasted are as they were left, and their law will be asked for all that it has missed."""
     for i in range(calm):
         r = row_at(w.rows, i)

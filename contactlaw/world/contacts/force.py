@@ -43,7 +43,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     if t.state == OPEN:
         for i in range(memory.size):
             memory[i] = 0.0
-    elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or hardly_moves(c, 1.0)):
+    elif law.speeds != 0.0 and (dt == 0.0 or t.course == LASTING or is_quasi_static(c, 1.0)):
         speeds.read_friction(t, speed_numbers(w, pair_at(w.pairs, c.pair)), sqrt(slide[0] ** 2 + slide[1] ** 2))
     du, dv, angle = moved
     spun = (angle != 0.0 or c.torsion.span > 0.0) and t.mu > 0.0
@@ -54,7 +54,7 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
             spun = False
     own, numbers = w.memory + 8 * w.memory_size * slot, w.numbers + 8 * pair_at(w.pairs, c.pair).numbers
     press(t, law, free, dt)
-    damped = calms(c)
+    damped = has_dashpot(c)
     if spun and ready(w, SPIN):
         inertia = 0.0
         if damped:
@@ -71,18 +71,18 @@ def advance_contact(w, c, slot, moved, slide, dt, free):
     if t.skew != 0.0 and t.state != SPUN and ready(w, ALONG):
         call_along(address(w, ALONG), c, numbers + 8 * PAIR_SIZE, own, law.vectors, du, dv)
     if damped:
-        calm(t, slide[0], slide[1])
+        add_dashpot(t, slide[0], slide[1])
 
 
 @jit_inside
-def calms(c):
+def has_dashpot(c):
     """Whether a contact lasts, hardly moves and is damped, and so is across: what is stuck would swing for ever."""
     t = c.touch
-    return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and hardly_moves(c, 1.0)
+    return t.course == LASTING and t.friction > 0.0 and t.zeta > 0.0 and is_quasi_static(c, 1.0)
 
 
 @jit_inside
-def twisted(c, a, b):
+def twist_of(c, a, b):
     """Angle [rad] that A has turned over B about the normal in the last substep; zero where it is rounding alone."""
     one, other = load(a.twist), load(b.twist)
     angle = dot(sub(one, other), load(c.normal))
@@ -92,7 +92,7 @@ def twisted(c, a, b):
 
 
 @jit_inside
-def ask_at(w, c, slot, moved, slide):
+def advance_from_saved(w, c, slot, moved, slide):
     """Advance a contact from where it was kept to the overlap and the closing speed that it has at the end of a stage.
 
     moved, slide: as above, since it was kept, and at the end. Returns its tangential forces [N] and its moment [N m].
@@ -120,23 +120,23 @@ def slopes(w, c, slot, moved, slide, stage):
     more, (du, dv, angle), (u, v, spin) = way / stage, moved, slide
     t.overlap, t.closing = overlap + way, closing + more
     far, gone = slide_to_slip(t), sqrt(du * du + dv * dv)
-    if c.torsion.span == 0.0 and gone > far and fully(t):
+    if c.torsion.span == 0.0 and gone > far and slips_fully(t):
         press(t, law_of(w, pair_at(w.pairs, c.pair)), 0.0, 0.0)
         t.overlap, t.closing = overlap, closing
         normal, one = (t.force - force) / way, 1.0 / sqrt(f * f + g * g)
         x, y, turned = one * f, one * g, t.friction * force / (gone + far)
         limit = t.friction * normal
         return normal, limit * x, limit * y, turned * y * y, -turned * x * y, -turned * x * y, turned * x * x, 0.0
-    fp, gp, _ = ask_at(w, c, slot, moved, slide)
+    fp, gp, _ = advance_from_saved(w, c, slot, moved, slide)
     normal = (t.force - force) / way
     t.overlap, t.closing = overlap, closing
     fu, gu, fv, gv, turn = f, g, f, g, 0.0
     if t.friction > 0.0:
-        fu, gu, _ = ask_at(w, c, slot, (du + way, dv, angle), (u + more, v, spin))
-        fv, gv, _ = ask_at(w, c, slot, (du, dv + way, angle), (u, v + more, spin))
+        fu, gu, _ = advance_from_saved(w, c, slot, (du + way, dv, angle), (u + more, v, spin))
+        fv, gv, _ = advance_from_saved(w, c, slot, (du, dv + way, angle), (u, v + more, spin))
         if c.torsion.span > 0.0:
             radius = sqrt(t.radius * overlap)
-            _, _, turned = ask_at(w, c, slot, (du, dv, angle + way / radius), (u, v, spin + more / radius))
+            _, _, turned = advance_from_saved(w, c, slot, (du, dv, angle + way / radius), (u, v, spin + more / radius))
             turn = max(turned - m, 0.0) * radius / way
     across = (fp - f) / way, (gp - g) / way
     return (normal, *across, (fu - f) / way, (gu - g) / way, (fv - f) / way, (gv - g) / way, turn)
@@ -149,20 +149,20 @@ def slide_to_slip(t):
 
 
 @jit_inside
-def fully(t):
+def slips_fully(t):
     """Whether a contact slides as a whole: its friction force is all that it can be."""
     return t.f * t.f + t.g * t.g > (FULL * t.friction * t.force) ** 2
 
 
 @jit_inside
-def rigid(w, c):
+def has_rigid_friction(w, c):
     """Whether the law of a contact has no springs across it."""
     pair = pair_at(w.pairs, c.pair)
     return c.touch.friction > 0.0 and not isfinite(ask_stiffness(law_of(w, pair), c.touch, law_numbers(w, pair)))
 
 
 @jit_inside
-def hardly_moves(c, part):
+def is_quasi_static(c, part):
     """Whether the normal motion of a closed contact is slow beside what its load would make of it; part: of 0.3."""
     t = c.touch
     own = t.force / t.mass
@@ -171,15 +171,15 @@ def hardly_moves(c, part):
 
 
 @jit_inside
-def drag_across(t):
+def dashpot_of(t):
     """Of the dashpot across [N s/m]."""
     return 2.0 * CALM * sqrt(2.0 * t.g_star * sqrt(t.radius * t.overlap) * t.tangential_mass)
 
 
 @jit_inside
-def calm(t, u, v):
+def add_dashpot(t, u, v):
     """Add a dashpot across, within the cone; u, v: sliding speed [m/s]."""
-    drag = drag_across(t)
+    drag = dashpot_of(t)
     t.f += drag * u
     t.g += drag * v
     pull, limit = sqrt(t.f * t.f + t.g * t.g), t.friction * t.force
@@ -202,12 +202,12 @@ def stored_energy(w, c, slot):
         out += ask_energy(law, t, law_numbers(w, pair_at(w.pairs, c.pair)), memory_of(w, slot))
         out += torsion.stored(c.torsion, t, law.g_t)
     if law.rolling > 0.0:
-        out += rolling.stored(c.bend, t, resistance_of(w, c))
+        out += rolling.stored(c.bend, t, rolling_resistance(w, c))
     return out
 
 
 @jit_inside
-def resistance_of(w, c):
+def rolling_resistance(w, c):
     """Coefficient of rolling resistance of a contact: its pair's, or less, so that mu_r R <= 1/sqrt(m/I).
 
     I: the least moment of inertia. The spring k_r then turns bodies at 1.5 times the rate of the normal one at most,

@@ -11,22 +11,22 @@ from contactlaw.world.bodies.motion import (
     decay,
     mobility_between,
 )
-from contactlaw.world.contacts.force import hardly_moves
+from contactlaw.world.contacts.force import is_quasi_static
 from contactlaw.world.data.access import body_at, contact_at, law_of, pair_at, shape_at
 from contactlaw.world.data.records import NEVER
 from contactlaw.world.data.vec import cross, dot, load, norm, sub
 from contactlaw.world.shapes.geometry import effective_radius, meet_near
 
 FEW = 4.0  # of the substeps of an impact, those of a contact that hardly moves
-LONG = 1.0 / 3.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
+LEAST_STEP = 1.0 / 3.0  # durations of an impact that a step has at least for contacts to be lasting ones in it
 SLOWED, FOLLOWED = 0.5, 4.0  # of a velocity, by damping in joints within a substep; times fewer, for that, at most
-TURNED = 0.1  # [rad] by which a normal may turn before masses are looked at again
+MASS_TURN = 0.1  # [rad] by which a normal may turn before masses are looked at again
 STEADY, FEWEST = 1e-2, 8.0  # a contact that moves by less than so much of that; its substeps, of stability alone
 ALIKE = 4.0  # contacts side by side, as the feet of a box, for which these do: h omega is 1 then, of 2 where it ends
 
 
 @jit_inside
-def impact_time(k, duration, mass, overlap, closing, push):
+def impact_duration(k, duration, mass, overlap, closing, push):
     """Duration [s] of an impact of this overlap (zero or more) and closing speed; push: closing acceleration.
 
     k: of P = k delta^1.5. duration: of an impact, times speed, over the greatest overlap. A contact that is pressed
@@ -57,7 +57,7 @@ def ellipse_of(w, p):
 
 
 @jit_inside
-def touch_time(w, p):
+def touch_duration(w, p):
     """Duration [s] of the impact that two near shapes are about to have."""
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     _, n, arm_a, arm_b = meet_near(w, p, a, b)
@@ -66,16 +66,18 @@ def touch_time(w, p):
     closing = sqrt(max(p.closing, 0.0) ** 2 + 2.0 * push * max(p.gap, 0.0))
     law = law_of(w, pair_at(w.pairs, p.pair))
     k = 4.0 / 3.0 * law.e_star * sqrt(radius_of(w, p))
-    return impact_time(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
+    return impact_duration(k, law.duration, mass, max(-p.gap, 0.0), closing, push)
 
 
 @jit_inside
-def contact_time(w, c, a, b):
+def contact_duration(w, c, a, b):
     """Duration [s] of the impact that a closed contact is in."""
     t = c.touch
     pull = sub(load(a.acceleration), load(b.acceleration))
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
-    return impact_time(hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(pull))
+    return impact_duration(
+        hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(pull)
+    )
 
 
 @jit_inside
@@ -85,7 +87,7 @@ def closing_speed(c, a, b):
 
 
 @jit_inside
-def rests(c, a, b):
+def stays_closed(c, a, b):
     """Whether a closed contact has not the energy to part, under the load P + m a that there is, a its acceleration:
 
         m v^2/2 + 2/5 P delta < (P + m a) delta
@@ -99,18 +101,18 @@ def rests(c, a, b):
 
 
 @jit_inside
-def substep(w, c, a, b, substeps):
+def longest_substep(w, c, a, b, substeps):
     """Longest substep [s] for a closed contact; substeps: of an impact."""
     t = c.touch
     law = law_of(w, pair_at(w.pairs, c.pair))
-    if t.overlap > 0.0 and law.vectors > 0.0 and hardly_moves(c, STEADY):
+    if t.overlap > 0.0 and law.vectors > 0.0 and is_quasi_static(c, STEADY):
         substeps = FEWEST  # but where friction is rigid: what drives it then creeps by what it gains in a substep
-    elif t.overlap > 0.0 and hardly_moves(c, 1.0):
+    elif t.overlap > 0.0 and is_quasi_static(c, 1.0):
         calm = substeps if substeps > w.crowd_substeps else 0.5 * substeps  # as it is in a crowd
         substeps = max(substeps / FEW, min(calm, 20.0))
-    if t.zeta > 0.0 and falls_back(w, c, a, b):
+    if t.zeta > 0.0 and returns_within_step(w, c, a, b):
         substeps = min(substeps, w.crowd_substeps)
-    longest = swing_time(w, c, a, b) / substeps
+    longest = oscillation_duration(w, c, a, b) / substeps
     together = max(a.paces, b.paces)
     if together > 0.0:
         longest = min(longest, sqrt(ALIKE / together) / FEWEST)
@@ -119,7 +121,7 @@ def substep(w, c, a, b, substeps):
 
 
 @jit_inside
-def falls_back(w, c, a, b):
+def returns_within_step(w, c, a, b):
     """Whether what parts with all the energy of a closed contact is back within the step: then nobody sees how."""
     t, speed = c.touch, closing_speed(c, a, b)
     pull = sub(load(a.acceleration), load(b.acceleration))
@@ -128,11 +130,11 @@ def falls_back(w, c, a, b):
 
 
 @jit_inside
-def swing_time(w, c, a, b):
+def oscillation_duration(w, c, a, b):
     """Duration [s] of the impact that a closed contact is in, or of the swing across that is faster."""
     t = c.touch
     chi = 0.5 * t.g_star / t.e_star * t.mass / t.tangential_mass
-    return contact_time(w, c, a, b) / max(1.0, sqrt(0.5 * chi))
+    return contact_duration(w, c, a, b) / max(1.0, sqrt(0.5 * chi))
 
 
 @jit_inside
@@ -144,13 +146,13 @@ def add_pace(w, p):
     """
     if p.closed != 0:
         a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
-        pace = swing_time(w, contact_at(w.contacts, p.slot), a, b) ** -2
+        pace = oscillation_duration(w, contact_at(w.contacts, p.slot), a, b) ** -2
         for one in (a, b):
             one.paces += pace if one.oriented != 0 and one.inverse_mass != 0.0 else 0.0
 
 
 @jit_inside
-def masses(c, a, b):
+def update_masses(c, a, b):
     """Effective masses [kg] along the normal and across, the mean of both tangents, as the normal is now.
 
     Where joints let nothing move along it the damper would be as strong as one likes, and would act as soon as the
@@ -160,4 +162,4 @@ def masses(c, a, b):
     arm_a, arm_b = load(c.arm_a), load(c.arm_b)
     both = mobility_between(a, arm_a, b, arm_b, e) + mobility_between(a, arm_a, b, arm_b, cross(n, e))
     c.touch.tangential_mass = 2.0 / both
-    c.touch.mass = 1.0 / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * TURNED * TURNED * both)
+    c.touch.mass = 1.0 / max(mobility_between(a, arm_a, b, arm_b, n), 0.5 * MASS_TURN * MASS_TURN * both)

@@ -15,8 +15,8 @@ from contactlaw.world.bodies.motion import kick, moved_at, velocity_at
 from contactlaw.world.bodies.prescribed import JUMP
 from contactlaw.world.contacts import force
 from contactlaw.world.contacts.ends import damped_end, elastic_end
-from contactlaw.world.contacts.pace import TURNED, ellipse_of, masses
-from contactlaw.world.contacts.rolling import moment_of, rolled
+from contactlaw.world.contacts.pace import MASS_TURN, ellipse_of, update_masses
+from contactlaw.world.contacts.rolling import moment_of, update_rolled
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, shape_at, speed_numbers
 from contactlaw.world.data.call import address, ask_separation, call_roll, ready
 from contactlaw.world.data.demand import ROLL
@@ -38,7 +38,7 @@ TOUCHING = 1e-10  # of the radius, an overlap or a gap that is none
 
 
 @jit_inside
-def close(w, k, overlap):
+def begin_contact(w, k, overlap):
     """Close near pair k: it has a contact from now on. Returns whether there was room for it.
 
     overlap [m]: when it was last open, zero or less; more where it is found closed. Where it is found so deep that
@@ -53,7 +53,7 @@ def close(w, k, overlap):
             return False
         w.spares -= 1
         q.slot = whole_at(w.spare, w.spares)
-        clear(contact_at(w.contacts, q.slot))
+        clear_ledger(contact_at(w.contacts, q.slot))
     q.closed = 1
     c = contact_at(w.contacts, q.slot)
     c.phase = CLOSED
@@ -71,7 +71,7 @@ def close(w, k, overlap):
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if law.sectors != 0.0 and dot(along, along) > 0.0:
-        stretch(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
+        set_ellipse(c, cross(n, along) if shape_at(w.shapes, q.a).kind == DISC else along, norm(along))
     store(c.force, (0.0, 0.0, 0.0))
     c.interval = 0.0
     c.closing_acceleration = 0.0
@@ -80,8 +80,8 @@ def close(w, k, overlap):
     c.pending_twist, c.twist_overlap, c.coasted_from = 0.0, 0.0, 0.0
     for i in range(2):
         c.bend[i], c.bending[i] = 0.0, 0.0
-    masses(c, a, b)
-    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > deep(w, c):
+    update_masses(c, a, b)
+    if pair_at(w.pairs, q.pair).relaxed != 0 and overlap > initial_overlap_limit(w, c):
         c.initial_overlap, overlap = set_initial_overlap(w, q, c.initial_overlap + overlap), 0.0
     t.overlap = overlap
     t.before = overlap
@@ -100,7 +100,7 @@ def close(w, k, overlap):
 
 
 @jit_inside
-def deep(w, c):
+def initial_overlap_limit(w, c):
     """Overlap [m] that nobody means: Hertz's theory no longer holds there, or it would throw bodies as no motion does.
 
     Any, where shapes have grown. Of a shape as A; crowned edges have a radius of metres.
@@ -112,19 +112,19 @@ def deep(w, c):
 
 
 @jit_inside
-def forget_put_in(w, p):
+def release_if_put_deeper(w, p):
     """Forget the contact of a closed pair that somebody has put deep into each other since; `close` finds it anew."""
     c = contact_at(w.contacts, p.slot)
     a, b = body_at(w.bodies, p.body_a), body_at(w.bodies, p.body_b)
     overlap, _, _, _ = meet_near(w, p, a, b)
     deeper = overlap - c.touch.overlap
-    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(deep(w, c), TOUCHING * c.touch.radius):
+    if pair_at(w.pairs, p.pair).relaxed != 0 and deeper > max(initial_overlap_limit(w, c), TOUCHING * c.touch.radius):
         release(w, p.slot)
         p.slot, p.closed, p.initial_overlap = -1, 0, 0.0
 
 
 @jit_inside
-def stretch(c, along, length):
+def set_ellipse(c, along, length):
     """Make a contact that begins an elliptic one: its first tangent is its longer axis; length: ln(q/p), see there."""
     n, t = load(c.normal), c.touch
     e = axpy(-dot(along, n), n, along)
@@ -135,7 +135,7 @@ def stretch(c, along, length):
 
 
 @jit_inside
-def replace(w, c):
+def update_geometry(w, c):
     """Begin a step where one of a closed contact's shapes has been placed anew: what it did is no motion."""
     a, b = body_at(w.bodies, c.body_a), body_at(w.bodies, c.body_b)
     overlap, n, arm_a, arm_b = meet(shape_at(w.shapes, c.shape_a), a, shape_at(w.shapes, c.shape_b), b)
@@ -157,7 +157,7 @@ def clear_torsion(state):
 
 
 @jit_inside
-def clear(c):
+def clear_ledger(c):
     """Begin the ledger of a contact, of which all overlap counts."""
     c.initial_overlap = 0.0
     c.touches = 0
@@ -171,7 +171,7 @@ def clear(c):
 
 
 @jit_inside
-def open_up(q, c):
+def end_contact(q, c):
     """A contact has opened; its slot is kept until the next step, or as long as overlap of it counts as none."""
     q.closed = 0
     q.gap = max(-c.touch.overlap, 0.0)
@@ -186,7 +186,7 @@ def open_up(q, c):
 
 
 @jit_inside
-def stays_built(w, p):
+def update_initial_overlap(w, p):
     """Whether the shapes of an open pair are still in each other; what counts as none is what there is at most."""
     c = contact_at(w.contacts, p.slot)
     if c.initial_overlap > 0.0:
@@ -206,13 +206,13 @@ def release(w, slot):
     """Make the slot of a contact free; its ledger goes to that of its pair."""
     c = contact_at(w.contacts, slot)
     c.phase = FREE
-    enter(c, pair_at(w.pairs, c.pair).ledger)
+    add_to_ledger(c, pair_at(w.pairs, c.pair).ledger)
     set_whole(w.spare, w.spares, slot)
     w.spares += 1
 
 
 @jit_inside
-def enter(c, ledger_io):
+def add_to_ledger(c, ledger_io):
     """Add what a contact has done to a ledger, see `records.PAIR`."""
     ledger_io[0] += c.touches
     ledger_io[1] = max(ledger_io[1], c.deepest)
@@ -237,7 +237,7 @@ def turn_frame(c, n, twist):
 
 
 @jit_inside
-def meet_on(c, sa, a, sb, b):
+def meet_contact(c, sa, a, sb, b):
     """`geometry.meet` of a contact, of which the last overlap and normal are known.
 
     Where cores lie in each other no normal is the shortest way out, so that any chosen anew could give energy. The last
@@ -263,27 +263,27 @@ def meet_on(c, sa, a, sb, b):
 
 
 @jit_inside
-def look(w, c, a, b):
+def measure(w, c, a, b):
     """See where the bodies of a contact have moved to: overlap, frame and arms there, and what A has moved over B.
 
     A loop of its own over all contacts: with the law in it, one would wait for another's roots and quotients.
     """
     sa, sb = shape_at(w.shapes, c.shape_a), shape_at(w.shapes, c.shape_b)
-    overlap, n, arm_a, arm_b = meet_on(c, sa, a, sb, b)
+    overlap, n, arm_a, arm_b = meet_contact(c, sa, a, sb, b)
     t = c.touch
     mean_a, mean_b = scale(0.5, add(arm_a, load(c.arm_a))), scale(0.5, add(arm_b, load(c.arm_b)))
     moved = sub(moved_at(a, mean_a), moved_at(b, mean_b))
-    jumps = dot(n, load(c.normal)) < 1.0 - 0.5 * TURNED * TURNED
+    jumps = dot(n, load(c.normal)) < 1.0 - 0.5 * MASS_TURN * MASS_TURN
     turn_frame(c, n, 0.5 * dot(add(load(a.twist), load(b.twist)), n))
     store(c.arm_a, arm_a)
     store(c.arm_b, arm_b)
     if jumps:
-        masses(c, a, b)
+        update_masses(c, a, b)
     e = load(c.tangent)
     f = cross(n, e)
-    store(c.moved, (dot(moved, e), dot(moved, f), force.twisted(c, a, b)))
+    store(c.moved, (dot(moved, e), dot(moved, f), force.twist_of(c, a, b)))
     if law_of(w, pair_at(w.pairs, c.pair)).rolling != 0.0:
-        rolled(c, a, b)
+        update_rolled(c, a, b)
     t.before = t.overlap
     t.overlap = overlap - c.initial_overlap
 
