@@ -12,7 +12,7 @@ from contactlaw.jit import jit_inside
 from contactlaw.memory import set_whole, whole_at
 from contactlaw.world.bodies.bounds import time_to_close
 from contactlaw.world.bodies.motion import closing_at, drift, fly, greatest_closing, settle, turn_rate
-from contactlaw.world.contacts.pace import add_pace, longest_substep, radius_of, touch_duration
+from contactlaw.world.contacts.pace import add_square_rate, longest_substep, radius_of, touch_duration
 from contactlaw.world.contacts.touch import TOUCHING, advance, apply_force, begin_contact, end_contact, measure
 from contactlaw.world.data.access import body_at, contact_at, law_of, near_at, pair_at, tree_at
 from contactlaw.world.data.call import address, call_coast, call_start_coasting, call_stop_coasting, ready
@@ -266,9 +266,9 @@ def length(w, pairs, t):
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))
         closed += p.closed
-        body_at(w.bodies, p.body_a).paces, body_at(w.bodies, p.body_b).paces = 0.0, 0.0
+        body_at(w.bodies, p.body_a).square_rate, body_at(w.bodies, p.body_b).square_rate = 0.0, 0.0
     for i in range(pairs):
-        add_pace(w, near_at(w.near, whole_at(w.island_pairs, i)))
+        add_square_rate(w, near_at(w.near, whole_at(w.island_pairs, i)))
     few = closed <= w.crowd
     for i in range(pairs):
         p = near_at(w.near, whole_at(w.island_pairs, i))

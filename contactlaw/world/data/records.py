@@ -71,7 +71,7 @@ BODY = record(
     delta_v="f8",  # [m/s] by which impacts may change the velocity of its surface within a window, at most
     path="f8",  # [m] that its surface has moved in the substeps of a window, at most
     next_path="f8",  # [m] that it may move in the next substep
-    paces="f8",  # [1/s^2] inverse squares of its contacts' durations, summed, see `pace.add_pace`
+    square_rate="f8",  # [1/s^2] sum over its contacts of 1/T^2, see `pace.add_square_rate`
     island="i8", head="i8", link="i8",  # parent in the union-find of islands; first pair of an island; next body of it
     # broad phase
     listed_position=VECTOR, turned="f8",  # position when near pairs were last listed, and angle [rad] turned since
