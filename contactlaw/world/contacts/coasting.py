@@ -68,8 +68,8 @@ def can_coast(w, p, time):
     closing, n = closing_speed(c, a, b), load(c.normal)
     if (abs(closing) + 0.5 * time * abs(c.closing_acceleration)) * time > CHANGE * t.overlap:
         return False
-    apart = sub(load(a.velocity), load(b.velocity))
-    across = time * norm(axpy(-dot(apart, n), n, apart))
+    velocity = sub(load(a.velocity), load(b.velocity))
+    across = time * norm(axpy(-dot(velocity, n), n, velocity))
     if across * across > 2.0 * TURNING * t.overlap * (norm(load(c.arm_a)) + norm(load(c.arm_b))):
         return False
     limit, friction = t.friction * t.force, sqrt(t.f * t.f + t.g * t.g)

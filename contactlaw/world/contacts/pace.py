@@ -72,10 +72,10 @@ def touch_duration(w, p):
 def contact_duration(w, c, a, b):
     """Return the duration [s] of an impact with the present overlap and closing speed of a closed contact."""
     t = c.touch
-    pull = sub(load(a.acceleration), load(b.acceleration))
+    acceleration = sub(load(a.acceleration), load(b.acceleration))
     duration = law_of(w, pair_at(w.pairs, c.pair)).duration
     return impact_duration(
-        hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(pull)
+        hertz_stiffness(t), duration, t.mass, max(t.overlap, 0.0), closing_speed(c, a, b), norm(acceleration)
     )
 
 
@@ -131,9 +131,9 @@ def returns_within_step(w, c, a, b):
     acceleration g. Details of such a bounce are not visible at the ends of steps: substeps of a crowd will do.
     """
     t, speed = c.touch, closing_speed(c, a, b)
-    pull = sub(load(a.acceleration), load(b.acceleration))
+    acceleration = sub(load(a.acceleration), load(b.acceleration))
     square = speed * speed + 0.8 * t.force * max(t.overlap, 0.0) / t.mass
-    return 4.0 * square < w.step * w.step * dot(pull, pull)
+    return 4.0 * square < w.step * w.step * dot(acceleration, acceleration)
 
 
 @jit_inside
