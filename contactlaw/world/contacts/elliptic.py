@@ -12,7 +12,7 @@ from contactlaw.memory import doubles_at
 Nodes = namedtuple("Nodes", "x x2 w")
 
 
-def advance(c, numbers, memory, count, du, dv):
+def advance_elliptic(c, numbers, memory, count, du, dv):
     """Update the tangential force of contact c by `laws.ellipse.advance`.
 
     numbers, memory: addresses of the law's parameters and of its history. count: number of nodes. du, dv: displacement

@@ -14,7 +14,7 @@ from contactlaw.memory import doubles_at
 from contactlaw.world.data.access import law_at
 
 
-def spin(c, memory, numbers, moved, since, dt, roomy, dashpot):
+def advance_spinning(c, memory, numbers, moved, since, dt, roomy, dashpot):
     """Update the tangential force and the moment of a contact that spins; its normal force is that of this step.
 
     Where its law allows, sectors (`laws.sectors`) follow a contact from its touch, until it is a persistent contact or

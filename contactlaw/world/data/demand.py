@@ -39,10 +39,10 @@ def supply(what: int) -> int:
         STEP: ("", 0, [(STEP, step.step_once, call.A_STEP)]),
         READ: ("states that are set back", 2, [(READ, state.read_at, call.A_READ)]),
         LAST: ("contacts that last", 8, [(LAST, lasting.let_last, call.ON_WORLD)]),
-        ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance, call.ALONG)]),
+        ALONG: ("elliptic contacts", 2, [(ALONG, elliptic.advance_elliptic, call.ALONG)]),
         SLEEP: ("bodies that fall asleep", 1, [(SLEEP, sleep.sleep_if_balanced, call.ON_ISLAND)]),
         ROLL: ("rolling resistance", 1, [(ROLL, rolling.advance_rolling, call.ROLLS)]),
-        SPIN: ("contacts that spin", 4, [(SPIN, spinning.spin, call.SPIN)]),
+        SPIN: ("contacts that spin", 4, [(SPIN, spinning.advance_spinning, call.SPIN)]),
         START_COASTING: ("contacts that hardly change", 2, [
             (STOP_COASTING, coasting.stop_coasting, call.STOPS_COASTING),
             (COAST, coasting.advance_coasting, call.COASTS),
